@@ -1,0 +1,54 @@
+//! The eight octave bands in which every spectrum is described.
+
+/// Number of octave bands. Moves with: [`CENTRES_HZ`], [`EDGES_HZ`], the band filter and every file format.
+pub const BANDS: usize = 8;
+
+/// One value a band, lowest band first.
+pub type BandArray = [f32; BANDS];
+
+/// Exact midband frequencies, nominally 63 Hz to 8 kHz: 1000 × 10^(0.3 k), k = −4 … 3 (IEC 61260-1, base ten).
+pub const CENTRES_HZ: [f64; BANDS] = [
+    63.095_734_448_019_3,
+    125.892_541_179_416_7,
+    251.188_643_150_958,
+    501.187_233_627_272_2,
+    1_000.0,
+    1_995.262_314_968_88,
+    3_981.071_705_534_972,
+    7_943.282_347_242_815,
+];
+
+/// Crossover frequencies between neighbouring bands: 1000 × 10^(0.3 (k + 0.5)), the geometric means of [`CENTRES_HZ`].
+/// The lowest band reaches down to 0 Hz and the highest up to half the sample rate.
+pub const EDGES_HZ: [f64; BANDS - 1] = [
+    89.125_093_813_374_55,
+    177.827_941_003_892_28,
+    354.813_389_233_575_46,
+    707.945_784_384_137_9,
+    1_412.537_544_622_754_3,
+    2_818.382_931_264_454,
+    5_623.413_251_903_491,
+];
+
+/// Pressure ratio of an energy ratio. The one place where energy becomes amplitude.
+#[inline]
+pub fn amplitude_of_energy(energy: f32) -> f32 {
+    energy.max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centres_and_edges_follow_the_base_ten_rule() {
+        for (b, centre) in CENTRES_HZ.iter().enumerate() {
+            let exact = 1000.0 * 10f64.powf(0.3 * (b as f64 - 4.0));
+            assert!((centre / exact - 1.0).abs() < 1e-12);
+        }
+        for (b, edge) in EDGES_HZ.iter().enumerate() {
+            let mean = (CENTRES_HZ[b] * CENTRES_HZ[b + 1]).sqrt();
+            assert!((edge / mean - 1.0).abs() < 1e-12);
+        }
+    }
+}

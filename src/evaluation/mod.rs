@@ -1,0 +1,1 @@
+//! Stands outside and measures; nothing inside knows of it.

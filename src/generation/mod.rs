@@ -1,0 +1,1 @@
+//! SGS: the sound generation stage.

@@ -1,0 +1,1 @@
+//! Where sound goes: a sink asks for blocks.

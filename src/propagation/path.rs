@@ -1,0 +1,84 @@
+//! What propagation gives: valid paths with eight-band amplitudes, and what the late reverb needs.
+
+use glam::Vec3;
+
+use crate::acoustics::BandArray;
+use crate::scene::{ListenerPose, SourceId, SourcePose};
+
+/// Highest reflection order of a discrete path (the paper's depth).
+pub const MAX_ORDER: usize = 4;
+
+/// Identity of a path across updates: source and canonical surface sequence, folded into 64 bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct PathId(pub u64);
+
+/// One valid path from a source to the listener.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Path {
+    /// Identity across updates.
+    pub id: PathId,
+    /// The source it starts at.
+    pub source: SourceId,
+    /// Number of reflections; 0 is the direct path.
+    pub order: u8,
+    /// Indices of the reflecting surfaces from source to listener; the first `order` count.
+    pub surfaces: [u32; MAX_ORDER],
+    /// Reflection points in metres, from source to listener; the first `order` count.
+    pub points: [Vec3; MAX_ORDER],
+    /// Position of the image source in metres: the listener hears the path from there.
+    pub image: Vec3,
+    /// Length in metres.
+    pub length_m: f32,
+    /// Signed pressure ratio a band, relative to the free field at 1 m.
+    pub amplitude: BandArray,
+}
+
+impl Path {
+    /// Whether this is the direct path.
+    pub fn is_direct(&self) -> bool {
+        self.order == 0
+    }
+
+    /// The reflecting surfaces from source to listener.
+    pub fn surfaces(&self) -> &[u32] {
+        &self.surfaces[..usize::from(self.order)]
+    }
+
+    /// The reflection points from source to listener.
+    pub fn points(&self) -> &[Vec3] {
+        &self.points[..usize::from(self.order)]
+    }
+}
+
+/// What the late reverb needs of one source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LateSource {
+    /// The source.
+    pub source: SourceId,
+    /// Energy a second of the diffuse impulse response, extrapolated back to the moment of emission, relative to
+    /// the free field at 1 m: it falls from there by 60 dB in the decay time. In 1/s, one a band.
+    pub energy_per_s: BandArray,
+    /// Reverberation time T60 in seconds around this source, one a band.
+    pub decay_time_s: BandArray,
+    /// Seconds from emission after which the tail takes over from the discrete paths.
+    pub start_s: f32,
+}
+
+/// The result of one propagation update.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathSet {
+    /// Number of the update, from 0.
+    pub update: u64,
+    /// Time the poses belong to, in seconds on the caller's clock.
+    pub time_s: f64,
+    /// The listener it was computed for.
+    pub listener: ListenerPose,
+    /// The sources it was computed for, by slot.
+    pub sources: Vec<SourcePose>,
+    /// Valid paths, sorted by [`Path::id`].
+    pub paths: Vec<Path>,
+    /// Late reverb, one entry a source, in the order of [`Self::sources`].
+    pub late: Vec<LateSource>,
+    /// Rays cast for it.
+    pub rays: u64,
+}

@@ -1,0 +1,1 @@
+//! The engine: the only threads, clocks and atomics.

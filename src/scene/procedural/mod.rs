@@ -1,0 +1,1 @@
+//! Benchmark scenes made by code.
