@@ -1,0 +1,412 @@
+//! The table of surface materials: built in, and extended by a user's file.
+//!
+//! Control side. Both are TOML and go through the same code:
+//!
+//! ```toml
+//! [materials.my_wall]
+//! absorption = [0.02, 0.02, 0.02, 0.03, 0.03, 0.04, 0.05, 0.05]  # energy, random incidence, 63 Hz to 8 kHz
+//! scattering = 0.1                 # one number, or one a band; 0.1 if absent
+//! transmission_loss_db = 40        # or transmission = energy ratio; nothing passes if both are absent
+//! source = "measured in March"     # where the numbers come from; optional
+//! ```
+//!
+//! Absorption counts what passes through, so transmission is never above it.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::toml_file::{TomlFile, read_text};
+use crate::acoustics::bands::{BANDS, BandArray};
+use crate::acoustics::material::Material;
+use crate::error::Result;
+
+/// Name of the material that unknown names get.
+pub const GENERIC_MATERIAL: &str = "generic";
+
+/// Scattering of a material that states none: smooth building surfaces have 0.05 to 0.2 ([VORLANDER08] appendix).
+pub const DEFAULT_SCATTERING: f32 = 0.1;
+
+/// Transmission of a material that states none.
+pub const DEFAULT_TRANSMISSION: f32 = 0.0;
+
+/// By how much transmission may exceed absorption: the rounding of a level to two digits.
+const TRANSMISSION_SLACK: f32 = 1e-6;
+
+const KEYS: [&str; 5] = [
+    "absorption",
+    "scattering",
+    "transmission",
+    "transmission_loss_db",
+    "source",
+];
+
+/// A material and where its numbers come from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaterialEntry {
+    /// The material under its name in the table.
+    pub material: Material,
+    /// The source its file states, empty if none.
+    pub source: String,
+}
+
+/// Materials by name.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MaterialTable {
+    entries: Vec<MaterialEntry>,
+}
+
+/// Materials for a list of names.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Resolved {
+    /// One material a name, in the order asked, under the name asked.
+    pub materials: Vec<Material>,
+    /// Names that the table does not know and that got [`GENERIC_MATERIAL`].
+    pub defaulted: Vec<String>,
+}
+
+impl MaterialTable {
+    /// The materials that come with the crate.
+    pub fn built_in() -> Self {
+        static TABLE: OnceLock<MaterialTable> = OnceLock::new();
+        // A test parses the included text, so the empty table stands for nothing that ships.
+        TABLE
+            .get_or_init(|| {
+                let text = include_str!("materials.toml");
+                Self::parse(Path::new("built-in materials.toml"), text).unwrap_or_default()
+            })
+            .clone()
+    }
+
+    /// Reads a file of `[materials.NAME]` tables.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], and [`crate::Error::File`] where the file cannot be read.
+    pub fn load(path: &Path) -> Result<Self> {
+        Self::parse(path, &read_text(path)?)
+    }
+
+    /// Reads the text of such a file; `path` is for errors.
+    ///
+    /// # Errors
+    /// [`crate::Error::Format`] with line and key for anything but numbers from 0 to 1, one or eight of them, with
+    /// transmission not above absorption.
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        let file = TomlFile { path, text };
+        let root = file.parse()?;
+        file.known_keys(&root, "the file", &["materials"])?;
+        match root.get("materials") {
+            Some(value) => Self::from_toml(file, value),
+            None => Ok(Self::default()),
+        }
+    }
+
+    /// From the value of a `materials` key.
+    pub(super) fn from_toml<'a>(file: TomlFile<'a>, value: &Spanned<DeValue<'a>>) -> Result<Self> {
+        let mut table = Self::default();
+        for (name, value) in file.table(value, "materials")? {
+            let name_text = name.get_ref().as_ref();
+            let fields = file.table(value, name_text)?;
+            let entry = read_entry(file, name, fields)?;
+            table.entries.push(entry);
+        }
+        Ok(table)
+    }
+
+    /// Adds the materials of another table; they win over those already here.
+    pub fn extend(&mut self, other: Self) {
+        for entry in other.entries {
+            self.entries
+                .retain(|old| old.material.name != entry.material.name);
+            self.entries.push(entry);
+        }
+    }
+
+    /// Finds a material: by its exact name, else by its name in any ASCII case, the last one added if several fit.
+    pub fn get(&self, name: &str) -> Option<&MaterialEntry> {
+        let named = |entry: &&MaterialEntry| entry.material.name == name;
+        let like = |entry: &&MaterialEntry| entry.material.name.eq_ignore_ascii_case(name);
+        self.entries
+            .iter()
+            .find(named)
+            .or_else(|| self.entries.iter().rev().find(like))
+    }
+
+    /// All materials.
+    pub fn entries(&self) -> &[MaterialEntry] {
+        &self.entries
+    }
+
+    /// Materials for a mesh's names. Unknown names get [`GENERIC_MATERIAL`] and are listed.
+    pub fn resolve(&self, names: &[String]) -> Resolved {
+        let mut resolved = Resolved {
+            materials: Vec::with_capacity(names.len()),
+            defaulted: Vec::new(),
+        };
+        for name in names {
+            let found = self.get(name).map(|entry| entry.material.clone());
+            let mut material = found.unwrap_or_else(|| {
+                resolved.defaulted.push(name.clone());
+                self.generic()
+            });
+            material.name.clone_from(name);
+            resolved.materials.push(material);
+        }
+        resolved
+    }
+
+    /// What unknown names get: the table's own entry, else the built-in numbers for a table without one.
+    fn generic(&self) -> Material {
+        self.get(GENERIC_MATERIAL).map_or_else(
+            || Material {
+                name: GENERIC_MATERIAL.into(),
+                absorption: [0.1; BANDS],
+                scattering: [DEFAULT_SCATTERING; BANDS],
+                transmission: [DEFAULT_TRANSMISSION; BANDS],
+            },
+            |entry| entry.material.clone(),
+        )
+    }
+}
+
+fn read_entry<'a>(
+    file: TomlFile<'a>,
+    name: &Spanned<std::borrow::Cow<'a, str>>,
+    fields: &DeTable<'a>,
+) -> Result<MaterialEntry> {
+    let name_text = name.get_ref().as_ref();
+    let place = format!("material `{}`", name_text.escape_debug());
+    file.known_keys(fields, &place, &KEYS)?;
+    let Some(absorption) = fields.get("absorption") else {
+        return Err(file.error(
+            name.span(),
+            format!("{place} has no `absorption`"),
+            "add absorption = [eight numbers from 0 to 1], 63 Hz to 8 kHz",
+        ));
+    };
+    let absorption = bands(file, absorption, "absorption", &place)?;
+    let scattering = match fields.get("scattering") {
+        Some(value) => bands(file, value, "scattering", &place)?,
+        None => [DEFAULT_SCATTERING; BANDS],
+    };
+    let passage = fields
+        .get("transmission")
+        .or_else(|| fields.get("transmission_loss_db"));
+    let transmission = match (
+        fields.get("transmission"),
+        fields.get("transmission_loss_db"),
+    ) {
+        (Some(value), None) => bands(file, value, "transmission", &place)?,
+        (None, Some(value)) => levels(file, value, "transmission_loss_db", &place)?
+            .map(|loss_db| 10f32.powf(-loss_db / 10.0)),
+        (None, None) => [DEFAULT_TRANSMISSION; BANDS],
+        (Some(value), Some(_)) => {
+            return Err(file.error(
+                value.span(),
+                format!("{place} has both `transmission` and `transmission_loss_db`"),
+                "keep one of them",
+            ));
+        }
+    };
+    if let (Some(value), Some(b)) = (
+        passage,
+        (0..BANDS).find(|&b| transmission[b] > absorption[b] + TRANSMISSION_SLACK),
+    ) {
+        return Err(file.error(
+            value.span(),
+            format!(
+                "{place} transmits {:.3} but absorbs {} in band {} of 8",
+                transmission[b],
+                absorption[b],
+                b + 1
+            ),
+            "raise absorption (it counts what passes through) or lower transmission",
+        ));
+    }
+    let transmission = std::array::from_fn(|b| transmission[b].min(absorption[b]));
+    let source = match fields.get("source") {
+        Some(value) => file.string(value, "source")?,
+        None => String::new(),
+    };
+    Ok(MaterialEntry {
+        material: Material {
+            name: name_text.to_owned(),
+            absorption,
+            scattering,
+            transmission,
+        },
+        source,
+    })
+}
+
+/// One ratio a band, from 0 to 1.
+fn bands(
+    file: TomlFile<'_>,
+    value: &Spanned<DeValue<'_>>,
+    key: &str,
+    place: &str,
+) -> Result<BandArray> {
+    spectrum(file, value, key, place, 1.0, "give numbers from 0 to 1")
+}
+
+/// One level a band, from 0 dB.
+fn levels(
+    file: TomlFile<'_>,
+    value: &Spanned<DeValue<'_>>,
+    key: &str,
+    place: &str,
+) -> Result<BandArray> {
+    let advice = "give decibels from 0 to 200";
+    spectrum(file, value, key, place, 200.0, advice)
+}
+
+fn spectrum(
+    file: TomlFile<'_>,
+    value: &Spanned<DeValue<'_>>,
+    key: &str,
+    place: &str,
+    most: f64,
+    advice: &str,
+) -> Result<BandArray> {
+    let numbers = file.numbers(value, key)?;
+    for (number, span) in &numbers {
+        if !(0.0..=most).contains(number) {
+            let problem = format!("`{key}` of {place} has {number}, outside 0 to {most}");
+            return Err(file.error(span.clone(), problem, advice));
+        }
+    }
+    match numbers[..] {
+        [(single, _)] => Ok([single as f32; BANDS]),
+        _ if numbers.len() == BANDS => Ok(std::array::from_fn(|b| numbers[b].0 as f32)),
+        _ => Err(file.error(
+            value.span(),
+            format!(
+                "`{key}` of {place} has {} numbers instead of {BANDS}",
+                numbers.len()
+            ),
+            "give one for each octave from 63 Hz to 8 kHz, or a single number for all",
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn problem(text: &str) -> String {
+        MaterialTable::parse(Path::new("m.toml"), text)
+            .unwrap_err()
+            .to_string()
+    }
+
+    #[test]
+    fn built_in_table_parses_and_has_every_promised_name() {
+        let text = include_str!("materials.toml");
+        let table = MaterialTable::parse(Path::new("materials.toml"), text).unwrap();
+        assert_eq!(table, MaterialTable::built_in());
+        for name in [
+            "concrete",
+            "plaster",
+            "brick",
+            "wood_panel",
+            "wood_floor",
+            "parquet_on_concrete",
+            "glass",
+            "steel",
+            "carpet",
+            "upholstered_seat",
+            "curtain",
+            "acoustic_ceiling",
+            "door_wood",
+            "gypsum_board",
+            "grass",
+            "gravel",
+            "soil",
+            "foliage",
+            "asphalt",
+            "marble",
+            "sandbag",
+            GENERIC_MATERIAL,
+        ] {
+            assert!(table.get(name).is_some(), "{name}");
+        }
+        for entry in table.entries() {
+            assert!(!entry.source.is_empty(), "{}", entry.material.name);
+        }
+    }
+
+    #[test]
+    fn names_match_exactly_first_then_in_any_case() {
+        let mut table = MaterialTable::built_in();
+        let own = "[materials.Concrete]\nabsorption = 0.5\n[materials.glass]\nabsorption = 0.25\n";
+        table.extend(MaterialTable::parse(Path::new("m.toml"), own).unwrap());
+        let names = ["concrete", "Concrete", "CONCRETE", "GLASS", "Granite.001"];
+        let resolved = table.resolve(&names.map(String::from));
+        let first_band: Vec<f32> = resolved.materials.iter().map(|m| m.absorption[0]).collect();
+        assert_eq!(first_band[1..], [0.5, 0.5, 0.25, 0.1]);
+        assert!(first_band[0] < 0.1);
+        assert_eq!(resolved.materials[4].name, "Granite.001");
+        assert_eq!(resolved.defaulted, ["Granite.001"]);
+    }
+
+    #[test]
+    fn losses_become_energy_ratios_and_defaults_hold() {
+        let text = "[materials.a]\nabsorption = 0.2\ntransmission_loss_db = 20\n[materials.b]\nabsorption = 1\n";
+        let table = MaterialTable::parse(Path::new("m.toml"), text).unwrap();
+        let a = &table.get("a").unwrap().material;
+        assert!((a.transmission[7] - 0.01).abs() < 1e-8);
+        let b = &table.get("b").unwrap().material;
+        assert_eq!(b.scattering, [DEFAULT_SCATTERING; BANDS]);
+        assert_eq!(b.transmission, [DEFAULT_TRANSMISSION; BANDS]);
+    }
+
+    #[test]
+    fn errors_name_line_key_and_remedy() {
+        for (text, expected) in [
+            (
+                "[materials.a]\nabsorption = [0.1, 0.2]",
+                "m.toml:2: `absorption` of material `a` has 2 numbers instead of 8; give one",
+            ),
+            (
+                "[materials.a]\nabsorption = 1.5",
+                "m.toml:2: `absorption` of material `a` has 1.5, outside 0 to 1; give",
+            ),
+            (
+                "[materials.a]\nabsorption = nan",
+                "m.toml:2: `absorption` is not a finite number",
+            ),
+            (
+                "\n[materials.a]\nscattering = 0.1",
+                "m.toml:2: material `a` has no `absorption`",
+            ),
+            (
+                "[materials.a]\nabsorption = 0.1\ntransmission = 0.2",
+                "m.toml:3: material `a` transmits 0.200 but absorbs 0.1 in band 1 of 8; raise",
+            ),
+            (
+                "[materials.a]\nabsorption = 0.1\nabsorbtion = 0.2",
+                "m.toml:3: unknown key `absorbtion` in material `a`; use absorption",
+            ),
+            (
+                "[materials.a]\nabsorption = 'x'",
+                "m.toml:2: `absorption` is a string instead of a number",
+            ),
+            (
+                "[materials.a]\nabsorption = 1\ntransmission = 0\ntransmission_loss_db = 3",
+                "m.toml:3: material `a` has both",
+            ),
+            ("materials = 3", "m.toml:1: `materials` is a number instead"),
+            (
+                "[material.a]",
+                "m.toml:1: unknown key `material` in the file",
+            ),
+            ("[materials.a\n", "m.toml:1: "),
+        ] {
+            let text = problem(text);
+            assert!(text.starts_with(expected), "{text}");
+            assert_eq!(text.lines().count(), 1);
+        }
+    }
+}
