@@ -3,6 +3,7 @@
 //! Coordinates are pixels from the top left corner; whole numbers are pixel corners, so the first pixel's centre is
 //! (0.5, 0.5). What lies outside is left out. Text is in [`super::lettering`].
 
+use std::ops::Range;
 use std::path::Path;
 
 use glam::{Vec2, vec2};
@@ -107,32 +108,10 @@ impl Canvas {
 
     /// Draws a straight line with round ends.
     pub fn line(&mut self, from: Vec2, to: Vec2, width_px: f32, colour: Colour, share: f32) {
-        if !from.is_finite() || !to.is_finite() {
-            return;
-        }
-        let (along, reach) = (to - from, width_px / 2.0 + 0.5);
-        let length_squared = along.length_squared();
-        let (low, high) = (from.min(to) - reach, from.max(to) + reach);
-        for y in self.rows(low.y, high.y) {
-            let centre_y = y as f32 + 0.5;
-            // Only the stretch of the row that the line can reach is visited.
-            let (mut left, mut right) = (low.x, high.x);
-            if along.y.abs() > 1e-3 {
-                let x = from.x + along.x * (centre_y - from.y) / along.y;
-                let half = reach * length_squared.sqrt() / along.y.abs() + 1.0;
-                left = left.max(x - half);
-                right = right.min(x + half);
-            }
-            for x in self.columns(left, right) {
-                let centre = vec2(x as f32 + 0.5, centre_y);
-                let place = (centre - from).dot(along) / length_squared.max(1e-12);
-                let nearest = from + along * place.clamp(0.0, 1.0);
-                let cover = (reach - centre.distance(nearest))
-                    .clamp(0.0, 1.0)
-                    .min(width_px);
-                self.blend(x, y, colour, share * cover);
-            }
-        }
+        let size = (self.width, self.height);
+        line_cover(size, from, to, width_px, |x, y, cover| {
+            self.blend(x as i64, y as i64, colour, share * cover);
+        });
     }
 
     /// Draws a line of dashes: `on_px` drawn, `off_px` left out.
@@ -215,17 +194,54 @@ impl Canvas {
     }
 
     /// Pixel rows that touch an interval.
-    fn rows(&self, low: f32, high: f32) -> std::ops::Range<i64> {
+    fn rows(&self, low: f32, high: f32) -> Range<i64> {
         clipped(low, high, self.height)
     }
 
     /// Pixel columns that touch an interval.
-    fn columns(&self, low: f32, high: f32) -> std::ops::Range<i64> {
+    fn columns(&self, low: f32, high: f32) -> Range<i64> {
         clipped(low, high, self.width)
     }
 }
 
-fn clipped(low: f32, high: f32, side: usize) -> std::ops::Range<i64> {
+/// Calls `covered` with column, row and share (0 … 1) of every pixel that a straight line with round ends covers in
+/// a picture of a width and height.
+pub(super) fn line_cover(
+    size: (usize, usize),
+    from: Vec2,
+    to: Vec2,
+    width_px: f32,
+    mut covered: impl FnMut(usize, usize, f32),
+) {
+    if !from.is_finite() || !to.is_finite() {
+        return;
+    }
+    let (along, reach) = (to - from, width_px / 2.0 + 0.5);
+    let length_squared = along.length_squared();
+    let (low, high) = (from.min(to) - reach, from.max(to) + reach);
+    for y in clipped(low.y, high.y, size.1) {
+        let centre_y = y as f32 + 0.5;
+        // Only the stretch of the row that the line can reach is visited.
+        let (mut left, mut right) = (low.x, high.x);
+        if along.y.abs() > 1e-3 {
+            let x = from.x + along.x * (centre_y - from.y) / along.y;
+            let half = reach * length_squared.sqrt() / along.y.abs() + 1.0;
+            left = left.max(x - half);
+            right = right.min(x + half);
+        }
+        for x in clipped(left, right, size.0) {
+            let centre = vec2(x as f32 + 0.5, centre_y);
+            let place = (centre - from).dot(along) / length_squared.max(1e-12);
+            let nearest = from + along * place.clamp(0.0, 1.0);
+            let cover = (reach - centre.distance(nearest)).clamp(0.0, 1.0);
+            if cover > 0.0 {
+                covered(x as usize, y as usize, cover.min(width_px));
+            }
+        }
+    }
+}
+
+fn clipped(low: f32, high: f32, side: usize) -> Range<i64> {
     let end = (high.ceil() as i64).min(side as i64);
     (low.floor() as i64).clamp(0, end.max(0))..end.max(0)
 }

@@ -6,11 +6,13 @@ pub mod axis;
 pub mod canvas;
 pub mod clip;
 pub mod colormap;
+pub mod floor_plan;
 pub mod lettering;
 pub mod mel;
 pub mod si_snr;
 pub mod spectrogram_figure;
 pub mod ssim;
+pub mod top_view;
 
 pub use canvas::Canvas;
 pub use clip::{Clip, load_clip};
