@@ -1,1 +1,20 @@
 //! Stands outside and measures; nothing inside knows of it.
+//!
+//! Host only. Sound in ([`clip`]), figures of merit ([`si_snr`], [`ssim`] on [`mel`] spectrograms) and pictures.
+
+pub mod axis;
+pub mod canvas;
+pub mod clip;
+pub mod colormap;
+pub mod floor_plan;
+pub mod lettering;
+pub mod mel;
+pub mod si_snr;
+pub mod spectrogram_figure;
+pub mod ssim;
+pub mod top_view;
+
+pub use canvas::Canvas;
+pub use clip::{Clip, load_clip};
+pub use colormap::{Colormap, Colour};
+pub use mel::{LogMel, MelAnalyser};
