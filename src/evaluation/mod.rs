@@ -9,6 +9,7 @@ pub mod colormap;
 pub mod floor_plan;
 pub mod lettering;
 pub mod mel;
+pub mod room_parameters;
 pub mod si_snr;
 pub mod spectrogram_figure;
 pub mod ssim;
@@ -18,3 +19,5 @@ pub use canvas::Canvas;
 pub use clip::{Clip, load_clip};
 pub use colormap::{Colormap, Colour};
 pub use mel::{LogMel, MelAnalyser};
+
+pub mod validate;

@@ -31,11 +31,16 @@ pub struct CommittedMesh {
     pub report: IntakeReport,
 }
 
-/// Cleans a mesh, finds its surfaces and gives them materials.
+/// Cleans a mesh, finds its surfaces and gives them materials. Connected plane pieces of at least `smallest_panel_m2`
+/// reflect like mirrors ([`SurfaceSet::reflects_at`]).
 ///
 /// # Errors
 /// As [`weld::clean`].
-pub fn commit_mesh(mesh: &TriangleMesh, table: &MaterialTable) -> Result<CommittedMesh> {
+pub fn commit_mesh(
+    mesh: &TriangleMesh,
+    table: &MaterialTable,
+    smallest_panel_m2: f64,
+) -> Result<CommittedMesh> {
     let (mut clean, mut report) = weld::clean(mesh)?;
     let middle = (report.bounds_min.as_dvec3() + report.bounds_max.as_dvec3()) / 2.0;
     let centre = middle.round() + DVec3::ZERO;
@@ -67,7 +72,7 @@ pub fn commit_mesh(mesh: &TriangleMesh, table: &MaterialTable) -> Result<Committ
         };
     }
     let vertices: Vec<Vec3> = clean.vertices.iter().map(|&v| centred(v)).collect();
-    let surfaces = SurfaceSet::build(&clean, centre, &vertices);
+    let surfaces = SurfaceSet::build(&clean, centre, &vertices, smallest_panel_m2);
     let resolved = table.resolve(&clean.material_names);
     Ok(CommittedMesh {
         centre,

@@ -80,6 +80,17 @@ impl MaterialTable {
             .clone()
     }
 
+    /// A table of given materials.
+    pub fn from_materials(materials: Vec<Material>) -> Self {
+        let entry = |material| MaterialEntry {
+            material,
+            source: String::new(),
+        };
+        Self {
+            entries: materials.into_iter().map(entry).collect(),
+        }
+    }
+
     /// Reads a file of `[materials.NAME]` tables.
     ///
     /// # Errors

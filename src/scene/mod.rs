@@ -4,6 +4,7 @@
 
 mod cells;
 pub mod commit;
+pub mod committed;
 pub mod layout;
 pub mod materials;
 pub mod mesh;
@@ -17,6 +18,7 @@ mod toml_file;
 pub mod weld;
 
 pub use commit::{CommittedMesh, commit_mesh};
+pub use committed::{Scene, SceneSettings};
 pub use layout::{NamedSource, SceneLayout, Walk};
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;

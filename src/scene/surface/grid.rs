@@ -1,7 +1,9 @@
-//! Answers whether a point lies on a surface.
+//! Answers whether a point lies on a panel of a surface.
 //!
 //! Each surface is seen along the axis its normal is nearest to. Up to [`FEW_TRIANGLES`] triangles are tested one after
 //! the other; more get a uniform grid over their bounds, about one cell a triangle, all grids in the same flat lists.
+
+use std::ops::Range;
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -67,14 +69,15 @@ impl Grids {
             let axis = main_axis(surface.normal);
             let first = surface.first_triangle;
             let slots_of = first as usize..(first + surface.triangle_count) as usize;
+            let panels_end = (first + surface.panel_triangle_count) as usize;
             result.flat.extend(slots[slots_of].iter().map(|&number| {
                 let corners = triangles[number as usize].map(|i| vertices[i as usize]);
                 FlatTriangle::new(corners.map(|v| flat(v.as_dvec3(), axis)))
             }));
-            let grid = if surface.triangle_count > FEW_TRIANGLES {
+            let grid = if surface.panel_triangle_count > FEW_TRIANGLES {
                 let low = flat(surface.bounds_min.as_dvec3(), axis);
                 let high = flat(surface.bounds_max.as_dvec3(), axis);
-                result.add_grid(first, low, high)
+                result.add_grid(first as usize..panels_end, low, high)
             } else {
                 NO_GRID
             };
@@ -83,9 +86,9 @@ impl Grids {
         result
     }
 
-    /// Grid over the flat triangles from `first` on.
-    fn add_grid(&mut self, first: u32, low: DVec2, high: DVec2) -> u32 {
-        let members = &self.flat[first as usize..];
+    /// Grid over some of the flat triangles.
+    fn add_grid(&mut self, slots: Range<usize>, low: DVec2, high: DVec2) -> u32 {
+        let members = &self.flat[slots.clone()];
         let margin = DVec2::splat(2.0 * INSIDE_TOLERANCE_M);
         let origin = low - margin;
         let size = high + margin - origin;
@@ -128,7 +131,7 @@ impl Grids {
         }
         self.cells.push(next);
         self.entries.resize(next as usize, 0);
-        for (slot, triangle) in (first..).zip(members) {
+        for (slot, triangle) in (slots.start as u32..).zip(members) {
             let entries = &mut self.entries;
             grid.cover(triangle, |cell| {
                 let place = &mut counts[cell as usize];
@@ -146,7 +149,7 @@ impl Grids {
         let grid = self.grid_of[number as usize];
         if grid == NO_GRID {
             let first = surface.first_triangle as usize;
-            let members = &self.flat[first..first + surface.triangle_count as usize];
+            let members = &self.flat[first..first + surface.panel_triangle_count as usize];
             return members.iter().any(|triangle| triangle.holds(place));
         }
         let grid = &self.grids[grid as usize];

@@ -7,6 +7,7 @@
 mod grid;
 mod group;
 mod key;
+mod panel;
 
 use glam::{DVec3, Vec3};
 
@@ -38,6 +39,8 @@ pub struct Surface {
     pub first_triangle: u32,
     /// How many they are.
     pub triangle_count: u32,
+    /// How many of them, the first ones, belong to panels: connected pieces large enough to reflect like a mirror.
+    pub panel_triangle_count: u32,
 }
 
 impl Surface {
@@ -45,6 +48,12 @@ impl Surface {
     #[inline]
     pub fn distance_m(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset_m
+    }
+
+    /// A point mirrored in the plane.
+    #[inline]
+    pub fn mirror(&self, point: DVec3) -> DVec3 {
+        point - 2.0 * self.distance_m(point) * self.normal
     }
 }
 
@@ -57,13 +66,20 @@ pub struct SurfaceSet {
     pub triangle_surface: Vec<u32>,
     /// Triangles by surface; [`Surface::first_triangle`] says where each one's begin.
     pub triangles: Vec<u32>,
+    /// Whether each triangle of the mesh belongs to a panel.
+    triangle_in_panel: Vec<bool>,
     grids: Grids,
 }
 
 impl SurfaceSet {
     /// Surfaces of a mesh as [`super::weld::clean`] gives it. `centre` is the origin of `vertices`, the mesh's vertices
-    /// in the coordinates of the result.
-    pub(super) fn build(mesh: &TriangleMesh, centre: DVec3, vertices: &[Vec3]) -> Self {
+    /// in the coordinates of the result. A connected piece of at least `smallest_panel_m2` is a panel.
+    pub(super) fn build(
+        mesh: &TriangleMesh,
+        centre: DVec3,
+        vertices: &[Vec3],
+        smallest_panel_m2: f64,
+    ) -> Self {
         let groups = group::group(mesh, centre);
         let mut surfaces: Vec<Surface> = groups
             .surfaces
@@ -78,6 +94,7 @@ impl SurfaceSet {
                 bounds_max: Vec3::NEG_INFINITY,
                 first_triangle: 0,
                 triangle_count: 0,
+                panel_triangle_count: 0,
             })
             .collect();
         let keys: Vec<u64> = surfaces.iter().map(|surface| surface.key).collect();
@@ -112,17 +129,26 @@ impl SurfaceSet {
             next.push(first);
             first += surface.triangle_count;
         }
+        let triangle_in_panel = panel::large_enough(mesh, &triangle_surface, smallest_panel_m2);
         let mut triangles = vec![0u32; mesh.triangles.len()];
-        for (number, &surface) in triangle_surface.iter().enumerate() {
-            let slot = &mut next[surface as usize];
-            triangles[*slot as usize] = number as u32;
-            *slot += 1;
+        // Those of panels first.
+        for panels in [true, false] {
+            for (number, &surface) in triangle_surface.iter().enumerate() {
+                if triangle_in_panel[number] != panels {
+                    continue;
+                }
+                let slot = &mut next[surface as usize];
+                triangles[*slot as usize] = number as u32;
+                *slot += 1;
+                surfaces[surface as usize].panel_triangle_count += u32::from(panels);
+            }
         }
         let grids = Grids::build(&surfaces, &triangles, &mesh.triangles, vertices);
         Self {
             surfaces,
             triangle_surface,
             triangles,
+            triangle_in_panel,
             grids,
         }
     }
@@ -137,7 +163,16 @@ impl SurfaceSet {
         &self.triangles[first..first + surface.triangle_count as usize]
     }
 
-    /// Whether a point of a surface's plane lies inside one of its triangles, or closer to one than
+    /// Whether a triangle belongs to a panel.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[inline]
+    pub fn is_panel(&self, triangle: u32) -> bool {
+        self.triangle_in_panel[triangle as usize]
+    }
+
+    /// Whether a point of a surface's plane lies inside a triangle of one of its panels, or closer to one than
     /// [`INSIDE_TOLERANCE_M`], so that no gap opens along inner edges. The point is projected along the normal's
     /// largest component, not measured against the plane.
     ///
@@ -147,7 +182,7 @@ impl SurfaceSet {
     /// # Real-time
     /// Allocates nothing; one grid cell's triangles are tested.
     #[inline]
-    pub fn contains(&self, surface: u32, point: DVec3) -> bool {
+    pub fn reflects_at(&self, surface: u32, point: DVec3) -> bool {
         self.grids
             .contains(surface, &self.surfaces[surface as usize], point)
     }
