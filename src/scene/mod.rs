@@ -5,11 +5,10 @@
 mod cells;
 pub mod commit;
 pub mod layout;
+mod material_entry;
 pub mod materials;
 pub mod mesh;
 pub mod obj;
-mod obj_lines;
-mod polygon;
 pub mod pose;
 pub mod procedural;
 pub mod surface;
