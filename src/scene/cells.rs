@@ -41,18 +41,21 @@ impl CellIndex {
         number
     }
 
-    /// Visits everything in the cells that a box from `low` to `high` touches, some of it twice, and strangers.
+    /// Visits everything in the cells that a box from `low` to `high` touches, some of it twice, and strangers, until
+    /// `go_on` says no.
     pub(super) fn visit<const N: usize>(
         &self,
         low: [i64; N],
         high: [i64; N],
-        mut seen: impl FnMut(u32),
+        mut go_on: impl FnMut(u32) -> bool,
     ) {
         let mut cell = low;
         loop {
             let mut number = self.heads[self.bucket(cell)];
             while number != NONE {
-                seen(number);
+                if !go_on(number) {
+                    return;
+                }
                 number = self.next[number as usize];
             }
             // Counts up like an odometer whose wheels run from low to high.
@@ -89,7 +92,10 @@ mod tests {
             }
         }
         let mut seen = [false; 27];
-        index.visit([-1, 0, 0], [0, 1, 0], |number| seen[number as usize] = true);
+        index.visit([-1, 0, 0], [0, 1, 0], |number| {
+            seen[number as usize] = true;
+            true
+        });
         for (number, x, y) in [(4, -1, 0), (7, -1, 1), (13, 0, 0), (16, 0, 1)] {
             assert!(seen[number], "{x} {y}");
         }

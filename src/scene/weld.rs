@@ -26,6 +26,9 @@ const SMALLEST_HEIGHT_RATIO: f64 = 1e-6;
 /// Edge of a search cell in metres: large enough that most vertices look into one cell only.
 const CELL_M: f64 = 16.0 * WELD_DISTANCE_M;
 
+/// Most triangles of a mesh: lists of several entries a triangle stay within 31 bits.
+const MOST_TRIANGLES: usize = 1 << 26;
+
 /// What became of a mesh on its way in.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct IntakeReport {
@@ -62,6 +65,15 @@ pub struct IntakeReport {
 /// [`LARGEST_COORDINATE_M`], and where no triangle stays.
 pub fn clean(mesh: &TriangleMesh) -> Result<(TriangleMesh, IntakeReport)> {
     mesh.check_indices()?;
+    if mesh.triangles.len() > MOST_TRIANGLES {
+        return Err(Error::mesh(
+            format!(
+                "{} triangles, more than {MOST_TRIANGLES}",
+                mesh.triangles.len()
+            ),
+            "simplify the model; sound needs walls, not ornaments",
+        ));
+    }
     let mut report = IntakeReport {
         triangles_in: mesh.triangles.len(),
         ..IntakeReport::default()
@@ -155,6 +167,7 @@ fn weld(vertices: &[Vec3], used: &[bool]) -> (Vec<Vec3>, Vec<u32>) {
             if other < first && near.distance_squared(place) <= WELD_DISTANCE_M * WELD_DISTANCE_M {
                 first = other;
             }
+            true
         });
         if first == u32::MAX {
             first = index.insert(cells(0.0));

@@ -1,7 +1,8 @@
 //! Answers whether a point lies on a panel of a surface.
 //!
 //! Each surface is seen along the axis its normal is nearest to. Up to [`FEW_TRIANGLES`] triangles are tested one after
-//! the other; more get a uniform grid over their bounds, about one cell a triangle, all grids in the same flat lists.
+//! the other; more get a uniform grid over their bounds, all grids in the same flat lists. A cell that one triangle
+//! covers whole answers without a test.
 
 use std::ops::Range;
 
@@ -17,7 +18,19 @@ pub const INSIDE_TOLERANCE_M: f64 = 1e-5;
 const FEW_TRIANGLES: u32 = 4;
 
 /// A grid holds no more entries a triangle than this, or it is made coarser: long thin triangles cross many cells.
-const MOST_ENTRIES_A_TRIANGLE: usize = 8;
+const MOST_ENTRIES_A_TRIANGLE: usize = 24;
+
+/// Cells a triangle: on small surfaces many, so that most points fall into cells that are whole or empty.
+const CELLS_A_TRIANGLE: f64 = 16.0;
+
+/// The same on surfaces of more triangles than [`FINE_CELLS`] / [`CELLS_A_TRIANGLE`], where memory counts.
+const LEAST_CELLS_A_TRIANGLE: f64 = 2.0;
+
+/// Number of cells up to which a grid is fine.
+const FINE_CELLS: f64 = 4096.0;
+
+/// Bit of a cell that lies inside one triangle.
+const WHOLE: u32 = 1 << 31;
 
 /// Most cells along an axis.
 const MOST_CELLS: f64 = 4096.0;
@@ -47,7 +60,7 @@ pub(super) struct Grids {
     /// One a surface, or [`NO_GRID`].
     grid_of: Vec<u32>,
     grids: Vec<Grid>,
-    /// Where each cell's entries begin; one more closes each grid.
+    /// Where each cell's entries begin, and [`WHOLE`]; one more closes each grid.
     cells: Vec<u32>,
     /// Slots of the triangles that touch a cell.
     entries: Vec<u32>,
@@ -92,13 +105,17 @@ impl Grids {
         let margin = DVec2::splat(2.0 * INSIDE_TOLERANCE_M);
         let origin = low - margin;
         let size = high + margin - origin;
-        let count = members.len() as f64;
+        let triangles = members.len() as f64;
+        let count = (CELLS_A_TRIANGLE * triangles)
+            .min(FINE_CELLS)
+            .max(LEAST_CELLS_A_TRIANGLE * triangles);
         let mut columns = (count * size.x / size.y)
             .sqrt()
             .ceil()
             .clamp(1.0, MOST_CELLS);
         let mut rows = (count / columns).ceil().clamp(1.0, MOST_CELLS);
         let mut counts: Vec<u32>;
+        let mut whole: Vec<bool>;
         let mut grid;
         loop {
             grid = Grid {
@@ -109,11 +126,13 @@ impl Grids {
                 first_cell: self.cells.len() as u32,
             };
             counts = vec![0; (grid.columns * grid.rows) as usize];
+            whole = vec![false; counts.len()];
             let mut total = 0usize;
             for triangle in members {
                 grid.cover(triangle, |cell| {
                     counts[cell as usize] += 1;
                     total += 1;
+                    whole[cell as usize] |= grid.corners(cell).iter().all(|&p| triangle.spans(p));
                 });
             }
             if counts.len() == 1 || total <= MOST_ENTRIES_A_TRIANGLE * members.len() {
@@ -123,10 +142,14 @@ impl Grids {
             rows = (rows / 2.0).ceil();
         }
         let mut next = self.entries.len() as u32;
-        for count in &mut counts {
-            self.cells.push(next);
+        for (count, &whole) in counts.iter_mut().zip(&whole) {
             let begin = next;
-            next += *count;
+            if whole {
+                self.cells.push(begin | WHOLE);
+            } else {
+                self.cells.push(begin);
+                next += *count;
+            }
             *count = begin;
         }
         self.cells.push(next);
@@ -134,9 +157,11 @@ impl Grids {
         for (slot, triangle) in (slots.start as u32..).zip(members) {
             let entries = &mut self.entries;
             grid.cover(triangle, |cell| {
-                let place = &mut counts[cell as usize];
-                entries[*place as usize] = slot;
-                *place += 1;
+                if !whole[cell as usize] {
+                    let place = &mut counts[cell as usize];
+                    entries[*place as usize] = slot;
+                    *place += 1;
+                }
             });
         }
         self.grids.push(grid);
@@ -157,7 +182,12 @@ impl Grids {
             return false;
         };
         let cell = (grid.first_cell + cell) as usize;
-        self.entries[self.cells[cell] as usize..self.cells[cell + 1] as usize]
+        let begin = self.cells[cell];
+        if begin & WHOLE != 0 {
+            return true;
+        }
+        let end = self.cells[cell + 1] & !WHOLE;
+        self.entries[begin as usize..end as usize]
             .iter()
             .any(|&slot| self.flat[slot as usize].holds(place))
     }
@@ -182,23 +212,32 @@ impl FlatTriangle {
         (a.min(b).min(c), a.max(b).max(c))
     }
 
-    /// Whether a point is inside or within the tolerance of each edge's line. The bounds cut off the far tips that the
-    /// tolerance grows on slivers.
-    #[inline]
-    fn holds(&self, point: DVec2) -> bool {
-        let (low, high) = self.bounds();
-        let margin = DVec2::splat(INSIDE_TOLERANCE_M);
-        if point.cmplt(low - margin).any() || point.cmpgt(high + margin).any() {
-            return false;
-        }
+    /// Whether a point is inside, without tolerance.
+    fn spans(&self, point: DVec2) -> bool {
         (0..3).all(|i| {
             let a = self.corner(i);
-            let edge = self.corner((i + 1) % 3) - a;
-            // Distance from the edge's line times its length, compared in squares to save the root.
-            let area = edge.perp_dot(point - a);
-            area >= 0.0
-                || area * area <= INSIDE_TOLERANCE_M * INSIDE_TOLERANCE_M * edge.length_squared()
+            (self.corner((i + 1) % 3) - a).perp_dot(point - a) >= 0.0
         })
+    }
+
+    /// Whether a point is inside or within the tolerance of each edge's line. The bounds cut off the far tips that the
+    /// tolerance grows on slivers. Without branches: which test fails is different for every point.
+    #[inline]
+    fn holds(&self, point: DVec2) -> bool {
+        let [a, b, c] = [self.corner(0), self.corner(1), self.corner(2)];
+        let margin = DVec2::splat(INSIDE_TOLERANCE_M);
+        let low = a.min(b).min(c) - margin;
+        let high = a.max(b).max(c) + margin;
+        let near =
+            (point.x >= low.x) & (point.y >= low.y) & (point.x <= high.x) & (point.y <= high.y);
+        let left_of = |from: DVec2, to: DVec2| {
+            let edge = to - from;
+            // Distance from the edge's line times its length, compared in squares to save the root.
+            let area = edge.perp_dot(point - from);
+            let most = INSIDE_TOLERANCE_M * INSIDE_TOLERANCE_M * edge.length_squared();
+            (area >= 0.0) | (area * area <= most)
+        };
+        near & left_of(a, b) & left_of(b, c) & left_of(c, a)
     }
 }
 
@@ -211,6 +250,15 @@ impl Grid {
             && at.x < f64::from(self.columns)
             && at.y < f64::from(self.rows);
         inside.then(|| at.y as u32 * self.columns + at.x as u32)
+    }
+
+    fn corners(&self, cell: u32) -> [DVec2; 4] {
+        let low = DVec2::new(
+            f64::from(cell % self.columns),
+            f64::from(cell / self.columns),
+        );
+        [low, low + DVec2::X, low + DVec2::Y, low + DVec2::ONE]
+            .map(|place| self.origin + place / self.cells_a_metre)
     }
 
     fn column(&self, x: f64) -> u32 {

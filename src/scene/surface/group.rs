@@ -30,7 +30,7 @@ const OFFSET_CELL_M: f64 = 8e-3;
 
 /// Planes compared with one before it stays alone: bounds the time on rough ground whose every facet has nearly, but
 /// not quite, its neighbours' plane.
-const MOST_COMPARISONS: usize = 2_000;
+const MOST_COMPARISONS: usize = 500;
 
 const UNASSIGNED: u32 = u32::MAX;
 
@@ -287,8 +287,8 @@ fn unite(
             };
             index.visit(at(-1.0), at(1.0), |root| {
                 comparisons += 1;
-                if root >= found || comparisons > MOST_COMPARISONS {
-                    return;
+                if root >= found {
+                    return comparisons < MOST_COMPARISONS;
                 }
                 let other_seed = roots.seeds[root as usize];
                 let other = facets[other_seed as usize].plane;
@@ -299,6 +299,7 @@ fn unite(
                 {
                     found = root;
                 }
+                comparisons < MOST_COMPARISONS
             });
         }
         if found == UNASSIGNED {

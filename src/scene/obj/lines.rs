@@ -192,7 +192,7 @@ impl<R: BufRead> ObjLines<R> {
             }
             Statement::Material(name) => {
                 let name = if name.is_empty() {
-                    super::obj::UNNAMED_MATERIAL.to_owned()
+                    super::UNNAMED_MATERIAL.to_owned()
                 } else {
                     name
                 };
