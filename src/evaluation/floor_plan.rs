@@ -8,13 +8,10 @@ use glam::{Vec2, Vec3, vec2};
 
 use super::canvas::{Canvas, line_cover};
 use super::colormap::Colour;
+use super::plan_ground::{Ground, rasterise};
 
 /// Sub-pixels a pixel side.
 const FINENESS: usize = 2;
-/// Cells of the ground grid along the longer side, at most, and their least size in metres: wider than a wall, so
-/// that the ground beside a wall is found under it too.
-const GROUND_CELLS: f32 = 256.0;
-const GROUND_CELL_M: f32 = 1.0;
 /// Height range shown, at least, in metres: a floor's unevenness stays pale.
 const LEAST_RANGE_M: f32 = 2.5;
 /// A step between neighbouring sub-pixels from which an edge is drawn, in metres.
@@ -103,74 +100,6 @@ fn draw_sections(
     }
 }
 
-/// Height of the lowest surface around a place, on a coarse grid.
-struct Ground {
-    corner_m: Vec2,
-    cell_m: f32,
-    columns: usize,
-    rows: usize,
-    /// Infinite where there is nothing.
-    lowest_m: Vec<f32>,
-}
-
-impl Ground {
-    fn below(frame: &PlanFrame, triangles: &[[Vec3; 3]]) -> Self {
-        let size_m = frame.size_px / frame.px_per_m;
-        let cell_m = (size_m.max_element() / GROUND_CELLS).max(GROUND_CELL_M);
-        let cells = |side_m: f32| (side_m / cell_m).ceil().max(1.0) as usize;
-        let (columns, rows) = (cells(size_m.x), cells(size_m.y));
-        let mut here = vec![f32::INFINITY; columns * rows];
-        let to_cells = |c: Vec3| ((vec2(c.x, c.z) - frame.corner_m) / cell_m).extend(c.y);
-        for corners in triangles {
-            let corners = corners.map(to_cells);
-            // Centres of cells see the large triangles, corners the small ones.
-            rasterise(&corners, columns, rows, |cell, height_m| {
-                here[cell] = height_m.min(here[cell]);
-            });
-            for corner in corners.iter().filter(|c| c.is_finite()) {
-                let column = (corner.x.max(0.0) as usize).min(columns - 1);
-                let row = (corner.y.max(0.0) as usize).min(rows - 1);
-                let cell = row * columns + column;
-                here[cell] = corner.z.min(here[cell]);
-            }
-        }
-        let around = |cell: usize| {
-            let (column, row) = (cell % columns, cell / columns);
-            let rows = row.saturating_sub(1)..(row + 2).min(rows);
-            rows.flat_map(|r| {
-                (column.saturating_sub(1)..(column + 2).min(columns)).map(move |c| r * columns + c)
-            })
-            .map(|c| here[c])
-            .fold(f32::INFINITY, f32::min)
-        };
-        Self {
-            corner_m: frame.corner_m,
-            cell_m,
-            columns,
-            rows,
-            lowest_m: (0..columns * rows).map(around).collect(),
-        }
-    }
-
-    /// Height at a world place in metres, between cell centres by straight lines; none where nothing is near.
-    fn at(&self, place_m: Vec2) -> Option<f32> {
-        let last = vec2((self.columns - 1) as f32, (self.rows - 1) as f32);
-        let place = ((place_m - self.corner_m) / self.cell_m - 0.5).clamp(Vec2::ZERO, last);
-        let (low, share) = (place.floor(), place.fract());
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-            let cell = (low + vec2(dx, dy)).min(last);
-            let height_m = self.lowest_m[cell.y as usize * self.columns + cell.x as usize];
-            let weight = (1.0 - (share.x - dx).abs()) * (1.0 - (share.y - dy).abs());
-            if height_m.is_finite() && weight > 0.0 {
-                sum += weight * height_m;
-                weights += weight;
-            }
-        }
-        (weights > 0.0).then(|| sum / weights)
-    }
-}
-
 /// What is seen from above, a sub-pixel each: height in metres (NaN where nothing is) and brightness.
 struct Surface {
     columns: usize,
@@ -197,12 +126,12 @@ impl Surface {
             });
             rasterise(&corners.map(to_pixels), columns, rows, |i, height_m| {
                 let (seen_m, cut_m) = (heights_m[i], cuts_m[i]);
-                let wins = if height_m <= cut_m {
-                    // NaN, above the cut, or lower: the new surface hides it.
-                    !(seen_m <= cut_m && seen_m >= height_m)
-                } else {
-                    !(seen_m <= height_m)
-                };
+                let wins = seen_m.is_nan()
+                    || match (height_m <= cut_m, seen_m <= cut_m) {
+                        (true, true) => height_m > seen_m,
+                        (false, false) => height_m < seen_m,
+                        (is_below, _) => is_below,
+                    };
                 if wins {
                     heights_m[i] = height_m;
                     light[i] = brightness;
@@ -300,32 +229,6 @@ impl Surface {
         heights_m.sort_by(f32::total_cmp);
         let at = |percent: usize| heights_m[(heights_m.len() - 1) * percent / 100];
         (at(2), (at(98) - at(2)).max(LEAST_RANGE_M))
-    }
-}
-
-/// Calls `seen` with index and height of every cell whose centre lies under a triangle. Corners are (column, row,
-/// height); a triangle that is seen edge-on covers nothing.
-fn rasterise(corners: &[Vec3; 3], columns: usize, rows: usize, mut seen: impl FnMut(usize, f32)) {
-    let [a, b, c] = *corners;
-    let area = (b - a).truncate().perp_dot((c - a).truncate());
-    if !area.is_finite() || area.abs() < 1e-9 || !corners.iter().all(|c| c.is_finite()) {
-        return;
-    }
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    let first = |low: f32| (low - 0.5).ceil().max(0.0) as usize;
-    let end =
-        |high: f32, side: usize| ((high - 0.5).floor() + 1.0).clamp(0.0, side as f32) as usize;
-    for row in first(low.y)..end(high.y, rows) {
-        for column in first(low.x)..end(high.x, columns) {
-            let at = vec2(column as f32 + 0.5, row as f32 + 0.5);
-            let share_b = (at - a.truncate()).perp_dot((c - a).truncate()) / area;
-            let share_c = (b - a).truncate().perp_dot(at - a.truncate()) / area;
-            // The slack closes the seams between neighbours.
-            if share_b >= -1e-5 && share_c >= -1e-5 && share_b + share_c <= 1.0 + 1e-5 {
-                let height_m = a.z + share_b * (b.z - a.z) + share_c * (c.z - a.z);
-                seen(row * columns + column, height_m);
-            }
-        }
     }
 }
 
