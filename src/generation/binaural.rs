@@ -1,0 +1,207 @@
+//! Sums every arrival into a few buses an ear and filters each bus once.
+//!
+//! Audio side; wait-free, bounded by the chunk; allocates at birth only. Takes ear signals with weights, gives two
+//! ears of sound without latency.
+//!
+//! An ear's response to a direction is a weighted sum of shared filters ([`Hrtf`]), so the weights may be applied
+//! before the filters: an arrival costs one multiplication a component and sample, and the filters cost the same for
+//! one arrival as for a thousand.
+
+use std::sync::Arc;
+
+use crate::simd::F32x8;
+
+use super::{CHUNK, Hrtf};
+
+/// What one arrival adds to one group of an ear's buses.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contribution<'a> {
+    /// The ear signal.
+    pub(super) signal: &'a [f32],
+    /// Weights one frame before the first.
+    pub(super) weights: F32x8,
+    /// Growth of the weights a frame.
+    pub(super) step: F32x8,
+}
+
+/// The buses of both ears and the filters behind them.
+#[derive(Debug)]
+pub(super) struct Binaural {
+    hrtf: Arc<Hrtf>,
+    /// Frames of the past that the filters need.
+    history: usize,
+    /// Ear after ear, group after group: the past, then the present chunk.
+    buses: Vec<F32x8>,
+    /// Frames since something was added.
+    quiet_frames: usize,
+}
+
+impl Binaural {
+    pub(super) fn new(hrtf: Arc<Hrtf>) -> Self {
+        let history = hrtf.taps() - 1;
+        Self {
+            history,
+            buses: vec![F32x8::ZERO; 2 * hrtf.groups() * (history + CHUNK)],
+            quiet_frames: history,
+            hrtf,
+        }
+    }
+
+    /// Whether buses and filters hold nothing but silence.
+    fn is_silent(&self) -> bool {
+        self.quiet_frames >= self.history
+    }
+
+    /// Adds one arrival to one group of an ear's buses; `moving` says whether the weights change.
+    pub(super) fn add(&mut self, ear: usize, group: usize, a: &Contribution, moving: bool) {
+        let bus = self.bus(ear, group, a.signal.len());
+        if moving {
+            let mut weights = a.weights;
+            for (sum, &sample) in bus.iter_mut().zip(a.signal) {
+                weights += a.step;
+                *sum += weights * F32x8::splat(sample);
+            }
+        } else {
+            for (sum, &sample) in bus.iter_mut().zip(a.signal) {
+                *sum += a.weights * F32x8::splat(sample);
+            }
+        }
+    }
+
+    /// Adds two arrivals at once, which halves the traffic on the buses.
+    pub(super) fn add_two(
+        &mut self,
+        ear: usize,
+        group: usize,
+        a: &Contribution,
+        b: &Contribution,
+        moving: bool,
+    ) {
+        let bus = self.bus(ear, group, a.signal.len());
+        let samples = a.signal.iter().zip(b.signal);
+        if moving {
+            let (mut of_a, mut of_b) = (a.weights, b.weights);
+            for (sum, (&first, &second)) in bus.iter_mut().zip(samples) {
+                of_a += a.step;
+                of_b += b.step;
+                *sum += of_a * F32x8::splat(first) + of_b * F32x8::splat(second);
+            }
+        } else {
+            for (sum, (&first, &second)) in bus.iter_mut().zip(samples) {
+                *sum += a.weights * F32x8::splat(first) + b.weights * F32x8::splat(second);
+            }
+        }
+    }
+
+    fn bus(&mut self, ear: usize, group: usize, frames: usize) -> &mut [F32x8] {
+        self.quiet_frames = 0;
+        let length = self.history + CHUNK;
+        let start = (ear * self.hrtf.groups() + group) * length + self.history;
+        &mut self.buses[start..start + frames]
+    }
+
+    /// Filters what was added and overwrites `frames` of each ear, then moves on by as many.
+    pub(super) fn finish(&mut self, ears: [&mut [f32]; 2]) {
+        let groups = self.hrtf.groups();
+        let length = self.history + CHUNK;
+        for (ear, out) in ears.into_iter().enumerate() {
+            out.fill(0.0);
+            if self.is_silent() {
+                continue;
+            }
+            let frames = out.len();
+            for group in 0..groups {
+                let bus = &mut self.buses[(ear * groups + group) * length..][..length];
+                filter(self.hrtf.basis(group), bus, out);
+                bus.copy_within(frames..frames + self.history, 0);
+                bus[self.history..].fill(F32x8::ZERO);
+            }
+            if ear == 1 {
+                self.quiet_frames += frames;
+            }
+        }
+    }
+}
+
+/// Adds `Σ_tap basis[tap] · bus[now − tap]`, summed over the lanes, to every frame of `out`.
+fn filter(basis: &[F32x8], bus: &[F32x8], out: &mut [f32]) {
+    const TOGETHER: usize = 4;
+    let taps = basis.len();
+    let mut frames = out.chunks_exact_mut(TOGETHER);
+    let mut start = 0;
+    for four in &mut frames {
+        let mut sums = [F32x8::ZERO; TOGETHER];
+        let window = &bus[start..start + taps - 1 + TOGETHER];
+        for (past, &filter) in window.windows(TOGETHER).zip(basis.iter().rev()) {
+            for (sum, &value) in sums.iter_mut().zip(past) {
+                *sum += filter * value;
+            }
+        }
+        for (frame, sum) in four.iter_mut().zip(sums) {
+            *frame += sum.sum();
+        }
+        start += TOGETHER;
+    }
+    for frame in frames.into_remainder() {
+        let mut sum = F32x8::ZERO;
+        for (&value, &filter) in bus[start..start + taps].iter().zip(basis.iter().rev()) {
+            sum += filter * value;
+        }
+        *frame += sum.sum();
+        start += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::synthetic_hrtf;
+    use super::*;
+
+    #[test]
+    fn weights_before_the_filters_are_weights_after_them() {
+        let hrtf = Arc::new(Hrtf::parse(&synthetic_hrtf::bytes(48_000), "synthetic").unwrap());
+        let mut binaural = Binaural::new(Arc::clone(&hrtf));
+        let weights = F32x8([0.5, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let mut impulse = [0.0; CHUNK];
+        impulse[0] = 1.0;
+        let impulse = Contribution {
+            signal: &impulse,
+            weights,
+            step: F32x8::ZERO,
+        };
+        binaural.add(1, 0, &impulse, false);
+        let (mut left, mut right) = ([1.0; CHUNK], [1.0; CHUNK]);
+        binaural.finish([&mut left, &mut right]);
+        assert_eq!(left, [0.0; CHUNK]);
+        for (tap, value) in right.iter().enumerate() {
+            let basis = hrtf.basis(0)[tap];
+            assert!((value - (0.5 * basis.0[0] - 2.0 * basis.0[1])).abs() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn odd_chunks_filter_like_even_ones() {
+        let hrtf = Arc::new(Hrtf::parse(&synthetic_hrtf::bytes(48_000), "synthetic").unwrap());
+        let signal: Vec<f32> = (0..600).map(|i| ((i * i) as f32 * 0.37).sin()).collect();
+        let mut results = Vec::new();
+        for size in [128, 1, 7, 127] {
+            let mut binaural = Binaural::new(Arc::clone(&hrtf));
+            let mut whole = Vec::new();
+            for part in signal.chunks(size) {
+                let contribution = Contribution {
+                    signal: part,
+                    weights: F32x8::splat(0.7),
+                    step: F32x8::ZERO,
+                };
+                binaural.add(0, 0, &contribution, false);
+                let (mut left, mut right) = (vec![0.0; part.len()], vec![0.0; part.len()]);
+                binaural.finish([&mut left, &mut right]);
+                whole.extend(left);
+            }
+            results.push(whole);
+        }
+        for other in &results[1..] {
+            assert_eq!(&results[0], other);
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! Turns the paths of each graphics frame into two ears of sound.
+//!
+//! Audio side: [`Generator::set_frame`] and [`Generator::render`] are called by one thread, in turn; they are wait-free,
+//! neither allocate nor free, lock, panic nor look at a clock. Takes [`FramePaths`] and one mono signal a source, gives
+//! interleaved stereo and a [`BlockReport`].
+
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::extrapolation::FramePaths;
+use crate::simd::F32x8;
+
+use super::binaural::Binaural;
+use super::delay_line::DelayLine;
+use super::far_field::FarField;
+use super::interpolation::AHEAD;
+use super::late_reverb::LateReverb;
+use super::voice_set::{Surroundings, Tenant, VoiceSet};
+use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
+
+/// Input samples from this magnitude on count as not a number: no sound has them, and their squares stay finite.
+const MAX_SAMPLE: f32 = 1e6;
+
+/// The late reverb and its way to the ears.
+#[derive(Debug)]
+struct Tail {
+    reverb: LateReverb,
+    far_field: FarField,
+}
+
+/// The sound generation stage.
+#[derive(Debug)]
+pub struct Generator {
+    rate_hz: f64,
+    max_delay: f64,
+    hrtf: Arc<Hrtf>,
+    correction: BandCorrection,
+    filters: Vec<BandFilter>,
+    lines: Vec<DelayLine>,
+    tenants: Vec<Tenant>,
+    voices: VoiceSet,
+    tail: Option<Tail>,
+    binaural: Binaural,
+    limiter: Option<Limiter>,
+    /// Audio frames since the beginning.
+    now: i64,
+    /// Frames of the present ramp still to come.
+    left: u32,
+    clean: Vec<f32>,
+    bands: Vec<F32x8>,
+    ears: [Vec<f32>; 2],
+    report: BlockReport,
+}
+
+impl Generator {
+    /// A silent generator.
+    ///
+    /// Errors: [`Error::Setting`] for a setting out of range, or a head-related set of another sample rate.
+    pub fn new(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
+        settings.check()?;
+        if hrtf.rate_hz() != settings.rate_hz {
+            return Err(Error::setting(
+                "rate_hz",
+                format!(
+                    "{} Hz, but the head-related set is for {} Hz",
+                    settings.rate_hz,
+                    hrtf.rate_hz()
+                ),
+                "load the set that is baked for this rate",
+            ));
+        }
+        let rate_hz = f64::from(settings.rate_hz);
+        let max_delay = (settings.max_delay_s * rate_hz).ceil();
+        let limiter = match settings.limiter {
+            true => Some(Limiter::new(settings.rate_hz, settings.ceiling_db)?),
+            false => None,
+        };
+        let sources = settings.max_sources;
+        Ok(Self {
+            rate_hz,
+            max_delay,
+            correction: BandCorrection::new(settings.rate_hz),
+            filters: (0..sources)
+                .map(|_| BandFilter::new(settings.rate_hz))
+                .collect(),
+            lines: (0..sources)
+                .map(|_| DelayLine::new(max_delay as usize))
+                .collect(),
+            tenants: vec![Tenant::default(); sources],
+            voices: VoiceSet::new(settings.max_voices, settings.fine_voices, &hrtf),
+            tail: settings.late.then(|| Tail {
+                reverb: LateReverb::new(settings.rate_hz, sources),
+                far_field: FarField::new(&hrtf),
+            }),
+            binaural: Binaural::new(Arc::clone(&hrtf)),
+            limiter,
+            now: 0,
+            left: 0,
+            clean: vec![0.0; CHUNK],
+            bands: vec![F32x8::ZERO; CHUNK],
+            ears: std::array::from_fn(|_| vec![0.0; CHUNK]),
+            report: BlockReport::default(),
+            hrtf,
+        })
+    }
+
+    /// Frames by which the output lags behind path and ear delays: interpolation and limiter.
+    pub fn latency_frames(&self) -> usize {
+        AHEAD + self.limiter.as_ref().map_or(0, Limiter::latency_frames)
+    }
+
+    /// Takes over a graphics frame: everything reaches the frame's values linearly within `ramp_frames` audio frames,
+    /// usually a graphics frame's worth, and holds them from then on. 0 counts as 1.
+    ///
+    /// A path that was not there starts from silence at its own delay; one that is gone fades where it was; one whose
+    /// delay changes by more than a quarter of `ramp_frames` does both.
+    ///
+    /// Real-time: no allocation; time grows with the number of paths, by a logarithm where there are more than voices.
+    pub fn set_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
+        let ramp = ramp_frames.max(1);
+        let orientation =
+            if frame.orientation.is_finite() && frame.orientation.length_squared() > 0.0 {
+                frame.orientation.normalize()
+            } else {
+                glam::Quat::IDENTITY
+            };
+        for id in frame
+            .paths
+            .iter()
+            .map(|path| path.source)
+            .chain(frame.late.iter().map(|send| send.source))
+        {
+            if let Some(tenant) = self.tenants.get_mut(id.slot())
+                && tenant.bits != id.bits()
+            {
+                *tenant = Tenant {
+                    bits: id.bits(),
+                    since: self.now,
+                };
+            }
+        }
+        let around = Surroundings {
+            hrtf: &self.hrtf,
+            correction: &self.correction,
+            to_head: orientation.conjugate(),
+            rate_hz: self.rate_hz,
+            max_delay: self.max_delay,
+            now: self.now,
+            left: self.left,
+            ramp,
+        };
+        let dropped = self.voices.set_paths(&frame.paths, &self.tenants, &around);
+        self.report.dropped_paths += dropped.paths;
+        self.report.dropped_delays += dropped.delays;
+        self.report.cut_fades += dropped.fades;
+        if let Some(tail) = &mut self.tail {
+            tail.far_field
+                .set_orientation(&self.hrtf, around.to_head, self.left, ramp);
+            tail.reverb.set_frame(
+                frame,
+                self.max_delay as i64,
+                &self.correction,
+                self.left,
+                ramp,
+            );
+        }
+        self.left = ramp;
+    }
+
+    /// Renders `output.len() / 2` frames of interleaved stereo, overwriting `output`.
+    ///
+    /// `inputs` holds one mono signal a source slot, in which 1 is the pressure at 1 m in the free field; an empty or
+    /// missing one is silence, and one that is too short is silent at its end.
+    ///
+    /// Real-time: no allocation; time grows with frames, sounding sources and voices. A silent source costs nothing once
+    /// its delay line has run empty, and neither does the tail once it has died away.
+    pub fn render(&mut self, inputs: &[&[f32]], output: &mut [f32]) -> BlockReport {
+        let frames = output.len() / 2;
+        let mut start = 0;
+        while start < frames {
+            let mut count = (frames - start).min(CHUNK);
+            if self.left > 0 {
+                count = count.min(self.left as usize);
+            }
+            self.render_chunk(inputs, start, &mut output[2 * start..2 * (start + count)]);
+            start += count;
+        }
+        output[2 * frames..].fill(0.0);
+        let mut report = std::mem::take(&mut self.report);
+        if let Some(limiter) = &mut self.limiter {
+            report.limiter_gain_min = limiter.process(output);
+        }
+        report.frames = frames as u32;
+        report.voices = self.voices.count() as u32;
+        report
+    }
+
+    /// Renders a chunk within which no ramp ends.
+    fn render_chunk(&mut self, inputs: &[&[f32]], start: usize, output: &mut [f32]) {
+        let frames = output.len() / 2;
+        for slot in 0..self.lines.len() {
+            let input = inputs.get(slot).copied().unwrap_or_default();
+            let input = input.get(start..).unwrap_or_default();
+            self.write_source(slot, &input[..input.len().min(frames)], frames);
+        }
+        self.voices
+            .render(&self.lines, self.now, self.left, frames, &mut self.binaural);
+        if let Some(Tail { reverb, far_field }) = &mut self.tail {
+            for (slot, line) in self.lines.iter().enumerate() {
+                reverb.collect(slot, line, self.now, self.left, frames);
+            }
+            let left = self.left;
+            far_field.render(left, frames, &mut self.binaural, |signals, at| {
+                reverb.process(left, signals, at, frames)
+            });
+        }
+        let [ear_l, ear_r] = &mut self.ears;
+        let (ear_l, ear_r) = (&mut ear_l[..frames], &mut ear_r[..frames]);
+        self.binaural.finish([ear_l, ear_r]);
+        for (pair, (&l, &r)) in output
+            .chunks_exact_mut(2)
+            .zip(ear_l.iter().zip(ear_r.iter()))
+        {
+            pair[0] = l;
+            pair[1] = r;
+            for value in pair {
+                if !value.is_finite() {
+                    *value = 0.0;
+                    self.report.non_finite += 1;
+                }
+            }
+        }
+        self.now += frames as i64;
+        self.left = self.left.saturating_sub(frames as u32);
+    }
+
+    /// Splits a source's chunk into bands and appends it to the source's past.
+    fn write_source(&mut self, slot: usize, input: &[f32], frames: usize) {
+        let clean = &mut self.clean[..frames];
+        clean[input.len()..].fill(0.0);
+        let mut loudest = 0.0f32;
+        for (place, &sample) in clean.iter_mut().zip(input) {
+            let is_sample = sample.abs() < MAX_SAMPLE;
+            *place = if is_sample { sample } else { 0.0 };
+            loudest = loudest.max(place.abs());
+            self.report.non_finite += u32::from(!is_sample);
+        }
+        let (filter, line) = (&mut self.filters[slot], &mut self.lines[slot]);
+        if loudest > 0.0 || filter.is_sounding() {
+            filter.process(clean, &mut self.bands[..frames]);
+            line.write(self.now, &self.bands[..frames]);
+        } else if !line.is_empty(self.now) {
+            line.write_silence(self.now, frames);
+        }
+    }
+}

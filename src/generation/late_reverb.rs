@@ -1,0 +1,289 @@
+//! The diffuse tail: a feedback delay network in eight bands.
+//!
+//! Audio side; wait-free, bounded by the chunk; allocates at birth only. Takes band samples of every source that sends,
+//! gives eight line signals that arrive from the corners of a cube.
+//!
+//! Jot & Chaigne 1991: delay lines of mutually prime length, an orthogonal feedback matrix (here Hadamard's), and in
+//! each line the gain `10^(−3 length / T60)`. A sample of the lines is eight lanes, one a band, so that every band decays
+//! at its own rate exactly and no absorbent filter has to be fitted.
+//!
+//! Calibration (own): without absorption the lines keep the energy that is put in, spread evenly over their samples, and
+//! each gives its own back once a length; so they give `1 / mean length` of it a second. Absorption takes from every
+//! way of total length t the factor `10^(−3 t / T60)`, whatever lines it went through. A send with gain
+//! `√(E · mean length) · 10^(−3 delay / T60)` and that delay therefore has the energy `E · 10^(−6 t / T60)` a second
+//! at time t after emission.
+
+use crate::acoustics::BANDS;
+use crate::acoustics::bands::amplitude_of_energy;
+use crate::extrapolation::FramePaths;
+use crate::simd::F32x8;
+
+use super::delay_line::DelayLine;
+use super::{BandCorrection, CHUNK};
+
+/// Lines of the network. Moves with the butterflies and the directions.
+pub(super) const LINES: usize = 8;
+
+/// Lengths in seconds before they are made prime: a geometric series from 22 to 67 ms, slightly uneven.
+const LENGTHS_S: [f64; LINES] = [
+    0.0221, 0.0268, 0.0313, 0.0367, 0.0432, 0.0501, 0.0587, 0.0671,
+];
+
+/// Signs with which a send enters the lines; no row of the Hadamard matrix, which would put it all into one line.
+const SIGNS: [f32; LINES] = [1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0];
+
+/// T60 up to this is silence, in seconds.
+const SHORTEST_T60_S: f32 = 0.05;
+
+/// Everything below this is nothing: −180 dB re a sample of one.
+const FLOOR: f32 = 1e-9;
+
+/// Added and taken away again to turn values below 1e-25 or so into zero before they become subnormal.
+const SUBNORMAL_GUARD: f32 = 1e-18;
+
+/// A send keeps its delay until it is wrong by more than this, in seconds: moving it costs a cross-fade.
+const DELAY_TOLERANCE_S: f32 = 0.005;
+
+/// Largest gain of a send, 60 dB.
+const MAX_GAIN: f32 = 1000.0;
+
+/// One reading position of a send with ramped gains.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tap {
+    delay: i64,
+    gain: F32x8,
+    growth: F32x8,
+}
+
+impl Tap {
+    fn retarget(&mut self, gain: F32x8, left: u32, ramp: u32) {
+        let present = self.gain - self.growth * F32x8::splat(left as f32);
+        self.growth = (gain - present) * F32x8::splat(1.0 / ramp as f32);
+        self.gain = gain;
+    }
+
+    fn is_silent(&self, left: u32) -> bool {
+        self.gain == F32x8::ZERO && (left == 0 || self.growth == F32x8::ZERO)
+    }
+}
+
+/// A source's send: where it reads, and where it read before.
+#[derive(Debug, Clone, Copy, Default)]
+struct Send {
+    now: Tap,
+    before: Tap,
+}
+
+/// The network.
+#[derive(Debug)]
+pub(super) struct LateReverb {
+    rate_hz: f32,
+    lengths: [usize; LINES],
+    mean_length_s: f32,
+    /// Rings of band samples, one a line.
+    lines: [Vec<F32x8>; LINES],
+    places: [usize; LINES],
+    /// Feedback gains, ramped.
+    gain: [F32x8; LINES],
+    growth: [F32x8; LINES],
+    sends: Vec<Send>,
+    input: Vec<F32x8>,
+    /// Frames for which nothing above [`FLOOR`] has entered the lines.
+    quiet_frames: usize,
+}
+
+impl LateReverb {
+    pub(super) fn new(rate_hz: u32, max_sources: usize) -> Self {
+        let lengths = LENGTHS_S.map(|s| prime_from((s * f64::from(rate_hz)).round() as usize));
+        let total: usize = lengths.iter().sum();
+        Self {
+            rate_hz: rate_hz as f32,
+            lengths,
+            mean_length_s: total as f32 / LINES as f32 / rate_hz as f32,
+            lines: lengths.map(|length| {
+                let mut line = Vec::with_capacity(length);
+                line.resize(length, F32x8::ZERO);
+                line
+            }),
+            places: [0; LINES],
+            gain: [F32x8::ZERO; LINES],
+            growth: [F32x8::ZERO; LINES],
+            sends: vec![Send::default(); max_sources],
+            input: vec![F32x8::ZERO; CHUNK],
+            quiet_frames: usize::MAX / 2,
+        }
+    }
+
+    /// New decay times and sends. A send's start is kept within `max_delay` frames; `left` frames of the last ramp were still to come.
+    pub(super) fn set_frame(
+        &mut self,
+        frame: &FramePaths,
+        max_delay: i64,
+        correction: &BandCorrection,
+        left: u32,
+        ramp: u32,
+    ) {
+        let t60_s = &frame.decay_time_s;
+        for (line, &length) in self.lengths.iter().enumerate() {
+            let mut wanted = F32x8::ZERO;
+            for (gain, &t60_s) in wanted.0.iter_mut().zip(t60_s) {
+                *gain = decay(length as f32 / self.rate_hz, t60_s);
+            }
+            let present = self.gain[line] - self.growth[line] * F32x8::splat(left as f32);
+            self.growth[line] = (wanted - present) * F32x8::splat(1.0 / ramp as f32);
+            self.gain[line] = wanted;
+        }
+        for (slot, send) in self.sends.iter_mut().enumerate() {
+            send.before.retarget(F32x8::ZERO, left, ramp);
+            let Some(wanted) = frame.late.iter().find(|late| late.source.slot() == slot) else {
+                send.now.retarget(F32x8::ZERO, left, ramp);
+                continue;
+            };
+            let delay = ((wanted.start_s.max(0.0) * self.rate_hz) as i64).min(max_delay);
+            let tolerance = (DELAY_TOLERANCE_S * self.rate_hz) as i64;
+            if send.now.is_silent(left) {
+                send.now.delay = delay;
+            } else if (delay - send.now.delay).abs() > tolerance {
+                send.before = send.now;
+                send.before.retarget(F32x8::ZERO, left, ramp);
+                send.now = Tap {
+                    delay,
+                    ..Tap::default()
+                };
+            }
+            let delay_s = send.now.delay as f32 / self.rate_hz;
+            let amplitude = std::array::from_fn(|b| {
+                let energy = amplitude_of_energy(wanted.energy_per_s[b] * self.mean_length_s);
+                let gain = energy * decay(delay_s, t60_s[b]);
+                if gain.is_finite() {
+                    gain.min(MAX_GAIN)
+                } else {
+                    0.0
+                }
+            });
+            send.now.retarget(correction.gains(&amplitude), left, ramp);
+        }
+    }
+
+    /// Reads one source's send for a chunk of `frames` at time `now`. Call for every source before [`Self::process`].
+    pub(super) fn collect(
+        &mut self,
+        slot: usize,
+        line: &DelayLine,
+        now: i64,
+        left: u32,
+        frames: usize,
+    ) {
+        let Some(send) = self.sends.get(slot) else {
+            return;
+        };
+        for tap in [&send.now, &send.before] {
+            let position = now - tap.delay;
+            if tap.is_silent(left) || line.is_silent_from(position) {
+                continue;
+            }
+            for b in 0..BANDS {
+                let growth = if left > 0 { tap.growth.0[b] } else { 0.0 };
+                let gain = tap.gain.0[b] - growth * left as f32;
+                let samples = line.band(b, position, frames);
+                for (i, (sum, &sample)) in self.input.iter_mut().zip(samples).enumerate() {
+                    sum.0[b] += sample * (gain + growth * (i as i32 + 1) as f32);
+                }
+            }
+        }
+    }
+
+    /// Runs the network for a chunk and writes each line's signal from place `at` on; false, and nothing written, if all is silent.
+    pub(super) fn process(
+        &mut self,
+        left: u32,
+        lines: &mut [Vec<f32>; LINES],
+        at: usize,
+        frames: usize,
+    ) -> bool {
+        let input = &mut self.input[..frames];
+        let has_input = input.iter().any(|value| *value != F32x8::ZERO);
+        let longest = self.lengths[LINES - 1];
+        if !has_input && self.quiet_frames > longest {
+            return false;
+        }
+        let moving = left > 0;
+        let mut gain = self.gain;
+        if moving {
+            for (gain, &growth) in gain.iter_mut().zip(&self.growth) {
+                *gain = *gain - growth * F32x8::splat(left as f32);
+            }
+        }
+        let entry = SIGNS.map(|sign| F32x8::splat(sign / (LINES as f32).sqrt()));
+        let guard = F32x8::splat(SUBNORMAL_GUARD);
+        let mut loudest = F32x8::ZERO;
+        for (i, fed) in input.iter_mut().enumerate() {
+            let mut values = [F32x8::ZERO; LINES];
+            for line in 0..LINES {
+                if moving {
+                    gain[line] += self.growth[line];
+                }
+                values[line] = self.lines[line][self.places[line]] * gain[line];
+                lines[line][at + i] = values[line].sum();
+            }
+            mix(&mut values);
+            for line in 0..LINES {
+                let value = values[line] + *fed * entry[line];
+                let value = (value + guard) - guard;
+                for (most, lane) in loudest.0.iter_mut().zip(value.0) {
+                    *most = most.max(lane.abs());
+                }
+                let place = &mut self.places[line];
+                self.lines[line][*place] = value;
+                *place += 1;
+                if *place == self.lengths[line] {
+                    *place = 0;
+                }
+            }
+            *fed = F32x8::ZERO;
+        }
+        if loudest.0.iter().any(|&lane| lane > FLOOR) {
+            self.quiet_frames = 0;
+        } else {
+            self.quiet_frames += frames;
+        }
+        true
+    }
+}
+
+/// Pressure left after `time_s`; zero for decay times that are too short, negative or not a number.
+fn decay(time_s: f32, t60_s: f32) -> f32 {
+    if t60_s > SHORTEST_T60_S {
+        10f32.powf(-3.0 * time_s / t60_s)
+    } else {
+        0.0
+    }
+}
+
+/// Hadamard's matrix of order eight, normalised: three rounds of butterflies.
+#[inline(always)]
+fn mix(values: &mut [F32x8; LINES]) {
+    for span in [1, 2, 4] {
+        for start in 0..LINES {
+            if start & span == 0 {
+                let (a, b) = (values[start], values[start + span]);
+                values[start] = a + b;
+                values[start + span] = a - b;
+            }
+        }
+    }
+    let norm = F32x8::splat(1.0 / (LINES as f32).sqrt());
+    for value in values {
+        *value *= norm;
+    }
+}
+
+/// The smallest prime from `n` on.
+fn prime_from(n: usize) -> usize {
+    let is_prime = |n: usize| {
+        (2..)
+            .take_while(|d| d * d <= n)
+            .all(|d| !n.is_multiple_of(d))
+    };
+    (n.max(2)..).find(|&n| is_prime(n)).unwrap_or(n)
+}

@@ -1,0 +1,204 @@
+//! Keeps the output below full scale.
+//!
+//! Audio side; wait-free, amortised constant time a frame; allocates at birth only. Takes and gives interleaved stereo.
+//!
+//! Look-ahead peak limiter: the gain every frame needs is held over the look-ahead and averaged over as long, so that
+//! it has come down when the peak leaves the delay (the usual construction; McNally 1984 for the look-ahead). Both
+//! channels share one gain. The loss of gain is an integer, so sums are exact: below the ceiling the gain is exactly one
+//! and the limiter a pure delay, bit for bit.
+
+use crate::error::{Error, Result};
+
+/// How far the limiter looks ahead, in seconds.
+const LOOK_AHEAD_S: f64 = 0.0015;
+/// A loss of everything. Moves with the sums' width: 2^30 times the window fits `u64`.
+const ONE: u32 = 1 << 30;
+/// The held loss falls by this power of two a frame: time constant 4096 frames, 93 ms at 44.1 kHz.
+const RELEASE_SHIFT: u32 = 12;
+
+/// Look-ahead limiter of a stereo output.
+#[derive(Debug)]
+pub struct Limiter {
+    ceiling: f32,
+    /// Frames of delay; the window is one longer.
+    look_ahead: usize,
+    delayed: Vec<[f32; 2]>,
+    /// Losses whose mean is taken.
+    averaged: Vec<u32>,
+    sum: u64,
+    /// Falling losses that may yet be the largest of the window, with the frame each belongs to; a ring.
+    candidates: Vec<(u64, u32)>,
+    head: usize,
+    held: usize,
+    /// The loss after release.
+    released: u32,
+    frame: u64,
+}
+
+impl Limiter {
+    /// A limiter at rest.
+    ///
+    /// Range: `ceiling_db` from −60 to 0 dB re full scale.
+    ///
+    /// Errors: [`Error::Setting`] outside it.
+    pub fn new(rate_hz: u32, ceiling_db: f32) -> Result<Self> {
+        if !(-60.0..=0.0).contains(&ceiling_db) {
+            return Err(Error::setting(
+                "ceiling_db",
+                format!("{ceiling_db} dB"),
+                "choose a ceiling from -60 to 0 dB",
+            ));
+        }
+        let look_ahead = (LOOK_AHEAD_S * f64::from(rate_hz)).round() as usize;
+        Ok(Self {
+            ceiling: 10f32.powf(ceiling_db / 20.0),
+            look_ahead,
+            delayed: vec![[0.0; 2]; look_ahead],
+            averaged: vec![0; look_ahead + 1],
+            sum: 0,
+            candidates: vec![(0, 0); look_ahead + 2],
+            head: 0,
+            held: 0,
+            released: 0,
+            frame: 0,
+        })
+    }
+
+    /// Delay in frames.
+    pub fn latency_frames(&self) -> usize {
+        self.look_ahead
+    }
+
+    /// Limits in place and returns the smallest gain used, 1 if none was needed. Samples have to be finite.
+    pub fn process(&mut self, interleaved: &mut [f32]) -> f32 {
+        let mut most = 0;
+        for pair in interleaved.chunks_exact_mut(2) {
+            let loss = self.loss(pair[0].abs().max(pair[1].abs()));
+            let place = (self.frame % self.delayed.len() as u64) as usize;
+            let due = std::mem::replace(&mut self.delayed[place], [pair[0], pair[1]]);
+            self.frame += 1;
+            most = most.max(loss);
+            if loss == 0 {
+                pair.copy_from_slice(&due);
+            } else {
+                let gain = self.gain(loss);
+                // The gain is rounded, so its product may pass the ceiling by a bit.
+                pair[0] = (due[0] * gain).clamp(-self.ceiling, self.ceiling);
+                pair[1] = (due[1] * gain).clamp(-self.ceiling, self.ceiling);
+            }
+        }
+        self.gain(most)
+    }
+
+    fn gain(&self, loss: u64) -> f32 {
+        let whole = f64::from(ONE) * self.averaged.len() as f64;
+        (1.0 - loss as f64 / whole) as f32
+    }
+
+    /// Sum of the losses over the window, for the frame that is due, after this frame's peak is known.
+    fn loss(&mut self, peak: f32) -> u64 {
+        let needed = if peak > self.ceiling {
+            let kept = f64::from(self.ceiling) / f64::from(peak);
+            ((1.0 - kept) * f64::from(ONE)).ceil() as u32
+        } else {
+            0
+        };
+        let fall = (self.released >> RELEASE_SHIFT) + 1;
+        self.released = needed.max(self.released.saturating_sub(fall));
+        let largest = self.largest(self.released);
+        let place = (self.frame % self.averaged.len() as u64) as usize;
+        let gone = std::mem::replace(&mut self.averaged[place], largest);
+        self.sum = self.sum + u64::from(largest) - u64::from(gone);
+        self.sum
+    }
+
+    /// Largest loss of the last `look_ahead + 1` frames.
+    fn largest(&mut self, loss: u32) -> u32 {
+        let size = self.candidates.len();
+        while self.held > 0 && self.candidates[(self.head + self.held - 1) % size].1 <= loss {
+            self.held -= 1;
+        }
+        self.candidates[(self.head + self.held) % size] = (self.frame, loss);
+        self.held += 1;
+        if self.candidates[self.head].0 + self.look_ahead as u64 + 1 <= self.frame {
+            self.head = (self.head + 1) % size;
+            self.held -= 1;
+        }
+        self.candidates[self.head].1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(frames: usize, level: f32) -> Vec<f32> {
+        let mut state = 0x2545_f491u32;
+        (0..2 * frames)
+            .map(|i| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let value = (state >> 8) as f32 / (1 << 23) as f32 - 1.0;
+                // Loud bursts between quiet stretches.
+                if (i / 3000) % 2 == 0 {
+                    value * level
+                } else {
+                    value * 0.2
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn quiet_signal_passes_bit_for_bit_after_the_delay() {
+        let mut limiter = Limiter::new(44_100, -0.3).unwrap();
+        let signal = noise(5000, 0.9);
+        let mut out = signal.clone();
+        assert_eq!(limiter.process(&mut out), 1.0);
+        let delay = 2 * limiter.latency_frames();
+        assert_eq!(limiter.latency_frames(), 66);
+        assert_eq!(out[delay..], signal[..signal.len() - delay]);
+        assert!(out[..delay].iter().all(|&s| s == 0.0));
+    }
+
+    #[test]
+    fn nothing_ever_passes_the_ceiling() {
+        for level in [1.1, 5.0, 1e6] {
+            let mut limiter = Limiter::new(48_000, -0.3).unwrap();
+            let ceiling = limiter.ceiling;
+            let mut out = noise(40_000, level);
+            let least = limiter.process(&mut out);
+            assert!(least < 1.0);
+            assert!(out.iter().all(|s| s.abs() <= ceiling));
+        }
+    }
+
+    #[test]
+    fn gain_has_come_down_before_the_peak_and_returns_to_one() {
+        let mut limiter = Limiter::new(44_100, 0.0).unwrap();
+        let mut out = vec![0.25; 2 * 120_000];
+        out[2 * 1000] = 4.0;
+        limiter.process(&mut out);
+        let delay = limiter.latency_frames();
+        // The peak itself leaves at the ceiling without the clamp's help: neighbours have the same gain.
+        assert!((out[2 * (1000 + delay)] - 1.0).abs() < 1e-6);
+        assert!((out[2 * (1000 + delay) + 1] - 0.0625).abs() < 1e-6);
+        // No step is larger than the full loss spread over the window.
+        let largest = 0.25 * 0.75 / (delay as f32 + 1.0) + 1e-6;
+        for pair in out[3..].chunks_exact(2).collect::<Vec<_>>().windows(2) {
+            assert!((pair[1][0] - pair[0][0]).abs() <= largest || pair[1][0] == 0.25);
+        }
+        assert_eq!(out[2 * 119_999], 0.25);
+    }
+
+    #[test]
+    fn block_split_does_not_change_a_bit() {
+        let signal = noise(3000, 3.0);
+        let (mut whole, mut parts) = (signal.clone(), signal);
+        Limiter::new(44_100, -1.0).unwrap().process(&mut whole);
+        let mut limiter = Limiter::new(44_100, -1.0).unwrap();
+        for part in parts.chunks_mut(2 * 37) {
+            limiter.process(part);
+        }
+        assert_eq!(whole, parts);
+    }
+}

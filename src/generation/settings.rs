@@ -1,0 +1,69 @@
+//! What a generator is built for.
+
+use crate::acoustics::bands::EDGES_HZ;
+use crate::error::{Error, Result};
+
+/// Sizes and choices of a generator; fixed for its life.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeneratorSettings {
+    /// Sample rate in Hz, that of the head-related set; 16,000 to 192,000.
+    pub rate_hz: u32,
+    /// Slots for sources, 1 to 256. Each keeps its past in eight bands: 32 bytes × rate × `max_delay_s`.
+    pub max_sources: usize,
+    /// Paths that may sound at once, 1 to 16,384; beyond them the quietest are dropped and counted.
+    pub max_voices: usize,
+    /// Of those, the loudest that are rendered with every component of the head-related set; the others use the first
+    /// eight. With the built-in sets that raises a path's mean spectral error from 0.6 to 1.2 dB.
+    pub fine_voices: usize,
+    /// Longest path delay in seconds, 0.01 to 10; longer paths are dropped and counted. 1.5 s are 515 m.
+    pub max_delay_s: f64,
+    /// Whether the late reverb runs.
+    pub late: bool,
+    /// Whether the output is limited. Off for impulse responses: what comes out is linear, and 1.5 ms earlier.
+    pub limiter: bool,
+    /// Ceiling of the limiter in dB re full scale, −60 to 0.
+    pub ceiling_db: f32,
+}
+
+impl Default for GeneratorSettings {
+    /// 16 sources with 64 paths each at 44.1 kHz, sixteen of each in full detail.
+    fn default() -> Self {
+        Self {
+            rate_hz: 44_100,
+            max_sources: 16,
+            max_voices: 1024,
+            fine_voices: 256,
+            max_delay_s: 1.5,
+            late: true,
+            limiter: true,
+            ceiling_db: -0.3,
+        }
+    }
+}
+
+impl GeneratorSettings {
+    /// Checks every range.
+    ///
+    /// Errors: [`Error::Setting`] that names the setting and what to do.
+    pub fn check(&self) -> Result<()> {
+        // The highest crossover has to lie well below half the rate.
+        let lowest_hz = (EDGES_HZ[EDGES_HZ.len() - 1] * 2.5) as u32;
+        within("rate_hz", self.rate_hz, lowest_hz.max(16_000), 192_000)?;
+        within("max_sources", self.max_sources, 1, 256)?;
+        within("max_voices", self.max_voices, 1, 16_384)?;
+        within("max_delay_s", self.max_delay_s, 0.01, 10.0)?;
+        within("ceiling_db", self.ceiling_db, -60.0, 0.0)
+    }
+}
+
+fn within<T: PartialOrd + std::fmt::Display>(name: &str, value: T, low: T, high: T) -> Result<()> {
+    if value >= low && value <= high {
+        Ok(())
+    } else {
+        Err(Error::setting(
+            name,
+            format!("{value} is out of range"),
+            &format!("choose a value from {low} to {high}"),
+        ))
+    }
+}

@@ -1,0 +1,399 @@
+//! All voices: which path has which, who starts, who fades, who is dropped.
+//!
+//! Audio side; wait-free, bounded by the numbers of paths and voices; allocates at birth only. Takes a frame's paths,
+//! gives the buses every path's sound.
+//!
+//! Paths and living voices are both sorted by identity and are merged. A path without voice starts one, a voice without
+//! path fades. A path whose delay jumps does both. There are twice as many voices as may live, so that a whole set can
+//! fade while another starts; beyond that the voice that has faded longest is cut and counted.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::Quat;
+
+use crate::extrapolation::FramePath;
+use crate::simd::F32x8;
+
+use super::arrival::{self, Ready, Weights};
+use super::binaural::Binaural;
+use super::delay_line::{DelayLine, MAX_READ};
+use super::voice::{Aim, Voice};
+use super::{BandCorrection, CHUNK, Hrtf};
+
+/// What became of a frame's paths.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Dropped {
+    /// Paths without a voice: beyond the limits, invalid, out of order.
+    pub(super) paths: u32,
+    /// Paths longer than the delay lines.
+    pub(super) delays: u32,
+    /// Fades cut short.
+    pub(super) fades: u32,
+}
+
+/// What the voices need to know of their surroundings at a new frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surroundings<'a> {
+    pub(super) hrtf: &'a Hrtf,
+    pub(super) correction: &'a BandCorrection,
+    /// From world to head coordinates.
+    pub(super) to_head: Quat,
+    pub(super) rate_hz: f64,
+    /// Longest path delay in frames.
+    pub(super) max_delay: f64,
+    /// Time in frames.
+    pub(super) now: i64,
+    /// Frames the last ramp still had to go.
+    pub(super) left: u32,
+    /// Frames of the new ramp.
+    pub(super) ramp: u32,
+}
+
+/// Who lives in a source's slot, and since when.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Tenant {
+    pub(super) bits: u32,
+    pub(super) since: i64,
+}
+
+/// The voices and what belongs to them by index.
+#[derive(Debug)]
+pub(super) struct VoiceSet {
+    max_voices: usize,
+    max_fine: usize,
+    /// Groups of buses and frames of tail a voice.
+    groups: usize,
+    tail: usize,
+    voices: Vec<Voice>,
+    tails: Vec<f32>,
+    targets: Vec<F32x8>,
+    growths: Vec<F32x8>,
+    /// Indices, sorted by identity.
+    living: Vec<u32>,
+    next_living: Vec<u32>,
+    fading: Vec<u32>,
+    free: Vec<u32>,
+    loudest: BinaryHeap<Reverse<u64>>,
+    looked_up: Vec<F32x8>,
+    mixture: Vec<f32>,
+    ears: [[Vec<f32>; 2]; 2],
+}
+
+impl VoiceSet {
+    pub(super) fn new(max_voices: usize, max_fine: usize, hrtf: &Hrtf) -> Self {
+        let pool = 2 * max_voices;
+        let groups = hrtf.groups();
+        let tail = tail_frames(hrtf);
+        Self {
+            max_voices,
+            max_fine,
+            groups,
+            tail,
+            voices: vec![Voice::default(); pool],
+            tails: vec![0.0; pool * tail],
+            targets: vec![F32x8::ZERO; pool * 2 * groups],
+            growths: vec![F32x8::ZERO; pool * 2 * groups],
+            living: Vec::with_capacity(max_voices),
+            next_living: Vec::with_capacity(max_voices),
+            fading: Vec::with_capacity(pool),
+            free: (0..pool as u32).rev().collect(),
+            loudest: BinaryHeap::with_capacity(max_voices.max(max_fine) + 1),
+            looked_up: vec![F32x8::ZERO; 2 * groups],
+            mixture: vec![0.0; tail + MAX_READ],
+            ears: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; CHUNK])),
+        }
+    }
+
+    /// Voices that live or fade.
+    pub(super) fn count(&self) -> usize {
+        self.living.len() + self.fading.len()
+    }
+
+    /// Takes over a frame's paths, sorted by identity.
+    pub(super) fn set_paths(
+        &mut self,
+        paths: &[FramePath],
+        tenants: &[Tenant],
+        around: &Surroundings,
+    ) -> Dropped {
+        let mut dropped = Dropped::default();
+        let keep = self.threshold(paths, tenants, around, self.max_voices);
+        let fine = if self.max_fine >= self.max_voices {
+            keep
+        } else {
+            self.threshold(paths, tenants, around, self.max_fine)
+        };
+        self.next_living.clear();
+        let mut old = 0;
+        let mut last_id = None;
+        for (index, path) in paths.iter().enumerate() {
+            let id = path.id.0;
+            if !is_sound(path, tenants) || last_id.is_some_and(|last| id <= last) {
+                dropped.paths += 1;
+                continue;
+            }
+            last_id = Some(id);
+            if path.delay_s * around.rate_hz > around.max_delay {
+                dropped.delays += 1;
+                continue;
+            }
+            let rank = rank(path, index);
+            if rank < keep {
+                dropped.paths += 1;
+                continue;
+            }
+            while let Some(&voice) = self.living.get(old)
+                && self.voices[voice as usize].id < id
+            {
+                self.fade(voice, around);
+                old += 1;
+            }
+            let held = self
+                .living
+                .get(old)
+                .copied()
+                .filter(|&voice| self.voices[voice as usize].id == id);
+            old += usize::from(held.is_some());
+            let groups = if rank >= fine { self.groups } else { 1 };
+            let voice = self.aim(path, held, tenants, groups, around, &mut dropped);
+            self.next_living.push(voice);
+        }
+        while let Some(&voice) = self.living.get(old) {
+            self.fade(voice, around);
+            old += 1;
+        }
+        std::mem::swap(&mut self.living, &mut self.next_living);
+        dropped
+    }
+
+    /// The rank from which on paths are among the `count` loudest.
+    fn threshold(
+        &mut self,
+        paths: &[FramePath],
+        tenants: &[Tenant],
+        around: &Surroundings,
+        count: usize,
+    ) -> u64 {
+        if count == 0 {
+            return u64::MAX;
+        }
+        if paths.len() <= count {
+            return 0;
+        }
+        self.loudest.clear();
+        for (index, path) in paths.iter().enumerate() {
+            if !is_sound(path, tenants) || path.delay_s * around.rate_hz > around.max_delay {
+                continue;
+            }
+            let rank = rank(path, index);
+            if self.loudest.len() < count {
+                self.loudest.push(Reverse(rank));
+            } else if let Some(mut least) = self.loudest.peek_mut()
+                && least.0 < rank
+            {
+                *least = Reverse(rank);
+            }
+        }
+        match self.loudest.peek() {
+            Some(least) if self.loudest.len() == count => least.0,
+            _ => 0,
+        }
+    }
+
+    /// Points the voice a path has, or a new one, to the path's values; gives the voice's index.
+    fn aim(
+        &mut self,
+        path: &FramePath,
+        held: Option<u32>,
+        tenants: &[Tenant],
+        groups: usize,
+        around: &Surroundings,
+        dropped: &mut Dropped,
+    ) -> u32 {
+        let ears = around
+            .hrtf
+            .look_up(around.to_head * path.arrival, &mut self.looked_up);
+        for of_ear in self.looked_up.chunks_exact_mut(self.groups) {
+            of_ear[groups..].fill(F32x8::ZERO);
+        }
+        let aim = Aim {
+            gain: around.correction.gains(&path.amplitude),
+            delay: path.delay_s * around.rate_hz,
+            ears,
+        };
+        let slot = path.source.slot();
+        let tenant = tenants.get(slot).copied().unwrap_or_default();
+        if let Some(index) = held {
+            let voice = &mut self.voices[index as usize];
+            if voice.slot == slot
+                && voice.tenant == tenant.bits
+                && voice.can_glide_to(aim.delay, around.left, around.ramp)
+            {
+                voice.retarget(&aim, around.now, around.left, around.ramp);
+                voice.groups = [groups.max(voice.groups[1]), groups];
+                let mut weights = Weights {
+                    target: of_voice(&mut self.targets, index, 2 * self.groups),
+                    growth: of_voice(&mut self.growths, index, 2 * self.groups),
+                };
+                voice.moving = weights.retarget(&self.looked_up, around.left, around.ramp);
+                return index;
+            }
+            self.fade(index, around);
+        }
+        let index = self.take_voice(dropped);
+        let voice = &mut self.voices[index as usize];
+        voice.start(path.id.0, slot, tenant, &aim, around.now, around.ramp);
+        voice.groups = [groups; 2];
+        of_voice(&mut self.tails, index, self.tail).fill(0.0);
+        let mut weights = Weights {
+            target: of_voice(&mut self.targets, index, 2 * self.groups),
+            growth: of_voice(&mut self.growths, index, 2 * self.groups),
+        };
+        weights.rest_at(&self.looked_up);
+        index
+    }
+
+    fn fade(&mut self, index: u32, around: &Surroundings) {
+        self.voices[index as usize].fade(around.now, around.left, around.ramp, self.tail);
+        let mut weights = Weights {
+            target: of_voice(&mut self.targets, index, 2 * self.groups),
+            growth: of_voice(&mut self.growths, index, 2 * self.groups),
+        };
+        weights.stop(around.left);
+        self.fading.push(index);
+    }
+
+    /// A free voice, or the one that has faded longest.
+    fn take_voice(&mut self, dropped: &mut Dropped) -> u32 {
+        if let Some(index) = self.free.pop() {
+            return index;
+        }
+        dropped.fades += 1;
+        let voices = &self.voices;
+        let oldest = self
+            .fading
+            .iter()
+            .enumerate()
+            .min_by_key(|&(_, &index)| voices[index as usize].fade_left)
+            .map_or(0, |(place, _)| place);
+        // At most half the pool lives while paths are merged and as many of the next set, so some voice is fading.
+        self.fading.swap_remove(oldest)
+    }
+
+    /// Adds a chunk of every voice to the buses, the loudest paths in full detail first.
+    pub(super) fn render(
+        &mut self,
+        lines: &[DelayLine],
+        now: i64,
+        left: u32,
+        frames: usize,
+        binaural: &mut Binaural,
+    ) {
+        for groups in [self.groups, 1] {
+            self.render_those(groups, lines, now, left, frames, binaural);
+            if self.groups == 1 {
+                break;
+            }
+        }
+        let (voices, free) = (&mut self.voices, &mut self.free);
+        self.fading.retain(|&index| {
+            let fade_left = &mut voices[index as usize].fade_left;
+            *fade_left = fade_left.saturating_sub(frames as u32);
+            if *fade_left == 0 {
+                free.push(index);
+            }
+            *fade_left > 0
+        });
+    }
+
+    fn render_those(
+        &mut self,
+        groups: usize,
+        lines: &[DelayLine],
+        now: i64,
+        left: u32,
+        frames: usize,
+        binaural: &mut Binaural,
+    ) {
+        let mut waiting = None;
+        for &index in self.living.iter().chain(&self.fading) {
+            let voice = &mut self.voices[index as usize];
+            if voice.groups[usize::from(left == 0)] != groups {
+                continue;
+            }
+            let Some(line) = lines.get(voice.slot) else {
+                continue;
+            };
+            let [first, second] = &mut self.ears;
+            let into = if waiting.is_some() { second } else { first };
+            let [ear_l, ear_r] = into;
+            let sounds = voice.render(
+                line,
+                now,
+                left,
+                of_voice(&mut self.tails, index, self.tail),
+                &mut self.mixture,
+                [&mut ear_l[..frames], &mut ear_r[..frames]],
+            );
+            if !sounds {
+                continue;
+            }
+            match waiting.take() {
+                None => waiting = Some(index),
+                Some(held) => {
+                    let a = self.ready(held, 0, groups, frames);
+                    let b = self.ready(index, 1, groups, frames);
+                    arrival::add(binaural, &a, Some(&b), left);
+                }
+            }
+        }
+        if let Some(index) = waiting {
+            arrival::add(binaural, &self.ready(index, 0, groups, frames), None, left);
+        }
+    }
+
+    /// A rendered voice whose ear signals lie in the first or second buffer.
+    fn ready(&self, index: u32, half: usize, groups: usize, frames: usize) -> Ready<'_> {
+        let voice = &self.voices[index as usize];
+        let place = index as usize * 2 * self.groups;
+        Ready {
+            ears: [0, 1].map(|ear| &self.ears[half][ear][..frames]),
+            target: &self.targets[place..][..2 * self.groups],
+            growth: &self.growths[place..][..2 * self.groups],
+            moving: voice.moving,
+            groups,
+        }
+    }
+}
+
+/// Frames of its mixture that a voice keeps: the longest ear delay, the interpolator and rounding, and enough for the
+/// shortest stretch mixed in a chunk.
+pub(super) fn tail_frames(hrtf: &Hrtf) -> usize {
+    (hrtf.max_delay().ceil() as usize + 12)
+        .max(CHUNK / 4 + 16)
+        .next_multiple_of(8)
+}
+
+/// The part of a pool that belongs to one voice.
+fn of_voice<T>(pool: &mut [T], index: u32, width: usize) -> &mut [T] {
+    &mut pool[index as usize * width..][..width]
+}
+
+/// Whether a path is one that can sound at all.
+fn is_sound(path: &FramePath, tenants: &[Tenant]) -> bool {
+    path.source.slot() < tenants.len()
+        && path.delay_s >= 0.0
+        && path.delay_s.is_finite()
+        && path.arrival.is_finite()
+        && path.amplitude.iter().all(|a| a.abs() <= MAX_AMPLITUDE)
+}
+
+/// Largest amplitude of a path: 60 dB. The source would be a millimetre from the ear.
+const MAX_AMPLITUDE: f32 = 1000.0;
+
+/// Orders paths by energy, then by place; energies are not negative, so their bits are ordered as they are.
+fn rank(path: &FramePath, index: usize) -> u64 {
+    let energy: f32 = path.amplitude.iter().map(|a| a * a).sum();
+    u64::from(energy.to_bits()) << 32 | u64::from(!(index as u32))
+}
