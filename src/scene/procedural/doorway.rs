@@ -1,4 +1,4 @@
-//! Two rooms and one door: the stress case ([PAPER] Figure 7).
+//! Two rooms and one door: the stress case (Figure 7 of the paper).
 //!
 //! A wall of 0.2 m parts two rooms of 8 × 6 × 3 m; its door is 0.95 m wide. The listener walks slantwise from one room
 //! into the other, enters the opening 9 cm beside its far jamb and leaves it through that jamb: for 0.1 m (under a

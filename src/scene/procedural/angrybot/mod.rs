@@ -209,7 +209,8 @@ fn paint(
         by_kind("concrete", "concrete", "concrete")
     } else if up && face.middle.y < 0.5 * HEIGHT_M {
         "asphalt"
-    } else if up {
+    } else if up && face.middle.y > HEIGHT_M + 0.5 * WALL_M {
+        // The roof; the yard wall's top, 0.2 m lower, is brick like its sides.
         "gravel"
     } else {
         "brick"

@@ -91,7 +91,7 @@ fn riser(b: &mut MeshBuilder, foot: DVec3) {
     );
 }
 
-/// A loading platform and a pit's edge with railings of two rails.
+/// A loading platform with railings, and more railings in the yard.
 pub(super) fn railings(b: &mut MeshBuilder) {
     b.part("railings");
     b.paint("concrete");
@@ -102,8 +102,8 @@ pub(super) fn railings(b: &mut MeshBuilder) {
         railing(b, Axis::Z, dvec3(x, max.y, min.z + 0.1), 6.4);
     }
     railing(b, Axis::X, dvec3(min.x + 0.3, max.y, max.z - 0.2), 3.4);
-    for x in [2.0, 10.0, 27.0] {
-        railing(b, Axis::X, floor(x, 20.0 + 0.2 * x), 6.0);
+    for (x, z) in [(2.0, 20.4), (10.0, 22.0), (28.0, 27.6)] {
+        railing(b, Axis::X, floor(x, z), 6.0);
     }
     for z in [1.0, 17.0, 24.0] {
         railing(b, Axis::Z, floor(47.2, z), 6.0);
