@@ -7,14 +7,20 @@ use foresound::propagation::discovery::trace_guide_rays;
 use foresound::propagation::sampling::rotation;
 use foresound::propagation::sequence::SequenceSet;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
-use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
 
 fn propagation(criterion: &mut Criterion) {
     let hall = procedural::concert_hall();
     let table = MaterialTable::built_in();
-    let commit = || Scene::commit(&hall.mesh, &table, &SceneSettings::default()).expect("the hall commits");
+    let commit =
+        || Scene::commit(&hall.mesh, &table, &SceneSettings::default()).expect("the hall commits");
     let scene = Arc::new(commit());
-    let ear = ListenerPose { position: hall.walk.standing, ..ListenerPose::default() };
+    let ear = ListenerPose {
+        position: hall.walk.standing,
+        ..ListenerPose::default()
+    };
     let mut group = criterion.benchmark_group("concert hall");
     group.sample_size(20);
     group.bench_function("commit", |bencher| bencher.iter(commit));
@@ -33,7 +39,10 @@ fn propagation(criterion: &mut Criterion) {
             .iter()
             .take(count)
             .enumerate()
-            .map(|(slot, (_, position))| SourcePose { id: SourceId::new(slot as u16, 0), position: *position })
+            .map(|(slot, (_, position))| SourcePose {
+                id: SourceId::new(slot as u16, 0),
+                position: *position,
+            })
             .collect();
         let settings = PropagationSettings::default();
         let mut propagator = Propagator::new(Arc::clone(&scene), settings).expect("settings");

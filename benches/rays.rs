@@ -10,9 +10,14 @@ use glam::Vec3;
 const RAYS: u32 = 4096;
 
 fn rays(criterion: &mut Criterion) {
-    for scene in [procedural::concert_hall(), procedural::bootcamp(), procedural::angrybot()] {
+    for scene in [
+        procedural::concert_hall(),
+        procedural::bootcamp(),
+        procedural::angrybot(),
+    ] {
         let table = MaterialTable::built_in();
-        let committed = Scene::commit(&scene.mesh, &table, &SceneSettings::default()).expect("commits");
+        let committed =
+            Scene::commit(&scene.mesh, &table, &SceneSettings::default()).expect("commits");
         let origin = committed.to_local(scene.walk.standing).as_vec3();
         let bounds = committed.report();
         let place = |i: u64| {
@@ -20,10 +25,12 @@ fn rays(criterion: &mut Criterion) {
             let world = bounds.bounds_min + share * (bounds.bounds_max - bounds.bounds_min);
             committed.to_local(world).as_vec3()
         };
-        let closest: Vec<Ray> =
-            (0..RAYS).map(|i| Ray::new(origin, fibonacci_direction(i, RAYS))).collect();
-        let segments: Vec<Ray> =
-            (0..u64::from(RAYS)).map(|i| Ray::between(place(2 * i), place(2 * i + 1))).collect();
+        let closest: Vec<Ray> = (0..RAYS)
+            .map(|i| Ray::new(origin, fibonacci_direction(i, RAYS)))
+            .collect();
+        let segments: Vec<Ray> = (0..u64::from(RAYS))
+            .map(|i| Ray::between(place(2 * i), place(2 * i + 1)))
+            .collect();
         let mut group = criterion.benchmark_group(scene.name);
         group.throughput(Throughput::Elements(u64::from(RAYS)));
         group.sample_size(20);

@@ -4,8 +4,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const EVERYTHING: &[&str] = &[
-    "acoustics", "bridge", "error", "evaluation", "extrapolation", "generation", "geometry", "output",
-    "propagation", "runtime", "scene", "simd",
+    "acoustics",
+    "bridge",
+    "error",
+    "evaluation",
+    "extrapolation",
+    "generation",
+    "geometry",
+    "output",
+    "propagation",
+    "runtime",
+    "scene",
+    "simd",
 ];
 
 /// Module, and what it may name besides itself.
@@ -16,23 +26,57 @@ const TABLE: [(&str, &[&str]); 12] = [
     ("geometry", &["simd"]),
     ("scene", &["acoustics", "geometry", "error"]),
     ("propagation", &["acoustics", "geometry", "scene", "error"]),
-    ("extrapolation", &["acoustics", "simd", "geometry", "scene", "propagation"]),
-    ("generation", &["acoustics", "simd", "extrapolation", "error", "propagation::PathId", "scene::SourceId"]),
+    (
+        "extrapolation",
+        &["acoustics", "simd", "geometry", "scene", "propagation"],
+    ),
+    (
+        "generation",
+        &[
+            "acoustics",
+            "simd",
+            "extrapolation",
+            "error",
+            "propagation::PathId",
+            "scene::SourceId",
+        ],
+    ),
     ("output", &["error", "generation"]),
     (
         "runtime",
-        &["acoustics", "error", "extrapolation", "generation", "geometry", "output", "propagation", "scene", "simd"],
+        &[
+            "acoustics",
+            "error",
+            "extrapolation",
+            "generation",
+            "geometry",
+            "output",
+            "propagation",
+            "scene",
+            "simd",
+        ],
     ),
     ("bridge", &["acoustics", "error", "runtime", "scene"]),
     ("evaluation", EVERYTHING),
 ];
 
 /// Words that only `runtime`, evaluation and the command line may use: a stage has no thread, clock or atomic.
-const CLOCKS_AND_THREADS: [&str; 5] =
-    ["std::thread", "std::time::Instant", "std::sync::atomic", "std::sync::Mutex", "std::sync::RwLock"];
+const CLOCKS_AND_THREADS: [&str; 5] = [
+    "std::thread",
+    "std::time::Instant",
+    "std::sync::atomic",
+    "std::sync::Mutex",
+    "std::sync::RwLock",
+];
 
 /// Where `unsafe` may stand.
-const UNSAFE_HOMES: [&str; 5] = ["simd/neon", "simd/x86", "runtime/", "output/oboe", "bridge/"];
+const UNSAFE_HOMES: [&str; 5] = [
+    "simd/neon",
+    "simd/x86",
+    "runtime/",
+    "output/oboe",
+    "bridge/",
+];
 
 /// Longest source file.
 const MOST_LINES: usize = 600;
@@ -42,14 +86,20 @@ fn sources() -> Vec<(String, String)> {
     let mut open = vec![root.clone()];
     let mut found = Vec::new();
     while let Some(folder) = open.pop() {
-        let mut entries: Vec<PathBuf> =
-            fs::read_dir(folder).expect("src is there").map(|e| e.expect("readable").path()).collect();
+        let mut entries: Vec<PathBuf> = fs::read_dir(folder)
+            .expect("src is there")
+            .map(|e| e.expect("readable").path())
+            .collect();
         entries.sort();
         for path in entries {
             if path.is_dir() {
                 open.push(path);
             } else if path.extension().is_some_and(|e| e == "rs") {
-                let name = path.strip_prefix(&root).expect("below src").to_string_lossy().into_owned();
+                let name = path
+                    .strip_prefix(&root)
+                    .expect("below src")
+                    .to_string_lossy()
+                    .into_owned();
                 found.push((name, fs::read_to_string(&path).expect("text")));
             }
         }
@@ -58,20 +108,29 @@ fn sources() -> Vec<(String, String)> {
 }
 
 fn module_of(file: &str) -> &str {
-    file.split('/').next().unwrap_or(file).trim_end_matches(".rs")
+    file.split('/')
+        .next()
+        .unwrap_or(file)
+        .trim_end_matches(".rs")
 }
 
 /// Code without comments and without its tests, which stand at the end of a file.
 fn code(text: &str) -> String {
     let tests = text.find("#[cfg(test)]").unwrap_or(text.len());
     let uncommented = |line: &str| line.split("//").next().unwrap_or_default().to_owned();
-    text[..tests].lines().map(uncommented).collect::<Vec<_>>().join("\n")
+    text[..tests]
+        .lines()
+        .map(uncommented)
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 /// Paths behind `crate::`, two words deep: `scene::SourceId`. Braces after the first word are opened.
 fn named(code: &str) -> Vec<String> {
     let word = |text: &str| -> String {
-        text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+        text.chars()
+            .take_while(|c| c.is_alphanumeric() || *c == '_')
+            .collect()
     };
     let mut names = Vec::new();
     for (at, _) in code.match_indices("crate::") {
@@ -80,7 +139,11 @@ fn named(code: &str) -> Vec<String> {
         match rest[first.len()..].strip_prefix("::") {
             Some(inner) if inner.starts_with('{') => {
                 let inside = inner[1..].split('}').next().unwrap_or_default();
-                names.extend(inside.split(',').map(|n| format!("{first}::{}", word(n.trim()))));
+                names.extend(
+                    inside
+                        .split(',')
+                        .map(|n| format!("{first}::{}", word(n.trim()))),
+                );
             }
             Some(inner) => names.push(format!("{first}::{}", word(inner))),
             None => names.push(first),
@@ -93,13 +156,18 @@ fn named(code: &str) -> Vec<String> {
 fn no_module_names_what_stands_above_it() {
     let mut breaches = Vec::new();
     for (file, text) in sources() {
-        let Some((module, allowed)) = TABLE.iter().find(|(name, _)| *name == module_of(&file)) else {
+        let Some((module, allowed)) = TABLE.iter().find(|(name, _)| *name == module_of(&file))
+        else {
             continue;
         };
         for name in named(&code(&text)) {
             let first = name.split("::").next().unwrap_or_default();
             let is_ours = EVERYTHING.contains(&first);
-            if is_ours && first != *module && !allowed.contains(&first) && !allowed.contains(&&*name) {
+            if is_ours
+                && first != *module
+                && !allowed.contains(&first)
+                && !allowed.contains(&&*name)
+            {
                 breaches.push(format!("{file} names {name}"));
             }
         }
@@ -123,7 +191,9 @@ fn stages_have_no_thread_clock_or_atomic() {
 fn unsafe_stays_in_its_homes() {
     for (file, text) in sources() {
         let at_home = UNSAFE_HOMES.iter().any(|home| file.starts_with(home));
-        let block = code(&text).split(|c: char| !c.is_alphanumeric() && c != '_').any(|w| w == "unsafe");
+        let block = code(&text)
+            .split(|c: char| !c.is_alphanumeric() && c != '_')
+            .any(|w| w == "unsafe");
         assert!(at_home || !block, "{file} has unsafe code");
     }
 }
@@ -139,5 +209,8 @@ fn files_stay_small() {
 #[test]
 fn the_reader_of_paths_reads_them() {
     let text = "use crate::scene::{Scene, pose::SourceId}; // crate::runtime\nlet x = crate::error::Error::new();";
-    assert_eq!(named(&code(text)), ["scene::Scene", "scene::pose", "error::Error"]);
+    assert_eq!(
+        named(&code(text)),
+        ["scene::Scene", "scene::pose", "error::Error"]
+    );
 }

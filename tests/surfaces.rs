@@ -84,7 +84,7 @@ fn terrain(cells: u32, size_m: f32, height_m: f32) -> TriangleMesh {
 }
 
 fn commit(mesh: &TriangleMesh) -> CommittedMesh {
-    commit_mesh(mesh, &MaterialTable::built_in()).unwrap()
+    commit_mesh(mesh, &MaterialTable::built_in(), 0.0).unwrap()
 }
 
 /// What a surface is, without where its triangles are filed.
@@ -125,8 +125,12 @@ fn a_shoebox_has_six_surfaces() {
         assert!(surface.normal.min_element() >= 0.0);
         let middle = (surface.bounds_min + surface.bounds_max).as_dvec3() / 2.0;
         assert!(surface.distance_m(middle).abs() < 1e-12);
-        assert!(mesh.surfaces.contains(number, middle));
-        assert!(!mesh.surfaces.contains(number, middle + DVec3::splat(7.0)));
+        assert!(mesh.surfaces.reflects_at(number, middle));
+        assert!(
+            !mesh
+                .surfaces
+                .reflects_at(number, middle + DVec3::splat(7.0))
+        );
         assert_eq!(mesh.surfaces.find(surface.key), Some(number));
         assert_eq!(mesh.surfaces.triangles_of(number).len(), 2);
     }
@@ -151,7 +155,7 @@ fn floors_of_two_rooms_are_one_surface_with_a_gap() {
         .unwrap();
     let inside = |x: f64| {
         mesh.surfaces
-            .contains(floor, DVec3::new(x, 0.0, 2.0) - mesh.centre)
+            .reflects_at(floor, DVec3::new(x, 0.0, 2.0) - mesh.centre)
     };
     assert!(inside(3.9) && inside(4.3));
     assert!(!inside(4.1) && !inside(9.1));
@@ -348,10 +352,10 @@ fn contains_agrees_with_every_triangle_asked() {
                 .map(|&t| distance_to_triangle(point, t))
                 .fold(f64::INFINITY, f64::min);
             if distance == 0.0 {
-                assert!(mesh.surfaces.contains(0, point), "{point}");
+                assert!(mesh.surfaces.reflects_at(0, point), "{point}");
             } else if distance > 40.0 * INSIDE_TOLERANCE_M {
                 // Near a corner the tolerance reaches farther than along an edge; no angle here is below 3°.
-                assert!(!mesh.surfaces.contains(0, point), "{point}");
+                assert!(!mesh.surfaces.reflects_at(0, point), "{point}");
             }
         }
         // Points on shared edges and corners, a few rounding errors off either way.
@@ -360,7 +364,7 @@ fn contains_agrees_with_every_triangle_asked() {
                 let share = if dice.below(4) == 0 { 0.0 } else { dice.unit() };
                 let on = t[i].lerp(t[(i + 1) % 3], share);
                 let off = DVec3::new(dice.unit() - 0.5, 0.0, dice.unit() - 0.5) * 1e-6;
-                assert!(mesh.surfaces.contains(0, on + off));
+                assert!(mesh.surfaces.reflects_at(0, on + off));
             }
         }
     }
@@ -387,7 +391,7 @@ fn slivers_that_cross_every_cell_cost_bounded_memory() {
     assert_eq!(mesh.surfaces.surfaces.len(), 1);
     for (radius_m, inside) in [(0.0, true), (30.0, true), (49.99, true), (50.1, false)] {
         let place = DVec3::new(radius_m * 0.6, 0.0, radius_m * 0.8) - mesh.centre;
-        assert_eq!(mesh.surfaces.contains(0, place), inside, "{radius_m}");
+        assert_eq!(mesh.surfaces.reflects_at(0, place), inside, "{radius_m}");
     }
 }
 
@@ -443,7 +447,7 @@ fn a_large_terrain_commits_in_time() {
         let mut hits = 0;
         for _ in 0..64 {
             for &(surface, point) in &points {
-                hits += usize::from(mesh.surfaces.contains(surface, point));
+                hits += usize::from(mesh.surfaces.reflects_at(surface, point));
             }
         }
         let each_ns = start.elapsed().as_secs_f64() * 1e9 / (64.0 * 4096.0);
@@ -485,7 +489,7 @@ proptest! {
             triangle_materials: picks.iter().map(|pick| pick.3).collect(),
             material_names: vec!["brick".into(), "unheard of".into()],
         };
-        let Ok(mesh) = commit_mesh(&mesh, &MaterialTable::built_in()) else {
+        let Ok(mesh) = commit_mesh(&mesh, &MaterialTable::built_in(), 0.0) else {
             return Ok(());
         };
         let report = mesh.report;
@@ -507,8 +511,8 @@ proptest! {
                 prop_assert_eq!(set.triangle_surface[triangle as usize], number);
                 let corners = mesh.triangles[triangle as usize];
                 let [a, b, c] = corners.map(|i| mesh.vertices[i as usize].as_dvec3());
-                prop_assert!(set.contains(number, (a + b + c) / 3.0));
-                prop_assert!(set.contains(number, a) && set.contains(number, b));
+                prop_assert!(set.reflects_at(number, (a + b + c) / 3.0));
+                prop_assert!(set.reflects_at(number, a) && set.reflects_at(number, b));
             }
         }
     }

@@ -32,9 +32,15 @@ pub struct BandParameters {
 pub fn room_parameters(response: &[f32], rate_hz: u32) -> [BandParameters; BANDS] {
     let peak = response.iter().fold(0f32, |m, s| m.max(s.abs()));
     let threshold = peak * 10f32.powf(ONSET_DB as f32 / 20.0);
-    let onset = response.iter().position(|s| s.abs() >= threshold).unwrap_or(0);
+    let onset = response
+        .iter()
+        .position(|s| s.abs() >= threshold)
+        .unwrap_or(0);
     std::array::from_fn(|band| {
-        let energy: Vec<f64> = octave(response, rate_hz, band).iter().map(|s| s * s).collect();
+        let energy: Vec<f64> = octave(response, rate_hz, band)
+            .iter()
+            .map(|s| s * s)
+            .collect();
         parameters(&energy, onset, f64::from(rate_hz))
     })
 }
@@ -57,7 +63,10 @@ fn octave(response: &[f32], rate_hz: u32, band: usize) -> Vec<f64> {
     }
     // The first and last bins of a real spectrum are real; the mask keeps them so.
     let back = inverse.process(&mut spectrum, &mut samples);
-    debug_assert!(transformed.is_ok() && back.is_ok(), "buffers are the planner's own");
+    debug_assert!(
+        transformed.is_ok() && back.is_ok(),
+        "buffers are the planner's own"
+    );
     samples.truncate(response.len());
     samples
 }
@@ -140,7 +149,11 @@ mod tests {
                 noise * 10f32.powf(-3.0 * n as f32 / (t60_s * rate_hz as f32))
             })
             .collect();
-        for (band, found) in room_parameters(&response, rate_hz as u32).iter().enumerate().skip(1) {
+        for (band, found) in room_parameters(&response, rate_hz as u32)
+            .iter()
+            .enumerate()
+            .skip(1)
+        {
             // Noise in a narrow band fluctuates: about 1 / sqrt(bandwidth × time), four of them.
             let spread = 4.0 / (0.7 * CENTRES_HZ[band] * f64::from(t60_s)).sqrt();
             let error = (found.t60_s.unwrap_or(0.0) / f64::from(t60_s) - 1.0).abs();
@@ -158,6 +171,9 @@ mod tests {
 
     #[test]
     fn silence_has_no_parameters() {
-        assert_eq!(room_parameters(&[0.0; 64], 44_100)[3], BandParameters::default());
+        assert_eq!(
+            room_parameters(&[0.0; 64], 44_100)[3],
+            BandParameters::default()
+        );
     }
 }

@@ -73,7 +73,9 @@ impl Extrapolator {
         for pose in sources {
             let (from, to) = (pose.position, listener.position);
             let direct = direct_path(&self.scene, pose.id, from, to, self.nearest_m, &mut rays);
-            result.paths.extend(direct.map(|path| self.direct_now(&path, listener)));
+            result
+                .paths
+                .extend(direct.map(|path| self.direct_now(&path, listener)));
         }
         let at = FrameContext {
             scene: &self.scene,
@@ -97,11 +99,13 @@ impl Extrapolator {
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);
         result.late.clear();
-        result.late.extend(self.current.late.iter().map(|late| LateSend {
-            source: late.source,
-            energy_per_s: late.energy_per_s,
-            start_s: late.start_s,
-        }));
+        result
+            .late
+            .extend(self.current.late.iter().map(|late| LateSend {
+                source: late.source,
+                energy_per_s: late.energy_per_s,
+                start_s: late.start_s,
+            }));
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         rays
     }

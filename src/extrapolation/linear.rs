@@ -30,7 +30,12 @@ impl Predictor for Linear {
 /// are; beyond the last frame of the interval the value of frame L − 1 stays, since the paper names no later one. An
 /// amplitude here has a sign, which the paper's has not: the sign of `current` is carried and the equations apply to
 /// what remains.
-pub fn extrapolate(current: &BandArray, previous: &BandArray, frames: u32, level: u32) -> BandArray {
+pub fn extrapolate(
+    current: &BandArray,
+    previous: &BandArray,
+    frames: u32,
+    level: u32,
+) -> BandArray {
     let step = frames.min(level) as f32 / (level as f32 + 1.0);
     let mut result = *current;
     if step == 0.0 {

@@ -78,6 +78,7 @@ pub(super) fn as_of_update(path: &Path, listener: &ListenerPose, scene: &Scene) 
         order: path.order,
         amplitude: path.amplitude,
         delay_s: f64::from(path.length_m) / scene.speed_of_sound_m_s(),
-        arrival: (path.image - listener.position).normalize_or(listener.orientation * glam::Vec3::NEG_Z),
+        arrival: (path.image - listener.position)
+            .normalize_or(listener.orientation * glam::Vec3::NEG_Z),
     }
 }

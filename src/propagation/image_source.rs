@@ -38,7 +38,9 @@ pub fn mirror_listener(scene: &Scene, sequence: &Sequence, listener: DVec3) -> D
         .surfaces()
         .iter()
         .rev()
-        .fold(listener, |point, &surface| scene.surface(surface).mirror(point))
+        .fold(listener, |point, &surface| {
+            scene.surface(surface).mirror(point)
+        })
 }
 
 /// The path along a sequence, if the straight line to the listener's image meets every surface within its bounds, from
@@ -62,8 +64,12 @@ pub fn unfold(
     let surfaces = path.surfaces;
     path.image = surfaces[..path.order]
         .iter()
-        .fold(source, |point, &surface| scene.surface(surface).mirror(point));
-    debug_assert!((path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m));
+        .fold(source, |point, &surface| {
+            scene.surface(surface).mirror(point)
+        });
+    debug_assert!(
+        (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
+    );
     Some(path)
 }
 
@@ -92,7 +98,13 @@ fn descend(scene: &Scene, rest: Sequence, from: DVec3, image: DVec3, path: &mut 
         path.points[step] = point;
         path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
         path.order = step + 1;
-        if descend(scene, rest.without(place), point, surface.mirror(image), path) {
+        if descend(
+            scene,
+            rest.without(place),
+            point,
+            surface.mirror(image),
+            path,
+        ) {
             return true;
         }
         path.order = step;
@@ -101,7 +113,13 @@ fn descend(scene: &Scene, rest: Sequence, from: DVec3, image: DVec3, path: &mut 
 }
 
 /// Whether nothing stands between the points of a path. Adds the rays it cast to `rays`.
-pub fn is_clear(scene: &Scene, path: &ImagePath, source: DVec3, listener: DVec3, rays: &mut u64) -> bool {
+pub fn is_clear(
+    scene: &Scene,
+    path: &ImagePath,
+    source: DVec3,
+    listener: DVec3,
+    rays: &mut u64,
+) -> bool {
     let mut from = source;
     let mut from_surface = NO_GROUP;
     for step in 0..=path.order {

@@ -76,7 +76,13 @@ pub struct SourceRays {
 impl LateEstimator {
     /// Traces source rays with diffuse bounces, takes their sums in, and adds the sequences of their specular
     /// beginnings to `found`. Adds the rays it cast to `rays`.
-    pub fn trace(&mut self, scene: &Scene, from: &SourceRays, found: &mut SequenceSet, rays: &mut u64) {
+    pub fn trace(
+        &mut self,
+        scene: &Scene,
+        from: &SourceRays,
+        found: &mut SequenceSet,
+        rays: &mut u64,
+    ) {
         let mut sums = Sums::default();
         let farthest_m = f64::from(scene.diagonal_m());
         for index in 0..from.count {
@@ -115,7 +121,8 @@ impl LateEstimator {
                     found.insert(Sequence::canonical(scene, &surfaces[..=step]));
                 }
                 let draw = |k: u64| {
-                    let ray_number = from.rotation << 32 | u64::from(index) << 8 | (step as u64) << 2;
+                    let ray_number =
+                        from.rotation << 32 | u64::from(index) << 8 | (step as u64) << 2;
                     unit(mix(from.seed ^ mix(ray_number | k)))
                 };
                 let normal = facing(scene.surface(hit.group).normal.as_vec3(), ray.direction);
@@ -188,7 +195,11 @@ impl Sums {
 
 /// The normal on the side that a ray comes from.
 fn facing(normal: Vec3, direction: Vec3) -> Vec3 {
-    if normal.dot(direction) > 0.0 { -normal } else { normal }
+    if normal.dot(direction) > 0.0 {
+        -normal
+    } else {
+        normal
+    }
 }
 
 /// Energy-weighted reverberation time of several sources' late fields, one a band.
@@ -197,7 +208,10 @@ pub fn common_decay(late: &[LateSource]) -> BandArray {
     for b in 0..BANDS {
         let energy: f32 = late.iter().map(|l| l.energy_per_s[b]).sum();
         if energy > 0.0 {
-            let sum: f32 = late.iter().map(|l| l.energy_per_s[b] * l.decay_time_s[b]).sum();
+            let sum: f32 = late
+                .iter()
+                .map(|l| l.energy_per_s[b] * l.decay_time_s[b])
+                .sum();
             decay_s[b] = sum / energy;
         }
     }

@@ -16,14 +16,22 @@ pub fn fibonacci_direction(index: u32, count: u32) -> Vec3 {
     let height = 1.0 - (2.0 * f64::from(index) + 1.0) / f64::from(count);
     let radius = (1.0 - height * height).max(0.0).sqrt();
     let angle = std::f64::consts::TAU * (f64::from(index) * TURN).fract();
-    Vec3::new((radius * angle.cos()) as f32, height as f32, (radius * angle.sin()) as f32)
+    Vec3::new(
+        (radius * angle.cos()) as f32,
+        height as f32,
+        (radius * angle.sin()) as f32,
+    )
 }
 
 /// Rotation number `update` modulo [`ROTATIONS`]: uniform over all rotations by Shoemake's map of an R3 low-discrepancy
 /// sequence ([ROBERTS18]), shifted by `seed`.
 pub fn rotation(update: u64, seed: u64) -> Mat3 {
     // Powers of 1 / 1.2207440846, the plastic constant's kin in three dimensions.
-    const STEP: [f64; 3] = [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3];
+    const STEP: [f64; 3] = [
+        0.819_172_513_396_164_5,
+        0.671_043_606_703_789_2,
+        0.549_700_477_901_970_3,
+    ];
     let n = (update % ROTATIONS) as f64 + 1.0;
     let shift = |k: u64| unit(mix(seed.wrapping_mul(3).wrapping_add(k)));
     let u = [0, 1, 2].map(|k| (n * STEP[k] + f64::from(shift(k as u64))).fract() as f32);

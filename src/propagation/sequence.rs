@@ -168,7 +168,9 @@ impl SequenceSet {
         loop {
             match self.table[slot] {
                 0 => return Err(slot),
-                found if self.entries[found as usize - 1] == *sequence => return Ok(found as usize - 1),
+                found if self.entries[found as usize - 1] == *sequence => {
+                    return Ok(found as usize - 1);
+                }
                 _ => slot = (slot + 1) & mask,
             }
         }

@@ -55,7 +55,11 @@ impl PropagationSettings {
                 return Ok(());
             }
             let problem = format!("{value} is outside {low} to {high}");
-            Err(Error::setting(name, problem, "choose a value in that range"))
+            Err(Error::setting(
+                name,
+                problem,
+                "choose a value in that range",
+            ))
         };
         range("guide_rays", self.guide_rays.into(), 1, 65_536)?;
         range("source_rays", self.source_rays.into(), 1, 65_536)?;
@@ -65,7 +69,11 @@ impl PropagationSettings {
             return Ok(());
         }
         let problem = format!("{} is no distance", self.nearest_m);
-        Err(Error::setting("nearest_m", problem, "give metres above zero"))
+        Err(Error::setting(
+            "nearest_m",
+            problem,
+            "give metres above zero",
+        ))
     }
 }
 
@@ -101,7 +109,8 @@ impl Propagator {
     pub fn new(scene: Arc<Scene>, settings: PropagationSettings) -> Result<Self> {
         settings.check()?;
         let guide_capacity = settings.guide_rays as usize * settings.depth.max(1);
-        let own_capacity = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
+        let own_capacity =
+            settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
         Ok(Self {
             scene,
             settings,
@@ -207,7 +216,11 @@ impl Propagator {
             rays,
         ));
         self.next_cache.clear();
-        let own = self.own.entries().iter().filter(|s| !self.guide.contains(s));
+        let own = self
+            .own
+            .entries()
+            .iter()
+            .filter(|s| !self.guide.contains(s));
         for sequence in self.guide.entries().iter().chain(own) {
             if sequence.len() > settings.depth {
                 continue;

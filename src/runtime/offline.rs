@@ -73,11 +73,22 @@ impl OfflineRenderer {
         let rate_hz = settings.graphics_rate_hz;
         if !(1.0..=1000.0).contains(&rate_hz) {
             let problem = format!("{rate_hz} Hz is outside 1 to 1000");
-            return Err(Error::setting("graphics_rate_hz", problem, "choose a rate in that range"));
+            return Err(Error::setting(
+                "graphics_rate_hz",
+                problem,
+                "choose a rate in that range",
+            ));
         }
         if !(32..=4096).contains(&settings.block_frames) {
-            let problem = format!("{} audio frames is outside 32 to 4096", settings.block_frames);
-            return Err(Error::setting("block_frames", problem, "choose a size in that range"));
+            let problem = format!(
+                "{} audio frames is outside 32 to 4096",
+                settings.block_frames
+            );
+            return Err(Error::setting(
+                "block_frames",
+                problem,
+                "choose a size in that range",
+            ));
         }
         settings.schedule.check()?;
         let propagator = Propagator::new(Arc::clone(&scene), settings.propagation)?;
@@ -163,7 +174,8 @@ impl OfflineRenderer {
         let (mut from, to) = (self.sample_at(self.frame), self.sample_at(self.frame + 1));
         let mut spent = Duration::ZERO;
         let started = now();
-        self.generator.set_frame(&self.frame_paths, (to - from) as u32);
+        self.generator
+            .set_frame(&self.frame_paths, (to - from) as u32);
         spent += started.elapsed();
         while from < to {
             let frames = self.settings.block_frames.min((to - from) as usize);

@@ -57,7 +57,11 @@ impl Schedule {
             return Ok(());
         }
         let problem = format!("{level} graphics frames without an update");
-        Err(Error::setting("level", problem, "choose a level up to 1000"))
+        Err(Error::setting(
+            "level",
+            problem,
+            "choose a level up to 1000",
+        ))
     }
 }
 
@@ -92,7 +96,8 @@ impl ScheduledPropagation {
 
     /// Whether the next graphics frame starts an update, so that the caller can time it.
     pub(super) fn starts_update(&self) -> bool {
-        self.frame.is_multiple_of(u64::from(self.schedule.level()) + 1)
+        self.frame
+            .is_multiple_of(u64::from(self.schedule.level()) + 1)
     }
 
     /// Advances to the next graphics frame; gives the result that becomes usable in it, if one does.
@@ -117,7 +122,10 @@ impl ScheduledPropagation {
         };
         let modelled = matches!(
             self.schedule,
-            Schedule::Asynchronous { latency: Latency::Modelled, .. }
+            Schedule::Asynchronous {
+                latency: Latency::Modelled,
+                ..
+            }
         );
         if modelled && self.starts_update() {
             self.pending = Some(self.compute(poses));

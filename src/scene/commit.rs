@@ -31,6 +31,15 @@ pub struct CommittedMesh {
     pub report: IntakeReport,
 }
 
+impl CommittedMesh {
+    /// Memory that the mesh occupies, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        let vertices = size_of_val(self.vertices.as_slice());
+        let triangles = size_of_val(self.triangles.as_slice());
+        vertices + triangles + self.surfaces.memory_bytes()
+    }
+}
+
 /// Cleans a mesh, finds its surfaces and gives them materials. Connected plane pieces of at least `smallest_panel_m2`
 /// reflect like mirrors ([`SurfaceSet::reflects_at`]).
 ///

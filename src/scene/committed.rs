@@ -70,7 +70,11 @@ impl Scene {
             return Err(Error::setting("medium", problem, advice));
         }
         let mesh = commit_mesh(mesh, materials, settings.smallest_panel_m2)?;
-        let bvh = Bvh::build(&mesh.vertices, &mesh.triangles, &mesh.surfaces.triangle_surface);
+        let bvh = Bvh::build(
+            &mesh.vertices,
+            &mesh.triangles,
+            &mesh.surfaces.triangle_surface,
+        );
         Ok(Self {
             bvh,
             reflectances: mesh.materials.iter().map(Reflectance::of).collect(),
@@ -133,7 +137,8 @@ impl Scene {
     /// A triangle's normal by its winding, of any length: from the side on which its corners run counter-clockwise.
     #[inline]
     pub fn triangle_normal(&self, triangle: u32) -> Vec3 {
-        let [a, b, c] = self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize]);
+        let [a, b, c] =
+            self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize]);
         (b - a).cross(c - a)
     }
 

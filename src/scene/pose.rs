@@ -49,7 +49,10 @@ pub struct ListenerPose {
 impl Default for ListenerPose {
     /// At the origin, looking along −z.
     fn default() -> Self {
-        Self { position: Vec3::ZERO, orientation: Quat::IDENTITY }
+        Self {
+            position: Vec3::ZERO,
+            orientation: Quat::IDENTITY,
+        }
     }
 }
 

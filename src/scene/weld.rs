@@ -46,6 +46,8 @@ pub struct IntakeReport {
     pub duplicate_of_other_material: usize,
     /// Vertices in use that became one with another.
     pub vertices_welded: usize,
+    /// Edges, each counted once however many triangles share it.
+    pub edges: usize,
     /// Edges of one triangle only.
     pub open_edges: usize,
     /// Edges of three triangles or more.
@@ -268,6 +270,7 @@ pub(super) fn sorted_edges(triangles: &[[u32; 3]]) -> Vec<(u64, u32)> {
 
 fn count_edges(triangles: &[[u32; 3]], report: &mut IntakeReport) {
     for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
+        report.edges += 1;
         match same.len() {
             1 => report.open_edges += 1,
             2 => {}

@@ -58,11 +58,19 @@ fn image(room: &Room, source: [f64; 3], listener: [f64; 3], cell: [i32; 3]) -> I
         let n = cell[axis];
         let length = room.size[axis];
         // Every other cell is mirrored.
-        let inside = if n.rem_euclid(2) == 0 { source[axis] } else { length - source[axis] };
+        let inside = if n.rem_euclid(2) == 0 {
+            source[axis]
+        } else {
+            length - source[axis]
+        };
         position[axis] = f64::from(n) * length + inside;
         // The straight line crosses |n| walls, which alternate; the first is the far one on the way up.
         let (first, second) = (n.unsigned_abs().div_ceil(2), n.unsigned_abs() / 2);
-        let (low, high) = if n > 0 { (second, first) } else { (first, second) };
+        let (low, high) = if n > 0 {
+            (second, first)
+        } else {
+            (first, second)
+        };
         wall_counts[2 * axis] = low;
         wall_counts[2 * axis + 1] = high;
     }

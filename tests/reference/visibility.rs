@@ -3,7 +3,11 @@
 use glam::{DVec3, Vec3};
 
 /// Parameter of the first triangle that a ray meets.
-pub fn brute_force_closest(triangles: &[[Vec3; 3]], origin: DVec3, direction: DVec3) -> Option<f64> {
+pub fn brute_force_closest(
+    triangles: &[[Vec3; 3]],
+    origin: DVec3,
+    direction: DVec3,
+) -> Option<f64> {
     triangles
         .iter()
         .filter_map(|triangle| intersect(triangle, origin, direction))
@@ -12,7 +16,12 @@ pub fn brute_force_closest(triangles: &[[Vec3; 3]], origin: DVec3, direction: DV
 }
 
 /// Whether nothing stands strictly between two points; triangles that `skip` names do not count.
-pub fn is_visible(triangles: &[[Vec3; 3]], from: DVec3, to: DVec3, skip: impl Fn(usize) -> bool) -> bool {
+pub fn is_visible(
+    triangles: &[[Vec3; 3]],
+    from: DVec3,
+    to: DVec3,
+    skip: impl Fn(usize) -> bool,
+) -> bool {
     triangles.iter().enumerate().all(|(i, triangle)| {
         skip(i) || !intersect(triangle, from, to - from).is_some_and(|t| t > 0.0 && t < 1.0)
     })
@@ -37,9 +46,19 @@ fn intersect(triangle: &[Vec3; 3], origin: DVec3, direction: DVec3) -> Option<f6
 
 #[test]
 fn the_oracle_sees_what_is_there() {
-    let wall = [Vec3::new(1.0, -1.0, -1.0), Vec3::new(1.0, 3.0, -1.0), Vec3::new(1.0, -1.0, 3.0)];
-    assert_eq!(brute_force_closest(&[wall], DVec3::ZERO, DVec3::X), Some(1.0));
-    assert_eq!(brute_force_closest(&[wall], DVec3::ZERO, DVec3::NEG_X), None);
+    let wall = [
+        Vec3::new(1.0, -1.0, -1.0),
+        Vec3::new(1.0, 3.0, -1.0),
+        Vec3::new(1.0, -1.0, 3.0),
+    ];
+    assert_eq!(
+        brute_force_closest(&[wall], DVec3::ZERO, DVec3::X),
+        Some(1.0)
+    );
+    assert_eq!(
+        brute_force_closest(&[wall], DVec3::ZERO, DVec3::NEG_X),
+        None
+    );
     assert!(!is_visible(&[wall], DVec3::ZERO, DVec3::X * 2.0, |_| false));
     assert!(is_visible(&[wall], DVec3::ZERO, DVec3::X * 2.0, |i| i == 0));
 }

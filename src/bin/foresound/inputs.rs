@@ -6,7 +6,7 @@ use std::sync::Arc;
 use foresound::evaluation::clip::{Clip, load_clip};
 use foresound::scene::layout::SceneLayout;
 use foresound::scene::obj::{ObjOptions, UpAxis, load_obj};
-use foresound::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
+use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
 use foresound::{Error, Result};
 use glam::Vec3;
 
@@ -27,7 +27,6 @@ pub(crate) struct SceneArguments {
 /// A scene with everything that came with it.
 pub(crate) struct LoadedScene {
     pub(crate) scene: Arc<Scene>,
-    pub(crate) mesh: TriangleMesh,
     pub(crate) layout: Option<SceneLayout>,
     pub(crate) notes: Vec<String>,
 }
@@ -39,10 +38,17 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
         None | Some("y" | "Y") => UpAxis::Y,
         Some("z" | "Z") => UpAxis::Z,
         Some(other) => {
-            return Err(Error::setting("--up", format!("{other:?} is no axis"), "give y or z"));
+            return Err(Error::setting(
+                "--up",
+                format!("{other:?} is no axis"),
+                "give y or z",
+            ));
         }
     };
-    let options = ObjOptions { scale: arguments.scale.unwrap_or(1.0), up };
+    let options = ObjOptions {
+        scale: arguments.scale.unwrap_or(1.0),
+        up,
+    };
     let object = load_obj(&file, &options)?;
     let mut notes = object.warnings;
     let mut table = MaterialTable::built_in();
@@ -76,7 +82,11 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
             scene.defaulted_materials().join(", ")
         ));
     }
-    Ok(LoadedScene { scene: Arc::new(scene), mesh: object.mesh, layout, notes })
+    Ok(LoadedScene {
+        scene: Arc::new(scene),
+        layout,
+        notes,
+    })
 }
 
 fn scene_file(named: &Path) -> Result<PathBuf> {
@@ -90,15 +100,27 @@ fn scene_file(named: &Path) -> Result<PathBuf> {
 /// A file of the repository's `assets`: from the working folder, or else from where the program was built.
 pub(crate) fn asset(name: &str) -> Result<PathBuf> {
     let here = Path::new("assets").join(name);
-    let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(name);
-    [here.clone(), built].into_iter().find(|path| path.is_file()).ok_or_else(|| {
-        Error::file(here, "not found", "run from the repository's folder, or restore its assets")
-    })
+    let built = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("assets")
+        .join(name);
+    [here.clone(), built]
+        .into_iter()
+        .find(|path| path.is_file())
+        .ok_or_else(|| {
+            Error::file(
+                here,
+                "not found",
+                "run from the repository's folder, or restore its assets",
+            )
+        })
 }
 
 /// Three numbers with commas between, in metres, +y up.
 pub(crate) fn parse_place(argument: &str, text: &str) -> Result<Vec3> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    let numbers: Vec<f32> = text
+        .split(',')
+        .filter_map(|n| n.trim().parse().ok())
+        .collect();
     match numbers[..] {
         [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|n| n.is_finite()) => {
             Ok(Vec3::new(x, y, z))
@@ -121,9 +143,16 @@ pub(crate) struct SourceArgument {
 pub(crate) fn parse_source(text: &str) -> Result<SourceArgument> {
     let Some((place, file)) = text.split_once('=').filter(|(_, file)| !file.is_empty()) else {
         let advice = "write x,y,z=voice.wav";
-        return Err(Error::setting("--source", format!("{text:?} names no sound"), advice));
+        return Err(Error::setting(
+            "--source",
+            format!("{text:?} names no sound"),
+            advice,
+        ));
     };
-    Ok(SourceArgument { position: parse_place("--source", place)?, file: file.into() })
+    Ok(SourceArgument {
+        position: parse_place("--source", place)?,
+        file: file.into(),
+    })
 }
 
 /// Loads a sound; what had to be changed goes to standard error.

@@ -48,10 +48,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     println!("{}", arguments.file.display());
-    println!("  triangles   {} of {}", report.triangles, report.triangles_in);
+    println!(
+        "  triangles   {} of {}",
+        report.triangles, report.triangles_in
+    );
     println!("  surfaces    {}", scene.surfaces().len());
     println!("  materials   {}", names.join(", "));
-    let closed = if report.closed { "closed" } else { "not closed" };
+    let closed = if report.closed {
+        "closed"
+    } else {
+        "not closed"
+    };
     println!(
         "  edges       {}: {} open, {} shared by more than two; {closed}",
         report.edges, report.open_edges, report.non_manifold_edges

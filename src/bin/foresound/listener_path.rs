@@ -68,7 +68,11 @@ fn recorded(rows: &[Row], time_s: f64) -> ListenerPose {
     let before = rows[next.saturating_sub(1)];
     let after = rows[next.min(rows.len() - 1)];
     let span_s = after.t - before.t;
-    let share = if span_s > 0.0 { ((time_s - before.t) / span_s).clamp(0.0, 1.0) as f32 } else { 0.0 };
+    let share = if span_s > 0.0 {
+        ((time_s - before.t) / span_s).clamp(0.0, 1.0) as f32
+    } else {
+        0.0
+    };
     let place = |row: &Row| Vec3::new(row.x, row.y, row.z);
     let turn = |row: &Row| {
         Quat::from_rotation_y(row.yaw.to_radians()) * Quat::from_rotation_x(row.pitch.to_radians())
@@ -85,7 +89,10 @@ fn read_rows(file: &Path) -> Result<Vec<Row>> {
     let opened = std::fs::File::open(file).map_err(|error| {
         Error::file(file, error, "give a place as x,y,z or an existing CSV file")
     })?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(opened);
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_reader(opened);
     let mut rows: Vec<Row> = Vec::new();
     for record in reader.deserialize() {
         let row: Row = record.map_err(|error| {
@@ -95,10 +102,20 @@ fn read_rows(file: &Path) -> Result<Vec<Row>> {
         let line = Some(rows.len() + 2);
         let numbers = [row.t as f32, row.x, row.y, row.z, row.yaw, row.pitch];
         if !numbers.iter().all(|n| n.is_finite()) {
-            return Err(Error::format(path(), line, "a number is not finite", COLUMNS));
+            return Err(Error::format(
+                path(),
+                line,
+                "a number is not finite",
+                COLUMNS,
+            ));
         }
         if rows.last().is_some_and(|last| last.t >= row.t) {
-            return Err(Error::format(path(), line, "time does not increase", COLUMNS));
+            return Err(Error::format(
+                path(),
+                line,
+                "time does not increase",
+                COLUMNS,
+            ));
         }
         rows.push(row);
     }

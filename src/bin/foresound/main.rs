@@ -3,7 +3,10 @@
 //! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
 //! says what to do, and exit code 2; a law that does not hold in exit code 1.
 
-#![expect(clippy::print_stdout, reason = "results are printed on standard output")]
+#![expect(
+    clippy::print_stdout,
+    reason = "results are printed on standard output"
+)]
 
 mod demo;
 mod inputs;
@@ -70,7 +73,10 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: Cli) -> Result<ExitCode> {
-    match cli.command.unwrap_or(Command::Demo(demo::Arguments::default())) {
+    match cli
+        .command
+        .unwrap_or(Command::Demo(demo::Arguments::default()))
+    {
         Command::Demo(arguments) => demo::run(&arguments)?,
         Command::Render(arguments) => render::run(&arguments)?,
         Command::Rir(arguments) => rir::run(&arguments)?,

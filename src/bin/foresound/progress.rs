@@ -15,14 +15,23 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    #[expect(clippy::disallowed_methods, reason = "decides only when the bar appears")]
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "decides only when the bar appears"
+    )]
     pub(crate) fn new(what: &'static str, steps: u64) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template("{msg:24} {wide_bar} {percent:>3} %  {eta} left") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{msg:24} {wide_bar} {percent:>3} %  {eta} left")
+        {
             bar.set_style(style);
         }
         bar.set_message(what);
-        Self { bar, started: Instant::now(), shown: false }
+        Self {
+            bar,
+            started: Instant::now(),
+            shown: false,
+        }
     }
 
     pub(crate) fn step(&mut self) {

@@ -26,7 +26,12 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     intake: SceneArguments,
     /// A sound and its place in metres, +y up; may be given many times.
-    #[arg(long = "source", value_name = "x,y,z=voice.wav", required = true, allow_hyphen_values = true)]
+    #[arg(
+        long = "source",
+        value_name = "x,y,z=voice.wav",
+        required = true,
+        allow_hyphen_values = true
+    )]
     sources: Vec<String>,
     /// The listener's place, or a CSV file with the columns t,x,y,z and, if wanted, yaw and pitch in degrees.
     #[arg(long, value_name = "PATH.csv|x,y,z", allow_hyphen_values = true)]
@@ -68,10 +73,17 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     fn schedule(&self) -> Result<Schedule> {
-        let latency = if self.no_latency { Latency::None } else { Latency::Modelled };
+        let latency = if self.no_latency {
+            Latency::None
+        } else {
+            Latency::Modelled
+        };
         match self.schedule.as_str() {
             "synchronous" | "sync" => Ok(Schedule::Synchronous),
-            "asynchronous" | "async" => Ok(Schedule::Asynchronous { level: self.level, latency }),
+            "asynchronous" | "async" => Ok(Schedule::Asynchronous {
+                level: self.level,
+                latency,
+            }),
             other => Err(Error::setting(
                 "--schedule",
                 format!("{other:?} is no schedule"),
@@ -81,29 +93,46 @@ impl Arguments {
     }
 
     fn predictor(&self) -> Result<PredictorKind> {
-        let found = PredictorKind::ALL.into_iter().find(|kind| kind.name() == self.predictor);
+        let found = PredictorKind::ALL
+            .into_iter()
+            .find(|kind| kind.name() == self.predictor);
         found.ok_or_else(|| {
             let known: Vec<_> = PredictorKind::ALL.iter().map(|kind| kind.name()).collect();
             let problem = format!("{:?} is no predictor", self.predictor);
-            Error::setting("--predictor", problem, &format!("give {}", known.join(" or ")))
+            Error::setting(
+                "--predictor",
+                problem,
+                &format!("give {}", known.join(" or ")),
+            )
         })
     }
 
     fn duration_s(&self, sounds: &[Sound], listener: &ListenerPath) -> Result<f64> {
-        let longest = sounds.iter().map(|s| s.clip.duration_s() + TAIL_S).fold(0.0, f64::max);
+        let longest = sounds
+            .iter()
+            .map(|s| s.clip.duration_s() + TAIL_S)
+            .fold(0.0, f64::max);
         let duration_s = self.seconds.or(listener.duration_s()).unwrap_or(longest);
         if duration_s.is_finite() && duration_s > 0.0 && duration_s <= 36_000.0 {
             return Ok(duration_s);
         }
         let problem = format!("{duration_s} s is no length");
-        Err(Error::setting("--seconds", problem, "give a number above 0 and up to 36000"))
+        Err(Error::setting(
+            "--seconds",
+            problem,
+            "give a number above 0 and up to 36000",
+        ))
     }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let schedule = arguments.schedule()?;
     let predictor = arguments.predictor()?;
-    let sources: Vec<_> = arguments.sources.iter().map(|s| parse_source(s)).collect::<Result<_>>()?;
+    let sources: Vec<_> = arguments
+        .sources
+        .iter()
+        .map(|s| parse_source(s))
+        .collect::<Result<_>>()?;
     let listener = ListenerPath::parse(&arguments.listener)?;
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
@@ -111,7 +140,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut sounds = Vec::with_capacity(sources.len());
     for source in sources {
         let clip = load_sound(&source.file, arguments.rate)?;
-        sounds.push(Sound { position: source.position, clip, looped: arguments.looped });
+        sounds.push(Sound {
+            position: source.position,
+            clip,
+            looped: arguments.looped,
+        });
     }
     let duration_s = arguments.duration_s(&sounds, &listener)?;
     let settings = OfflineSettings {
@@ -119,7 +152,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         block_frames: 1024,
         schedule,
         predictor,
-        propagation: PropagationSettings { seed: arguments.seed, ..PropagationSettings::default() },
+        propagation: PropagationSettings {
+            seed: arguments.seed,
+            ..PropagationSettings::default()
+        },
         generation: GeneratorSettings {
             rate_hz: arguments.rate,
             max_sources: sounds.len(),
@@ -139,7 +175,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let rendered = session.render(&mut |block| sink.write(block))?;
     sink.finish()?;
     let report = &rendered.report;
-    let sps_ms: Vec<f64> = report.propagation.iter().map(|t| t.as_secs_f64() * 1e3).collect();
+    let sps_ms: Vec<f64> = report
+        .propagation
+        .iter()
+        .map(|t| t.as_secs_f64() * 1e3)
+        .collect();
     if arguments.json {
         let value = json!({
             "out": arguments.out,

@@ -80,7 +80,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     samples[lead] = 1.0;
     let sounds = [Sound {
         position,
-        clip: Clip { rate_hz: arguments.rate, samples },
+        clip: Clip {
+            rate_hz: arguments.rate,
+            samples,
+        },
         looped: false,
     }];
     let response = |hrtf: &Arc<Hrtf>| -> Result<Vec<f32>> {
@@ -116,7 +119,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 fn print_parameters(arguments: &Arguments, bands: &[BandParameters]) {
     if arguments.json {
-        let column = |value: fn(&BandParameters) -> Option<f64>| -> Vec<_> { bands.iter().map(value).collect() };
+        let column = |value: fn(&BandParameters) -> Option<f64>| -> Vec<_> {
+            bands.iter().map(value).collect()
+        };
         let value = json!({
             "out": arguments.out,
             "bands_hz": CENTRES_HZ,
@@ -130,7 +135,10 @@ fn print_parameters(arguments: &Arguments, bands: &[BandParameters]) {
         return;
     }
     println!("{}", arguments.out.display());
-    println!("  {:>8} {:>7} {:>7} {:>8} {:>8} {:>6}", "band Hz", "T60 s", "EDT s", "C50 dB", "C80 dB", "D50");
+    println!(
+        "  {:>8} {:>7} {:>7} {:>8} {:>8} {:>6}",
+        "band Hz", "T60 s", "EDT s", "C50 dB", "C80 dB", "D50"
+    );
     let cell = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2}"));
     for (band, centre) in bands.iter().zip(CENTRES_HZ) {
         println!(

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use foresound::Result;
-use foresound::scene::procedural::{NAMES, by_name, write::write_files};
+use foresound::scene::procedural::{NAMES, by_name, write_files};
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use foresound::Result;
 use foresound::evaluation::clip::Clip;
+use foresound::generation::Hrtf;
 use foresound::propagation::PathSet;
 use foresound::runtime::{OfflineRenderer, OfflineReport, OfflineSettings, Poses};
 use foresound::scene::{Scene, SourceId, SourcePose};
-use foresound::generation::Hrtf;
 use glam::Vec3;
 
 use crate::listener_path::ListenerPath;
@@ -41,14 +41,20 @@ pub(crate) struct Rendered {
 impl Session<'_> {
     /// Renders into a sink of interleaved stereo. The output is as long as asked, to a graphics frame.
     pub(crate) fn render(&self, sink: &mut dyn FnMut(&[f32]) -> Result<()>) -> Result<Rendered> {
-        let mut renderer =
-            OfflineRenderer::new(Arc::clone(self.scene), Arc::clone(self.hrtf), self.settings.clone())?;
+        let mut renderer = OfflineRenderer::new(
+            Arc::clone(self.scene),
+            Arc::clone(self.hrtf),
+            self.settings.clone(),
+        )?;
         let frames = (self.duration_s * self.settings.graphics_rate_hz).ceil() as u64;
         let mut progress = Progress::new(self.what, frames);
         let mut poses = Poses::default();
         for (slot, sound) in self.sounds.iter().enumerate() {
             let id = SourceId::new(slot as u16, 0);
-            poses.sources.push(SourcePose { id, position: sound.position });
+            poses.sources.push(SourcePose {
+                id,
+                position: sound.position,
+            });
         }
         let mut signal = |slot: usize, from: u64, samples: &mut [f32]| {
             let sound = &self.sounds[slot];
@@ -67,7 +73,10 @@ impl Session<'_> {
             }
             progress.step();
         }
-        Ok(Rendered { report: renderer.report().clone(), middle })
+        Ok(Rendered {
+            report: renderer.report().clone(),
+            middle,
+        })
     }
 }
 

@@ -42,9 +42,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     } else {
         for row in &rows {
             let mark = if row.pass { "ok  " } else { "FAIL" };
-            println!("{mark} {}: {:.4e} {} (bound {:.4e})", row.law, row.figure, row.unit, row.bound);
+            println!(
+                "{mark} {}: {:.4e} {} (bound {:.4e})",
+                row.law, row.figure, row.unit, row.bound
+            );
         }
     }
     let all = rows.iter().all(|row| row.pass);
-    Ok(if all { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if all {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }

@@ -18,7 +18,8 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         let (from, to) = (Vec3::new(1.0, 5.0, 5.0), Vec3::new(x, 5.0, 5.0));
         let path = direct_path(&scene, SourceId::default(), from, to, 0.3, &mut 0);
         path.map_or([f64::NAN; 8], |p| {
-            p.amplitude.map(|a| 20.0 * f64::from(a).log10() + 20.0 * f64::from(p.length_m).log10())
+            p.amplitude
+                .map(|a| 20.0 * f64::from(a).log10() + 20.0 * f64::from(p.length_m).log10())
         })
     };
     let (near, far) = (level_db(2.0), level_db(1001.0));

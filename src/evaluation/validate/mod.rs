@@ -28,13 +28,25 @@ impl Row {
     /// A figure that may not exceed its bound.
     pub fn at_most(law: impl Into<String>, figure: f64, bound: f64, unit: &'static str) -> Self {
         let pass = figure <= bound;
-        Self { law: law.into(), figure, bound, unit, pass }
+        Self {
+            law: law.into(),
+            figure,
+            bound,
+            unit,
+            pass,
+        }
     }
 
     /// A figure that must reach its bound.
     pub fn at_least(law: impl Into<String>, figure: f64, bound: f64, unit: &'static str) -> Self {
         let pass = figure >= bound;
-        Self { law: law.into(), figure, bound, unit, pass }
+        Self {
+            law: law.into(),
+            figure,
+            bound,
+            unit,
+            pass,
+        }
     }
 }
 
@@ -63,7 +75,11 @@ pub fn measure(law: &str) -> Result<Vec<Row>> {
         Some((_, measure)) => measure(),
         None => {
             let known = law_names().join(", ");
-            Err(Error::setting("--law", format!("no law is called {law:?}"), &format!("choose of: {known}")))
+            Err(Error::setting(
+                "--law",
+                format!("no law is called {law:?}"),
+                &format!("choose of: {known}"),
+            ))
         }
     }
 }

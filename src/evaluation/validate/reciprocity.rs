@@ -9,21 +9,33 @@ use crate::propagation::image_source::{is_clear, mirror_listener, unfold};
 use crate::propagation::sampling::{mix, unit};
 use crate::propagation::sequence::Sequence;
 use crate::propagation::{PathSet, PropagationSettings, Propagator, amplitude};
-use crate::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
+use crate::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
 use std::sync::Arc;
 
 /// Every path found one way is asked for the other way round, in the scene with a door.
 pub(super) fn rows() -> Result<Vec<Row>> {
     let doorway = procedural::doorway();
     let table = MaterialTable::built_in();
-    let scene = Arc::new(Scene::commit(&doorway.mesh, &table, &SceneSettings::default())?);
+    let scene = Arc::new(Scene::commit(
+        &doorway.mesh,
+        &table,
+        &SceneSettings::default(),
+    )?);
     let (mut missing, mut told, mut worst) = (0u32, 0u32, 0f64);
     for pair in 0..16u64 {
         let jitter = |k: u64| unit(mix(pair << 4 | k)) - 0.5;
         let from = doorway.sources[pair as usize % doorway.sources.len()].1;
         let to = doorway.walk.standing + Vec3::new(jitter(0), 0.5 * jitter(1), jitter(2));
-        let pose = SourcePose { id: SourceId::new(0, 0), position: from };
-        let ear = ListenerPose { position: to, ..ListenerPose::default() };
+        let pose = SourcePose {
+            id: SourceId::new(0, 0),
+            position: from,
+        };
+        let ear = ListenerPose {
+            position: to,
+            ..ListenerPose::default()
+        };
         let mut propagator = Propagator::new(Arc::clone(&scene), PropagationSettings::default())?;
         let mut set = PathSet::default();
         propagator.update(&ear, &[pose], 0.0, &mut set);
@@ -49,7 +61,12 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     }
     let lost = 100.0 * f64::from(missing) / f64::from(told.max(1));
     Ok(vec![
-        Row::at_least("reciprocity: paths compared", f64::from(told), 100.0, "paths"),
+        Row::at_least(
+            "reciprocity: paths compared",
+            f64::from(told),
+            100.0,
+            "paths",
+        ),
         Row::at_most("reciprocity: paths missing the other way", lost, 0.0, "%"),
         Row::at_most("reciprocity: amplitude", worst, 1e-5, "relative"),
     ])

@@ -22,7 +22,11 @@ pub fn even(name: &str, absorption: f32, scattering: f32) -> Material {
 pub fn uniform(size: Vec3, absorption: f32, scattering: f32) -> Result<Arc<Scene>> {
     let table = MaterialTable::from_materials(vec![even("wall", absorption, scattering)]);
     let mesh = procedural::shoebox(size, "wall");
-    Ok(Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default())?))
+    Ok(Arc::new(Scene::commit(
+        &mesh,
+        &table,
+        &SceneSettings::default(),
+    )?))
 }
 
 /// A closed rectangular room whose six walls (x = 0, x = L, y = 0, …) have a material each.
@@ -43,5 +47,9 @@ pub fn six_walls(size: Vec3, walls: [Material; 6]) -> Result<Arc<Scene>> {
         }
     }
     let table = MaterialTable::from_materials(walls.to_vec());
-    Ok(Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default())?))
+    Ok(Arc::new(Scene::commit(
+        &mesh,
+        &table,
+        &SceneSettings::default(),
+    )?))
 }

@@ -1,6 +1,7 @@
 //! Law *shoebox*: every image source to order 4 of a rectangular room, against the closed form.
 
 #[path = "../../../tests/reference/shoebox.rs"]
+#[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 mod oracle;
 
 use std::collections::BTreeMap;
@@ -86,9 +87,20 @@ fn measure_pair(
     listener: [f32; 3],
     tally: &mut Tally,
 ) -> Result<()> {
-    let pose = SourcePose { id: SourceId::new(0, 0), position: source.into() };
-    let ear = ListenerPose { position: listener.into(), ..ListenerPose::default() };
-    let truth = oracle::images(room, source.map(f64::from), listener.map(f64::from), MAX_ORDER as u32);
+    let pose = SourcePose {
+        id: SourceId::new(0, 0),
+        position: source.into(),
+    };
+    let ear = ListenerPose {
+        position: listener.into(),
+        ..ListenerPose::default()
+    };
+    let truth = oracle::images(
+        room,
+        source.map(f64::from),
+        listener.map(f64::from),
+        MAX_ORDER as u32,
+    );
     for image in &truth {
         tally.expected[image.order as usize] += 1;
     }
@@ -127,7 +139,8 @@ fn compare(
             counts[wall_of(scene, room, surface)] += 1;
         }
         let place = path.image.to_array().map(f64::from);
-        let near = |image: &oracle::Image| (0..3).all(|a| (image.position[a] - place[a]).abs() < 1e-3);
+        let near =
+            |image: &oracle::Image| (0..3).all(|a| (image.position[a] - place[a]).abs() < 1e-3);
         let found = truth
             .iter()
             .position(|image| image.wall_counts == counts && near(image))
@@ -159,22 +172,52 @@ impl Tally {
         for (update, bound) in LOOKS.into_iter().zip([99.5, 100.0, 100.0]) {
             let found = self.found.get(&update).copied().unwrap_or_default();
             let all = share(found.iter().sum(), self.expected.iter().sum());
-            rows.push(Row::at_least(format!("{name}, recall after {update} updates"), all, bound, "%"));
+            rows.push(Row::at_least(
+                format!("{name}, recall after {update} updates"),
+                all,
+                bound,
+                "%",
+            ));
             for order in 0..=MAX_ORDER {
                 let law = format!("{name}, recall of order {order} after {update} updates");
                 // Told for each order; the bound is on the whole.
                 let figure = share(found[order], self.expected[order]);
-                rows.push(Row::at_least(law, figure, if order < 2 { 100.0 } else { 98.0 }, "%"));
+                rows.push(Row::at_least(
+                    law,
+                    figure,
+                    if order < 2 { 100.0 } else { 98.0 },
+                    "%",
+                ));
             }
         }
         let right = share(self.told - self.wrong, self.told);
-        rows.push(Row::at_least(format!("{name}, precision"), right, 100.0, "%"));
-        rows.push(Row::at_most(format!("{name}, path length"), self.worst_length, 1e-5, "relative"));
+        rows.push(Row::at_least(
+            format!("{name}, precision"),
+            right,
+            100.0,
+            "%",
+        ));
+        rows.push(Row::at_most(
+            format!("{name}, path length"),
+            self.worst_length,
+            1e-5,
+            "relative",
+        ));
         let arrival = self.worst_arrival_samples;
-        rows.push(Row::at_most(format!("{name}, arrival"), arrival, 0.1, "samples at 48 kHz"));
+        rows.push(Row::at_most(
+            format!("{name}, arrival"),
+            arrival,
+            0.1,
+            "samples at 48 kHz",
+        ));
         for (b, worst) in self.worst_amplitude_db.iter().enumerate() {
             let hz = crate::acoustics::bands::CENTRES_HZ[b];
-            rows.push(Row::at_most(format!("{name}, amplitude at {hz:.0} Hz"), *worst, 0.05, "dB"));
+            rows.push(Row::at_most(
+                format!("{name}, amplitude at {hz:.0} Hz"),
+                *worst,
+                0.05,
+                "dB",
+            ));
         }
         rows
     }

@@ -20,8 +20,11 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         transmission: std::array::from_fn(|b| 10f32.powf(-(10.0 + 4.0 * b as f32) / 10.0)),
     };
     let mut rows = Vec::new();
-    let cases: [(&str, &[f32], f64); 3] =
-        [("sheet", &[0.0], 1.0), ("solid", &[-0.1, 0.1], 1.0), ("two solids", &[-1.6, -1.4, 1.4, 1.6], 2.0)];
+    let cases: [(&str, &[f32], f64); 3] = [
+        ("sheet", &[0.0], 1.0),
+        ("solid", &[-0.1, 0.1], 1.0),
+        ("two solids", &[-1.6, -1.4, 1.4, 1.6], 2.0),
+    ];
     for (name, faces, walls) in cases {
         let mesh = parallel_faces(faces);
         let table = MaterialTable::from_materials(vec![wall.clone()]);
@@ -50,7 +53,11 @@ fn parallel_faces(places: &[f32]) -> TriangleMesh {
         for (y, z) in [(-5.0, -5.0), (-5.0, 5.0), (5.0, 5.0), (5.0, -5.0)] {
             mesh.vertices.push(Vec3::new(x, y, z));
         }
-        let corners = if i % 2 == 0 { [0, 1, 2, 3] } else { [0, 3, 2, 1] };
+        let corners = if i % 2 == 0 {
+            [0, 1, 2, 3]
+        } else {
+            [0, 3, 2, 1]
+        };
         let [a, b, c, d] = corners.map(|k: u32| first + k);
         mesh.triangles.extend([[a, b, c], [a, c, d]]);
         mesh.triangle_materials.extend([material, material]);

@@ -142,9 +142,17 @@ fn split_at_median(leaves: &[LeafTriangle], order: &mut [u32], node: usize, bvh:
     }
     let size = bvh.nodes[node].max - bvh.nodes[node].min;
     let axis = size.max_position();
-    let centre = |i: u32| leaves[i as usize].corners.iter().map(|c| c[axis]).sum::<f32>();
+    let centre = |i: u32| {
+        leaves[i as usize]
+            .corners
+            .iter()
+            .map(|c| c[axis])
+            .sum::<f32>()
+    };
     let middle = order.len() / 2;
-    order.select_nth_unstable_by(middle, |&a, &b| centre(a).total_cmp(&centre(b)).then(a.cmp(&b)));
+    order.select_nth_unstable_by(middle, |&a, &b| {
+        centre(a).total_cmp(&centre(b)).then(a.cmp(&b))
+    });
     let (low, high) = order.split_at_mut(middle);
     let first = bvh.nodes.len();
     bvh.nodes.push(node_over(leaves, low, 0));

@@ -59,6 +59,7 @@ impl Bvh {
 
     /// Memory that the tree occupies, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<Node>() + self.leaves.capacity() * size_of::<LeafTriangle>()
+        self.nodes.capacity() * size_of::<Node>()
+            + self.leaves.capacity() * size_of::<LeafTriangle>()
     }
 }

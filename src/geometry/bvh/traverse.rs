@@ -60,7 +60,8 @@ impl Bvh {
         let mut best: Option<Hit> = None;
         self.walk(ray, |leaf, t| {
             let counts = leaf.group != ignored[0] && leaf.group != ignored[1];
-            let nearer = counts && best.is_none_or(|b| t < b.t || (t == b.t && leaf.triangle < b.triangle));
+            let nearer =
+                counts && best.is_none_or(|b| t < b.t || (t == b.t && leaf.triangle < b.triangle));
             if nearer {
                 best = Some(Hit {
                     t,
@@ -120,7 +121,11 @@ impl Bvh {
                 let to_right = boxes.enter(&self.nodes[right as usize], ray.t_min, t_max);
                 match (to_left, to_right) {
                     (Some(l), Some(r)) => {
-                        let (near, far) = if l <= r { (left, (right, r)) } else { (right, (left, l)) };
+                        let (near, far) = if l <= r {
+                            (left, (right, r))
+                        } else {
+                            (right, (left, l))
+                        };
                         stack[height] = far;
                         height += 1;
                         index = near;

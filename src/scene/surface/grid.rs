@@ -168,6 +168,14 @@ impl Grids {
         self.grids.len() as u32 - 1
     }
 
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(self.flat.as_slice())
+            + size_of_val(self.grid_of.as_slice())
+            + size_of_val(self.grids.as_slice())
+            + size_of_val(self.cells.as_slice())
+            + size_of_val(self.entries.as_slice())
+    }
+
     #[inline]
     pub(super) fn contains(&self, number: u32, surface: &Surface, point: DVec3) -> bool {
         let place = flat(point, main_axis(surface.normal));

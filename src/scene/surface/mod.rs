@@ -187,6 +187,15 @@ impl SurfaceSet {
             .contains(surface, &self.surfaces[surface as usize], point)
     }
 
+    /// Memory that the set occupies, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(self.surfaces.as_slice())
+            + size_of_val(self.triangle_surface.as_slice())
+            + size_of_val(self.triangles.as_slice())
+            + self.triangle_in_panel.len()
+            + self.grids.memory_bytes()
+    }
+
     /// Number of a surface by its key.
     pub fn find(&self, key: u64) -> Option<u32> {
         self.surfaces
