@@ -105,7 +105,7 @@ fn a_bad_vertex_that_no_face_uses_does_no_harm() {
     .unwrap();
     let file = load_obj(&path, &ObjOptions::default()).unwrap();
     assert_eq!(
-        commit_mesh(&file.mesh, &MaterialTable::built_in())
+        commit_mesh(&file.mesh, &MaterialTable::built_in(), 0.0)
             .unwrap()
             .triangles
             .len(),
