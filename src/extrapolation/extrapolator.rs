@@ -8,7 +8,7 @@ use super::tracking::match_by_id;
 use crate::propagation::direct::direct_path;
 use crate::propagation::late::common_decay;
 use crate::propagation::{Path, PathSet};
-use crate::scene::{ListenerPose, Scene, SourcePose};
+use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
@@ -84,8 +84,7 @@ impl Extrapolator {
             level: self.level,
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            let absent = !sources.iter().any(|pose| pose.id == current.source);
-            if current.is_direct() || absent {
+            if current.is_direct() || !is_among(sources, current.source) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -99,13 +98,16 @@ impl Extrapolator {
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);
         result.late.clear();
-        result
+        let present = self
+            .current
             .late
-            .extend(self.current.late.iter().map(|late| LateSend {
-                source: late.source,
-                energy_per_s: late.energy_per_s,
-                start_s: late.start_s,
-            }));
+            .iter()
+            .filter(|late| is_among(sources, late.source));
+        result.late.extend(present.map(|late| LateSend {
+            source: late.source,
+            energy_per_s: late.energy_per_s,
+            start_s: late.start_s,
+        }));
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         rays
     }
@@ -123,4 +125,8 @@ impl Extrapolator {
                 .unwrap_or_else(|| listener.orientation * glam::Vec3::NEG_Z),
         }
     }
+}
+
+fn is_among(sources: &[SourcePose], id: SourceId) -> bool {
+    sources.iter().any(|pose| pose.id == id)
 }
