@@ -55,16 +55,16 @@ impl Binaural {
     /// Adds one arrival to one group of an ear's buses; `moving` says whether the weights change.
     pub(super) fn add(&mut self, ear: usize, group: usize, a: &Contribution, moving: bool) {
         let bus = self.bus(ear, group, a.signal.len());
+        let mut weights = a.weights;
         if moving {
-            let mut weights = a.weights;
             for (sum, &sample) in bus.iter_mut().zip(a.signal) {
                 weights += a.step;
                 *sum += weights * F32x8::splat(sample);
             }
         } else {
-            for (sum, &sample) in bus.iter_mut().zip(a.signal) {
-                *sum += a.weights * F32x8::splat(sample);
-            }
+            for_each_frame(bus, [a.signal], |sum, [sample]| {
+                *sum += weights * F32x8::splat(sample);
+            });
         }
     }
 
@@ -78,18 +78,18 @@ impl Binaural {
         moving: bool,
     ) {
         let bus = self.bus(ear, group, a.signal.len());
-        let samples = a.signal.iter().zip(b.signal);
+        let (mut of_a, mut of_b) = (a.weights, b.weights);
         if moving {
-            let (mut of_a, mut of_b) = (a.weights, b.weights);
+            let samples = a.signal.iter().zip(b.signal);
             for (sum, (&first, &second)) in bus.iter_mut().zip(samples) {
                 of_a += a.step;
                 of_b += b.step;
                 *sum += of_a * F32x8::splat(first) + of_b * F32x8::splat(second);
             }
         } else {
-            for (sum, (&first, &second)) in bus.iter_mut().zip(samples) {
-                *sum += a.weights * F32x8::splat(first) + b.weights * F32x8::splat(second);
-            }
+            for_each_frame(bus, [a.signal, b.signal], |sum, [first, second]| {
+                *sum += of_a * F32x8::splat(first) + of_b * F32x8::splat(second);
+            });
         }
     }
 
@@ -120,6 +120,30 @@ impl Binaural {
                 self.quiet_frames += frames;
             }
         }
+    }
+}
+
+/// Visits every frame of a bus, four at a time: the compiler then keeps a bus's lanes together, where a plain loop makes
+/// it transpose them to work on four frames at once.
+#[inline(always)]
+fn for_each_frame<const N: usize>(
+    bus: &mut [F32x8],
+    signals: [&[f32]; N],
+    mut visit: impl FnMut(&mut F32x8, [f32; N]),
+) {
+    const TOGETHER: usize = 4;
+    let mut frames = bus.chunks_exact_mut(TOGETHER);
+    let mut start = 0;
+    for four in &mut frames {
+        let samples = signals.map(|signal| &signal[start..start + TOGETHER]);
+        for (i, sum) in four.iter_mut().enumerate() {
+            visit(sum, samples.map(|samples| samples[i]));
+        }
+        start += TOGETHER;
+    }
+    for sum in frames.into_remainder() {
+        visit(sum, signals.map(|signal| signal[start]));
+        start += 1;
     }
 }
 

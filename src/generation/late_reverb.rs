@@ -13,7 +13,6 @@
 //! `√(E · mean length) · 10^(−3 delay / T60)` and that delay therefore has the energy `E · 10^(−6 t / T60)` a second
 //! at time t after emission.
 
-use crate::acoustics::BANDS;
 use crate::acoustics::bands::amplitude_of_energy;
 use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
@@ -182,14 +181,13 @@ impl LateReverb {
             if tap.is_silent(left) || line.is_silent_from(position) {
                 continue;
             }
-            for b in 0..BANDS {
-                let growth = if left > 0 { tap.growth.0[b] } else { 0.0 };
-                let gain = tap.gain.0[b] - growth * left as f32;
-                let samples = line.band(b, position, frames);
-                for (i, (sum, &sample)) in self.input.iter_mut().zip(samples).enumerate() {
-                    sum.0[b] += sample * (gain + growth * (i as i32 + 1) as f32);
-                }
-            }
+            let growth = if left > 0 { tap.growth } else { F32x8::ZERO };
+            let mut gain = tap.gain - growth * F32x8::splat(left as f32);
+            let input = &mut self.input;
+            line.for_each_frame(position, frames, |i, value| {
+                gain += growth;
+                input[i] += value * gain;
+            });
         }
     }
 

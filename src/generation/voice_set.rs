@@ -17,8 +17,8 @@ use crate::simd::F32x8;
 
 use super::arrival::{self, Ready, Weights};
 use super::binaural::Binaural;
-use super::delay_line::{DelayLine, MAX_READ};
-use super::voice::{Aim, Voice};
+use super::delay_line::DelayLine;
+use super::voice::{Aim, MAX_FRESH, Voice};
 use super::{BandCorrection, CHUNK, Hrtf};
 
 /// What became of a frame's paths.
@@ -73,6 +73,8 @@ pub(super) struct VoiceSet {
     living: Vec<u32>,
     next_living: Vec<u32>,
     fading: Vec<u32>,
+    /// Both, by source and delay: neighbours read neighbouring stretches of one delay line.
+    order: Vec<u32>,
     free: Vec<u32>,
     loudest: BinaryHeap<Reverse<u64>>,
     looked_up: Vec<F32x8>,
@@ -97,10 +99,11 @@ impl VoiceSet {
             living: Vec::with_capacity(max_voices),
             next_living: Vec::with_capacity(max_voices),
             fading: Vec::with_capacity(pool),
+            order: Vec::with_capacity(pool),
             free: (0..pool as u32).rev().collect(),
             loudest: BinaryHeap::with_capacity(max_voices.max(max_fine) + 1),
             looked_up: vec![F32x8::ZERO; 2 * groups],
-            mixture: vec![0.0; tail + MAX_READ],
+            mixture: vec![0.0; tail + MAX_FRESH],
             ears: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; CHUNK])),
         }
     }
@@ -164,6 +167,11 @@ impl VoiceSet {
             old += 1;
         }
         std::mem::swap(&mut self.living, &mut self.next_living);
+        self.order.clear();
+        self.order.extend(self.living.iter().chain(&self.fading));
+        let voices = &self.voices;
+        self.order
+            .sort_unstable_by_key(|&index| voices[index as usize].place());
         dropped
     }
 
@@ -296,7 +304,11 @@ impl VoiceSet {
                 break;
             }
         }
+        if self.fading.is_empty() {
+            return;
+        }
         let (voices, free) = (&mut self.voices, &mut self.free);
+        let before = self.fading.len();
         self.fading.retain(|&index| {
             let fade_left = &mut voices[index as usize].fade_left;
             *fade_left = fade_left.saturating_sub(frames as u32);
@@ -305,6 +317,10 @@ impl VoiceSet {
             }
             *fade_left > 0
         });
+        if self.fading.len() < before {
+            self.order
+                .retain(|&index| !voices[index as usize].is_over());
+        }
     }
 
     fn render_those(
@@ -317,7 +333,7 @@ impl VoiceSet {
         binaural: &mut Binaural,
     ) {
         let mut waiting = None;
-        for &index in self.living.iter().chain(&self.fading) {
+        for &index in &self.order {
             let voice = &mut self.voices[index as usize];
             if voice.groups[usize::from(left == 0)] != groups {
                 continue;
