@@ -32,6 +32,8 @@ pub(super) struct Binaural {
     history: usize,
     /// Ear after ear, group after group: the past, then the present chunk.
     buses: Vec<F32x8>,
+    /// Filtered frames, not yet summed over the lanes.
+    filtered: Vec<F32x8>,
     /// Frames since something was added.
     quiet_frames: usize,
 }
@@ -42,6 +44,7 @@ impl Binaural {
         Self {
             history,
             buses: vec![F32x8::ZERO; 2 * hrtf.groups() * (history + CHUNK)],
+            filtered: vec![F32x8::ZERO; CHUNK],
             quiet_frames: history,
             hrtf,
         }
@@ -104,22 +107,29 @@ impl Binaural {
     pub(super) fn finish(&mut self, ears: [&mut [f32]; 2]) {
         let groups = self.hrtf.groups();
         let length = self.history + CHUNK;
-        for (ear, out) in ears.into_iter().enumerate() {
-            out.fill(0.0);
-            if self.is_silent() {
-                continue;
+        let frames = ears[0].len();
+        if self.is_silent() {
+            for out in ears {
+                out.fill(0.0);
             }
-            let frames = out.len();
-            for group in 0..groups {
-                let bus = &mut self.buses[(ear * groups + group) * length..][..length];
-                filter(self.hrtf.basis(group), bus, out);
+            return;
+        }
+        for (out, buses) in ears
+            .into_iter()
+            .zip(self.buses.chunks_exact_mut(groups * length))
+        {
+            let filtered = &mut self.filtered[..frames];
+            filtered.fill(F32x8::ZERO);
+            for (group, bus) in buses.chunks_exact_mut(length).enumerate() {
+                filter(self.hrtf.basis(group), bus, filtered);
                 bus.copy_within(frames..frames + self.history, 0);
                 bus[self.history..].fill(F32x8::ZERO);
             }
-            if ear == 1 {
-                self.quiet_frames += frames;
+            for (frame, lanes) in out.iter_mut().zip(filtered) {
+                *frame = lanes.sum();
             }
         }
+        self.quiet_frames += frames;
     }
 }
 
@@ -147,31 +157,31 @@ fn for_each_frame<const N: usize>(
     }
 }
 
-/// Adds `Σ_tap basis[tap] · bus[now − tap]`, summed over the lanes, to every frame of `out`.
-fn filter(basis: &[F32x8], bus: &[F32x8], out: &mut [f32]) {
+/// Adds `Σ_tap basis[tap] · bus[now − tap]` to every frame of `out`, lane by lane.
+///
+/// A function of its own: seen together with the sum over the lanes, the compiler transposes what it should not.
+#[inline(never)]
+fn filter(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
     const TOGETHER: usize = 4;
     let taps = basis.len();
     let mut frames = out.chunks_exact_mut(TOGETHER);
     let mut start = 0;
     for four in &mut frames {
-        let mut sums = [F32x8::ZERO; TOGETHER];
+        let [mut a, mut b, mut c, mut d] = [four[0], four[1], four[2], four[3]];
         let window = &bus[start..start + taps - 1 + TOGETHER];
-        for (past, &filter) in window.windows(TOGETHER).zip(basis.iter().rev()) {
-            for (sum, &value) in sums.iter_mut().zip(past) {
-                *sum += filter * value;
-            }
+        for (past, &tap) in window.windows(TOGETHER).zip(basis.iter().rev()) {
+            a += tap * past[0];
+            b += tap * past[1];
+            c += tap * past[2];
+            d += tap * past[3];
         }
-        for (frame, sum) in four.iter_mut().zip(sums) {
-            *frame += sum.sum();
-        }
+        four.copy_from_slice(&[a, b, c, d]);
         start += TOGETHER;
     }
     for frame in frames.into_remainder() {
-        let mut sum = F32x8::ZERO;
-        for (&value, &filter) in bus[start..start + taps].iter().zip(basis.iter().rev()) {
-            sum += filter * value;
+        for (&value, &tap) in bus[start..start + taps].iter().zip(basis.iter().rev()) {
+            *frame += tap * value;
         }
-        *frame += sum.sum();
         start += 1;
     }
 }
