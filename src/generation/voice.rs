@@ -29,7 +29,7 @@ pub(super) struct Voice {
     /// Slot of the source.
     pub(super) slot: usize,
     /// Which tenant of the slot.
-    pub(super) tenant: u32,
+    pub(super) tenant: Option<u32>,
     /// Nothing before this position belongs to the tenant.
     since: i64,
     /// Band gains from position `gain_end` on, and their growth a position before it.

@@ -51,10 +51,20 @@ pub(super) struct Surroundings<'a> {
 }
 
 /// Who lives in a source's slot, and since when.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Tenant {
-    pub(super) bits: u32,
+    /// None before the first.
+    pub(super) bits: Option<u32>,
+    /// Nothing before this position is the tenant's.
     pub(super) since: i64,
+}
+
+impl Tenant {
+    /// The slot before its first tenant, who may have sounded already.
+    pub(super) const NONE: Self = Self {
+        bits: None,
+        since: i64::MIN / 2,
+    };
 }
 
 /// The voices and what belongs to them by index.
@@ -231,7 +241,7 @@ impl VoiceSet {
             ears,
         };
         let slot = path.source.slot();
-        let tenant = tenants.get(slot).copied().unwrap_or_default();
+        let tenant = tenants.get(slot).copied().unwrap_or(Tenant::NONE);
         if let Some(index) = held {
             let voice = &mut self.voices[index as usize];
             if voice.slot == slot
