@@ -120,7 +120,7 @@ impl Limiter {
         }
         self.candidates[(self.head + self.held) % size] = (self.frame, loss);
         self.held += 1;
-        if self.candidates[self.head].0 + self.look_ahead as u64 + 1 <= self.frame {
+        if self.candidates[self.head].0 + (self.look_ahead as u64) < self.frame {
             self.head = (self.head + 1) % size;
             self.held -= 1;
         }
