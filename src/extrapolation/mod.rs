@@ -1,5 +1,17 @@
 //! EPS: the extrapolation stage. For every graphics frame it says how loud, how late and from where each path is now.
+//!
+//! Runs on the sound thread: bounded by the number of paths, and by one ray cast a source for the direct path. Takes
+//! [`crate::propagation::PathSet`]s as they arrive, gives [`FramePaths`]. Follows the paper's sections III-C to III-E.
 
+pub mod extrapolator;
 pub mod frame;
+pub mod hold;
+pub mod level;
+pub mod linear;
+pub mod predictor;
+pub mod tracking;
 
+pub use extrapolator::Extrapolator;
 pub use frame::{FramePath, FramePaths, LateSend};
+pub use level::extrapolation_level;
+pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

@@ -64,7 +64,7 @@ impl Binaural {
 
     /// Whether buses and filters hold nothing but silence.
     fn is_silent(&self) -> bool {
-        self.quiet_frames >= self.history
+        self.quiet_frames >= self.history.max(1)
     }
 
     /// Adds one arrival to one group of an ear's buses; `moving` says whether the weights change.

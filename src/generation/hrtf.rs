@@ -129,6 +129,36 @@ impl Hrtf {
         })
     }
 
+    /// A head that is none: both ears hear every direction alike, at once and unfiltered. For impulse responses.
+    ///
+    /// Range: 8,000 to 192,000 Hz.
+    ///
+    /// Errors: [`Error::Setting`] for any other rate.
+    pub fn omnidirectional(rate_hz: u32) -> Result<Self> {
+        if !(8_000..=192_000).contains(&rate_hz) {
+            let problem = format!("{rate_hz} Hz is out of range");
+            return Err(Error::setting(
+                "rate_hz",
+                problem,
+                "choose a rate from 8000 to 192000",
+            ));
+        }
+        let (azimuths, elevations) = (4, 3);
+        let directions = azimuths * elevations;
+        let unit = F32x8([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        Ok(Self {
+            rate_hz,
+            taps: 1,
+            groups: 1,
+            azimuths,
+            elevations,
+            basis: vec![unit],
+            delays: vec![[0.0; 2]; directions],
+            weights: vec![unit; 2 * directions],
+            max_delay: 0.0,
+        })
+    }
+
     /// Sample rate of the set in Hz.
     pub fn rate_hz(&self) -> u32 {
         self.rate_hz

@@ -2,8 +2,18 @@
 //! path, validation throws out what something blocks.
 //!
 //! Runs on one thread that the caller owns (none of its own), takes a committed [`crate::scene::Scene`] and poses,
-//! gives a [`PathSet`].
+//! gives a [`PathSet`]. Follows the paper's section III-A and [TAYLOR12]; differs in that paths are found in merged
+//! surfaces and named by canonical sequences, and that valid sequences are remembered for sixteen updates.
 
+pub mod amplitude;
+pub mod direct;
+pub mod discovery;
+pub mod image_source;
+pub mod late;
 pub mod path;
+pub mod sampling;
+pub mod sequence;
+pub mod update;
 
 pub use path::{LateSource, MAX_ORDER, Path, PathId, PathSet};
+pub use update::{PropagationSettings, Propagator};

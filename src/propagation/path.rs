@@ -65,7 +65,7 @@ pub struct LateSource {
 }
 
 /// The result of one propagation update.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct PathSet {
     /// Number of the update, from 0.
     pub update: u64,

@@ -1,1 +1,7 @@
-//! The engine: the only threads, clocks and atomics.
+//! Where the stages meet: schedules, and later the threads, clocks and atomics that drive them.
+
+pub mod offline;
+pub mod schedule;
+
+pub use offline::{OfflineRenderer, OfflineReport, OfflineSettings};
+pub use schedule::{Latency, Poses, Schedule};

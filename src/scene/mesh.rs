@@ -2,6 +2,12 @@
 
 use glam::Vec3;
 
+use crate::error::{Error, Result};
+
+/// Largest absolute coordinate of a scene in metres. Beyond it an `f32` resolves less than 1 cm, and a model is more
+/// likely in other units than so large.
+pub const LARGEST_COORDINATE_M: f32 = 1e5;
+
 /// Triangles with a material each, in metres, right-handed, +y up. Nothing is promised about quality:
 /// committing a scene checks, welds and drops.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -25,5 +31,108 @@ impl TriangleMesh {
             self.material_names.len() - 1
         });
         index as u32
+    }
+
+    /// From an engine's buffers: positions in metres, three indices a triangle, one material index a triangle.
+    /// Both material lists may be empty: then every triangle has the material `default`.
+    ///
+    /// # Errors
+    /// [`Error::Mesh`] for indices that are not a multiple of three, refer to no position or no material, and for
+    /// another number of triangle materials than of triangles.
+    pub fn from_slices(
+        positions: &[[f32; 3]],
+        indices: &[u32],
+        materials: &[&str],
+        triangle_materials: &[u32],
+    ) -> Result<Self> {
+        let (triangles, rest) = indices.as_chunks::<3>();
+        if !rest.is_empty() {
+            return Err(Error::mesh(
+                format!("{} indices are not a multiple of three", indices.len()),
+                "give three indices a triangle",
+            ));
+        }
+        let (material_names, triangle_materials) =
+            if materials.is_empty() && triangle_materials.is_empty() {
+                (vec!["default".into()], vec![0; triangles.len()])
+            } else {
+                let names = materials.iter().map(|&name| name.to_owned()).collect();
+                (names, triangle_materials.to_vec())
+            };
+        let mesh = Self {
+            vertices: positions.iter().map(|&p| Vec3::from_array(p)).collect(),
+            triangles: triangles.to_vec(),
+            triangle_materials,
+            material_names,
+        };
+        mesh.check_indices()?;
+        Ok(mesh)
+    }
+
+    /// Refuses lists that do not fit together.
+    ///
+    /// # Errors
+    /// [`Error::Mesh`] for indices that refer to no vertex or no material, and for another number of triangle materials
+    /// than of triangles.
+    pub fn check_indices(&self) -> Result<()> {
+        if self.triangle_materials.len() != self.triangles.len() {
+            return Err(Error::mesh(
+                format!(
+                    "{} triangle materials for {} triangles",
+                    self.triangle_materials.len(),
+                    self.triangles.len()
+                ),
+                "give one material index a triangle",
+            ));
+        }
+        let vertices = self.vertices.len();
+        for (number, triangle) in self.triangles.iter().enumerate() {
+            if let Some(index) = triangle.iter().find(|&&i| i as usize >= vertices) {
+                return Err(Error::mesh(
+                    format!("triangle {number} refers to vertex {index} of {vertices}"),
+                    "count vertices from 0 and give all that triangles use",
+                ));
+            }
+        }
+        let materials = self.material_names.len();
+        for (number, &index) in self.triangle_materials.iter().enumerate() {
+            if index as usize >= materials {
+                return Err(Error::mesh(
+                    format!("triangle {number} refers to material {index} of {materials}"),
+                    "count materials from 0 and name all that triangles use",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POSITIONS: [[f32; 3]; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+
+    #[test]
+    fn engine_buffers_become_a_mesh() {
+        let mesh = TriangleMesh::from_slices(&POSITIONS, &[0, 1, 2], &["a", "b"], &[1]).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+        assert_eq!(mesh.triangle_materials, [1]);
+        let bare = TriangleMesh::from_slices(&POSITIONS, &[0, 1, 2], &[], &[]).unwrap();
+        assert_eq!(bare.material_names, ["default"]);
+    }
+
+    #[test]
+    fn buffers_that_do_not_fit_are_refused() {
+        for (indices, materials, triangle_materials, expected) in [
+            (&[0, 1][..], &["a"][..], &[0][..], "multiple of three"),
+            (&[0, 1, 3], &["a"], &[0], "vertex 3 of 3"),
+            (&[0, 1, 2], &["a"], &[1], "material 1 of 1"),
+            (&[0, 1, 2], &["a"], &[], "0 triangle materials for 1"),
+        ] {
+            let error =
+                TriangleMesh::from_slices(&POSITIONS, indices, materials, triangle_materials);
+            assert!(error.unwrap_err().to_string().contains(expected));
+        }
     }
 }

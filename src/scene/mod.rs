@@ -2,9 +2,26 @@
 //!
 //! Control side. Coordinates are metres, right-handed, +y up.
 
+mod cells;
+pub mod commit;
+pub mod committed;
+pub mod layout;
+mod material_entry;
+pub mod materials;
 pub mod mesh;
+pub mod obj;
 pub mod pose;
 pub mod procedural;
+pub mod surface;
+mod toml_file;
+pub mod weld;
 
+pub use commit::{CommittedMesh, commit_mesh};
+pub use committed::{Scene, SceneSettings};
+pub use layout::{NamedSource, SceneLayout, Walk};
+pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;
+pub use obj::{ObjFile, ObjOptions, UpAxis, load_obj};
 pub use pose::{ListenerPose, SourceId, SourcePose};
+pub use surface::{Surface, SurfaceSet};
+pub use weld::{IntakeReport, clean};

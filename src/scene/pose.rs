@@ -46,6 +46,16 @@ pub struct ListenerPose {
     pub orientation: Quat,
 }
 
+impl Default for ListenerPose {
+    /// At the origin, looking along −z.
+    fn default() -> Self {
+        Self {
+            position: Vec3::ZERO,
+            orientation: Quat::IDENTITY,
+        }
+    }
+}
+
 impl ListenerPose {
     /// A listener at a position who looks along `yaw_rad`: 0 is −z, positive turns left (counter-clockwise from above).
     pub fn facing(position: Vec3, yaw_rad: f32) -> Self {

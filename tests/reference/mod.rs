@@ -1,6 +1,8 @@
-//! Slow, literal `f64` oracles and synthetic data for the tests.
-#![allow(dead_code, unreachable_pub, reason = "every test uses its own part")]
+//! Slow oracles in `f64`, written apart from the crate, and synthetic data.
+#![allow(dead_code, unreachable_pub, reason = "each test uses the oracle it needs")]
 
 pub mod crossover;
 pub mod dft;
+pub mod shoebox;
 pub mod synthetic_hrtf;
+pub mod visibility;

@@ -1,3 +1,96 @@
-//! The command line.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `scenes`.
+//!
+//! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
+//! says what to do, and exit code 2; a law that does not hold in exit code 1.
 
-fn main() {}
+#![expect(
+    clippy::print_stdout,
+    reason = "results are printed on standard output"
+)]
+
+mod demo;
+mod inputs;
+mod inspect;
+mod listener_path;
+mod progress;
+mod render;
+mod rir;
+mod scenes;
+mod session;
+mod validate;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use foresound::Result;
+
+/// Real-time ray-traced sound: renders, measures and inspects on a host.
+#[derive(Parser)]
+#[command(name = "foresound", version, about)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Walks the concert hall with four speaking sources, by both schedules (the default).
+    Demo(demo::Arguments),
+    /// Renders your scene, sounds and listener to a binaural WAV.
+    Render(render::Arguments),
+    /// Writes an impulse response and its room-acoustic parameters.
+    Rir(rir::Arguments),
+    /// Reports on a mesh: triangles, surfaces, materials, edges, bounds.
+    Inspect(inspect::Arguments),
+    /// Checks propagation against closed forms and standards.
+    Validate(validate::Arguments),
+    /// Writes the benchmark scenes anew.
+    Scenes(scenes::Arguments),
+}
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if !error.use_stderr() => {
+            // Help and version are results.
+            print!("{error}");
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprintln!("{}; see `foresound --help`", one_line(&error.to_string()));
+            return ExitCode::from(2);
+        }
+    };
+    match run(cli) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(cli: Cli) -> Result<ExitCode> {
+    match cli
+        .command
+        .unwrap_or(Command::Demo(demo::Arguments::default()))
+    {
+        Command::Demo(arguments) => demo::run(&arguments)?,
+        Command::Render(arguments) => render::run(&arguments)?,
+        Command::Rir(arguments) => rir::run(&arguments)?,
+        Command::Inspect(arguments) => inspect::run(&arguments)?,
+        Command::Validate(arguments) => return validate::run(&arguments),
+        Command::Scenes(arguments) => scenes::run(&arguments)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What an argument error says before it comes to usage, on one line.
+fn one_line(text: &str) -> String {
+    let saying = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:"));
+    let words: Vec<&str> = saying.filter(|line| !line.is_empty()).collect();
+    words.join(" ")
+}

@@ -1,0 +1,179 @@
+//! What a command line names: scenes, materials, places, sounds.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use foresound::evaluation::clip::{Clip, load_clip};
+use foresound::scene::layout::SceneLayout;
+use foresound::scene::obj::{ObjOptions, UpAxis, load_obj};
+use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
+use foresound::{Error, Result};
+use glam::Vec3;
+
+/// How a mesh is to be read.
+#[derive(clap::Args, Clone, Default)]
+pub(crate) struct SceneArguments {
+    /// Materials by name (TOML), over the built-in table and the scene's own.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) materials: Option<PathBuf>,
+    /// Metres of one unit of the file.
+    #[arg(long, value_name = "FACTOR")]
+    pub(crate) scale: Option<f32>,
+    /// The file's upward axis: y or z.
+    #[arg(long, value_name = "AXIS")]
+    pub(crate) up: Option<String>,
+}
+
+/// A scene with everything that came with it.
+pub(crate) struct LoadedScene {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) layout: Option<SceneLayout>,
+    pub(crate) notes: Vec<String>,
+}
+
+/// Loads a scene by file, or a benchmark scene by name.
+pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<LoadedScene> {
+    let file = scene_file(named)?;
+    let up = match arguments.up.as_deref() {
+        None | Some("y" | "Y") => UpAxis::Y,
+        Some("z" | "Z") => UpAxis::Z,
+        Some(other) => {
+            return Err(Error::setting(
+                "--up",
+                format!("{other:?} is no axis"),
+                "give y or z",
+            ));
+        }
+    };
+    let options = ObjOptions {
+        scale: arguments.scale.unwrap_or(1.0),
+        up,
+    };
+    let object = load_obj(&file, &options)?;
+    if object.mesh.triangles.len() == 1 {
+        let advice = "export the whole model, with its faces";
+        return Err(Error::format(
+            &file,
+            None,
+            "one triangle is no scene",
+            advice,
+        ));
+    }
+    let mut notes = object.warnings;
+    let mut table = MaterialTable::built_in();
+    let beside = file.with_extension("toml");
+    let layout = if beside.is_file() {
+        let layout = SceneLayout::load(&beside)?;
+        table.extend(layout.materials.clone());
+        Some(layout)
+    } else {
+        None
+    };
+    if let Some(materials) = &arguments.materials {
+        table.extend(MaterialTable::load(materials)?);
+    }
+    let scene = Scene::commit(&object.mesh, &table, &SceneSettings::default())?;
+    let report = scene.report();
+    let dropped = report.dropped_non_finite + report.dropped_degenerate + report.dropped_duplicate;
+    if dropped > 0 {
+        notes.push(format!(
+            "{}: dropped {} triangles that are not finite, {} without area, {} that stand twice",
+            file.display(),
+            report.dropped_non_finite,
+            report.dropped_degenerate,
+            report.dropped_duplicate
+        ));
+    }
+    if !scene.defaulted_materials().is_empty() {
+        notes.push(format!(
+            "{}: no material is called {}; \"generic\" stands in: give a --materials file that names them",
+            file.display(),
+            scene.defaulted_materials().join(", ")
+        ));
+    }
+    Ok(LoadedScene {
+        scene: Arc::new(scene),
+        layout,
+        notes,
+    })
+}
+
+fn scene_file(named: &Path) -> Result<PathBuf> {
+    let name = named.to_string_lossy();
+    if procedural::NAMES.contains(&&*name) && !named.exists() {
+        return asset(&format!("scenes/{name}.obj"));
+    }
+    Ok(named.to_owned())
+}
+
+/// A file of the repository's `assets`: from the working folder, or else from where the program was built.
+pub(crate) fn asset(name: &str) -> Result<PathBuf> {
+    let here = Path::new("assets").join(name);
+    let built = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("assets")
+        .join(name);
+    [here.clone(), built]
+        .into_iter()
+        .find(|path| path.is_file())
+        .ok_or_else(|| {
+            Error::file(
+                here,
+                "not found",
+                "run from the repository's folder, or restore its assets",
+            )
+        })
+}
+
+/// Three numbers with commas between, in metres, +y up.
+pub(crate) fn parse_place(argument: &str, text: &str) -> Result<Vec3> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .filter_map(|n| n.trim().parse().ok())
+        .collect();
+    match numbers[..] {
+        [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|n| n.is_finite()) => {
+            Ok(Vec3::new(x, y, z))
+        }
+        _ => Err(Error::setting(
+            argument,
+            format!("{text:?} is no place"),
+            "give three numbers in metres such as 1,1.6,-2",
+        )),
+    }
+}
+
+/// A place and the sound that comes from there.
+pub(crate) struct SourceArgument {
+    pub(crate) position: Vec3,
+    pub(crate) file: PathBuf,
+}
+
+/// `x,y,z=voice.wav`.
+pub(crate) fn parse_source(text: &str) -> Result<SourceArgument> {
+    let Some((place, file)) = text.split_once('=').filter(|(_, file)| !file.is_empty()) else {
+        let advice = "write x,y,z=voice.wav";
+        return Err(Error::setting(
+            "--source",
+            format!("{text:?} names no sound"),
+            advice,
+        ));
+    };
+    Ok(SourceArgument {
+        position: parse_place("--source", place)?,
+        file: file.into(),
+    })
+}
+
+/// Loads a sound; what had to be changed goes to standard error.
+pub(crate) fn load_sound(file: &Path, rate_hz: u32) -> Result<Clip> {
+    let (clip, notes) = load_clip(file, rate_hz)?;
+    tell(&notes);
+    Ok(clip)
+}
+
+/// Notes on standard error, a line each.
+pub(crate) fn tell(notes: &[String]) {
+    for note in notes {
+        eprintln!("note: {note}");
+    }
+}

@@ -1,0 +1,70 @@
+//! `inspect`: what a mesh is made of.
+
+use std::path::PathBuf;
+
+use foresound::Result;
+use serde_json::json;
+
+use crate::inputs::{SceneArguments, load_scene, tell};
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// OBJ file, or the name of a benchmark scene.
+    file: PathBuf,
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let loaded = load_scene(&arguments.file, &arguments.scene)?;
+    tell(&loaded.notes);
+    let scene = &loaded.scene;
+    let report = scene.report();
+    let names: Vec<&str> = scene.materials().iter().map(|m| m.name.as_str()).collect();
+    let (min, max) = (report.bounds_min, report.bounds_max);
+    if arguments.json {
+        let value = json!({
+            "triangles": report.triangles,
+            "surfaces": scene.surfaces().len(),
+            "materials": names,
+            "defaulted_materials": scene.defaulted_materials(),
+            "edges": report.edges,
+            "open_edges": report.open_edges,
+            "non_manifold_edges": report.non_manifold_edges,
+            "closed": report.closed,
+            "triangles_in": report.triangles_in,
+            "dropped_non_finite": report.dropped_non_finite,
+            "dropped_degenerate": report.dropped_degenerate,
+            "dropped_duplicate": report.dropped_duplicate,
+            "vertices_welded": report.vertices_welded,
+            "bounds_min_m": min.to_array(),
+            "bounds_max_m": max.to_array(),
+            "memory_bytes": scene.memory_bytes(),
+        });
+        println!("{value}");
+        return Ok(());
+    }
+    println!("{}", arguments.file.display());
+    println!(
+        "  triangles   {} of {}",
+        report.triangles, report.triangles_in
+    );
+    println!("  surfaces    {}", scene.surfaces().len());
+    println!("  materials   {}", names.join(", "));
+    let closed = if report.closed {
+        "closed"
+    } else {
+        "not closed"
+    };
+    println!(
+        "  edges       {}: {} open, {} shared by more than two; {closed}",
+        report.edges, report.open_edges, report.non_manifold_edges
+    );
+    println!("  welded      {} vertices", report.vertices_welded);
+    println!("  bounds      {min} to {max} m, size {}", max - min);
+    println!("  memory      {:.1} MB", scene.memory_bytes() as f64 / 1e6);
+    Ok(())
+}

@@ -1,0 +1,126 @@
+//! Follows paths from update to update and from graphics frame to graphics frame.
+
+use std::sync::Arc;
+
+use super::frame::{FramePath, FramePaths, LateSend};
+use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
+use super::tracking::match_by_id;
+use crate::propagation::direct::direct_path;
+use crate::propagation::late::common_decay;
+use crate::propagation::{Path, PathSet};
+use crate::scene::{ListenerPose, Scene, SourcePose};
+
+/// The extrapolation stage's state. Owned by the sound thread.
+///
+/// # Real-time
+/// [`Self::take_update`] and [`Self::frame`] allocate only while the number of paths exceeds everything seen before.
+pub struct Extrapolator {
+    scene: Arc<Scene>,
+    predictor: Box<dyn Predictor>,
+    nearest_m: f64,
+    current: PathSet,
+    previous: PathSet,
+    matches: Vec<Option<u32>>,
+    level: u32,
+    frames_since_update: u32,
+    updates: u64,
+}
+
+impl Extrapolator {
+    /// For a scene; `nearest_m` is the distance in metres below which a source gets no louder
+    /// ([`crate::propagation::PropagationSettings::nearest_m`]).
+    pub fn new(scene: Arc<Scene>, kind: PredictorKind, nearest_m: f32) -> Self {
+        Self {
+            scene,
+            predictor: kind.build(),
+            nearest_m: f64::from(nearest_m),
+            current: PathSet::default(),
+            previous: PathSet::default(),
+            matches: Vec::new(),
+            level: 0,
+            frames_since_update: 0,
+            updates: 0,
+        }
+    }
+
+    /// Takes the newest update and the level L of the interval that begins with it; gives an old set back whose memory
+    /// may be used again.
+    pub fn take_update(&mut self, update: PathSet, level: u32) -> PathSet {
+        let newest = std::mem::replace(&mut self.current, update);
+        let retired = std::mem::replace(&mut self.previous, newest);
+        match_by_id(&self.current.paths, &self.previous.paths, &mut self.matches);
+        self.level = level;
+        self.frames_since_update = 0;
+        self.updates += 1;
+        retired
+    }
+
+    /// The newest update taken.
+    pub fn current(&self) -> &PathSet {
+        &self.current
+    }
+
+    /// Describes the graphics frame with these poses; the next call describes the next frame. Gives the number of rays
+    /// cast. Before the first update there are direct paths only.
+    pub fn frame(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        result: &mut FramePaths,
+    ) -> u64 {
+        let mut rays = 0;
+        result.paths.clear();
+        for pose in sources {
+            let (from, to) = (pose.position, listener.position);
+            let direct = direct_path(&self.scene, pose.id, from, to, self.nearest_m, &mut rays);
+            result
+                .paths
+                .extend(direct.map(|path| self.direct_now(&path, listener)));
+        }
+        let at = FrameContext {
+            scene: &self.scene,
+            listener,
+            frames_since_update: self.frames_since_update,
+            level: self.level,
+        };
+        for (current, matched) in self.current.paths.iter().zip(&self.matches) {
+            let absent = !sources.iter().any(|pose| pose.id == current.source);
+            if current.is_direct() || absent {
+                continue;
+            }
+            let tracked = TrackedPath {
+                current,
+                previous: matched.map(|i| &self.previous.paths[i as usize]),
+                listener: &self.current.listener,
+            };
+            result.paths.push(self.predictor.predict(&tracked, &at));
+        }
+        result.paths.sort_unstable_by_key(|path| path.id);
+        result.orientation = listener.orientation;
+        result.decay_time_s = common_decay(&self.current.late);
+        result.late.clear();
+        result
+            .late
+            .extend(self.current.late.iter().map(|late| LateSend {
+                source: late.source,
+                energy_per_s: late.energy_per_s,
+                start_s: late.start_s,
+            }));
+        self.frames_since_update = self.frames_since_update.saturating_add(1);
+        rays
+    }
+
+    fn direct_now(&self, path: &Path, listener: &ListenerPose) -> FramePath {
+        FramePath {
+            id: path.id,
+            source: path.source,
+            order: 0,
+            amplitude: path.amplitude,
+            delay_s: f64::from(path.length_m) / self.scene.speed_of_sound_m_s(),
+            // A source inside the head is heard straight ahead.
+            arrival: (path.image - listener.position)
+                .try_normalize()
+                .unwrap_or_else(|| listener.orientation * glam::Vec3::NEG_Z),
+        }
+    }
+}

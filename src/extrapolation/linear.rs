@@ -1,0 +1,95 @@
+//! The paper's predictor: linear in the amplitude, clamped (Eq. 2 to 4).
+
+use super::frame::FramePath;
+use super::predictor::{FrameContext, Predictor, TrackedPath, as_of_update};
+use crate::acoustics::{BANDS, BandArray};
+
+/// Continues each band's amplitude along the line through the last two updates. Delay and direction stay as the newest
+/// update has them, which is how the paper's text reads; its direct path is the only one that follows the listener.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Linear;
+
+impl Predictor for Linear {
+    fn predict(&mut self, path: &TrackedPath<'_>, at: &FrameContext<'_>) -> FramePath {
+        let mut frame = as_of_update(path.current, path.listener, at.scene);
+        if let Some(previous) = path.previous {
+            frame.amplitude = extrapolate(
+                &path.current.amplitude,
+                &previous.amplitude,
+                at.frames_since_update,
+                at.level,
+            );
+        }
+        frame
+    }
+}
+
+/// Amplitudes `frames` graphics frames after the update of `current`, at level L = `level`.
+///
+/// Eq. 2 in frame k = `frames` − 1, then Eq. 3 and 4. In the frame the update arrives in, its amplitudes stand as they
+/// are; beyond the last frame of the interval the value of frame L − 1 stays, since the paper names no later one. An
+/// amplitude here has a sign, which the paper's has not: the sign of `current` is carried and the equations apply to
+/// what remains.
+pub fn extrapolate(
+    current: &BandArray,
+    previous: &BandArray,
+    frames: u32,
+    level: u32,
+) -> BandArray {
+    let step = frames.min(level) as f32 / (level as f32 + 1.0);
+    let mut result = *current;
+    if step == 0.0 {
+        return result;
+    }
+    for b in 0..BANDS {
+        let sign = 1f32.copysign(current[b]);
+        let now = current[b] * sign;
+        let before = previous[b] * sign;
+        let raw = now + step * (now - before);
+        let upper = now.max(before) + (now - before).abs();
+        result[b] = sign * raw.max(0.0).min(upper);
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bands(value: f32) -> BandArray {
+        [value; BANDS]
+    }
+
+    #[test]
+    fn extrapolates_by_equation_two() {
+        // L = 3, k = 1: 0.5 + 2/4 × (0.5 − 0.4).
+        let result = extrapolate(&bands(0.5), &bands(0.4), 2, 3);
+        assert!((result[0] - 0.55).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_arriving_update_stands_as_it_is() {
+        assert_eq!(extrapolate(&bands(0.5), &bands(0.4), 0, 3), bands(0.5));
+        assert_eq!(extrapolate(&bands(0.5), &bands(0.4), 0, 0), bands(0.5));
+    }
+
+    #[test]
+    fn never_below_zero_nor_above_the_bound() {
+        assert_eq!(extrapolate(&bands(0.1), &bands(0.9), 12, 12), bands(0.0));
+        let risen = extrapolate(&bands(0.9), &bands(0.1), 12, 12)[0];
+        assert!(risen <= 0.9 + 0.8 && risen > 1.6);
+    }
+
+    #[test]
+    fn a_negative_amplitude_mirrors_a_positive_one() {
+        let up = extrapolate(&bands(0.5), &bands(0.4), 2, 3);
+        let down = extrapolate(&bands(-0.5), &bands(-0.4), 2, 3);
+        assert_eq!(up.map(|a| -a), down);
+    }
+
+    #[test]
+    fn a_late_update_keeps_the_last_frame() {
+        let last = extrapolate(&bands(0.5), &bands(0.4), 3, 3);
+        assert_eq!(extrapolate(&bands(0.5), &bands(0.4), 9, 3), last);
+    }
+}

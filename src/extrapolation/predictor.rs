@@ -1,0 +1,84 @@
+//! What a predictor is: the rule by which a path is continued between two updates.
+
+use super::frame::FramePath;
+use super::hold::Hold;
+use super::linear::Linear;
+use crate::propagation::Path;
+use crate::scene::{ListenerPose, Scene};
+
+/// A path of the newest update, with the same path in the one before if it was there.
+#[derive(Debug, Clone, Copy)]
+pub struct TrackedPath<'a> {
+    /// As of the newest update.
+    pub current: &'a Path,
+    /// As of the update before; `None` for a new path and before a pair of updates is there.
+    pub previous: Option<&'a Path>,
+    /// The listener that the newest update was computed for.
+    pub listener: &'a ListenerPose,
+}
+
+/// The graphics frame that is predicted for.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameContext<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The listener now.
+    pub listener: &'a ListenerPose,
+    /// Graphics frames since the newest update arrived: 0 in the frame it arrives, k + 1 in the paper's frame k.
+    pub frames_since_update: u32,
+    /// Target extrapolation level L of this interval.
+    pub level: u32,
+}
+
+/// Continues reflected paths between updates. Direct paths never pass here: they are validated every frame.
+///
+/// # Real-time
+/// On the sound thread, once a path and graphics frame: no allocation, lock or system call.
+pub trait Predictor: Send {
+    /// The path as it stands in the frame of `at`.
+    fn predict(&mut self, path: &TrackedPath<'_>, at: &FrameContext<'_>) -> FramePath;
+}
+
+/// The predictors there are, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PredictorKind {
+    /// Zero-order hold: everything stays as the newest update has it.
+    Hold,
+    /// The paper, literally: amplitudes by Eq. 2 to 4.
+    #[default]
+    Linear,
+}
+
+impl PredictorKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Hold, Self::Linear];
+
+    /// The name that the command line uses.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "hold",
+            Self::Linear => "linear",
+        }
+    }
+
+    /// A new predictor of this kind. Control side; allocates.
+    pub fn build(self) -> Box<dyn Predictor> {
+        match self {
+            Self::Hold => Box::new(Hold),
+            Self::Linear => Box::new(Linear),
+        }
+    }
+}
+
+/// The path exactly as an update has it: delay and direction as of then. What the paper leaves to every predictor.
+pub(super) fn as_of_update(path: &Path, listener: &ListenerPose, scene: &Scene) -> FramePath {
+    FramePath {
+        id: path.id,
+        source: path.source,
+        order: path.order,
+        amplitude: path.amplitude,
+        delay_s: f64::from(path.length_m) / scene.speed_of_sound_m_s(),
+        arrival: (path.image - listener.position)
+            .normalize_or(listener.orientation * glam::Vec3::NEG_Z),
+    }
+}

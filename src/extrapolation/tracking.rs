@@ -1,0 +1,50 @@
+//! Which path of this update is which path of the last.
+
+use crate::propagation::Path;
+
+/// Fills `matches` with the index in `previous` of each path of `current`, both sorted by their identity
+/// (the paper's section III-D). A path that is only in `previous` is left behind.
+pub fn match_by_id(current: &[Path], previous: &[Path], matches: &mut Vec<Option<u32>>) {
+    matches.clear();
+    let mut old = 0;
+    for path in current {
+        while old < previous.len() && previous[old].id < path.id {
+            old += 1;
+        }
+        let found = previous.get(old).is_some_and(|p| p.id == path.id);
+        matches.push(found.then_some(old as u32));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acoustics::BANDS;
+    use crate::propagation::{MAX_ORDER, PathId};
+    use crate::scene::SourceId;
+    use glam::Vec3;
+
+    fn path(id: u64) -> Path {
+        Path {
+            id: PathId(id),
+            source: SourceId::default(),
+            order: 1,
+            surfaces: [0; MAX_ORDER],
+            points: [Vec3::ZERO; MAX_ORDER],
+            image: Vec3::ZERO,
+            length_m: 1.0,
+            amplitude: [0.0; BANDS],
+        }
+    }
+
+    #[test]
+    fn born_and_vanished_paths_are_not_matched() {
+        let current = [path(1), path(4), path(7)];
+        let previous = [path(2), path(4), path(5), path(7), path(9)];
+        let mut matches = Vec::new();
+        match_by_id(&current, &previous, &mut matches);
+        assert_eq!(matches, [None, Some(1), Some(3)]);
+        match_by_id(&current, &[], &mut matches);
+        assert_eq!(matches, [None, None, None]);
+    }
+}

@@ -1,0 +1,30 @@
+//! How loud a path is, in eight bands.
+
+use super::image_source::ImagePath;
+use crate::acoustics::{BANDS, BandArray};
+use crate::scene::Scene;
+
+/// Spherical spreading and air: the pressure ratio of the free field at a distance, relative to 1 m without air.
+///
+/// Nearer than `nearest_m` the level stays what it is there, since a real source is not a point.
+pub fn free_field(scene: &Scene, distance_m: f64, nearest_m: f64) -> BandArray {
+    let spreading = 1.0 / distance_m.max(nearest_m);
+    let mut amplitude = [0.0; BANDS];
+    for (value, m) in amplitude.iter_mut().zip(scene.air_np_per_m()) {
+        *value = (spreading * (-f64::from(*m) * distance_m).exp()) as f32;
+    }
+    amplitude
+}
+
+/// Amplitude of a reflected path: free field over its length, times each surface's reflection factor at its angle.
+pub fn reflected(scene: &Scene, path: &ImagePath, nearest_m: f64) -> BandArray {
+    let mut amplitude = free_field(scene, path.length_m, nearest_m);
+    for step in 0..path.order {
+        let reflectance = scene.reflectance(path.surfaces[step]);
+        let factor = reflectance.factor(path.cosines[step] as f32);
+        for b in 0..BANDS {
+            amplitude[b] *= factor[b];
+        }
+    }
+    amplitude
+}

@@ -1,0 +1,144 @@
+//! When propagation runs and when its results are heard, on a virtual clock that counts graphics frames.
+//!
+//! Source: the paper's section III-B and Figure 2 for the asynchronous schedule, [18] there for the synchronous one.
+
+use crate::error::{Error, Result};
+use crate::propagation::{PathSet, Propagator};
+use crate::scene::{ListenerPose, SourcePose};
+
+/// Everybody's place at one graphics frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Poses {
+    /// The listener.
+    pub listener: ListenerPose,
+    /// The sources, one a slot at most.
+    pub sources: Vec<SourcePose>,
+}
+
+/// When the asynchronous schedule may use a result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Latency {
+    /// L + 1 graphics frames after the poses that it was computed from, as on a real machine.
+    #[default]
+    Modelled,
+    /// At once, although the next one follows only L + 1 graphics frames later.
+    None,
+}
+
+/// The two schedules.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Schedule {
+    /// A whole propagation in every graphics frame.
+    Synchronous,
+    /// A propagation every L + 1 graphics frames, extrapolation in between.
+    Asynchronous {
+        /// Extrapolation level L.
+        level: u32,
+        /// When a result may be used.
+        latency: Latency,
+    },
+}
+
+/// Highest level that is accepted: ten seconds of graphics frames at 100 Hz.
+const HIGHEST_LEVEL: u32 = 1000;
+
+impl Schedule {
+    /// The level L of an interval of this schedule.
+    pub fn level(&self) -> u32 {
+        match self {
+            Self::Synchronous => 0,
+            Self::Asynchronous { level, .. } => *level,
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<()> {
+        let level = self.level();
+        if level <= HIGHEST_LEVEL {
+            return Ok(());
+        }
+        let problem = format!("{level} graphics frames without an update");
+        Err(Error::setting(
+            "level",
+            problem,
+            "choose a level up to 1000",
+        ))
+    }
+}
+
+/// Runs a propagator by a schedule, frame by frame: no thread, no clock.
+#[derive(Debug)]
+pub(super) struct ScheduledPropagation {
+    schedule: Schedule,
+    propagator: Propagator,
+    graphics_rate_hz: f64,
+    frame: u64,
+    /// A result that is computed but, on the virtual clock, not there yet.
+    pending: Option<PathSet>,
+    spare: PathSet,
+}
+
+impl ScheduledPropagation {
+    pub(super) fn new(schedule: Schedule, propagator: Propagator, graphics_rate_hz: f64) -> Self {
+        Self {
+            schedule,
+            propagator,
+            graphics_rate_hz,
+            frame: 0,
+            pending: None,
+            spare: PathSet::default(),
+        }
+    }
+
+    /// Gives memory back that an earlier result used.
+    pub(super) fn recycle(&mut self, retired: PathSet) {
+        self.spare = retired;
+    }
+
+    /// Whether the next graphics frame starts an update, so that the caller can time it.
+    pub(super) fn starts_update(&self) -> bool {
+        self.frame
+            .is_multiple_of(u64::from(self.schedule.level()) + 1)
+    }
+
+    /// Advances to the next graphics frame; gives the result that becomes usable in it, if one does.
+    ///
+    /// In frame 0 both schedules have the result for the poses of frame 0, from a propagation that has looked at them
+    /// for sixteen updates: the walk begins with a listener who has been standing there.
+    pub(super) fn next_frame(&mut self, poses: &Poses) -> Option<PathSet> {
+        let first = self.frame == 0;
+        let arrived = if first {
+            self.propagator.warm_up(&poses.listener, &poses.sources);
+            Some(self.compute(poses))
+        } else if !self.starts_update() {
+            None
+        } else {
+            match self.schedule {
+                Schedule::Asynchronous {
+                    latency: Latency::Modelled,
+                    ..
+                } => self.pending.take(),
+                _ => Some(self.compute(poses)),
+            }
+        };
+        let modelled = matches!(
+            self.schedule,
+            Schedule::Asynchronous {
+                latency: Latency::Modelled,
+                ..
+            }
+        );
+        if modelled && self.starts_update() {
+            self.pending = Some(self.compute(poses));
+        }
+        self.frame += 1;
+        arrived
+    }
+
+    fn compute(&mut self, poses: &Poses) -> PathSet {
+        let mut result = std::mem::take(&mut self.spare);
+        let time_s = self.frame as f64 / self.graphics_rate_hz;
+        self.propagator
+            .update(&poses.listener, &poses.sources, time_s, &mut result);
+        result
+    }
+}

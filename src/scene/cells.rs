@@ -1,0 +1,103 @@
+//! Finds things by the cell of space they lie in.
+//!
+//! Control side. Cells hash into buckets without keeping which cell it was: whoever asks measures the distance anyway,
+//! so a stranger in the bucket costs a comparison and nothing else.
+
+/// End of a chain.
+const NONE: u32 = u32::MAX;
+
+/// Things numbered from 0 in buckets of a fixed table.
+pub(super) struct CellIndex {
+    heads: Vec<u32>,
+    next: Vec<u32>,
+    shift: u32,
+}
+
+impl CellIndex {
+    /// For about `count` things.
+    pub(super) fn new(count: usize) -> Self {
+        let bits = (count.max(2) * 2).next_power_of_two().trailing_zeros();
+        Self {
+            heads: vec![NONE; 1 << bits],
+            next: Vec::with_capacity(count),
+            shift: 64 - bits,
+        }
+    }
+
+    fn bucket<const N: usize>(&self, cell: [i64; N]) -> usize {
+        let mut hash = 0u64;
+        for value in cell {
+            hash = (hash.rotate_left(26) ^ value as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        }
+        (hash >> self.shift) as usize
+    }
+
+    /// Puts the next thing into a cell and gives its number.
+    pub(super) fn insert<const N: usize>(&mut self, cell: [i64; N]) -> u32 {
+        let bucket = self.bucket(cell);
+        let number = self.next.len() as u32;
+        self.next.push(self.heads[bucket]);
+        self.heads[bucket] = number;
+        number
+    }
+
+    /// Visits everything in the cells that a box from `low` to `high` touches, some of it twice, and strangers, until
+    /// `go_on` says no.
+    pub(super) fn visit<const N: usize>(
+        &self,
+        low: [i64; N],
+        high: [i64; N],
+        mut go_on: impl FnMut(u32) -> bool,
+    ) {
+        let mut cell = low;
+        loop {
+            let mut number = self.heads[self.bucket(cell)];
+            while number != NONE {
+                if !go_on(number) {
+                    return;
+                }
+                number = self.next[number as usize];
+            }
+            // Counts up like an odometer whose wheels run from low to high.
+            let mut wheel = 0;
+            while wheel < N && cell[wheel] >= high[wheel] {
+                cell[wheel] = low[wheel];
+                wheel += 1;
+            }
+            if wheel == N {
+                return;
+            }
+            cell[wheel] += 1;
+        }
+    }
+}
+
+/// Number of the cell of a given size that holds a value.
+pub(super) fn cell_of(value: f64, size: f64) -> i64 {
+    (value / size).floor() as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_visits_every_cell_it_touches() {
+        let mut index = CellIndex::new(27);
+        for x in -1..2 {
+            for y in -1..2 {
+                for z in -1..2 {
+                    index.insert([x, y, z]);
+                }
+            }
+        }
+        let mut seen = [false; 27];
+        index.visit([-1, 0, 0], [0, 1, 0], |number| {
+            seen[number as usize] = true;
+            true
+        });
+        for (number, x, y) in [(4, -1, 0), (7, -1, 1), (13, 0, 0), (16, 0, 1)] {
+            assert!(seen[number], "{x} {y}");
+        }
+    }
+}

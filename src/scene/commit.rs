@@ -1,0 +1,95 @@
+//! Makes a mesh ready for rays: clean, centred, in surfaces, with materials.
+//!
+//! Control side. Takes any [`TriangleMesh`] and a [`MaterialTable`], gives a [`CommittedMesh`] or says what is wrong.
+
+use glam::{DVec3, Vec3};
+
+use super::materials::MaterialTable;
+use super::mesh::TriangleMesh;
+use super::surface::SurfaceSet;
+use super::weld::{self, IntakeReport};
+use crate::acoustics::material::Material;
+use crate::error::Result;
+
+/// A mesh after intake. It does not change any more.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CommittedMesh {
+    /// Where the origin of [`Self::vertices`] and of the surfaces' planes lies in the mesh's own coordinates, in metres:
+    /// the middle of the bounds, rounded to whole metres so that taking it off rounds next to nothing.
+    pub centre: DVec3,
+    /// Corners in metres from [`Self::centre`], without repetition.
+    pub vertices: Vec<Vec3>,
+    /// Three indices into [`Self::vertices`] a triangle, in the mesh's order.
+    pub triangles: Vec<[u32; 3]>,
+    /// Coplanar triangles by surface.
+    pub surfaces: SurfaceSet,
+    /// Materials of the surfaces, under the mesh's names.
+    pub materials: Vec<Material>,
+    /// Material names that the table does not know, which have its generic material.
+    pub defaulted: Vec<String>,
+    /// What was welded and dropped.
+    pub report: IntakeReport,
+}
+
+impl CommittedMesh {
+    /// Memory that the mesh occupies, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        let vertices = size_of_val(self.vertices.as_slice());
+        let triangles = size_of_val(self.triangles.as_slice());
+        vertices + triangles + self.surfaces.memory_bytes()
+    }
+}
+
+/// Cleans a mesh, finds its surfaces and gives them materials. Connected plane pieces of at least `smallest_panel_m2`
+/// reflect like mirrors ([`SurfaceSet::reflects_at`]).
+///
+/// # Errors
+/// As [`weld::clean`].
+pub fn commit_mesh(
+    mesh: &TriangleMesh,
+    table: &MaterialTable,
+    smallest_panel_m2: f64,
+) -> Result<CommittedMesh> {
+    let (mut clean, mut report) = weld::clean(mesh)?;
+    let middle = (report.bounds_min.as_dvec3() + report.bounds_max.as_dvec3()) / 2.0;
+    let centre = middle.round() + DVec3::ZERO;
+    let centred = |vertex: Vec3| (vertex.as_dvec3() - centre).as_vec3();
+    // Kilometres from the centre `f32` is coarser than it was at the old origin, and small triangles there collapse.
+    let flat: Vec<bool> = clean
+        .triangles
+        .iter()
+        .map(|t| !weld::has_area(t.map(|i| centred(clean.vertices[i as usize]).as_dvec3())))
+        .collect();
+    if flat.contains(&true) {
+        let mut flags = flat.iter();
+        clean.triangles.retain(|_| flags.next() != Some(&true));
+        flags = flat.iter();
+        clean
+            .triangle_materials
+            .retain(|_| flags.next() != Some(&true));
+        let (rest, second) = weld::clean(&clean)?;
+        let dropped = flat.iter().filter(|&&f| f).count();
+        clean = rest;
+        report = IntakeReport {
+            triangles_in: report.triangles_in,
+            dropped_non_finite: report.dropped_non_finite,
+            dropped_degenerate: report.dropped_degenerate + dropped,
+            dropped_duplicate: report.dropped_duplicate,
+            duplicate_of_other_material: report.duplicate_of_other_material,
+            vertices_welded: report.vertices_welded,
+            ..second
+        };
+    }
+    let vertices: Vec<Vec3> = clean.vertices.iter().map(|&v| centred(v)).collect();
+    let surfaces = SurfaceSet::build(&clean, centre, &vertices, smallest_panel_m2);
+    let resolved = table.resolve(&clean.material_names);
+    Ok(CommittedMesh {
+        centre,
+        vertices,
+        triangles: clean.triangles,
+        surfaces,
+        materials: resolved.materials,
+        defaulted: resolved.defaulted,
+        report,
+    })
+}

@@ -1,0 +1,336 @@
+//! Answers whether a point lies on a panel of a surface.
+//!
+//! Each surface is seen along the axis its normal is nearest to. Up to [`FEW_TRIANGLES`] triangles are tested one after
+//! the other; more get a uniform grid over their bounds, all grids in the same flat lists. A cell that one triangle
+//! covers whole answers without a test.
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::Surface;
+
+/// How far outside a triangle a point still counts as inside, in metres: above the rounding of `f32` corners 100 m from
+/// the centre, below anything audible. Seen along an axis it is up to √3 of it in the plane.
+pub const INSIDE_TOLERANCE_M: f64 = 1e-5;
+
+/// A surface of no more triangles has no grid.
+const FEW_TRIANGLES: u32 = 4;
+
+/// A grid holds no more entries a triangle than this, or it is made coarser: long thin triangles cross many cells.
+const MOST_ENTRIES_A_TRIANGLE: usize = 24;
+
+/// Cells a triangle: on small surfaces many, so that most points fall into cells that are whole or empty.
+const CELLS_A_TRIANGLE: f64 = 16.0;
+
+/// The same on surfaces of more triangles than [`FINE_CELLS`] / [`CELLS_A_TRIANGLE`], where memory counts.
+const LEAST_CELLS_A_TRIANGLE: f64 = 2.0;
+
+/// Number of cells up to which a grid is fine.
+const FINE_CELLS: f64 = 4096.0;
+
+/// Bit of a cell that lies inside one triangle.
+const WHOLE: u32 = 1 << 31;
+
+/// Most cells along an axis.
+const MOST_CELLS: f64 = 4096.0;
+
+const NO_GRID: u32 = u32::MAX;
+
+/// A triangle in two dimensions, counter-clockwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct FlatTriangle {
+    corners: [[f32; 2]; 3],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Grid {
+    origin: DVec2,
+    cells_a_metre: DVec2,
+    columns: u32,
+    rows: u32,
+    first_cell: u32,
+}
+
+/// The grids of all surfaces.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Grids {
+    /// One a slot of [`super::SurfaceSet::triangles`].
+    flat: Vec<FlatTriangle>,
+    /// One a surface, or [`NO_GRID`].
+    grid_of: Vec<u32>,
+    grids: Vec<Grid>,
+    /// Where each cell's entries begin, and [`WHOLE`]; one more closes each grid.
+    cells: Vec<u32>,
+    /// Slots of the triangles that touch a cell.
+    entries: Vec<u32>,
+}
+
+impl Grids {
+    pub(super) fn build(
+        surfaces: &[Surface],
+        slots: &[u32],
+        triangles: &[[u32; 3]],
+        vertices: &[Vec3],
+    ) -> Self {
+        let mut result = Self {
+            flat: Vec::with_capacity(slots.len()),
+            grid_of: Vec::with_capacity(surfaces.len()),
+            ..Self::default()
+        };
+        for surface in surfaces {
+            let axis = main_axis(surface.normal);
+            let first = surface.first_triangle;
+            let slots_of = first as usize..(first + surface.triangle_count) as usize;
+            let panels_end = (first + surface.panel_triangle_count) as usize;
+            result.flat.extend(slots[slots_of].iter().map(|&number| {
+                let corners = triangles[number as usize].map(|i| vertices[i as usize]);
+                FlatTriangle::new(corners.map(|v| flat(v.as_dvec3(), axis)))
+            }));
+            let grid = if surface.panel_triangle_count > FEW_TRIANGLES {
+                let low = flat(surface.bounds_min.as_dvec3(), axis);
+                let high = flat(surface.bounds_max.as_dvec3(), axis);
+                result.add_grid(first as usize..panels_end, low, high)
+            } else {
+                NO_GRID
+            };
+            result.grid_of.push(grid);
+        }
+        result
+    }
+
+    /// Grid over some of the flat triangles.
+    fn add_grid(&mut self, slots: Range<usize>, low: DVec2, high: DVec2) -> u32 {
+        let members = &self.flat[slots.clone()];
+        let margin = DVec2::splat(2.0 * INSIDE_TOLERANCE_M);
+        let origin = low - margin;
+        let size = high + margin - origin;
+        let triangles = members.len() as f64;
+        let count = (CELLS_A_TRIANGLE * triangles)
+            .min(FINE_CELLS)
+            .max(LEAST_CELLS_A_TRIANGLE * triangles);
+        let mut columns = (count * size.x / size.y)
+            .sqrt()
+            .ceil()
+            .clamp(1.0, MOST_CELLS);
+        let mut rows = (count / columns).ceil().clamp(1.0, MOST_CELLS);
+        let mut counts: Vec<u32>;
+        let mut whole: Vec<bool>;
+        let mut grid;
+        loop {
+            grid = Grid {
+                origin,
+                cells_a_metre: DVec2::new(columns, rows) / size,
+                columns: columns as u32,
+                rows: rows as u32,
+                first_cell: self.cells.len() as u32,
+            };
+            counts = vec![0; (grid.columns * grid.rows) as usize];
+            whole = vec![false; counts.len()];
+            let mut total = 0usize;
+            for triangle in members {
+                grid.cover(triangle, |cell| {
+                    counts[cell as usize] += 1;
+                    total += 1;
+                    whole[cell as usize] |= grid.corners(cell).iter().all(|&p| triangle.spans(p));
+                });
+            }
+            if counts.len() == 1 || total <= MOST_ENTRIES_A_TRIANGLE * members.len() {
+                break;
+            }
+            columns = (columns / 2.0).ceil();
+            rows = (rows / 2.0).ceil();
+        }
+        let mut next = self.entries.len() as u32;
+        for (count, &whole) in counts.iter_mut().zip(&whole) {
+            let begin = next;
+            if whole {
+                self.cells.push(begin | WHOLE);
+            } else {
+                self.cells.push(begin);
+                next += *count;
+            }
+            *count = begin;
+        }
+        self.cells.push(next);
+        self.entries.resize(next as usize, 0);
+        for (slot, triangle) in (slots.start as u32..).zip(members) {
+            let entries = &mut self.entries;
+            grid.cover(triangle, |cell| {
+                if !whole[cell as usize] {
+                    let place = &mut counts[cell as usize];
+                    entries[*place as usize] = slot;
+                    *place += 1;
+                }
+            });
+        }
+        self.grids.push(grid);
+        self.grids.len() as u32 - 1
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(self.flat.as_slice())
+            + size_of_val(self.grid_of.as_slice())
+            + size_of_val(self.grids.as_slice())
+            + size_of_val(self.cells.as_slice())
+            + size_of_val(self.entries.as_slice())
+    }
+
+    #[inline]
+    pub(super) fn contains(&self, number: u32, surface: &Surface, point: DVec3) -> bool {
+        let place = flat(point, main_axis(surface.normal));
+        let grid = self.grid_of[number as usize];
+        if grid == NO_GRID {
+            let first = surface.first_triangle as usize;
+            let members = &self.flat[first..first + surface.panel_triangle_count as usize];
+            return members.iter().any(|triangle| triangle.holds(place));
+        }
+        let grid = &self.grids[grid as usize];
+        let Some(cell) = grid.cell(place) else {
+            return false;
+        };
+        let cell = (grid.first_cell + cell) as usize;
+        let begin = self.cells[cell];
+        if begin & WHOLE != 0 {
+            return true;
+        }
+        let end = self.cells[cell + 1] & !WHOLE;
+        self.entries[begin as usize..end as usize]
+            .iter()
+            .any(|&slot| self.flat[slot as usize].holds(place))
+    }
+}
+
+impl FlatTriangle {
+    fn new([a, b, c]: [DVec2; 3]) -> Self {
+        let turned = (b - a).perp_dot(c - a) < 0.0;
+        let corners = if turned { [a, c, b] } else { [a, b, c] };
+        Self {
+            corners: corners.map(|corner| corner.as_vec2().to_array()),
+        }
+    }
+
+    fn corner(&self, i: usize) -> DVec2 {
+        let [x, y] = self.corners[i];
+        DVec2::new(f64::from(x), f64::from(y))
+    }
+
+    fn bounds(&self) -> (DVec2, DVec2) {
+        let [a, b, c] = [self.corner(0), self.corner(1), self.corner(2)];
+        (a.min(b).min(c), a.max(b).max(c))
+    }
+
+    /// Whether a point is inside, without tolerance.
+    fn spans(&self, point: DVec2) -> bool {
+        (0..3).all(|i| {
+            let a = self.corner(i);
+            (self.corner((i + 1) % 3) - a).perp_dot(point - a) >= 0.0
+        })
+    }
+
+    /// Whether a point is inside or within the tolerance of each edge's line. The bounds cut off the far tips that the
+    /// tolerance grows on slivers. Without branches: which test fails is different for every point.
+    #[inline]
+    fn holds(&self, point: DVec2) -> bool {
+        let [a, b, c] = [self.corner(0), self.corner(1), self.corner(2)];
+        let margin = DVec2::splat(INSIDE_TOLERANCE_M);
+        let low = a.min(b).min(c) - margin;
+        let high = a.max(b).max(c) + margin;
+        let near =
+            (point.x >= low.x) & (point.y >= low.y) & (point.x <= high.x) & (point.y <= high.y);
+        let left_of = |from: DVec2, to: DVec2| {
+            let edge = to - from;
+            // Distance from the edge's line times its length, compared in squares to save the root.
+            let area = edge.perp_dot(point - from);
+            let most = INSIDE_TOLERANCE_M * INSIDE_TOLERANCE_M * edge.length_squared();
+            (area >= 0.0) | (area * area <= most)
+        };
+        near & left_of(a, b) & left_of(b, c) & left_of(c, a)
+    }
+}
+
+impl Grid {
+    #[inline]
+    fn cell(&self, place: DVec2) -> Option<u32> {
+        let at = (place - self.origin) * self.cells_a_metre;
+        let inside = at.x >= 0.0
+            && at.y >= 0.0
+            && at.x < f64::from(self.columns)
+            && at.y < f64::from(self.rows);
+        inside.then(|| at.y as u32 * self.columns + at.x as u32)
+    }
+
+    fn corners(&self, cell: u32) -> [DVec2; 4] {
+        let low = DVec2::new(
+            f64::from(cell % self.columns),
+            f64::from(cell / self.columns),
+        );
+        [low, low + DVec2::X, low + DVec2::Y, low + DVec2::ONE]
+            .map(|place| self.origin + place / self.cells_a_metre)
+    }
+
+    fn column(&self, x: f64) -> u32 {
+        let at = (x - self.origin.x) * self.cells_a_metre.x;
+        (at.max(0.0) as u32).min(self.columns - 1)
+    }
+
+    fn row(&self, y: f64) -> u32 {
+        let at = (y - self.origin.y) * self.cells_a_metre.y;
+        (at.max(0.0) as u32).min(self.rows - 1)
+    }
+
+    /// Visits the cells that a triangle, grown by twice the tolerance, touches: row by row, from the leftmost to the
+    /// rightmost point of its part in the row.
+    fn cover(&self, triangle: &FlatTriangle, mut visit: impl FnMut(u32)) {
+        let margin = 2.0 * INSIDE_TOLERANCE_M;
+        let (low, high) = triangle.bounds();
+        for row in self.row(low.y - margin)..=self.row(high.y + margin) {
+            let bottom = self.origin.y + f64::from(row) / self.cells_a_metre.y - margin;
+            let top = self.origin.y + f64::from(row + 1) / self.cells_a_metre.y + margin;
+            let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
+            let mut reach = |x: f64| {
+                left = left.min(x);
+                right = right.max(x);
+            };
+            for i in 0..3 {
+                let (a, b) = (triangle.corner(i), triangle.corner((i + 1) % 3));
+                if a.y >= bottom && a.y <= top {
+                    reach(a.x);
+                }
+                for line in [bottom, top] {
+                    if (a.y < line) != (b.y < line) {
+                        reach(a.x + (b.x - a.x) * (line - a.y) / (b.y - a.y));
+                    }
+                }
+            }
+            if left <= right {
+                for column in self.column(left - margin)..=self.column(right + margin) {
+                    visit(row * self.columns + column);
+                }
+            }
+        }
+    }
+}
+
+/// Index of the component of largest size.
+#[inline]
+fn main_axis(normal: DVec3) -> usize {
+    let n = normal.abs();
+    if n.x >= n.y && n.x >= n.z {
+        0
+    } else if n.y >= n.z {
+        1
+    } else {
+        2
+    }
+}
+
+/// A point seen along an axis.
+#[inline]
+fn flat(point: DVec3, axis: usize) -> DVec2 {
+    match axis {
+        0 => DVec2::new(point.y, point.z),
+        1 => DVec2::new(point.z, point.x),
+        _ => DVec2::new(point.x, point.y),
+    }
+}

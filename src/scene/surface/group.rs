@@ -1,0 +1,317 @@
+//! Decides which triangles make one surface.
+//!
+//! Triangles are taken from the largest down. Each one that has no surface yet seeds a plane, and the plane collects
+//! its edge neighbours' neighbours as far as they lie in it; then planes that coincide without touching unite. Every
+//! test is against the seed's plane, never a neighbour's: a chain of slightly turned facets does not drift.
+//! A surface's plane is the mean of its triangles' unless that leaves a corner farther off than the seed's plane may:
+//! shingles all tilted one way have a mean normal that no long row of them follows.
+//! Ties are broken by corner positions, so the result does not depend on the order of the mesh.
+
+use glam::DVec3;
+
+use super::super::cells::{CellIndex, cell_of};
+use super::super::mesh::TriangleMesh;
+use super::super::weld::sorted_edges;
+
+/// Largest angle between the planes of one surface, in degrees.
+pub const SAME_PLANE_ANGLE_DEG: f64 = 0.5;
+
+/// Largest distance of a surface's corners from the plane of its largest triangle, in metres.
+pub const SAME_PLANE_DISTANCE_M: f64 = 2e-3;
+
+/// Components of a normal smaller than this do not decide its sign.
+const SIGN_THRESHOLD: f64 = 1e-6;
+
+/// Edge of a search cell for components of normals, several times [`SAME_PLANE_ANGLE_DEG`] (0.0087).
+const NORMAL_CELL: f64 = 0.03;
+
+/// Edge of a search cell for offsets in metres, several times [`SAME_PLANE_DISTANCE_M`].
+const OFFSET_CELL_M: f64 = 8e-3;
+
+/// Planes compared with one before it stays alone: bounds the time on rough ground whose every facet has nearly, but
+/// not quite, its neighbours' plane.
+const MOST_COMPARISONS: usize = 500;
+
+const UNASSIGNED: u32 = u32::MAX;
+
+/// A surface in the file's coordinates.
+pub(super) struct FoundSurface {
+    pub(super) normal: DVec3,
+    pub(super) offset_m: f64,
+    pub(super) material: u32,
+    pub(super) area_m2: f64,
+    corner: DVec3,
+}
+
+impl FoundSurface {
+    pub(super) fn key(&self, material: &str) -> u64 {
+        super::key::key(self.normal, self.offset_m, self.corner, material)
+    }
+}
+
+/// Surfaces in an order that depends on geometry alone, and the surface of each triangle.
+pub(super) struct Groups {
+    pub(super) surfaces: Vec<FoundSurface>,
+    pub(super) triangle_surface: Vec<u32>,
+}
+
+#[derive(Clone, Copy)]
+struct Plane {
+    normal: DVec3,
+    offset_m: f64,
+}
+
+struct Facet {
+    /// Indices of the corners, least position first, so that equal triangles give equal bits.
+    corners: [u32; 3],
+    plane: Plane,
+    area_m2: f64,
+}
+
+/// Surfaces of a clean mesh. Offsets are compared at `centre`, where a tilt's lever is short.
+pub(super) fn group(mesh: &TriangleMesh, centre: DVec3) -> Groups {
+    let position = |i: u32| mesh.vertices[i as usize].as_dvec3() - centre;
+    let facets: Vec<Facet> = mesh
+        .triangles
+        .iter()
+        .map(|&corners| facet(corners, position))
+        .collect();
+    let mut order: Vec<(u64, [u32; 3], u32)> = facets
+        .iter()
+        .enumerate()
+        // Bits of positive numbers sort as the numbers do; inverted, the largest comes first.
+        .map(|(number, f)| (!f.area_m2.to_bits(), f.corners, number as u32))
+        .collect();
+    order.sort_unstable();
+    let order: Vec<u32> = order.into_iter().map(|(_, _, number)| number).collect();
+
+    let fits = |plane: Plane, number: u32| {
+        let facet = &facets[number as usize];
+        coplanar(plane, facet.plane.normal)
+            && facet
+                .corners
+                .iter()
+                .all(|&i| distance_m(plane, position(i)) <= SAME_PLANE_DISTANCE_M)
+    };
+    let patches = grow(mesh, &order, |seed, number| {
+        fits(facets[seed as usize].plane, number)
+    });
+    let roots = unite(mesh, &facets, &patches, fits);
+
+    // Sums run through the triangles from the largest down, so their rounding is that of the geometry.
+    let mut surfaces: Vec<FoundSurface> = roots
+        .seeds
+        .iter()
+        .map(|&seed| FoundSurface {
+            normal: DVec3::ZERO,
+            offset_m: 0.0,
+            material: mesh.triangle_materials[seed as usize],
+            area_m2: 0.0,
+            corner: DVec3::INFINITY,
+        })
+        .collect();
+    let triangle_surface: Vec<u32> = patches
+        .of_triangle
+        .iter()
+        .map(|&patch| roots.of_patch[patch as usize])
+        .collect();
+    for &number in &order {
+        let facet = &facets[number as usize];
+        let surface = triangle_surface[number as usize] as usize;
+        let seed = facets[roots.seeds[surface] as usize].plane.normal;
+        let found = &mut surfaces[surface];
+        let sign = 1f64.copysign(facet.plane.normal.dot(seed));
+        found.normal += sign * facet.area_m2 * facet.plane.normal;
+        found.area_m2 += facet.area_m2;
+        for i in facet.corners {
+            found.corner = found.corner.min(mesh.vertices[i as usize].as_dvec3());
+        }
+    }
+    for found in &mut surfaces {
+        found.normal = canonical(found.normal.normalize());
+    }
+    for &number in &order {
+        let facet = &facets[number as usize];
+        let found = &mut surfaces[triangle_surface[number as usize] as usize];
+        let middle = facet.corners.map(position).into_iter().sum::<DVec3>() / 3.0;
+        found.offset_m += facet.area_m2 / found.area_m2 * found.normal.dot(middle);
+    }
+    let mut strays = vec![false; surfaces.len()];
+    for (facet, &surface) in facets.iter().zip(&triangle_surface) {
+        let found = &surfaces[surface as usize];
+        let mean = Plane {
+            normal: found.normal,
+            offset_m: found.offset_m,
+        };
+        let near = |i| distance_m(mean, position(i)) <= SAME_PLANE_DISTANCE_M;
+        strays[surface as usize] |= !facet.corners.into_iter().all(near);
+    }
+    for ((found, strays), &seed) in surfaces.iter_mut().zip(strays).zip(&roots.seeds) {
+        if strays {
+            let plane = facets[seed as usize].plane;
+            (found.normal, found.offset_m) = (plane.normal, plane.offset_m);
+        }
+        found.offset_m += found.normal.dot(centre);
+    }
+    Groups {
+        surfaces,
+        triangle_surface,
+    }
+}
+
+fn facet(mut corners: [u32; 3], position: impl Fn(u32) -> DVec3) -> Facet {
+    // A clean mesh's vertices are sorted by position, so their indices are too.
+    corners.sort_unstable();
+    let [a, b, c] = corners.map(position);
+    let cross = (b - a).cross(c - a);
+    let normal = canonical(cross.normalize());
+    Facet {
+        corners,
+        plane: Plane {
+            normal,
+            offset_m: normal.dot((a + b + c) / 3.0),
+        },
+        area_m2: 0.5 * cross.length(),
+    }
+}
+
+/// The one of a normal and its opposite whose first component of y, x, z beyond the threshold is positive.
+fn canonical(normal: DVec3) -> DVec3 {
+    let leading = [normal.y, normal.x, normal.z]
+        .into_iter()
+        .find(|component| component.abs() > SIGN_THRESHOLD);
+    // Adding zero turns −0 into 0.
+    (if leading.is_some_and(|component| component < 0.0) {
+        -normal
+    } else {
+        normal
+    }) + DVec3::ZERO
+}
+
+fn coplanar(plane: Plane, normal: DVec3) -> bool {
+    plane.normal.dot(normal).abs() >= SAME_PLANE_ANGLE_DEG.to_radians().cos()
+}
+
+fn distance_m(plane: Plane, point: DVec3) -> f64 {
+    (plane.normal.dot(point) - plane.offset_m).abs()
+}
+
+/// Connected triangles of one plane and material.
+struct Patches {
+    of_triangle: Vec<u32>,
+    /// The largest triangle of each patch, largest first.
+    seeds: Vec<u32>,
+    /// Triangles by patch.
+    members: Vec<u32>,
+    first_member: Vec<u32>,
+}
+
+fn grow(mesh: &TriangleMesh, order: &[u32], fits: impl Fn(u32, u32) -> bool) -> Patches {
+    // `ring[3 t + e]` is the next triangle side along the same edge, round and round.
+    let mut ring = vec![0u32; 3 * mesh.triangles.len()];
+    for same in sorted_edges(&mesh.triangles).chunk_by(|a, b| a.0 == b.0) {
+        for (i, &(_, side)) in same.iter().enumerate() {
+            ring[side as usize] = same[(i + 1) % same.len()].1;
+        }
+    }
+    let mut patches = Patches {
+        of_triangle: vec![UNASSIGNED; mesh.triangles.len()],
+        seeds: Vec::new(),
+        members: Vec::with_capacity(mesh.triangles.len()),
+        first_member: Vec::new(),
+    };
+    for &seed in order {
+        if patches.of_triangle[seed as usize] != UNASSIGNED {
+            continue;
+        }
+        let patch = patches.seeds.len() as u32;
+        let material = mesh.triangle_materials[seed as usize];
+        patches.seeds.push(seed);
+        let mut next = patches.members.len();
+        patches.first_member.push(next as u32);
+        patches.of_triangle[seed as usize] = patch;
+        patches.members.push(seed);
+        while let Some(&number) = patches.members.get(next) {
+            next += 1;
+            for side in 3 * number..3 * number + 3 {
+                let mut other = ring[side as usize];
+                while other != side {
+                    let neighbour = other / 3;
+                    if patches.of_triangle[neighbour as usize] == UNASSIGNED
+                        && mesh.triangle_materials[neighbour as usize] == material
+                        && fits(seed, neighbour)
+                    {
+                        patches.of_triangle[neighbour as usize] = patch;
+                        patches.members.push(neighbour);
+                    }
+                    other = ring[other as usize];
+                }
+            }
+        }
+    }
+    patches.first_member.push(patches.members.len() as u32);
+    patches
+}
+
+/// Patches that lie in one plane.
+struct Roots {
+    of_patch: Vec<u32>,
+    seeds: Vec<u32>,
+}
+
+fn unite(
+    mesh: &TriangleMesh,
+    facets: &[Facet],
+    patches: &Patches,
+    fits: impl Fn(Plane, u32) -> bool,
+) -> Roots {
+    let mut index = CellIndex::new(patches.seeds.len());
+    let mut roots = Roots {
+        of_patch: Vec::with_capacity(patches.seeds.len()),
+        seeds: Vec::new(),
+    };
+    let reach = SAME_PLANE_ANGLE_DEG.to_radians();
+    for (patch, &seed) in patches.seeds.iter().enumerate() {
+        let plane = facets[seed as usize].plane;
+        let material = mesh.triangle_materials[seed as usize];
+        let members = &patches.members
+            [patches.first_member[patch] as usize..patches.first_member[patch + 1] as usize];
+        let mut found = UNASSIGNED;
+        let mut comparisons = 0;
+        // A plane near the border between the two signs may be filed under its opposite.
+        for sign in [1.0, -1.0] {
+            let at = |shift: f64| {
+                let n = sign * plane.normal + DVec3::splat(shift * reach);
+                let offset_m = sign * plane.offset_m + shift * SAME_PLANE_DISTANCE_M;
+                cells(n, offset_m)
+            };
+            index.visit(at(-1.0), at(1.0), |root| {
+                comparisons += 1;
+                if root >= found {
+                    return comparisons < MOST_COMPARISONS;
+                }
+                let other_seed = roots.seeds[root as usize];
+                let other = facets[other_seed as usize].plane;
+                let side = 1f64.copysign(plane.normal.dot(other.normal));
+                if mesh.triangle_materials[other_seed as usize] == material
+                    && (other.offset_m - side * plane.offset_m).abs() <= SAME_PLANE_DISTANCE_M
+                    && members.iter().all(|&number| fits(other, number))
+                {
+                    found = root;
+                }
+                comparisons < MOST_COMPARISONS
+            });
+        }
+        if found == UNASSIGNED {
+            found = index.insert(cells(plane.normal, plane.offset_m));
+            roots.seeds.push(seed);
+        }
+        roots.of_patch.push(found);
+    }
+    roots
+}
+
+fn cells(normal: DVec3, offset_m: f64) -> [i64; 4] {
+    let [x, y, z] = normal.to_array().map(|value| cell_of(value, NORMAL_CELL));
+    [x, y, z, cell_of(offset_m, OFFSET_CELL_M)]
+}

@@ -1,0 +1,88 @@
+//! Names of surfaces that survive a new commit.
+//!
+//! A key is a hash of what a surface is: quantised plane and least corner in the file's coordinates, and the material's
+//! name. Own.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+/// Step of a normal's components: an edge of 10 m keeps its key when its end moves by less than 1 mm.
+const NORMAL_STEP: f64 = 1e-4;
+
+/// Step of offset and corner in metres.
+const LENGTH_STEP_M: f64 = 1e-3;
+
+/// Shift of the quantiser in steps. Models lie on decimal grids; with the boundaries between steps off every such grid a
+/// last bit of rounding does not change a key.
+const OFF_GRID: f64 = 0.137;
+
+/// Key of a surface from its plane, its least corner and its material's name.
+pub(super) fn key(normal: DVec3, offset_m: f64, corner: DVec3, material: &str) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325;
+    for component in normal.to_array() {
+        hash = mixed(hash ^ step(component, NORMAL_STEP));
+    }
+    hash = mixed(hash ^ step(offset_m, LENGTH_STEP_M));
+    for component in corner.to_array() {
+        hash = mixed(hash ^ step(component, LENGTH_STEP_M));
+    }
+    for byte in material.bytes() {
+        hash = mixed(hash ^ u64::from(byte));
+    }
+    hash
+}
+
+fn step(value: f64, size: f64) -> u64 {
+    (value / size + 0.5 + OFF_GRID).floor() as i64 as u64
+}
+
+/// The finaliser of SplitMix64 ([STEELE14]) after its increment: every input bit reaches every output bit.
+fn mixed(value: u64) -> u64 {
+    let mut z = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ z >> 31
+}
+
+/// Keys without repetition: the first of equal keys stays, the later ones hash on until they are alone.
+/// The result is a function of the list; the caller's order must not come from a file.
+pub(super) fn distinct(keys: &[u64]) -> Vec<u64> {
+    let mut taken: HashSet<u64> = HashSet::with_capacity(keys.len());
+    let repeated: Vec<bool> = keys.iter().map(|&key| !taken.insert(key)).collect();
+    keys.iter()
+        .zip(repeated)
+        .map(|(&key, repeated)| {
+            let mut key = key;
+            while repeated && !taken.insert(key) {
+                key = mixed(key);
+            }
+            key
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeated_keys_part_and_firsts_stay() {
+        let keys = [7, 7, mixed(7), 9, 7, 9];
+        let result = distinct(&keys);
+        assert_eq!((result[0], result[2], result[3]), (7, mixed(7), 9));
+        let different: HashSet<u64> = result.iter().copied().collect();
+        assert_eq!(different.len(), keys.len());
+        assert_eq!(distinct(&keys), result);
+    }
+
+    #[test]
+    fn last_bits_on_a_decimal_grid_do_not_change_a_key() {
+        for millimetres in [0.0, 0.5, 12.5, 1000.0, -2.5] {
+            let offset_m = millimetres / 1000.0;
+            let of = |o: f64| key(DVec3::Y, o, DVec3::splat(o), "a");
+            assert_eq!(of(offset_m), of(offset_m + 1e-9));
+            assert_eq!(of(offset_m), of(offset_m - 1e-9));
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Surfaces: coplanar triangles of one material, which mirror a sound as one.
+//!
+//! Control side to build, wait-free to ask. Takes a clean mesh, gives planes, bounds, triangle lists and keys. The
+//! floors of two rooms are one surface, so that a path keeps its name while the listener walks through a door.
+//! Own; the tolerances are [`SAME_PLANE_ANGLE_DEG`] and [`SAME_PLANE_DISTANCE_M`].
+
+mod grid;
+mod group;
+mod key;
+mod panel;
+
+use glam::{DVec3, Vec3};
+
+use super::mesh::TriangleMesh;
+use grid::Grids;
+pub use grid::INSIDE_TOLERANCE_M;
+pub use group::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M};
+
+/// A plane figure of one material, not necessarily connected. Lengths in metres, in the coordinates of
+/// [`super::commit::CommittedMesh::vertices`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// Name across commits: a hash of plane, place and material name, unique in its set. It does not depend on the order
+    /// of triangles, vertices or materials, nor on what else is in the scene unless another surface has the same hash.
+    pub key: u64,
+    /// Unit normal of the area-weighted mean plane. Its first component of y, x, z beyond 1e-6 is positive.
+    pub normal: DVec3,
+    /// Distance of the plane from the origin along the normal: `normal · p = offset_m` for points of the plane.
+    pub offset_m: f64,
+    /// Index into the scene's materials.
+    pub material: u32,
+    /// Area in m², parts covered twice counted twice.
+    pub area_m2: f64,
+    /// Least coordinates of the corners.
+    pub bounds_min: Vec3,
+    /// Greatest coordinates of the corners.
+    pub bounds_max: Vec3,
+    /// Where its triangles begin in [`SurfaceSet::triangles`].
+    pub first_triangle: u32,
+    /// How many they are.
+    pub triangle_count: u32,
+    /// How many of them, the first ones, belong to panels: connected pieces large enough to reflect like a mirror.
+    pub panel_triangle_count: u32,
+}
+
+impl Surface {
+    /// Signed distance of a point from the plane in metres, positive on the normal's side.
+    #[inline]
+    pub fn distance_m(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset_m
+    }
+
+    /// A point mirrored in the plane.
+    #[inline]
+    pub fn mirror(&self, point: DVec3) -> DVec3 {
+        point - 2.0 * self.distance_m(point) * self.normal
+    }
+}
+
+/// All surfaces of a mesh, sorted by [`Surface::key`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SurfaceSet {
+    /// The surfaces.
+    pub surfaces: Vec<Surface>,
+    /// The surface of each triangle of the mesh.
+    pub triangle_surface: Vec<u32>,
+    /// Triangles by surface; [`Surface::first_triangle`] says where each one's begin.
+    pub triangles: Vec<u32>,
+    /// Whether each triangle of the mesh belongs to a panel.
+    triangle_in_panel: Vec<bool>,
+    grids: Grids,
+}
+
+impl SurfaceSet {
+    /// Surfaces of a mesh as [`super::weld::clean`] gives it. `centre` is the origin of `vertices`, the mesh's vertices
+    /// in the coordinates of the result. A connected piece of at least `smallest_panel_m2` is a panel.
+    pub(super) fn build(
+        mesh: &TriangleMesh,
+        centre: DVec3,
+        vertices: &[Vec3],
+        smallest_panel_m2: f64,
+    ) -> Self {
+        let groups = group::group(mesh, centre);
+        let mut surfaces: Vec<Surface> = groups
+            .surfaces
+            .iter()
+            .map(|found| Surface {
+                key: found.key(&mesh.material_names[found.material as usize]),
+                normal: found.normal,
+                offset_m: found.offset_m - found.normal.dot(centre),
+                material: found.material,
+                area_m2: found.area_m2,
+                bounds_min: Vec3::INFINITY,
+                bounds_max: Vec3::NEG_INFINITY,
+                first_triangle: 0,
+                triangle_count: 0,
+                panel_triangle_count: 0,
+            })
+            .collect();
+        let keys: Vec<u64> = surfaces.iter().map(|surface| surface.key).collect();
+        for (surface, key) in surfaces.iter_mut().zip(key::distinct(&keys)) {
+            surface.key = key;
+        }
+        let mut order: Vec<u32> = (0..surfaces.len() as u32).collect();
+        order.sort_unstable_by_key(|&number| surfaces[number as usize].key);
+        let mut place = vec![0u32; order.len()];
+        for (new, &old) in order.iter().enumerate() {
+            place[old as usize] = new as u32;
+        }
+        surfaces.sort_unstable_by_key(|surface| surface.key);
+
+        let triangle_surface: Vec<u32> = groups
+            .triangle_surface
+            .iter()
+            .map(|&old| place[old as usize])
+            .collect();
+        for (triangle, &number) in mesh.triangles.iter().zip(&triangle_surface) {
+            let surface = &mut surfaces[number as usize];
+            surface.triangle_count += 1;
+            for &i in triangle {
+                surface.bounds_min = surface.bounds_min.min(vertices[i as usize]);
+                surface.bounds_max = surface.bounds_max.max(vertices[i as usize]);
+            }
+        }
+        let mut first = 0;
+        let mut next: Vec<u32> = Vec::with_capacity(surfaces.len());
+        for surface in &mut surfaces {
+            surface.first_triangle = first;
+            next.push(first);
+            first += surface.triangle_count;
+        }
+        let triangle_in_panel = panel::large_enough(mesh, &triangle_surface, smallest_panel_m2);
+        let mut triangles = vec![0u32; mesh.triangles.len()];
+        // Those of panels first.
+        for panels in [true, false] {
+            for (number, &surface) in triangle_surface.iter().enumerate() {
+                if triangle_in_panel[number] != panels {
+                    continue;
+                }
+                let slot = &mut next[surface as usize];
+                triangles[*slot as usize] = number as u32;
+                *slot += 1;
+                surfaces[surface as usize].panel_triangle_count += u32::from(panels);
+            }
+        }
+        let grids = Grids::build(&surfaces, &triangles, &mesh.triangles, vertices);
+        Self {
+            surfaces,
+            triangle_surface,
+            triangles,
+            triangle_in_panel,
+            grids,
+        }
+    }
+
+    /// The triangles of a surface.
+    ///
+    /// # Panics
+    /// If there is no such surface.
+    pub fn triangles_of(&self, surface: u32) -> &[u32] {
+        let surface = &self.surfaces[surface as usize];
+        let first = surface.first_triangle as usize;
+        &self.triangles[first..first + surface.triangle_count as usize]
+    }
+
+    /// Whether a triangle belongs to a panel.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[inline]
+    pub fn is_panel(&self, triangle: u32) -> bool {
+        self.triangle_in_panel[triangle as usize]
+    }
+
+    /// Whether a point of a surface's plane lies inside a triangle of one of its panels, or closer to one than
+    /// [`INSIDE_TOLERANCE_M`], so that no gap opens along inner edges. The point is projected along the normal's
+    /// largest component, not measured against the plane.
+    ///
+    /// # Panics
+    /// If there is no such surface.
+    ///
+    /// # Real-time
+    /// Allocates nothing; one grid cell's triangles are tested.
+    #[inline]
+    pub fn reflects_at(&self, surface: u32, point: DVec3) -> bool {
+        self.grids
+            .contains(surface, &self.surfaces[surface as usize], point)
+    }
+
+    /// Memory that the set occupies, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(self.surfaces.as_slice())
+            + size_of_val(self.triangle_surface.as_slice())
+            + size_of_val(self.triangles.as_slice())
+            + self.triangle_in_panel.len()
+            + self.grids.memory_bytes()
+    }
+
+    /// Number of a surface by its key.
+    pub fn find(&self, key: u64) -> Option<u32> {
+        self.surfaces
+            .binary_search_by_key(&key, |surface| surface.key)
+            .ok()
+            .map(|number| number as u32)
+    }
+}

@@ -1,0 +1,84 @@
+//! Panels: the connected pieces of a surface, and which of them are large enough to reflect like a mirror.
+//!
+//! The backs of a row of seats are one surface in one plane, yet each of them is a small thing in the way of a wave.
+
+use super::super::mesh::TriangleMesh;
+use super::super::weld::sorted_edges;
+
+/// Whether each triangle belongs to a connected piece of its surface of at least `smallest_m2`.
+pub(super) fn large_enough(
+    mesh: &TriangleMesh,
+    triangle_surface: &[u32],
+    smallest_m2: f64,
+) -> Vec<bool> {
+    let mut pieces = Pieces {
+        parents: (0..mesh.triangles.len() as u32).collect(),
+    };
+    for same in sorted_edges(&mesh.triangles).chunk_by(|a, b| a.0 == b.0) {
+        // Rarely more than two; of those of one surface each is united with the first.
+        for (place, (_, edge)) in same.iter().enumerate() {
+            let alike = |other: &&(u64, u32)| {
+                triangle_surface[(other.1 / 3) as usize] == triangle_surface[(edge / 3) as usize]
+            };
+            if let Some((_, first)) = same[..place].iter().find(alike) {
+                pieces.unite(first / 3, edge / 3);
+            }
+        }
+    }
+    let mut area_m2 = vec![0.0; mesh.triangles.len()];
+    for (number, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
+        area_m2[pieces.root(number as u32) as usize] += 0.5 * (b - a).cross(c - a).length();
+    }
+    (0..mesh.triangles.len() as u32)
+        .map(|number| area_m2[pieces.root(number) as usize] >= smallest_m2)
+        .collect()
+}
+
+/// Union-find; the lower number is the root.
+struct Pieces {
+    parents: Vec<u32>,
+}
+
+impl Pieces {
+    fn root(&mut self, mut number: u32) -> u32 {
+        while self.parents[number as usize] != number {
+            let above = self.parents[self.parents[number as usize] as usize];
+            self.parents[number as usize] = above;
+            number = above;
+        }
+        number
+    }
+
+    fn unite(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parents[a.max(b) as usize] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn a_row_of_small_squares_is_no_panel_and_a_joined_one_is() {
+        let mut mesh = TriangleMesh::default();
+        let mut square = |x: f32| {
+            let first = mesh.vertices.len() as u32;
+            for (dx, y) in [(0.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.0, 0.5)] {
+                mesh.vertices.push(Vec3::new(x + dx, y, 0.0));
+            }
+            mesh.triangles.push([first, first + 1, first + 2]);
+            mesh.triangles.push([first, first + 2, first + 3]);
+        };
+        square(0.0);
+        square(1.0);
+        assert_eq!(large_enough(&mesh, &[0; 4], 0.4), [false; 4]);
+        // The same two squares with an edge in common.
+        mesh.triangles[2..].copy_from_slice(&[[1, 5, 6], [1, 6, 2]]);
+        assert_eq!(large_enough(&mesh, &[0; 4], 0.4), [true; 4]);
+        // … and as two surfaces.
+        assert_eq!(large_enough(&mesh, &[0, 0, 1, 1], 0.6), [false; 4]);
+    }
+}

@@ -1,0 +1,246 @@
+//! Laws of the propagation stage, against oracles that share no code with it.
+
+#[allow(unreachable_pub, reason = "shared by several tests")]
+mod reference;
+
+use std::sync::Arc;
+
+use foresound::evaluation::validate;
+use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::Vec3;
+use reference::{shoebox, visibility};
+
+fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
+    let settings = SceneSettings::default();
+    Arc::new(Scene::commit(&scene.mesh, &MaterialTable::built_in(), &settings).expect("commits"))
+}
+
+fn poses(scene: &procedural::BenchmarkScene, count: usize) -> Vec<SourcePose> {
+    let places = scene.sources.iter().take(count).enumerate();
+    places
+        .map(|(slot, (_, position))| SourcePose {
+            id: SourceId::new(slot as u16, 0),
+            position: *position,
+        })
+        .collect()
+}
+
+fn update(scene: &Arc<Scene>, listener: Vec3, sources: &[SourcePose], updates: u32) -> PathSet {
+    let mut propagator =
+        Propagator::new(Arc::clone(scene), PropagationSettings::default()).expect("settings");
+    let ear = ListenerPose {
+        position: listener,
+        ..ListenerPose::default()
+    };
+    let mut set = PathSet::default();
+    for _ in 0..updates {
+        propagator.update(&ear, sources, 0.0, &mut set);
+    }
+    set
+}
+
+#[test]
+fn every_law_of_validate_holds() {
+    for law in validate::law_names() {
+        for row in validate::measure(law).expect("measures") {
+            assert!(
+                row.pass,
+                "{}: {} {}, bound {}",
+                row.law, row.figure, row.unit, row.bound
+            );
+        }
+    }
+}
+
+#[test]
+fn the_shoebox_oracle_has_the_images_that_pyroomacoustics_has() {
+    // Written by pyroomacoustics 0.10.1 for this room, source and order; one image a line: x, y, z, order.
+    let text = include_str!("reference/pyroomacoustics_images.csv");
+    let theirs: Vec<[f64; 4]> = text
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| {
+            let numbers: Vec<f64> = line
+                .split(',')
+                .map(|n| n.parse().expect("a number"))
+                .collect();
+            numbers.try_into().expect("four columns")
+        })
+        .collect();
+    let room = shoebox::Room {
+        size: [30.0, 20.0, 10.0],
+        absorption: [[0.1; 8]; 6],
+        scattering: [[0.0; 8]; 6],
+        air_np_per_m: [0.0; 8],
+    };
+    let ours = shoebox::images(&room, [7.3, 5.9, 1.6], [21.4, 12.2, 1.7], 4);
+    assert_eq!((ours.len(), theirs.len()), (129, 129));
+    for [x, y, z, order] in theirs {
+        let near = |image: &&shoebox::Image| {
+            let off = [
+                image.position[0] - x,
+                image.position[1] - y,
+                image.position[2] - z,
+            ];
+            // Printed to six decimals.
+            off.iter().all(|d| d.abs() < 1e-5) && f64::from(image.order) == order
+        };
+        assert_eq!(
+            ours.iter().filter(near).count(),
+            1,
+            "image at {x}, {y}, {z}"
+        );
+    }
+}
+
+#[test]
+fn every_path_can_be_seen_from_end_to_end() {
+    let doorway = procedural::doorway();
+    let scene = commit(&doorway);
+    let triangles: Vec<[Vec3; 3]> = scene.triangles().collect();
+    let sources = poses(&doorway, 4);
+    let set = update(&scene, doorway.walk.standing, &sources, 1);
+    assert!(
+        set.paths.iter().filter(|p| p.order > 0).count() > 20,
+        "the oracle has something to look at"
+    );
+    for path in set.paths.iter().filter(|p| p.order > 0) {
+        let source = sources[path.source.slot()].position;
+        let stops: Vec<Vec3> = [source]
+            .into_iter()
+            .chain(path.points().iter().copied())
+            .chain([doorway.walk.standing])
+            .collect();
+        for leg in stops.windows(2) {
+            // Short of the reflecting planes themselves, where the leg ends.
+            let (from, to) = (leg[0].as_dvec3(), leg[1].as_dvec3());
+            let (from, to) = (from.lerp(to, 1e-4), from.lerp(to, 1.0 - 1e-4));
+            assert!(
+                visibility::is_visible(&triangles, from, to, |_| false),
+                "{path:?}"
+            );
+        }
+        let length: f32 = stops.windows(2).map(|leg| leg[0].distance(leg[1])).sum();
+        assert!(
+            (length - path.length_m).abs() < 1e-4 * path.length_m,
+            "{path:?}"
+        );
+    }
+}
+
+#[test]
+fn paths_are_sorted_and_differ() {
+    let hall = procedural::concert_hall();
+    let scene = commit(&hall);
+    let set = update(&scene, hall.walk.standing, &poses(&hall, 4), 3);
+    assert!(set.paths.windows(2).all(|pair| pair[0].id < pair[1].id));
+    assert!(set.paths.len() > 40, "{} paths", set.paths.len());
+}
+
+#[test]
+fn the_same_input_gives_the_same_bits() {
+    let hall = procedural::concert_hall();
+    let (first, second) = (commit(&hall), commit(&hall));
+    let sources = poses(&hall, 2);
+    assert_eq!(
+        update(&first, hall.walk.standing, &sources, 4),
+        update(&second, hall.walk.standing, &sources, 4)
+    );
+}
+
+#[test]
+fn a_step_changes_no_path_that_stays() {
+    // A listener who moves by a centimetre keeps nearly every path under its name: canonical sequences do not flicker.
+    let room = procedural::shoebox(Vec3::new(30.0, 20.0, 10.0), "concrete");
+    let settings = SceneSettings::default();
+    let scene =
+        Arc::new(Scene::commit(&room, &MaterialTable::built_in(), &settings).expect("commits"));
+    let source = SourcePose {
+        id: SourceId::new(0, 0),
+        position: Vec3::new(7.3, 1.6, 5.9),
+    };
+    let mut propagator =
+        Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
+    let mut ids: Option<Vec<_>> = None;
+    let mut set = PathSet::default();
+    for step in 0..200 {
+        let position = Vec3::new(15.0 + 0.02 * step as f32, 1.7, 9.0);
+        let ear = ListenerPose {
+            position,
+            ..ListenerPose::default()
+        };
+        propagator.update(&ear, &[source], 0.0, &mut set);
+        let now: Vec<_> = set.paths.iter().map(|p: &Path| p.id).collect();
+        if let Some(before) = ids.replace(now.clone()) {
+            assert_eq!(before, now, "step {step}");
+        }
+    }
+}
+
+#[test]
+fn awkward_places_give_finite_paths() {
+    let doorway = procedural::doorway();
+    let scene = commit(&doorway);
+    let bounds = scene.report();
+    let inside = doorway.sources[0].1;
+    let wall = Vec3::new(inside.x, inside.y, bounds.bounds_min.z);
+    let far = Vec3::splat(9e4);
+    for (source, listener) in [
+        (inside, inside),
+        (inside, wall),
+        (wall, inside),
+        (far, inside),
+        (wall, wall),
+    ] {
+        let pose = SourcePose {
+            id: SourceId::new(0, 0),
+            position: source,
+        };
+        for path in &update(&scene, listener, &[pose], 2).paths {
+            assert!(
+                path.amplitude
+                    .iter()
+                    .all(|a| a.is_finite() && a.abs() <= 1.0 / 0.3),
+                "{path:?}"
+            );
+            assert!(
+                path.length_m.is_finite() && path.image.is_finite(),
+                "{path:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn settings_out_of_range_are_refused_by_name() {
+    let scene = commit(&procedural::doorway());
+    for (settings, name) in [
+        (
+            PropagationSettings {
+                guide_rays: 0,
+                ..Default::default()
+            },
+            "guide_rays",
+        ),
+        (
+            PropagationSettings {
+                depth: 5,
+                ..Default::default()
+            },
+            "depth",
+        ),
+        (
+            PropagationSettings {
+                nearest_m: f32::NAN,
+                ..Default::default()
+            },
+            "nearest_m",
+        ),
+    ] {
+        let error = Propagator::new(Arc::clone(&scene), settings).expect_err("refused");
+        assert!(error.to_string().starts_with(name), "{error}");
+    }
+}

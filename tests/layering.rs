@@ -1,0 +1,216 @@
+//! The house's order: which module may name which. ARCHITECTURE.md explains it; this holds it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const EVERYTHING: &[&str] = &[
+    "acoustics",
+    "bridge",
+    "error",
+    "evaluation",
+    "extrapolation",
+    "generation",
+    "geometry",
+    "output",
+    "propagation",
+    "runtime",
+    "scene",
+    "simd",
+];
+
+/// Module, and what it may name besides itself.
+const TABLE: [(&str, &[&str]); 12] = [
+    ("error", &[]),
+    ("acoustics", &[]),
+    ("simd", &[]),
+    ("geometry", &["simd"]),
+    ("scene", &["acoustics", "geometry", "error"]),
+    ("propagation", &["acoustics", "geometry", "scene", "error"]),
+    (
+        "extrapolation",
+        &["acoustics", "simd", "geometry", "scene", "propagation"],
+    ),
+    (
+        "generation",
+        &[
+            "acoustics",
+            "simd",
+            "extrapolation",
+            "error",
+            "propagation::PathId",
+            "scene::SourceId",
+        ],
+    ),
+    ("output", &["error", "generation"]),
+    (
+        "runtime",
+        &[
+            "acoustics",
+            "error",
+            "extrapolation",
+            "generation",
+            "geometry",
+            "output",
+            "propagation",
+            "scene",
+            "simd",
+        ],
+    ),
+    ("bridge", &["acoustics", "error", "runtime", "scene"]),
+    ("evaluation", EVERYTHING),
+];
+
+/// Words that only `runtime`, evaluation and the command line may use: a stage has no thread, clock or atomic.
+const CLOCKS_AND_THREADS: [&str; 5] = [
+    "std::thread",
+    "std::time::Instant",
+    "std::sync::atomic",
+    "std::sync::Mutex",
+    "std::sync::RwLock",
+];
+
+/// Where `unsafe` may stand.
+const UNSAFE_HOMES: [&str; 5] = [
+    "simd/neon",
+    "simd/x86",
+    "runtime/",
+    "output/oboe",
+    "bridge/",
+];
+
+/// Longest source file.
+const MOST_LINES: usize = 600;
+
+fn sources() -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut open = vec![root.clone()];
+    let mut found = Vec::new();
+    while let Some(folder) = open.pop() {
+        let mut entries: Vec<PathBuf> = fs::read_dir(folder)
+            .expect("src is there")
+            .map(|e| e.expect("readable").path())
+            .collect();
+        entries.sort();
+        for path in entries {
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let name = path
+                    .strip_prefix(&root)
+                    .expect("below src")
+                    .to_string_lossy()
+                    .into_owned();
+                found.push((name, fs::read_to_string(&path).expect("text")));
+            }
+        }
+    }
+    found
+}
+
+fn module_of(file: &str) -> &str {
+    file.split('/')
+        .next()
+        .unwrap_or(file)
+        .trim_end_matches(".rs")
+}
+
+/// Code without comments and without its tests, which stand at the end of a file.
+fn code(text: &str) -> String {
+    let tests = text.find("#[cfg(test)]").unwrap_or(text.len());
+    let uncommented = |line: &str| line.split("//").next().unwrap_or_default().to_owned();
+    text[..tests]
+        .lines()
+        .map(uncommented)
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+/// Paths behind `crate::`, two words deep: `scene::SourceId`. Braces after the first word are opened.
+fn named(code: &str) -> Vec<String> {
+    let word = |text: &str| -> String {
+        text.chars()
+            .take_while(|c| c.is_alphanumeric() || *c == '_')
+            .collect()
+    };
+    let mut names = Vec::new();
+    for (at, _) in code.match_indices("crate::") {
+        let rest = &code[at + "crate::".len()..];
+        let first = word(rest);
+        match rest[first.len()..].strip_prefix("::") {
+            Some(inner) if inner.starts_with('{') => {
+                let inside = inner[1..].split('}').next().unwrap_or_default();
+                names.extend(
+                    inside
+                        .split(',')
+                        .map(|n| format!("{first}::{}", word(n.trim()))),
+                );
+            }
+            Some(inner) => names.push(format!("{first}::{}", word(inner))),
+            None => names.push(first),
+        }
+    }
+    names
+}
+
+#[test]
+fn no_module_names_what_stands_above_it() {
+    let mut breaches = Vec::new();
+    for (file, text) in sources() {
+        let Some((module, allowed)) = TABLE.iter().find(|(name, _)| *name == module_of(&file))
+        else {
+            continue;
+        };
+        for name in named(&code(&text)) {
+            let first = name.split("::").next().unwrap_or_default();
+            let is_ours = EVERYTHING.contains(&first);
+            if is_ours
+                && first != *module
+                && !allowed.contains(&first)
+                && !allowed.contains(&&*name)
+            {
+                breaches.push(format!("{file} names {name}"));
+            }
+        }
+    }
+    assert!(breaches.is_empty(), "{breaches:#?}");
+}
+
+#[test]
+fn stages_have_no_thread_clock_or_atomic() {
+    for (file, text) in sources() {
+        if ["runtime", "evaluation", "bin"].contains(&module_of(&file)) {
+            continue;
+        }
+        for word in CLOCKS_AND_THREADS {
+            assert!(!code(&text).contains(word), "{file} uses {word}");
+        }
+    }
+}
+
+#[test]
+fn unsafe_stays_in_its_homes() {
+    for (file, text) in sources() {
+        let at_home = UNSAFE_HOMES.iter().any(|home| file.starts_with(home));
+        let block = code(&text)
+            .split(|c: char| !c.is_alphanumeric() && c != '_')
+            .any(|w| w == "unsafe");
+        assert!(at_home || !block, "{file} has unsafe code");
+    }
+}
+
+#[test]
+fn files_stay_small() {
+    for (file, text) in sources() {
+        let lines = text.lines().count();
+        assert!(lines <= MOST_LINES, "{file} has {lines} lines");
+    }
+}
+
+#[test]
+fn the_reader_of_paths_reads_them() {
+    let text = "use crate::scene::{Scene, pose::SourceId}; // crate::runtime\nlet x = crate::error::Error::new();";
+    assert_eq!(
+        named(&code(text)),
+        ["scene::Scene", "scene::pose", "error::Error"]
+    );
+}
