@@ -5,6 +5,7 @@ use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::generation::{BandCorrection, BandFilter};
 use foresound::simd::F32x8;
 
+#[allow(unreachable_pub, reason = "shared by several tests")]
 mod reference;
 use reference::{crossover, dft};
 

@@ -3,7 +3,7 @@
 //! Audio side; wait-free, bounded by the chunk; allocates at birth only. Takes band samples of every source that sends,
 //! gives eight line signals that arrive from the corners of a cube.
 //!
-//! Jot & Chaigne 1991: delay lines of mutually prime length, an orthogonal feedback matrix (here Hadamard's), and in
+//! After [JOT91]: delay lines of mutually prime length, an orthogonal feedback matrix (here Hadamard's), and in
 //! each line the gain `10^(−3 length / T60)`. A sample of the lines is eight lanes, one a band, so that every band decays
 //! at its own rate exactly and no absorbent filter has to be fitted.
 //!
@@ -11,9 +11,11 @@
 //! each gives its own back once a length; so they give `1 / mean length` of it a second. Absorption takes from every
 //! way of total length t the factor `10^(−3 t / T60)`, whatever lines it went through. A send with gain
 //! `√(E · mean length) · 10^(−3 delay / T60)` and that delay therefore has the energy `E · 10^(−6 t / T60)` a second
-//! at time t after emission. An impulse leaves the lines for the first time after their lengths, so the energy it has
-//! given by time t lags behind the even flow by `(1 − (deviation / mean)²) / 2` of a mean length (renewal theory; Cox
-//! 1962): a send reads that much ahead of the tail's start.
+//! at time t after emission.
+//!
+//! What comes out of a network that is fed at one moment is not even from the shortest line on: energy comes back in
+//! renewals a line's length apart, and after many of them lags `(mean² − variance) / (2 mean)` of the lengths behind an
+//! even stream that begins with the feed ([COX62] 4.2, the renewal function). A send is fed earlier by as much.
 
 use crate::acoustics::bands::amplitude_of_energy;
 use crate::extrapolation::FramePaths;
@@ -81,8 +83,8 @@ pub(super) struct LateReverb {
     rate_hz: f32,
     lengths: [usize; LINES],
     mean_length_s: f32,
-    /// How much a send reads ahead of the tail's start, in seconds.
-    lead_s: f32,
+    /// Lag of the renewals behind an even stream, in seconds.
+    lag_s: f32,
     /// Rings of band samples, one a line.
     lines: [Vec<F32x8>; LINES],
     places: [usize; LINES],
@@ -98,18 +100,14 @@ pub(super) struct LateReverb {
 impl LateReverb {
     pub(super) fn new(rate_hz: u32, max_sources: usize) -> Self {
         let lengths = LENGTHS_S.map(|s| prime_from((s * f64::from(rate_hz)).round() as usize));
-        let lengths_s = lengths.map(|length| length as f32 / rate_hz as f32);
-        let mean_length_s = lengths_s.iter().sum::<f32>() / LINES as f32;
-        let variance = lengths_s
-            .iter()
-            .map(|length| (length - mean_length_s).powi(2))
-            .sum::<f32>()
-            / LINES as f32;
+        let total: usize = lengths.iter().sum();
+        let squares: usize = lengths.iter().map(|length| length * length).sum();
+        let (mean, square) = (total as f32 / LINES as f32, squares as f32 / LINES as f32);
         Self {
+            lag_s: (2.0 * mean * mean - square) / (2.0 * mean) / rate_hz as f32,
             rate_hz: rate_hz as f32,
             lengths,
-            mean_length_s,
-            lead_s: 0.5 * (mean_length_s - variance / mean_length_s),
+            mean_length_s: total as f32 / LINES as f32 / rate_hz as f32,
             lines: lengths.map(|length| {
                 let mut line = Vec::with_capacity(length);
                 line.resize(length, F32x8::ZERO);
@@ -149,7 +147,7 @@ impl LateReverb {
                 send.now.retarget(F32x8::ZERO, left, ramp);
                 continue;
             };
-            let start_s = (wanted.start_s - self.lead_s).max(0.0);
+            let start_s = (wanted.start_s - self.lag_s).max(0.0);
             let delay = ((start_s * self.rate_hz) as i64).min(max_delay);
             let tolerance = (DELAY_TOLERANCE_S * self.rate_hz) as i64;
             if send.now.is_silent(left) {
@@ -354,7 +352,7 @@ mod tests {
         energy
     }
 
-    /// Energy still to come (Schroeder 1965).
+    /// Energy still to come ([SCHROEDER65]).
     fn still_to_come(energy: &[f64]) -> Vec<f64> {
         let mut sum = 0.0;
         let mut curve: Vec<f64> = energy
