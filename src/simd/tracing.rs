@@ -17,6 +17,23 @@ pub(crate) struct SlabRay {
     pub(crate) down: [bool; 3],
 }
 
+/// A ray against boxes in fused arithmetic: planes are crossed at `plane · scale + offset`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FusedSlabRay {
+    pub(crate) near_scale: [f32; 3],
+    pub(crate) near_offset: [f32; 3],
+    pub(crate) far_scale: [f32; 3],
+    pub(crate) far_offset: [f32; 3],
+}
+
+/// Eight half units in the last place of an `f32`.
+///
+/// The specification crosses a plane `p` at `v = (p − o) s`, rounded twice: within 2.1 half units in the last place of
+/// `v`. Fused it is `p s′ − c`, rounded once, with `s′ = s (1 ± slack)` and `c = o s′ (1 ± slack)`, whose own rounding is
+/// two half units. So the near side comes out lower and the far side higher wherever `v` is positive; where it is
+/// negative both sides are cut off at 0. No box is missed that the specification enters.
+pub(crate) const FUSED_SLACK: f32 = 1.0 / (1u32 << 21) as f32;
+
 /// Planes of `W` boxes: three lower, three upper.
 pub(crate) type Planes<const W: usize> = [[f32; W]; 6];
 
@@ -31,6 +48,27 @@ impl SlabRay {
     #[inline(always)]
     pub(crate) fn far_row(&self, axis: usize) -> usize {
         axis + 3 * usize::from(!self.down[axis])
+    }
+
+    /// For fused arithmetic, which may enter more boxes and never fewer.
+    #[inline(always)]
+    pub(crate) fn fused(&self) -> FusedSlabRay {
+        let mut fused = FusedSlabRay {
+            near_scale: [0.0; 3],
+            near_offset: [0.0; 3],
+            far_scale: [0.0; 3],
+            far_offset: [0.0; 3],
+        };
+        for axis in 0..3 {
+            let near = self.near_scale[axis] * (1.0 - FUSED_SLACK);
+            let far = self.far_scale[axis] * (1.0 + FUSED_SLACK);
+            let (near_at, far_at) = (near * self.origin[axis], far * self.origin[axis]);
+            fused.near_scale[axis] = near;
+            fused.near_offset[axis] = -(near_at + near_at.abs() * FUSED_SLACK);
+            fused.far_scale[axis] = far;
+            fused.far_offset[axis] = -(far_at - far_at.abs() * FUSED_SLACK);
+        }
+        fused
     }
 
     /// Parameters between which the ray is in one box, whether or not there are any.
@@ -129,6 +167,29 @@ impl ShearRay {
         let mut met = 0;
         for (lane, at) in at.iter_mut().enumerate() {
             if let Some(t) = self.meet(corners, lane, t_max) {
+                *at = t;
+                met |= 1 << lane;
+            }
+        }
+        met
+    }
+
+    /// Decides the lanes of `again`, where an edge function is zero, by [`Self::meet`]; the others are in `met`.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn meet_again(
+        &self,
+        corners: &Corners,
+        t_max: f32,
+        at: &mut [f32; 4],
+        met: u32,
+        again: u32,
+    ) -> u32 {
+        let mut met = met & !again;
+        for (lane, at) in at.iter_mut().enumerate() {
+            if again >> lane & 1 == 1
+                && let Some(t) = self.meet(corners, lane, t_max)
+            {
                 *at = t;
                 met |= 1 << lane;
             }

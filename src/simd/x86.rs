@@ -2,7 +2,8 @@
 //!
 //! `unsafe` for two reasons: loads take pointers, and a function that carries a target feature must be entered from
 //! one that does not ([`enter_sse2`], [`enter_avx2`]). Specification: [`super::tracing`]. Triangles give its bits; boxes
-//! may be entered where it does not enter them, never the other way round.
+//! may be entered where it does not enter them, never the other way round. Kernels are generic over their caller, a number, so that
+//! each has one caller and becomes part of it; of a shared one the compiler makes a call.
 
 use core::arch::x86_64::*;
 
@@ -80,7 +81,7 @@ impl Slabs4 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of(ray: &SlabRay) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: &SlabRay) -> Self {
         let splat = |v: [f32; 3]| [_mm_set1_ps(v[0]), _mm_set1_ps(v[1]), _mm_set1_ps(v[2])];
         Self {
             ray: *ray,
@@ -93,7 +94,12 @@ impl Slabs4 {
     /// As [`SlabRay::enter`], to the bit.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn enter(&self, planes: &Planes<4>, t_max: f32, entries: &mut [f32; 4]) -> u32 {
+    pub(crate) fn enter<const CALLER: u8>(
+        &self,
+        planes: &Planes<4>,
+        t_max: f32,
+        entries: &mut [f32; 4],
+    ) -> u32 {
         let near = |axis: usize| {
             let plane = load4(&planes[self.ray.near_row(axis)]);
             _mm_mul_ps(_mm_sub_ps(plane, self.origin[axis]), self.near_scale[axis])
@@ -114,12 +120,7 @@ impl Slabs4 {
     }
 }
 
-/// A ray against eight boxes at once, fused.
-///
-/// The specification crosses a plane `p` at `v = (p − o) s`, rounded three times, two of them after the scale was
-/// widened: within 2.1 half units in the last place of `v`. Here it is `p s′ − c` with `s′ = s (1 ± 2⁻²¹)`, eight half
-/// units, and `c` moved by as much of itself, more than its own rounding; so the near side comes out lower and the far
-/// side higher wherever `v` is positive, and where it is negative both are cut off at 0.
+/// A ray against eight boxes at once, fused ([`FUSED_SLACK`](super::tracing::FUSED_SLACK)).
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs8 {
     ray: SlabRay,
@@ -129,44 +130,44 @@ pub(crate) struct Slabs8 {
     far_offset: [__m256; 3],
 }
 
-/// Eight half units in the last place of an `f32`.
-const SLACK: f32 = 1.0 / (1u32 << 21) as f32;
-
 impl Slabs8 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn of(ray: &SlabRay) -> Self {
-        let mut slabs = Self {
-            ray: *ray,
-            near_scale: [_mm256_setzero_ps(); 3],
-            near_offset: [_mm256_setzero_ps(); 3],
-            far_scale: [_mm256_setzero_ps(); 3],
-            far_offset: [_mm256_setzero_ps(); 3],
+    pub(crate) fn of<const CALLER: u8>(ray: &SlabRay) -> Self {
+        let fused = ray.fused();
+        let splat = |v: [f32; 3]| {
+            [
+                _mm256_set1_ps(v[0]),
+                _mm256_set1_ps(v[1]),
+                _mm256_set1_ps(v[2]),
+            ]
         };
-        for axis in 0..3 {
-            let near = ray.near_scale[axis] * (1.0 - SLACK);
-            let far = ray.far_scale[axis] * (1.0 + SLACK);
-            let (near_at, far_at) = (near * ray.origin[axis], far * ray.origin[axis]);
-            slabs.near_scale[axis] = _mm256_set1_ps(near);
-            slabs.far_scale[axis] = _mm256_set1_ps(far);
-            slabs.near_offset[axis] = _mm256_set1_ps(near_at + near_at.abs() * SLACK);
-            slabs.far_offset[axis] = _mm256_set1_ps(far_at - far_at.abs() * SLACK);
+        Self {
+            ray: *ray,
+            near_scale: splat(fused.near_scale),
+            near_offset: splat(fused.near_offset),
+            far_scale: splat(fused.far_scale),
+            far_offset: splat(fused.far_offset),
         }
-        slabs
     }
 
     /// As [`SlabRay::enter`], but for boxes that the ray misses by a rounding, which it may enter here.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn enter(&self, planes: &Planes<8>, t_max: f32, entries: &mut [f32; 8]) -> u32 {
+    pub(crate) fn enter<const CALLER: u8>(
+        &self,
+        planes: &Planes<8>,
+        t_max: f32,
+        entries: &mut [f32; 8],
+    ) -> u32 {
         let near = |axis: usize| {
             let plane = load8(&planes[self.ray.near_row(axis)]);
-            _mm256_fmsub_ps(plane, self.near_scale[axis], self.near_offset[axis])
+            _mm256_fmadd_ps(plane, self.near_scale[axis], self.near_offset[axis])
         };
         let far = |axis: usize| {
             let plane = load8(&planes[self.ray.far_row(axis)]);
-            _mm256_fmsub_ps(plane, self.far_scale[axis], self.far_offset[axis])
+            _mm256_fmadd_ps(plane, self.far_scale[axis], self.far_offset[axis])
         };
         // Of two zeros the second counts, so no entry is −0.
         let zero = _mm256_setzero_ps();
@@ -196,9 +197,14 @@ impl Shear4 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of(ray: &ShearRay) -> Self {
-        let axis = ray.axis.map(|k| k.min(2));
-        let origin = axis.map(|k| ray.origin[k]);
+    pub(crate) fn of<const CALLER: u8>(ray: &ShearRay) -> Self {
+        let [x, y, z] = ray.axis;
+        let axis = [x.min(2), y.min(2), z.min(2)];
+        let origin = [
+            ray.origin[axis[0]],
+            ray.origin[axis[1]],
+            ray.origin[axis[2]],
+        ];
         let splat = |v: [f32; 3]| [_mm_set1_ps(v[0]), _mm_set1_ps(v[1]), _mm_set1_ps(v[2])];
         Self {
             ray: *ray,
@@ -212,7 +218,12 @@ impl Shear4 {
     /// As [`ShearRay::meet_four`], to the bit.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn meet(&self, corners: &Corners, t_max: f32, at: &mut [f32; 4]) -> u32 {
+    pub(crate) fn meet<const CALLER: u8>(
+        &self,
+        corners: &Corners,
+        t_max: f32,
+        at: &mut [f32; 4],
+    ) -> u32 {
         let [kx, ky, kz] = self.axis;
         let [sx, sy, sz] = self.shear;
         let sheared = |corner: &[[f32; 4]; 3]| {
@@ -261,29 +272,6 @@ impl Shear4 {
         if again == 0 {
             return met;
         }
-        self.meet_on_edge(corners, t_max, at, met, again)
-    }
-
-    /// Decides the lanes of `again` by the specification, in `f64`.
-    #[cold]
-    #[inline(never)]
-    fn meet_on_edge(
-        &self,
-        corners: &Corners,
-        t_max: f32,
-        at: &mut [f32; 4],
-        met: u32,
-        again: u32,
-    ) -> u32 {
-        let mut met = met & !again;
-        for (lane, at) in at.iter_mut().enumerate() {
-            if again >> lane & 1 == 1
-                && let Some(t) = self.ray.meet(corners, lane, t_max)
-            {
-                *at = t;
-                met |= 1 << lane;
-            }
-        }
-        met
+        self.ray.meet_again(corners, t_max, at, met, again)
     }
 }

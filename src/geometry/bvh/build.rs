@@ -66,7 +66,9 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
     let extent = items
         .iter()
         .flat_map(|item| item.corners)
-        .fold(0.0, |most: f32, corner| most.max(corner.abs().max_element()));
+        .fold(0.0, |most: f32, corner| {
+            most.max(corner.abs().max_element())
+        });
     let margin = box_margin(extent);
     let boxes: Vec<Bounds> = items
         .iter()

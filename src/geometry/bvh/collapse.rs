@@ -171,7 +171,13 @@ fn by_levels<const W: usize>(left: &Choices<W>, right: &Choices<W>) -> Choices<W
     };
     Choices {
         cost: [0.0; W],
-        left: std::array::from_fn(|i| if count > LEAF_TRIANGLES { half(i + 1) } else { 0 }),
+        left: std::array::from_fn(|i| {
+            if count > LEAF_TRIANGLES {
+                half(i + 1)
+            } else {
+                0
+            }
+        }),
         own_left: half(W),
         count,
     }

@@ -71,9 +71,7 @@ impl Query<'_> {
         if group == self.ignored[0] || group == self.ignored[1] {
             return None;
         }
-        let t = self
-            .ray
-            .confirm(&block.corners_of(lane), self.margin, t)?;
+        let t = self.ray.confirm(&block.corners_of(lane), self.margin, t)?;
         Some(Hit {
             t,
             triangle: block.triangles[lane],

@@ -68,8 +68,13 @@ impl Block {
     }
 
     /// Corners of the triangle in a lane.
+    #[inline(always)]
     pub(super) fn corners_of(&self, lane: usize) -> [Vec3; 3] {
-        self.corners
-            .map(|corner| Vec3::from(corner.map(|axis| axis[lane])))
+        let [a, b, c] = &self.corners;
+        [
+            Vec3::new(a[0][lane], a[1][lane], a[2][lane]),
+            Vec3::new(b[0][lane], b[1][lane], b[2][lane]),
+            Vec3::new(c[0][lane], c[1][lane], c[2][lane]),
+        ]
     }
 }
