@@ -43,23 +43,23 @@ fn bits(lanes: uint32x4_t) -> u32 {
 
 /// A ray against four boxes at once, fused ([`FUSED_SLACK`]).
 #[derive(Clone, Copy)]
-pub(crate) struct Slabs4 {
-    ray: SlabRay,
+pub(crate) struct Slabs4<'a> {
+    ray: &'a SlabRay,
     near_scale: [float32x4_t; 3],
     near_offset: [float32x4_t; 3],
     far_scale: [float32x4_t; 3],
     far_offset: [float32x4_t; 3],
 }
 
-impl Slabs4 {
+impl<'a> Slabs4<'a> {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: &SlabRay) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: &'a SlabRay) -> Self {
         let fused = ray.fused();
         let splat = |v: [f32; 3]| [vdupq_n_f32(v[0]), vdupq_n_f32(v[1]), vdupq_n_f32(v[2])];
         Self {
-            ray: *ray,
+            ray,
             near_scale: splat(fused.near_scale),
             near_offset: splat(fused.near_offset),
             far_scale: splat(fused.far_scale),
@@ -98,8 +98,8 @@ impl Slabs4 {
 
 /// A ray against four triangles at once.
 #[derive(Clone, Copy)]
-pub(crate) struct Shear4 {
-    ray: ShearRay,
+pub(crate) struct Shear4<'a> {
+    ray: &'a ShearRay,
     /// Axes again, known to be three.
     axis: [usize; 3],
     origin: [float32x4_t; 3],
@@ -107,11 +107,11 @@ pub(crate) struct Shear4 {
     t_min: float32x4_t,
 }
 
-impl Shear4 {
+impl<'a> Shear4<'a> {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: &ShearRay) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: &'a ShearRay) -> Self {
         let [x, y, z] = ray.axis;
         let axis = [x.min(2), y.min(2), z.min(2)];
         let origin = [
@@ -121,7 +121,7 @@ impl Shear4 {
         ];
         let splat = |v: [f32; 3]| [vdupq_n_f32(v[0]), vdupq_n_f32(v[1]), vdupq_n_f32(v[2])];
         Self {
-            ray: *ray,
+            ray,
             axis,
             origin: splat(origin),
             shear: splat(ray.shear),

@@ -2,8 +2,8 @@
 //!
 //! `unsafe` for two reasons: loads take pointers, and a function that carries a target feature must be entered from
 //! one that does not ([`enter_sse2`], [`enter_avx2`]). Specification: [`super::tracing`]. Triangles give its bits; boxes
-//! may be entered where it does not enter them, never the other way round. Kernels are generic over their caller, a number, so that
-//! each has one caller and becomes part of it; of a shared one the compiler makes a call.
+//! may be entered where it does not enter them, never the other way round. Kernels are generic over a
+//! number for their caller, so that each has one caller and becomes part of it; of a shared one the compiler makes a call.
 
 use core::arch::x86_64::*;
 
@@ -70,21 +70,21 @@ fn store8(lanes: &mut [f32; 8], values: __m256) {
 
 /// A ray against four boxes at once.
 #[derive(Clone, Copy)]
-pub(crate) struct Slabs4 {
-    ray: SlabRay,
+pub(crate) struct Slabs4<'a> {
+    ray: &'a SlabRay,
     origin: [__m128; 3],
     near_scale: [__m128; 3],
     far_scale: [__m128; 3],
 }
 
-impl Slabs4 {
+impl<'a> Slabs4<'a> {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: &SlabRay) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: &'a SlabRay) -> Self {
         let splat = |v: [f32; 3]| [_mm_set1_ps(v[0]), _mm_set1_ps(v[1]), _mm_set1_ps(v[2])];
         Self {
-            ray: *ray,
+            ray,
             origin: splat(ray.origin),
             near_scale: splat(ray.near_scale),
             far_scale: splat(ray.far_scale),
@@ -122,19 +122,19 @@ impl Slabs4 {
 
 /// A ray against eight boxes at once, fused ([`FUSED_SLACK`](super::tracing::FUSED_SLACK)).
 #[derive(Clone, Copy)]
-pub(crate) struct Slabs8 {
-    ray: SlabRay,
+pub(crate) struct Slabs8<'a> {
+    ray: &'a SlabRay,
     near_scale: [__m256; 3],
     near_offset: [__m256; 3],
     far_scale: [__m256; 3],
     far_offset: [__m256; 3],
 }
 
-impl Slabs8 {
+impl<'a> Slabs8<'a> {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn of<const CALLER: u8>(ray: &SlabRay) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: &'a SlabRay) -> Self {
         let fused = ray.fused();
         let splat = |v: [f32; 3]| {
             [
@@ -144,7 +144,7 @@ impl Slabs8 {
             ]
         };
         Self {
-            ray: *ray,
+            ray,
             near_scale: splat(fused.near_scale),
             near_offset: splat(fused.near_offset),
             far_scale: splat(fused.far_scale),
@@ -184,8 +184,8 @@ impl Slabs8 {
 
 /// A ray against four triangles at once.
 #[derive(Clone, Copy)]
-pub(crate) struct Shear4 {
-    ray: ShearRay,
+pub(crate) struct Shear4<'a> {
+    ray: &'a ShearRay,
     /// Axes again, known to be three.
     axis: [usize; 3],
     origin: [__m128; 3],
@@ -193,11 +193,11 @@ pub(crate) struct Shear4 {
     t_min: __m128,
 }
 
-impl Shear4 {
+impl<'a> Shear4<'a> {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: &ShearRay) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: &'a ShearRay) -> Self {
         let [x, y, z] = ray.axis;
         let axis = [x.min(2), y.min(2), z.min(2)];
         let origin = [
@@ -207,7 +207,7 @@ impl Shear4 {
         ];
         let splat = |v: [f32; 3]| [_mm_set1_ps(v[0]), _mm_set1_ps(v[1]), _mm_set1_ps(v[2])];
         Self {
-            ray: *ray,
+            ray,
             axis,
             origin: splat(origin),
             shear: splat(ray.shear),

@@ -11,7 +11,8 @@ use super::node::{LEAF, Node};
 /// Triangles in a leaf at most: the lanes of a block.
 pub(super) const LEAF_TRIANGLES: u32 = 4;
 
-/// Cost of one block of triangles, in visits of a node (measured by `bench rays`, flat from 0.7 to 1.5).
+/// Cost of one block of triangles, in visits of a node. Instructions a ray in the hall change by less than 1 % from 1
+/// to 2.5.
 const BLOCK_COST: f64 = 1.0;
 
 /// A wide tree: nodes depth first, leaves as lists of triangles.

@@ -65,7 +65,9 @@ struct Query<'a> {
 
 impl Query<'_> {
     /// A triangle that the lanes found, if its group counts and the specification agrees.
-    #[inline(always)]
+    ///
+    /// Not inlined: a ray confirms one or two triangles, and in the loop its constants would take the lanes' registers.
+    #[inline(never)]
     fn confirm(&self, block: &Block, lane: usize, t: f32) -> Option<Hit> {
         let group = block.groups[lane];
         if group == self.ignored[0] || group == self.ignored[1] {
