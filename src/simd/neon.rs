@@ -7,7 +7,7 @@
 
 use core::arch::aarch64::*;
 
-use super::tracing::{Corners, FUSED_SLACK, Planes, ShearRay, SlabRay};
+use super::tracing::{Corners, Planes, ShearRay, SlabRay};
 
 /// Calls a safe function that carries the feature `neon`, which every aarch64 has.
 macro_rules! enter_neon {
@@ -41,7 +41,7 @@ fn bits(lanes: uint32x4_t) -> u32 {
     vaddvq_u32(vandq_u32(lanes, weights))
 }
 
-/// A ray against four boxes at once, fused ([`FUSED_SLACK`]).
+/// A ray against four boxes at once, fused ([`FUSED_SLACK`](super::tracing::FUSED_SLACK)).
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs4<'a> {
     ray: &'a SlabRay,
