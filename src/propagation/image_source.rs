@@ -32,6 +32,25 @@ pub struct ImagePath {
     pub image: DVec3,
 }
 
+impl ImagePath {
+    /// A leg from one stop to the next, counted from the source, and the surfaces it joins: it meets their planes at its
+    /// ends only, so they cannot block it. `ends` are source and listener.
+    #[inline]
+    pub fn leg(&self, ends: [DVec3; 2], step: usize) -> (Ray, [u32; 2]) {
+        let (from, from_surface) = match step {
+            0 => (ends[0], NO_GROUP),
+            _ => (self.points[step - 1], self.surfaces[step - 1]),
+        };
+        let (to, to_surface) = if step < self.order {
+            (self.points[step], self.surfaces[step])
+        } else {
+            (ends[1], NO_GROUP)
+        };
+        let ray = Ray::between(from.as_vec3(), to.as_vec3());
+        (ray, [from_surface, to_surface])
+    }
+}
+
 /// The listener mirrored in all surfaces of a sequence, last one first: where the source's line of flight points to.
 pub fn mirror_listener(scene: &Scene, sequence: &Sequence, listener: DVec3) -> DVec3 {
     sequence
@@ -120,21 +139,9 @@ pub fn is_clear(
     listener: DVec3,
     rays: &mut u64,
 ) -> bool {
-    let mut from = source;
-    let mut from_surface = NO_GROUP;
-    for step in 0..=path.order {
-        let (to, to_surface) = if step < path.order {
-            (path.points[step], path.surfaces[step])
-        } else {
-            (listener, NO_GROUP)
-        };
+    (0..=path.order).all(|step| {
         *rays += 1;
-        let leg = Ray::between(from.as_vec3(), to.as_vec3());
-        // A leg meets the planes it joins at its ends only, so their surfaces cannot block it.
-        if scene.bvh().any_hit(&leg, [from_surface, to_surface]) {
-            return false;
-        }
-        (from, from_surface) = (to, to_surface);
-    }
-    true
+        let (leg, ignored) = path.leg([source, listener], step);
+        !scene.bvh().any_hit(&leg, ignored)
+    })
 }
