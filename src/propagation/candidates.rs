@@ -7,13 +7,9 @@
 
 use glam::DVec3;
 
-use super::image_source::mirror_listener;
+use super::image_source::{MARGIN_M, mirror_listener};
 use super::sequence::Sequence;
 use crate::scene::{Scene, Surface};
-
-/// How far outside a surface's bounds a point still counts, in metres: ten times
-/// [`crate::scene::surface::INSIDE_TOLERANCE_M`], so that rounding here refuses nothing that the exact test accepts.
-const MARGIN_M: f64 = 1e-4;
 
 /// A surface that may come first on a sequence's path.
 #[derive(Debug, Clone, Copy)]

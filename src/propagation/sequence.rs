@@ -123,6 +123,12 @@ impl Commutation {
         self.order += 1;
     }
 
+    /// Whether the surface at `place` can move to the front of those of `rest`, one a bit.
+    #[inline]
+    pub(super) fn leads(&self, place: usize, rest: u8) -> bool {
+        self.behind[place] & rest == 0
+    }
+
     /// The canonical form of the list: the smallest surface that can move to the front goes first, and so on.
     #[inline]
     pub fn canonical(&self, surfaces: &[u32]) -> Sequence {
@@ -131,7 +137,7 @@ impl Commutation {
         while rest != 0 {
             let mut best = rest.trailing_zeros() as usize;
             for place in best + 1..self.order {
-                let leads = rest >> place & 1 == 1 && self.behind[place] & rest == 0;
+                let leads = rest >> place & 1 == 1 && self.leads(place, rest);
                 if leads && surfaces[place] < surfaces[best] {
                     best = place;
                 }

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::direct::direct_path;
-use foresound::propagation::image_source::{is_clear, mirror_listener, unfold};
+use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
 use foresound::propagation::late::{LateEstimator, SourceRays};
 use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, mix, rotation};
 use foresound::propagation::sequence::Sequence;
 use foresound::propagation::sequence_set::SequenceSet;
-use foresound::propagation::{Path, PathSet, PropagationSettings, amplitude};
+use foresound::propagation::{MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
+use glam::DVec3;
+
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 struct Memory {
@@ -133,7 +135,7 @@ impl PlainPropagator {
                 continue;
             }
             let image = mirror_listener(&scene, sequence, ear);
-            let found = unfold(&scene, sequence, origin, ear, image)
+            let found = unfold(&scene, sequence, origin, image)
                 .filter(|path| is_clear(&scene, path, origin, ear, &mut 0));
             let Some(path) = found else { continue };
             valid.push((*sequence, update));
@@ -186,4 +188,59 @@ pub fn least_order(scene: &Scene, surfaces: &[u32]) -> Sequence {
     let least = orders.iter().min().expect("at least its own order");
     // Already canonical, so this only changes the type.
     Sequence::canonical(scene, least)
+}
+
+/// The path along a sequence, every order of its class tried in turn.
+fn unfold(
+    scene: &Scene,
+    sequence: &Sequence,
+    source: DVec3,
+    listener_image: DVec3,
+) -> Option<ImagePath> {
+    let mut path = ImagePath {
+        surfaces: [0; MAX_ORDER],
+        points: [DVec3::ZERO; MAX_ORDER],
+        cosines: [0.0; MAX_ORDER],
+        order: 0,
+        length_m: source.distance(listener_image),
+        image: source,
+    };
+    descend(scene, *sequence, source, listener_image, &mut path).then_some(())?;
+    for step in 0..path.order {
+        path.image = scene.surface(path.surfaces[step]).mirror(path.image);
+    }
+    Some(path)
+}
+
+fn descend(scene: &Scene, rest: Sequence, from: DVec3, image: DVec3, path: &mut ImagePath) -> bool {
+    if rest.is_empty() {
+        return true;
+    }
+    let line = image - from;
+    let step = path.order;
+    for (place, &index) in rest.surfaces().iter().enumerate() {
+        if place > 0 && !rest.can_lead(scene, place) {
+            continue;
+        }
+        let surface = scene.surface(index);
+        let here = surface.distance_m(from);
+        let there = surface.distance_m(image);
+        if here * there >= 0.0 || here.abs() < 1e-6 || there.abs() < 1e-6 {
+            continue;
+        }
+        let point = from + line * (here / (here - there));
+        if !scene.reflects_at(index, point) {
+            continue;
+        }
+        path.surfaces[step] = index;
+        path.points[step] = point;
+        path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
+        path.order = step + 1;
+        let next = surface.mirror(image);
+        if descend(scene, rest.without(place), point, next, path) {
+            return true;
+        }
+        path.order = step;
+    }
+    false
 }
