@@ -12,6 +12,7 @@ pub mod direct;
 pub mod discovery;
 pub mod image_source;
 pub mod late;
+pub mod neighbours;
 mod occluders;
 pub mod path;
 pub mod sampling;

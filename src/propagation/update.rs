@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::candidates::Candidates;
 use super::discovery::GuideRays;
+use super::neighbours::{CANDIDATES, fill_up};
 use super::path::{PathId, PathSet};
 use super::sampling::{ROTATIONS, fibonacci_direction, rotation};
 use super::sequence::Sequence;
@@ -59,6 +60,7 @@ impl Propagator {
         let count = settings.guide_rays;
         let rays_a_share = (count as usize).div_ceil(SHARES);
         let sequences = rays_a_share * settings.depth;
+        let capacity = (SHARES * sequences).max(CANDIDATES);
         let share = |_| GuideShare {
             found: Vec::with_capacity(sequences),
             rays: 0,
@@ -69,9 +71,9 @@ impl Propagator {
             update: 0,
             directions: (0..count).map(|i| fibonacci_direction(i, count)).collect(),
             shares: (0..SHARES).map(share).collect(),
-            guide: SequenceSet::with_capacity(SHARES * sequences),
+            guide: SequenceSet::with_capacity(capacity),
             candidates: (0..SHARES)
-                .map(|_| Candidates::with_capacity(sequences))
+                .map(|_| Candidates::with_capacity(capacity.div_ceil(SHARES)))
                 .collect(),
             tasks: Vec::new(),
             order: Vec::new(),
@@ -159,6 +161,7 @@ impl Propagator {
         for sequence in self.shares.iter().flat_map(|share| &share.found) {
             self.guide.insert(*sequence);
         }
+        fill_up(scene, self.update, self.settings.depth, &mut self.guide);
     }
 
     /// Images and leads of the sequences, once for all sources.

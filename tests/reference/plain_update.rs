@@ -8,6 +8,7 @@ use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::direct::direct_path;
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
 use foresound::propagation::late::{LateEstimator, SourceRays};
+use foresound::propagation::neighbours::fill_up;
 use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, mix, rotation};
 use foresound::propagation::sequence::Sequence;
 use foresound::propagation::sequence_set::SequenceSet;
@@ -81,7 +82,13 @@ impl PlainPropagator {
                 ray = Ray::new(ray.at(hit.t), onward);
             }
         }
-        found
+        // Which candidates there are is not the oracle's to say.
+        let mut set = SequenceSet::with_capacity(1 << 14);
+        for sequence in found {
+            set.insert(sequence);
+        }
+        fill_up(scene, self.update, self.settings.depth, &mut set);
+        set.entries().to_vec()
     }
 
     fn source(

@@ -1,4 +1,4 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `scenes`.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `scenes`, `bench`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
 //! says what to do, and exit code 2; a law that does not hold in exit code 1.
@@ -8,6 +8,7 @@
     reason = "results are printed on standard output"
 )]
 
+mod bench;
 mod demo;
 mod inputs;
 mod inspect;
@@ -46,6 +47,8 @@ enum Command {
     Validate(validate::Arguments),
     /// Writes the benchmark scenes anew.
     Scenes(scenes::Arguments),
+    /// Measures speed on this machine.
+    Bench(bench::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -83,6 +86,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Inspect(arguments) => inspect::run(&arguments)?,
         Command::Validate(arguments) => return validate::run(&arguments),
         Command::Scenes(arguments) => scenes::run(&arguments)?,
+        Command::Bench(arguments) => bench::run(&arguments)?,
     }
     Ok(ExitCode::SUCCESS)
 }

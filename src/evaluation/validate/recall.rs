@@ -60,9 +60,18 @@ struct Ground {
 impl Ground {
     fn of(room: &RecallRoom) -> Self {
         let triangles: Vec<[Vec3; 3]> = room.scene.triangles().collect();
-        let planes = oracle::planes(&triangles);
+        // Small pieces block but do not mirror.
+        let panels: Vec<[Vec3; 3]> = (0..)
+            .zip(&triangles)
+            .filter(|(number, _)| room.scene.is_panel(*number))
+            .map(|(_, triangle)| *triangle)
+            .collect();
+        let planes = oracle::planes(&panels);
         let mut plane_of = vec![usize::MAX; room.scene.surfaces().len()];
         for (number, triangle) in triangles.iter().enumerate() {
+            if !room.scene.is_panel(number as u32) {
+                continue;
+            }
             let off = |plane: &oracle::Plane| {
                 let far = |p: &Vec3| plane.distance(p.as_dvec3()).abs();
                 triangle.iter().map(far).fold(0.0, f64::max)
