@@ -157,6 +157,6 @@ fn numbers_that_are_none_end_well() {
         };
         let mut set = PathSet::default();
         propagator.update(&ear, &[pose], 0.0, &mut set);
-        assert!(set.paths.iter().all(|path| path.is_direct()), "{odd}");
+        assert!(set.paths.is_empty(), "{odd}");
     }
 }

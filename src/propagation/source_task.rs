@@ -17,6 +17,10 @@ use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
+/// Farthest from the scene's centre that source and listener are heard, in metres along an axis: squares of such lengths
+/// are far within single precision, which rays are cast in. Anything beyond, or no number at all, has no path.
+const FARTHEST_M: f64 = 1e9;
+
 /// Paths that a source has room for at first.
 const PATHS_AT_FIRST: usize = 256;
 
@@ -90,6 +94,17 @@ impl SourceTask {
         self.rays = 0;
         self.paths.clear();
         self.trace(shared, origin);
+        let within_reach =
+            |place: DVec3| place.abs().max_element() < FARTHEST_M && place.is_finite();
+        if within_reach(origin) && within_reach(shared.ear) {
+            self.find_paths(shared, pose, origin);
+        }
+        let most = shared.settings.cache_updates;
+        self.cache.turn(shared.update, most);
+    }
+
+    /// The direct path and all reflected ones.
+    fn find_paths(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
         self.paths.extend(direct_path(
             shared.scene,
             pose.id,
@@ -99,8 +114,6 @@ impl SourceTask {
             &mut self.rays,
         ));
         self.validate(shared, origin);
-        let most = shared.settings.cache_updates;
-        self.cache.turn(shared.update, most);
     }
 
     /// Casts the source's rays; what they find and what was valid before is this source's own list.
