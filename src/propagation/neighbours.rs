@@ -10,8 +10,8 @@ use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use crate::scene::Scene;
 
-/// Candidates that every update has at least, if there are so many. A look at one costs a source less than a tenth of a
-/// ray.
+/// Candidates that every update has at least, if there are so many: as many as guide rays. Fewer lower the law *recall*
+/// in the corridor, more cost each source another look.
 pub const CANDIDATES: usize = 1024;
 
 /// Surfaces that are put before what was met: the largest of those in sight.
