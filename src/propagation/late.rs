@@ -8,7 +8,8 @@ use glam::{DVec3, Mat3, Vec3};
 
 use super::path::{LateSource, MAX_ORDER};
 use super::sampling::{ROTATIONS, fibonacci_direction, lambert_direction, mix, unit};
-use super::sequence::{Sequence, SequenceSet};
+use super::sequence::Sequence;
+use super::sequence_set::SequenceSet;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;

@@ -14,7 +14,8 @@ use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material, Medium};
 use crate::error::{Error, Result};
-use crate::geometry::Bvh;
+use crate::geometry::triangle::PreparedRay;
+use crate::geometry::{Bvh, Ray};
 
 /// How a mesh becomes a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,6 +133,21 @@ impl Scene {
     #[inline]
     pub fn is_panel(&self, triangle: u32) -> bool {
         self.mesh.surfaces.is_panel(triangle)
+    }
+
+    /// The surface that a triangle belongs to.
+    #[inline]
+    pub fn surface_of(&self, triangle: u32) -> u32 {
+        self.mesh.surfaces.triangle_surface[triangle as usize]
+    }
+
+    /// Whether a ray meets this triangle: the tree's own test of it, without the tree.
+    #[inline]
+    pub fn blocks(&self, triangle: u32, ray: &Ray) -> bool {
+        let corners =
+            self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize]);
+        let margin_m = self.bvh.margin_m();
+        PreparedRay::of(ray).is_some_and(|ray| ray.meet(&corners, margin_m).is_some())
     }
 
     /// A triangle's normal by its winding, of any length: from the side on which its corners run counter-clockwise.

@@ -2,6 +2,8 @@
 
 pub mod air;
 pub mod decay;
+pub mod recall;
+mod recall_rooms;
 pub mod reciprocity;
 pub mod rooms;
 pub mod shoebox;
@@ -53,8 +55,9 @@ impl Row {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 5] = [
+const LAWS: [(&str, Law); 6] = [
     ("shoebox", shoebox::rows),
+    ("recall", recall::rows),
     ("decay", decay::rows),
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
