@@ -6,7 +6,7 @@ use super::frame::{FramePath, FramePaths, LateSend};
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
 use crate::propagation::direct::direct_path;
-use crate::propagation::late::common_decay;
+use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{Path, PathSet};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
@@ -99,13 +99,14 @@ impl Extrapolator {
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);
         result.late.clear();
-        result
-            .late
-            .extend(self.current.late.iter().map(|late| LateSend {
+        for late in &self.current.late {
+            let steps = tail_steps(late, &result.decay_time_s);
+            result.late.extend(steps.map(|step| LateSend {
                 source: late.source,
-                energy_per_s: late.energy_per_s,
-                start_s: late.start_s,
+                energy_per_s: step.energy_per_s,
+                start_s: step.start_s,
             }));
+        }
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         rays
     }

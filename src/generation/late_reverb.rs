@@ -12,10 +12,14 @@
 //! way of total length t the factor `10^(−3 t / T60)`, whatever lines it went through. A send with gain
 //! `√(E · mean length) · 10^(−3 delay / T60)` and that delay therefore has the energy `E · 10^(−6 t / T60)` a second
 //! at time t after emission.
+//!
+//! What comes out of a network that is fed at one moment is not even from the shortest line on: energy comes back in
+//! renewals a line's length apart, and after many of them lags `(mean² − variance) / (2 mean)` of the lengths behind an
+//! even stream that begins with the feed ([COX62] 4.2, the renewal function). A send is fed earlier by as much.
 
 use crate::acoustics::BANDS;
 use crate::acoustics::bands::amplitude_of_energy;
-use crate::extrapolation::FramePaths;
+use crate::extrapolation::{FramePaths, LATE_STEPS};
 use crate::simd::F32x8;
 
 use super::delay_line::DelayLine;
@@ -80,6 +84,8 @@ pub(super) struct LateReverb {
     rate_hz: f32,
     lengths: [usize; LINES],
     mean_length_s: f32,
+    /// Lag of the renewals behind an even stream, in seconds.
+    lag_s: f32,
     /// Rings of band samples, one a line.
     lines: [Vec<F32x8>; LINES],
     places: [usize; LINES],
@@ -96,7 +102,10 @@ impl LateReverb {
     pub(super) fn new(rate_hz: u32, max_sources: usize) -> Self {
         let lengths = LENGTHS_S.map(|s| prime_from((s * f64::from(rate_hz)).round() as usize));
         let total: usize = lengths.iter().sum();
+        let squares: usize = lengths.iter().map(|length| length * length).sum();
+        let (mean, square) = (total as f32 / LINES as f32, squares as f32 / LINES as f32);
         Self {
+            lag_s: (2.0 * mean * mean - square) / (2.0 * mean) / rate_hz as f32,
             rate_hz: rate_hz as f32,
             lengths,
             mean_length_s: total as f32 / LINES as f32 / rate_hz as f32,
@@ -108,7 +117,7 @@ impl LateReverb {
             places: [0; LINES],
             gain: [F32x8::ZERO; LINES],
             growth: [F32x8::ZERO; LINES],
-            sends: vec![Send::default(); max_sources],
+            sends: vec![Send::default(); max_sources * LATE_STEPS],
             input: vec![F32x8::ZERO; CHUNK],
             quiet_frames: usize::MAX / 2,
         }
@@ -133,13 +142,16 @@ impl LateReverb {
             self.growth[line] = (wanted - present) * F32x8::splat(1.0 / ramp as f32);
             self.gain[line] = wanted;
         }
-        for (slot, send) in self.sends.iter_mut().enumerate() {
+        for (place, send) in self.sends.iter_mut().enumerate() {
+            let (slot, step) = (place / LATE_STEPS, place % LATE_STEPS);
             send.before.retarget(F32x8::ZERO, left, ramp);
-            let Some(wanted) = frame.late.iter().find(|late| late.source.slot() == slot) else {
+            let mut own = frame.late.iter().filter(|late| late.source.slot() == slot);
+            let Some(wanted) = own.nth(step) else {
                 send.now.retarget(F32x8::ZERO, left, ramp);
                 continue;
             };
-            let delay = ((wanted.start_s.max(0.0) * self.rate_hz) as i64).min(max_delay);
+            let start_s = (wanted.start_s - self.lag_s).max(0.0);
+            let delay = ((start_s * self.rate_hz) as i64).min(max_delay);
             let tolerance = (DELAY_TOLERANCE_S * self.rate_hz) as i64;
             if send.now.is_silent(left) {
                 send.now.delay = delay;
@@ -174,10 +186,11 @@ impl LateReverb {
         left: u32,
         frames: usize,
     ) {
-        let Some(send) = self.sends.get(slot) else {
+        let first = slot * LATE_STEPS;
+        let Some(sends) = self.sends.get(first..first + LATE_STEPS) else {
             return;
         };
-        for tap in [&send.now, &send.before] {
+        for tap in sends.iter().flat_map(|send| [&send.now, &send.before]) {
             let position = now - tap.delay;
             if tap.is_silent(left) || line.is_silent_from(position) {
                 continue;

@@ -15,5 +15,5 @@ pub mod sampling;
 pub mod sequence;
 pub mod update;
 
-pub use path::{LateSource, MAX_ORDER, Path, PathId, PathSet};
+pub use path::{LATE_STEPS, LateSource, MAX_ORDER, Path, PathId, PathSet};
 pub use update::{PropagationSettings, Propagator};

@@ -195,10 +195,11 @@ impl Propagator {
         self.own.clear();
         let source_rays = SourceRays {
             origin,
+            listener: ear,
             turn: rotation(self.update, settings.seed ^ mix(u64::from(pose.id.bits()))),
             rotation: self.update % ROTATIONS,
             count: settings.source_rays,
-            depth: settings.depth.max(1),
+            depth: settings.depth,
             seed: mix(settings.seed) ^ mix(u64::from(pose.id.bits())),
         };
         memory.late.trace(scene, &source_rays, &mut self.own, rays);

@@ -2,6 +2,7 @@
 
 pub mod air;
 pub mod decay;
+pub mod joining;
 pub mod reciprocity;
 pub mod rooms;
 pub mod shoebox;
@@ -53,9 +54,10 @@ impl Row {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 5] = [
+const LAWS: [(&str, Law); 6] = [
     ("shoebox", shoebox::rows),
     ("decay", decay::rows),
+    ("joining", joining::rows),
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
     ("transmission", transmission::rows),
