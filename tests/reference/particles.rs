@@ -35,14 +35,29 @@ pub fn scattered(
             let mut leg_m = f64::INFINITY;
             let mut axis = 0;
             for a in 0..3 {
-                let aim = if direction[a] > 0.0 { room.size[a] } else { 0.0 };
+                let aim = if direction[a] > 0.0 {
+                    room.size[a]
+                } else {
+                    0.0
+                };
                 let to_wall = (aim - position[a]) / direction[a];
                 if direction[a] != 0.0 && to_wall < leg_m {
                     (leg_m, axis) = (to_wall.max(0.0), a);
                 }
             }
             if is_scattered {
-                count(&mut result, room, position, direction, leg_m, listener, ball_m, way_m, window_m, &energy);
+                count(
+                    &mut result,
+                    room,
+                    position,
+                    direction,
+                    leg_m,
+                    listener,
+                    ball_m,
+                    way_m,
+                    window_m,
+                    &energy,
+                );
             }
             way_m += leg_m;
             for a in 0..3 {
@@ -58,7 +73,12 @@ pub fn scattered(
                 let round = random.direction();
                 direction = round;
                 direction[axis] += inward;
-                let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt().max(1e-9);
+                let length = direction
+                    .iter()
+                    .map(|d| d * d)
+                    .sum::<f64>()
+                    .sqrt()
+                    .max(1e-9);
                 direction = direction.map(|d| d / length);
             } else {
                 direction[axis] = -direction[axis];

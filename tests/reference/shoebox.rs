@@ -121,8 +121,8 @@ fn image(
         *value = (-room.air_np_per_m[band] * length_m).exp() / length_m;
         for wall in 0..6 {
             let cosine = delta[wall / 2].abs() / length_m;
-            let factor = reflection(walls[wall][band], cosine)
-                * (1.0 - room.scattering[wall][band]).sqrt();
+            let factor =
+                reflection(walls[wall][band], cosine) * (1.0 - room.scattering[wall][band]).sqrt();
             *value *= factor.powi(wall_counts[wall] as i32);
         }
     }

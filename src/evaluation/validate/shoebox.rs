@@ -1,7 +1,11 @@
 //! Law *shoebox*: every image source to order 4 of a rectangular room, against the closed form.
 
 #[path = "../../../tests/reference/shoebox.rs"]
-#[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
+#[expect(
+    unreachable_pub,
+    dead_code,
+    reason = "the oracle is a file of the tests"
+)]
 mod oracle;
 
 use std::collections::BTreeMap;

@@ -1,42 +1,53 @@
-//! Reverberation time from the losses of source rays.
+//! Reverberation time from what far source rays still carry as time goes on.
 //!
-//! Source: [KUTTRUFF] 5.1, Eyring's decay −ln(1 − ᾱ) a mean free path, with air and with legs that leave the scene as a
-//! loss. Differs in that ᾱ and the mean free path are means over what the rays still carry in each band, and are taken
-//! from bounces that have forgotten where the source stands: a source on a stage has short legs at first.
+//! Own. In a diffuse room the sum over the rays falls as [KUTTRUFF] 5.1 has it (Eyring's −ln(1 − ᾱ) a mean free path,
+//! and a little slower by the spread of free paths, 5.30); where it is not diffuse, or rooms are coupled, or the sky is
+//! open, it falls as the rays do. The line is laid through the part that lies beyond the discrete paths' bounces: a
+//! source on a stage has short legs and soft curtains about it at first, which say nothing of the hall.
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::scene::Scene;
 
-/// Weight of a bounce within the discrete paths' depth against a later one. Enough to speak where no ray comes further,
-/// as under an open sky; too little to matter in a room.
-const EARLY_WEIGHT: f64 = 0.01;
+/// Moments at which the rays' energy is looked at, and the seconds between them: a second in all, 32 bounces in
+/// rooms up to a concert hall's size.
+const MOMENTS: usize = 128;
+const MOMENT_S: f64 = 0.008;
 
-/// Least share of energy that a bounce leaves: beyond it a logarithm says nothing.
-const LEAST_KEPT: f64 = 1e-3;
+/// Mean free times after which the line begins.
+const FIRST_FREE_TIME: f64 = 4.0;
+
+/// Mean free times after which it ends at the latest: most rays are followed so far.
+const LAST_FREE_TIME: f64 = 28.0;
+
+/// Share of all energy below which there is no line to lay there, and it begins at once: an open sky.
+const LEAST_REST: f64 = 1e-3;
+
+/// Fall over which the line is laid, an energy ratio: 25 dB.
+const FALL: f64 = 3.2e-3;
 
 /// Range of decays that are told, in seconds: beyond lies a numerical accident, not a room; a tail shorter than the
 /// generator's delay lines cannot be heard as one.
 const DECAY_RANGE_S: (f64, f64) = (0.1, 30.0);
 
-/// Sums over the bounces of rays.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Losses {
-    /// Energy that arrived at the ends of legs, one of them perhaps the sky.
-    carried: [f64; BANDS],
-    /// Energy that went on from there.
-    kept: [f64; BANDS],
-    /// Energy that arrived at surfaces, and the same times its leg's length.
-    met: [f64; BANDS],
-    met_m: [f64; BANDS],
-    /// All legs that met something after the first, and their number.
+/// 60 dB in nepers of energy.
+pub(super) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
+
+/// What rays have shown of a decay.
+#[derive(Debug, Clone)]
+pub(super) struct DecayCurve {
+    /// Sum of what far rays carry at each moment, without air.
+    energy: [BandArray; MOMENTS],
+    /// Far rays.
+    count: u32,
+    /// Lengths of all legs after the first, and their number.
     legs_m: f64,
-    legs: f64,
+    legs: u32,
     /// First legs, which start anywhere.
     first_m: f64,
-    first: f64,
+    first: u32,
 }
 
-/// What the losses say.
+/// What the curve says.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Decay {
     /// Mean free path over the speed of sound.
@@ -45,42 +56,67 @@ pub(super) struct Decay {
     pub(super) decay_time_s: BandArray,
 }
 
-impl Losses {
-    /// A first leg that met something.
-    pub(super) fn first_leg(&mut self, leg_m: f64) {
-        self.first_m += leg_m;
-        self.first += 1.0;
-    }
-
-    /// A later leg that met something, with the energy it carried and what the surface leaves of it.
-    pub(super) fn bounce(&mut self, late: bool, leg_m: f64, carried: &BandArray, kept: &BandArray) {
-        let weight = if late { 1.0 } else { EARLY_WEIGHT };
-        for b in 0..BANDS {
-            let energy = weight * f64::from(carried[b]);
-            self.carried[b] += energy;
-            self.met[b] += energy;
-            self.met_m[b] += energy * leg_m;
-            self.kept[b] += weight * f64::from(kept[b]);
+impl Default for DecayCurve {
+    fn default() -> Self {
+        Self {
+            energy: [[0.0; BANDS]; MOMENTS],
+            count: 0,
+            legs_m: 0.0,
+            legs: 0,
+            first_m: 0.0,
+            first: 0,
         }
-        self.legs_m += weight * leg_m;
-        self.legs += weight;
+    }
+}
+
+impl DecayCurve {
+    /// A leg that met something.
+    pub(super) fn leg(&mut self, is_first: bool, leg_m: f64) {
+        if is_first {
+            self.first_m += leg_m;
+            self.first += 1;
+        } else {
+            self.legs_m += leg_m;
+            self.legs += 1;
+        }
     }
 
-    /// A later leg that left the scene.
-    pub(super) fn escape(&mut self, late: bool, carried: &BandArray) {
-        let weight = if late { 1.0 } else { EARLY_WEIGHT };
-        for b in 0..BANDS {
-            self.carried[b] += weight * f64::from(carried[b]);
+    /// A far ray sets out.
+    pub(super) fn begin(&mut self) {
+        self.count += 1;
+    }
+
+    /// A far ray carries `share` between two times in seconds.
+    pub(super) fn carry(&mut self, share: &BandArray, from_s: f64, to_s: f64) {
+        let first = (from_s / MOMENT_S).ceil() as usize;
+        let end = ((to_s / MOMENT_S).ceil() as usize).min(MOMENTS);
+        for sum in &mut self.energy[first.min(end)..end] {
+            for (sum, share) in sum.iter_mut().zip(share) {
+                *sum += share;
+            }
+        }
+    }
+
+    /// A far ray is followed no further than `at_s`: from there it goes on as it came.
+    pub(super) fn leave(&mut self, share: &BandArray, at_s: f64) {
+        let first = (at_s / MOMENT_S).ceil() as usize;
+        let factor = share.map(|s| f64::from(s).powf(MOMENT_S / at_s.max(MOMENT_S)) as f32);
+        let mut left = *share;
+        for sum in self.energy.iter_mut().skip(first) {
+            for b in 0..BANDS {
+                sum[b] += left[b];
+                left[b] *= factor[b];
+            }
         }
     }
 
     pub(super) fn add(&mut self, other: &Self) {
-        for b in 0..BANDS {
-            self.carried[b] += other.carried[b];
-            self.kept[b] += other.kept[b];
-            self.met[b] += other.met[b];
-            self.met_m[b] += other.met_m[b];
+        for (sum, energy) in self.energy.iter_mut().zip(&other.energy) {
+            for b in 0..BANDS {
+                sum[b] += energy[b];
+            }
         }
+        self.count += other.count;
         self.legs_m += other.legs_m;
         self.legs += other.legs;
         self.first_m += other.first_m;
@@ -89,35 +125,52 @@ impl Losses {
 
     /// `None` if no ray met anything.
     pub(super) fn decay(&self, scene: &Scene) -> Option<Decay> {
-        let mean_free_path_m = if self.legs > 0.0 {
-            self.legs_m / self.legs
-        } else if self.first > 0.0 {
-            self.first_m / self.first
+        let mean_free_path_m = if self.legs > 0 {
+            self.legs_m / f64::from(self.legs)
+        } else if self.first > 0 {
+            self.first_m / f64::from(self.first)
         } else {
             return None;
         };
         let speed_m_s = scene.speed_of_sound_m_s();
+        let mean_free_time_s = mean_free_path_m / speed_m_s;
         let decay_time_s = std::array::from_fn(|b| {
-            let kept = if self.carried[b] > 0.0 {
-                (self.kept[b] / self.carried[b]).max(LEAST_KEPT)
-            } else {
-                LEAST_KEPT
-            };
-            let leg_m = if self.met[b] > 0.0 {
-                self.met_m[b] / self.met[b]
-            } else {
-                mean_free_path_m
-            };
             let air = 2.0 * f64::from(scene.air_np_per_m()[b]);
-            let nepers_per_s = speed_m_s * (-kept.ln() / leg_m + air);
+            let nepers_per_s = self.slope(b, mean_free_time_s) + speed_m_s * air;
             (NEPERS_OF_60_DB / nepers_per_s).clamp(DECAY_RANGE_S.0, DECAY_RANGE_S.1) as f32
         });
         Some(Decay {
-            mean_free_time_s: mean_free_path_m / speed_m_s,
+            mean_free_time_s,
             decay_time_s,
         })
     }
-}
 
-/// 60 dB in nepers of energy.
-pub(super) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
+    /// Nepers a second by which the energy of a band falls: the slope of a line through its logarithm by least squares.
+    fn slope(&self, band: usize, mean_free_time_s: f64) -> f64 {
+        let energy = |moment: usize| f64::from(self.energy[moment][band]);
+        let joint = ((FIRST_FREE_TIME * mean_free_time_s / MOMENT_S) as usize).min(MOMENTS / 2);
+        let first = if energy(joint) > LEAST_REST * f64::from(self.count) {
+            joint
+        } else {
+            0
+        };
+        let floor = FALL * energy(first);
+        let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let end = (LAST_FREE_TIME * mean_free_time_s / MOMENT_S) as usize;
+        for moment in first..end.clamp(first + 3, MOMENTS) {
+            if energy(moment) <= floor {
+                break;
+            }
+            let (at_s, nepers) = ((moment - first) as f64 * MOMENT_S, energy(moment).ln());
+            n += 1.0;
+            t += at_s;
+            tt += at_s * at_s;
+            y += nepers;
+            ty += at_s * nepers;
+        }
+        if n < 2.0 {
+            return NEPERS_OF_60_DB / DECAY_RANGE_S.0;
+        }
+        ((t * y - n * ty) / (n * tt - t * t)).max(0.0)
+    }
+}

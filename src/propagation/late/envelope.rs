@@ -135,7 +135,10 @@ mod tests {
     fn levels_rise_and_keep_their_energy() {
         let (energy, room) = ([4.0, 1.0, 3.0, 0.5], [1.0, 1.0, 0.5, 0.25]);
         let levels = rising(energy, room);
-        assert!(levels.windows(2).all(|pair| pair[0] <= pair[1]), "{levels:?}");
+        assert!(
+            levels.windows(2).all(|pair| pair[0] <= pair[1]),
+            "{levels:?}"
+        );
         let told: f64 = levels.iter().zip(room).map(|(l, r)| l * r).sum();
         assert!((told - 8.5).abs() < 1e-12, "{told}");
         assert_eq!(rising([0.0, 1.0, 2.0, 3.0], [1.0; 4]), [0.0, 1.0, 2.0, 3.0]);

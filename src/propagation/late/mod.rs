@@ -28,13 +28,13 @@ use super::sampling::ROTATIONS;
 use super::sequence::SequenceSet;
 use crate::scene::{Scene, SourceId};
 use connection::{Arrival, Candidate};
-use decay::Losses;
+use decay::DecayCurve;
 
 /// What the rays of one rotation found.
 #[derive(Debug, Clone, Default)]
 struct Slot {
     filled: bool,
-    losses: Losses,
+    curve: DecayCurve,
     arrivals: Vec<Arrival>,
     /// Seconds from source to listener along the straight line.
     nearest_s: f64,
@@ -71,14 +71,14 @@ impl LateEstimator {
     ) {
         let slot = &mut self.slots[(from.rotation % ROTATIONS) as usize];
         slot.filled = true;
-        slot.losses = Losses::default();
+        slot.curve = DecayCurve::default();
         slot.arrivals.clear();
         self.candidates.clear();
         source_rays::follow(
             scene,
             from,
             found,
-            &mut slot.losses,
+            &mut slot.curve,
             &mut self.candidates,
             rays,
         );
@@ -95,12 +95,12 @@ impl LateEstimator {
 
     /// The estimate over the last sixteen updates.
     pub fn estimate(&self, scene: &Scene, source: SourceId) -> LateSource {
-        let mut losses = Losses::default();
+        let mut curve = DecayCurve::default();
         let filled = || self.slots.iter().filter(|slot| slot.filled);
         for slot in filled() {
-            losses.add(&slot.losses);
+            curve.add(&slot.curve);
         }
-        let Some(decay) = losses.decay(scene) else {
+        let Some(decay) = curve.decay(scene) else {
             return LateSource::silent(source);
         };
         let mut late = LateSource {
@@ -112,7 +112,9 @@ impl LateEstimator {
         // An arrival belongs to the time since the first sound could be there, as that was in its own update.
         let arrivals = filled().flat_map(|slot| {
             let nearest_s = slot.nearest_s;
-            slot.arrivals.iter().map(move |a| (a.delay_s - nearest_s, &a.energy))
+            slot.arrivals
+                .iter()
+                .map(move |a| (a.delay_s - nearest_s, &a.energy))
         });
         envelope::gather(arrivals, filled().count(), &mut late);
         late

@@ -9,7 +9,7 @@ use super::super::path::MAX_ORDER;
 use super::super::sampling::{fibonacci_direction, lambert_direction, mix, unit};
 use super::super::sequence::{Sequence, SequenceSet};
 use super::connection::Candidate;
-use super::decay::Losses;
+use super::decay::DecayCurve;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
@@ -55,13 +55,13 @@ impl SourceRays {
     }
 }
 
-/// Follows all rays: their losses, the energy that each bounce has for the tail, and the specular sequences they begin
+/// Follows all rays: what they carry, the energy that each bounce has for the tail, and the specular sequences they begin
 /// with.
 pub(super) fn follow(
     scene: &Scene,
     from: &SourceRays,
     found: &mut SequenceSet,
-    losses: &mut Losses,
+    curve: &mut DecayCurve,
     candidates: &mut Vec<Candidate>,
     rays: &mut u64,
 ) {
@@ -69,12 +69,19 @@ pub(super) fn follow(
     for index in 0..from.count {
         // Another residue in each rotation, so that far rays see all heights of the lattice.
         let is_far = index % every == (7 * from.rotation % u64::from(every)) as u32;
-        let bounces = if is_far { FAR_BOUNCES } else { from.depth.max(1) };
-        let mut ray = SourceRay::new(from, index);
+        let bounces = if is_far {
+            FAR_BOUNCES
+        } else {
+            from.depth.max(1)
+        };
+        let mut ray = SourceRay::new(from, index, is_far);
+        if is_far {
+            curve.begin();
+        }
         for step in 0..bounces {
             *rays += 1;
             let far_of = if step >= from.depth.max(1) { every } else { 1 };
-            match ray.advance(scene, from, found, losses, step) {
+            match ray.advance(scene, from, found, curve, step) {
                 Some(mut candidate) => {
                     candidate.is_far = far_of > 1;
                     let gain = 4.0 * std::f32::consts::PI * far_of as f32 / from.count as f32;
@@ -84,12 +91,17 @@ pub(super) fn follow(
                 None => break,
             }
         }
+        if is_far && !ray.escaped {
+            curve.leave(&ray.share, ray.time_s(scene));
+        }
     }
 }
 
 /// A ray under way.
 struct SourceRay {
     index: u32,
+    is_far: bool,
+    escaped: bool,
     ray: Ray,
     last: u32,
     length_m: f32,
@@ -105,10 +117,12 @@ struct SourceRay {
 }
 
 impl SourceRay {
-    fn new(from: &SourceRays, index: u32) -> Self {
+    fn new(from: &SourceRays, index: u32, is_far: bool) -> Self {
         let direction = from.turn * fibonacci_direction(index, from.count);
         Self {
             index,
+            is_far,
+            escaped: false,
             ray: Ray::new(from.origin.as_vec3(), direction),
             last: NO_GROUP,
             length_m: 0.0,
@@ -120,28 +134,36 @@ impl SourceRay {
         }
     }
 
+    fn time_s(&self, scene: &Scene) -> f64 {
+        f64::from(self.length_m) / scene.speed_of_sound_m_s()
+    }
+
     /// To the next surface and away from it; `None` where the ray ends.
     fn advance(
         &mut self,
         scene: &Scene,
         from: &SourceRays,
         found: &mut SequenceSet,
-        losses: &mut Losses,
+        curve: &mut DecayCurve,
         step: usize,
     ) -> Option<Candidate> {
-        let late = step >= MAX_ORDER;
+        let from_s = self.time_s(scene);
         let Some(hit) = scene.bvh().closest_hit(&self.ray, [self.last, NO_GROUP]) else {
-            if step > 0 {
-                losses.escape(late, &self.share);
-            }
+            self.escaped = true;
             return None;
         };
         self.length_m += hit.t;
-        let normal = facing(scene.surface(hit.group).normal.as_vec3(), self.ray.direction);
+        curve.leg(step == 0, f64::from(hit.t));
+        if self.is_far {
+            curve.carry(&self.share, from_s, self.time_s(scene));
+        }
+        let normal = facing(
+            scene.surface(hit.group).normal.as_vec3(),
+            self.ray.direction,
+        );
         let reflectance = scene.reflectance(hit.group);
         let scattering = scene.material(hit.group).scattering;
         let kept = reflectance.energy(normal.dot(self.ray.direction).abs());
-        let carried = self.share;
         self.panels &= scene.is_panel(hit.triangle) && step < from.depth;
         let mut energy = [0.0; BANDS];
         for b in 0..BANDS {
@@ -149,11 +171,6 @@ impl SourceRay {
             self.specular[b] *= kept[b] * (1.0 - scattering[b]);
             let discrete = if self.panels { self.specular[b] } else { 0.0 };
             energy[b] = (self.share[b] - discrete).max(0.0);
-        }
-        if step == 0 {
-            losses.first_leg(f64::from(hit.t));
-        } else {
-            losses.bounce(late, f64::from(hit.t), &carried, &self.share);
         }
         self.mirrored &= self.panels;
         if self.mirrored && step < MAX_ORDER {
