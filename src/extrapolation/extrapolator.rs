@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
-use crate::propagation::direct::direct_path;
+use crate::propagation::direct::direct_path_of;
 use crate::propagation::late::{common_decay, tail_steps};
-use crate::propagation::{Path, PathSet};
+use crate::propagation::{LateSource, Path, PathSet};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// The extrapolation stage's state. Owned by the sound thread.
@@ -71,8 +71,8 @@ impl Extrapolator {
         let mut rays = 0;
         result.paths.clear();
         for pose in sources {
-            let (from, to) = (pose.position, listener.position);
-            let direct = direct_path(&self.scene, pose.id, from, to, self.nearest_m, &mut rays);
+            let to = listener.position;
+            let direct = direct_path_of(&self.scene, pose, to, self.nearest_m, &mut rays);
             result
                 .paths
                 .extend(direct.map(|path| self.direct_now(&path, listener)));
@@ -84,8 +84,9 @@ impl Extrapolator {
             level: self.level,
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            let absent = !sources.iter().any(|pose| pose.id == current.source);
-            if current.is_direct() || absent {
+            let wanted =
+                |pose: &SourcePose| pose.id == current.source && pose.settings.effects.reflections;
+            if current.is_direct() || !sources.iter().any(wanted) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -99,7 +100,11 @@ impl Extrapolator {
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);
         result.late.clear();
-        for late in &self.current.late {
+        let wanted = |late: &LateSource| {
+            let own = sources.iter().find(|pose| pose.id == late.source);
+            own.is_some_and(|pose| pose.settings.effects.late)
+        };
+        for late in self.current.late.iter().filter(|late| wanted(late)) {
             let steps = tail_steps(late, &result.decay_time_s);
             result.late.extend(steps.map(|step| LateSend {
                 source: late.source,

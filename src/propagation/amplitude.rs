@@ -1,8 +1,10 @@
 //! How loud a path is, in eight bands.
 
+use glam::Vec3;
+
 use super::image_source::ImagePath;
 use crate::acoustics::{BANDS, BandArray};
-use crate::scene::Scene;
+use crate::scene::{Scene, SourcePose};
 
 /// Spherical spreading and air: the pressure ratio of the free field at a distance, relative to 1 m without air.
 ///
@@ -27,4 +29,14 @@ pub fn reflected(scene: &Scene, path: &ImagePath, nearest_m: f64) -> BandArray {
         }
     }
     amplitude
+}
+
+/// Takes in what the source's directivity does to a path that leaves it towards a world direction.
+pub fn direct_by_source(amplitude: &mut BandArray, source: &SourcePose, departure: Vec3) {
+    if source.settings.directivity.is_omni() {
+        return;
+    }
+    for (value, factor) in amplitude.iter_mut().zip(source.factor_towards(departure)) {
+        *value *= factor;
+    }
 }

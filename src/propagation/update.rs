@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::amplitude;
-use super::direct::direct_path;
+use super::direct::direct_path_of;
 use super::discovery::trace_guide_rays;
 use super::image_source::{is_clear, mirror_listener, unfold};
 use super::late::{LateEstimator, SourceRays};
-use super::path::{MAX_ORDER, Path, PathSet};
+use super::path::{LateSource, MAX_ORDER, Path, PathSet};
 use super::sampling::{ROTATIONS, mix, rotation};
 use super::sequence::{Sequence, SequenceSet};
 use crate::error::{Error, Result};
@@ -196,6 +196,7 @@ impl Propagator {
         let source_rays = SourceRays {
             origin,
             listener: ear,
+            pose: *pose,
             turn: rotation(self.update, settings.seed ^ mix(u64::from(pose.id.bits()))),
             rotation: self.update % ROTATIONS,
             count: settings.source_rays,
@@ -203,19 +204,23 @@ impl Propagator {
             seed: mix(settings.seed) ^ mix(u64::from(pose.id.bits())),
         };
         memory.late.trace(scene, &source_rays, &mut self.own, rays);
-        result.late.push(memory.late.estimate(scene, pose.id));
+        result.late.push(match pose.settings.effects.late {
+            true => memory.late.estimate(scene, pose.id),
+            false => LateSource::silent(pose.id),
+        });
         for (sequence, _) in &memory.cache {
             self.own.insert(*sequence);
         }
-        let nearest_m = f64::from(settings.nearest_m);
-        result.paths.extend(direct_path(
-            scene,
-            pose.id,
-            pose.position,
-            listener.position,
-            nearest_m,
-            rays,
-        ));
+        let otherwise_m = f64::from(settings.nearest_m);
+        let to = listener.position;
+        result
+            .paths
+            .extend(direct_path_of(scene, pose, to, otherwise_m, rays));
+        let nearest_m = pose.settings.nearest_m(otherwise_m);
+        let depth = match pose.settings.effects.reflections {
+            true => settings.depth,
+            false => 0,
+        };
         self.next_cache.clear();
         let own = self
             .own
@@ -223,7 +228,7 @@ impl Propagator {
             .iter()
             .filter(|s| !self.guide.contains(s));
         for sequence in self.guide.entries().iter().chain(own) {
-            if sequence.len() > settings.depth {
+            if sequence.len() > depth {
                 continue;
             }
             let image = mirror_listener(scene, sequence, ear);
@@ -236,6 +241,9 @@ impl Propagator {
             if self.next_cache.len() < settings.cache_capacity {
                 self.next_cache.push((*sequence, self.update));
             }
+            let mut amplitude = amplitude::reflected(scene, &path, nearest_m);
+            let departure = (path.points[0] - origin).as_vec3();
+            amplitude::direct_by_source(&mut amplitude, pose, departure);
             result.paths.push(Path {
                 id: sequence.path_id(scene, pose.id),
                 source: pose.id,
@@ -244,7 +252,7 @@ impl Propagator {
                 points: path.points.map(|p| scene.to_world(p)),
                 image: scene.to_world(path.image),
                 length_m: path.length_m as f32,
-                amplitude: amplitude::reflected(scene, &path, nearest_m),
+                amplitude,
             });
         }
         self.keep_recent(place);

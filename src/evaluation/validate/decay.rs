@@ -56,10 +56,7 @@ fn case(size: [f32; 3], absorption: BandArray, scattering: f32) -> Result<Case> 
     };
     let scene = rooms::six_walls(Vec3::from(size), std::array::from_fn(wall))?;
     let mut propagator = Propagator::new(scene.clone(), PropagationSettings::default())?;
-    let pose = SourcePose {
-        id: SourceId::new(0, 0),
-        position: Vec3::new(0.3 * x, 0.4 * y, 0.4 * z),
-    };
+    let pose = SourcePose::at(SourceId::new(0, 0), Vec3::new(0.3 * x, 0.4 * y, 0.4 * z));
     let ear = ListenerPose::facing(Vec3::new(0.7 * x, 0.6 * y, 0.5 * z), 0.0);
     let mut set = PathSet::default();
     for _ in 0..16 {

@@ -88,10 +88,7 @@ pub fn measure(size: [f64; 3], scattering: f32) -> Result<Case> {
     let place = |share: [f64; 3]| std::array::from_fn::<f64, 3, _>(|a| share[a] * size[a]);
     let (source, listener) = (place([0.3, 0.4, 0.4]), place([0.68, 0.61, 0.55]));
     let narrow = |p: [f64; 3]| Vec3::from(p.map(|v| v as f32));
-    let pose = SourcePose {
-        id: SourceId::new(0, 0),
-        position: narrow(source),
-    };
+    let pose = SourcePose::at(SourceId::new(0, 0), narrow(source));
     let ear = ListenerPose::facing(narrow(listener), 0.0);
     let mut propagator = Propagator::new(scene.clone(), PropagationSettings::default())?;
     propagator.warm_up(&ear, &[pose]);

@@ -91,10 +91,7 @@ fn measure_pair(
     listener: [f32; 3],
     tally: &mut Tally,
 ) -> Result<()> {
-    let pose = SourcePose {
-        id: SourceId::new(0, 0),
-        position: source.into(),
-    };
+    let pose = SourcePose::at(SourceId::new(0, 0), source.into());
     let ear = ListenerPose {
         position: listener.into(),
         ..ListenerPose::default()

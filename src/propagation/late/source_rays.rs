@@ -13,7 +13,7 @@ use super::decay::DecayCurve;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::scene::Scene;
+use crate::scene::{Scene, SourcePose};
 
 /// Band whose scattering coefficient decides whether a ray bounces diffusely: the one around 1 kHz.
 const SCATTERING_BAND: usize = 4;
@@ -35,6 +35,8 @@ pub struct SourceRays {
     pub origin: DVec3,
     /// The listener, local coordinates.
     pub listener: DVec3,
+    /// The source as it is: rays carry what its directivity sends along them.
+    pub pose: SourcePose,
     /// Rotation of the lattice.
     pub turn: Mat3,
     /// Number of the rotation, `update % ROTATIONS`.
@@ -75,6 +77,7 @@ pub(super) fn follow(
             from.depth.max(1)
         };
         let mut ray = SourceRay::new(from, index, is_far);
+        let directivity = from.pose.factor_towards(ray.ray.direction);
         if is_far {
             curve.begin();
         }
@@ -85,6 +88,9 @@ pub(super) fn follow(
                 Some(mut candidate) => {
                     candidate.is_far = far_of > 1;
                     let gain = 4.0 * std::f32::consts::PI * far_of as f32 / from.count as f32;
+                    for (energy, factor) in candidate.energy.iter_mut().zip(directivity) {
+                        *energy *= factor * factor;
+                    }
                     candidate.weigh(scene, from.listener.as_vec3(), gain);
                     candidates.push(candidate);
                 }
