@@ -1,5 +1,6 @@
 //! No ray leaks out of a closed hall, whatever it is aimed at.
 
+#[allow(unreachable_pub, reason = "shared by several tests")]
 mod reference;
 
 use foresound::geometry::bvh::NO_GROUP;

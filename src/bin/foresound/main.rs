@@ -57,9 +57,7 @@ fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
-            let text = error.to_string();
-            let first = text.lines().next().unwrap_or_default();
-            eprintln!("{first}; see `foresound --help`");
+            eprintln!("{}; see `foresound --help`", one_line(&error.to_string()));
             return ExitCode::from(2);
         }
     };
@@ -85,4 +83,14 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Scenes(arguments) => scenes::run(&arguments)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What an argument error says before it comes to usage, on one line.
+fn one_line(text: &str) -> String {
+    let saying = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:"));
+    let words: Vec<&str> = saying.filter(|line| !line.is_empty()).collect();
+    words.join(" ")
 }

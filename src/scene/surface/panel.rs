@@ -79,6 +79,6 @@ mod tests {
         mesh.triangles[2..].copy_from_slice(&[[1, 5, 6], [1, 6, 2]]);
         assert_eq!(large_enough(&mesh, &[0; 4], 0.4), [true; 4]);
         // … and as two surfaces.
-        assert_eq!(large_enough(&mesh, &[0, 0, 1, 1], 0.4), [false; 4]);
+        assert_eq!(large_enough(&mesh, &[0, 0, 1, 1], 0.6), [false; 4]);
     }
 }
