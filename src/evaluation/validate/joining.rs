@@ -57,14 +57,22 @@ pub struct Case {
 }
 
 /// Rooms of two sizes, three scattering coefficients.
-pub(super) fn rows() -> Result<Vec<Row>> {
-    let mut rows = Vec::new();
+///
+/// # Errors
+/// Those of committing a scene.
+pub fn cases() -> Result<Vec<Case>> {
+    let mut cases = Vec::new();
     for size in [[8.0, 6.0, 3.5], [30.0, 20.0, 12.0]] {
         for scattering in [0.0, 0.3, 0.6] {
-            rows.extend(measure(size, scattering)?.rows());
+            cases.push(measure(size, scattering)?);
         }
     }
-    Ok(rows)
+    Ok(cases)
+}
+
+/// Every bound of every room.
+pub(super) fn rows() -> Result<Vec<Row>> {
+    Ok(cases()?.iter().flat_map(Case::rows).collect())
 }
 
 /// Computes one room's response both ways.
@@ -120,7 +128,7 @@ pub fn measure(size: [f64; 3], scattering: f32) -> Result<Case> {
     }
     Ok(Case {
         name: format!(
-            "joining: {} x {} x {} m, scattering {scattering}",
+            "{} x {} x {} m, scattering {scattering}",
             size[0], size[1], size[2]
         ),
         paths,
@@ -175,7 +183,7 @@ impl Case {
                 .fold(0.0, f64::max)
         };
         let mut rows = vec![Row::at_most(
-            format!("{}, total energy", self.name),
+            format!("joining: {}, total energy", self.name),
             worst(0, WINDOWS),
             1.0,
             "dB",
@@ -183,7 +191,7 @@ impl Case {
         for (from, to) in SPANS {
             let ms = |window: usize| (1000.0 * window as f64 * WINDOW_S).round();
             rows.push(Row::at_most(
-                format!("{}, {} to {} ms", self.name, ms(from), ms(to)),
+                format!("joining: {}, {} to {} ms", self.name, ms(from), ms(to)),
                 worst(from, to),
                 self.bound_db,
                 "dB",
@@ -199,7 +207,7 @@ impl Case {
             }
         }
         rows.push(Row::at_most(
-            format!("{}, deepest gap", self.name),
+            format!("joining: {}, deepest gap", self.name),
             dip,
             3.0,
             "dB",

@@ -3,6 +3,7 @@
 pub mod air;
 pub mod decay;
 pub mod joining;
+pub mod late_figures;
 pub mod reciprocity;
 pub mod rooms;
 pub mod shoebox;
