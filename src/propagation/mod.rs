@@ -8,6 +8,7 @@
 pub mod amplitude;
 pub mod direct;
 pub mod discovery;
+pub mod finite_panel;
 pub mod image_source;
 pub mod late;
 pub mod path;

@@ -7,7 +7,6 @@ use glam::{Vec2, vec2};
 
 use super::{decay, joining};
 use crate::acoustics::BANDS;
-use crate::acoustics::bands::CENTRES_HZ;
 use crate::error::Result;
 use crate::evaluation::axis::{hz_text, round_step, tick_text, ticks};
 use crate::evaluation::canvas::Canvas;
@@ -46,15 +45,9 @@ fn write_decay(folder: &Path) -> Result<PathBuf> {
         let top = f64::from(most) * 1.15;
         let chart = Chart::new(place, (-0.4, 7.4), (0.0, top));
         chart.axes(&mut canvas, &case.name, "s", |chart, canvas| {
-            for (b, hz) in CENTRES_HZ.iter().enumerate().step_by(2) {
-                let at = chart.at(b as f64, 0.0) + vec2(0.0, 14.0);
-                canvas.text(
-                    at,
-                    Align::Centre,
-                    Font::Small,
-                    Colour::TEXT,
-                    &hz_text(hz.round()),
-                );
+            for (b, hz) in [(0, 63.0), (2, 250.0), (4, 1000.0), (6, 4000.0)] {
+                let at = chart.at(f64::from(b), 0.0) + vec2(0.0, 14.0);
+                canvas.text(at, Align::Centre, Font::Small, Colour::TEXT, &hz_text(hz));
             }
         });
         let line = |values: &[f32; BANDS]| -> Vec<Vec2> {
