@@ -27,8 +27,8 @@ pub struct SceneSettings {
     /// Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m mirrors from 1 kHz on ([RINDEL86]).
     pub smallest_panel_m2: f64,
     /// Area in m² up to which a connected plane piece whose edges are free reflects as far as its size allows and fades
-    /// at its edges ([`crate::scene::surface::free_panel`]); 0 for none. Larger ones limit nothing that is heard: 10 m²
-    /// at a* = 5 m reflect from 86 Hz on.
+    /// at its edges ([`crate::scene::surface::free_panel`]); 0 for none. Larger ones limit nothing that is heard: 40 m²
+    /// at a* = 10 m reflect from 43 Hz on.
     pub largest_free_panel_m2: f64,
 }
 
@@ -37,7 +37,7 @@ impl Default for SceneSettings {
         Self {
             medium: Medium::default(),
             smallest_panel_m2: 0.5,
-            largest_free_panel_m2: 10.0,
+            largest_free_panel_m2: 40.0,
         }
     }
 }
@@ -86,6 +86,7 @@ impl Scene {
             &mesh.vertices,
             &mesh.triangles,
             &mesh.surfaces,
+            &bvh,
             settings.largest_free_panel_m2,
         );
         Ok(Self {

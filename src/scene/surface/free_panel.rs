@@ -8,9 +8,15 @@ use glam::{DVec3, Vec3};
 
 use super::super::weld::sorted_edges;
 use super::{SurfaceSet, panel};
+use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Bvh, Ray};
 
-/// How far out of a plane a neighbour's corner lies before it continues the wall on that side, in metres.
-const BENT_M: f64 = 1e-3;
+/// How far from an edge is looked for what continues the panel there, in metres: a wall may miss its neighbour by as
+/// much and share no corner with it.
+const REACH_M: f32 = 0.02;
+
+/// Places along an edge where that is done, as shares of its length.
+const PLACES: [f32; 3] = [0.2, 0.5, 0.8];
 
 /// Share of a panel's border that is free on a side before the panel counts as standing free there.
 const FREE_SHARE: f64 = 0.5;
@@ -53,11 +59,12 @@ pub struct FreePanels {
 }
 
 impl FreePanels {
-    /// Of a mesh in local coordinates; only panels up to `largest_m2`.
+    /// Of a mesh in local coordinates and its tree; only panels up to `largest_m2`.
     pub(in super::super) fn build(
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
         set: &SurfaceSet,
+        bvh: &Bvh,
         largest_m2: f64,
     ) -> Self {
         let roots = panel::roots(triangles, &set.triangle_surface);
@@ -94,21 +101,12 @@ impl FreePanels {
                 if others().any(|t| set.triangle_surface[t as usize] == piece.surface) {
                     continue;
                 }
-                let plane = &set.surfaces[piece.surface as usize];
-                let mut free = [true; 2];
-                for other in others() {
-                    let heights = triangles[other as usize]
-                        .map(|v| plane.distance_m(vertices[v as usize].as_dvec3()));
-                    let rises = heights.iter().any(|h| *h > BENT_M);
-                    let falls = heights.iter().any(|h| *h < -BENT_M);
-                    free[0] &= !rises && falls;
-                    free[1] &= !falls && rises;
-                }
-                let corners = triangles[triangle as usize];
+                let corners = triangles[triangle as usize].map(|v| vertices[v as usize]);
                 let ends = [corners[side], corners[(side + 1) % 3]];
+                let normal = set.surfaces[piece.surface as usize].normal.as_vec3();
                 piece.borders.push(Border {
-                    ends: ends.map(|v| vertices[v as usize]),
-                    free,
+                    ends,
+                    free: free_sides(bvh, ends, corners[(side + 2) % 3], normal),
                 });
             }
         }
@@ -166,6 +164,33 @@ impl FreePanels {
     }
 }
 
+/// Whether nothing continues a panel over an edge, on the normal's side and on the other: nothing in its plane beyond,
+/// and nothing that rises from there.
+fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2] {
+    let along = ends[1] - ends[0];
+    let across = normal.cross(along).normalize_or_zero();
+    let outward = -across * across.dot(inner - ends[0]).signum();
+    let met = |from: Vec3, to: Vec3| bvh.any_hit(&Ray::between(from, to), [NO_GROUP; 2]);
+    let most = |continued: &dyn Fn(Vec3) -> bool| {
+        let count = PLACES
+            .iter()
+            .filter(|share| continued(ends[0] + along * **share));
+        2 * count.count() > PLACES.len()
+    };
+    let up = normal * REACH_M;
+    let beyond = most(&|at| {
+        let at = at + outward * (0.5 * REACH_M);
+        met(at + up, at - up)
+    });
+    [up, -up].map(|lift| {
+        let rises = most(&|at| {
+            let at = at + lift;
+            met(at - outward * REACH_M, at + outward * REACH_M)
+        });
+        !beyond && !rises
+    })
+}
+
 fn area_m2([a, b, c]: [Vec3; 3]) -> f64 {
     0.5 * (b - a).as_dvec3().cross((c - a).as_dvec3()).length()
 }
@@ -185,4 +210,38 @@ fn distance_m([from, to]: [DVec3; 2], point: DVec3) -> f64 {
     let along = to - from;
     let share = (point - from).dot(along) / along.length_squared().max(1e-12);
     point.distance(from + along * share.clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
+
+    fn commit(mesh: &TriangleMesh) -> Scene {
+        Scene::commit(mesh, &MaterialTable::built_in(), &SceneSettings::default()).expect("commits")
+    }
+
+    #[test]
+    fn the_walls_of_a_room_are_not_free_and_a_board_is() {
+        let mut mesh = procedural::shoebox(Vec3::new(4.0, 2.5, 3.0), "concrete");
+        assert!(commit(&mesh).free_panels().is_empty());
+        let first = mesh.vertices.len() as u32;
+        for (x, z) in [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0), (1.0, 2.0)] {
+            mesh.vertices.push(Vec3::new(x, 2.0, z));
+        }
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            mesh.triangles.push(corners.map(|c| first + c));
+            mesh.triangle_materials.push(0);
+        }
+        let scene = commit(&mesh);
+        assert_eq!(scene.free_panels().len(), 1);
+        let board = (0..scene.surfaces().len() as u32)
+            .find(|&s| (scene.surface(s).area_m2 - 1.0).abs() < 1e-6)
+            .expect("the board");
+        let local = |x: f32| scene.to_local(Vec3::new(x, 2.0, 1.5));
+        let told = scene.free_panel_at(board, local(1.2), true).expect("on it");
+        assert!((told.area_m2 - 1.0).abs() < 1e-6 && (told.to_edge_m - 0.2).abs() < 1e-5);
+        assert!(scene.free_panel_at(board, local(2.1), true).is_none());
+    }
 }
