@@ -225,7 +225,15 @@ mod tests {
     #[test]
     fn the_walls_of_a_room_are_not_free_and_a_board_is() {
         let mut mesh = procedural::shoebox(Vec3::new(4.0, 2.5, 3.0), "concrete");
-        assert!(commit(&mesh).free_panels().is_empty());
+        let room = commit(&mesh);
+        let centre = room.to_local(Vec3::new(2.0, 1.25, 1.5));
+        for (number, wall) in room.surfaces().iter().enumerate() {
+            let height_m = wall.distance_m(centre);
+            let point = centre - height_m * wall.normal;
+            let seen = |in_front: bool| room.free_panel_at(number as u32, point, in_front);
+            // From inside a wall goes on round the corner; from outside the room is a box.
+            assert!(seen(height_m > 0.0).is_none() && seen(height_m < 0.0).is_some());
+        }
         let first = mesh.vertices.len() as u32;
         for (x, z) in [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0), (1.0, 2.0)] {
             mesh.vertices.push(Vec3::new(x, 2.0, z));
@@ -235,7 +243,7 @@ mod tests {
             mesh.triangle_materials.push(0);
         }
         let scene = commit(&mesh);
-        assert_eq!(scene.free_panels().len(), 1);
+        assert_eq!(scene.free_panels().len(), 1 + room.free_panels().len());
         let board = (0..scene.surfaces().len() as u32)
             .find(|&s| (scene.surface(s).area_m2 - 1.0).abs() < 1e-6)
             .expect("the board");
