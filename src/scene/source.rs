@@ -44,7 +44,7 @@ impl Directivity {
         };
         self.weight.map(|weight| {
             // A weight that is not a number is none.
-            let weight = weight.max(0.0).min(1.0);
+            let weight = if weight > 0.0 { weight.min(1.0) } else { 0.0 };
             ((1.0 - weight) + weight * cos_angle.clamp(-1.0, 1.0))
                 .abs()
                 .powf(order)

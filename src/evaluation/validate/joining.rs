@@ -6,16 +6,10 @@
 #[path = "../../../tests/reference/particles.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 mod particles;
-#[path = "../../../tests/reference/shoebox.rs"]
-#[expect(
-    unreachable_pub,
-    dead_code,
-    reason = "the oracle is a file of the tests"
-)]
-mod shoebox;
 
 use glam::Vec3;
 
+use super::shoebox::oracle as shoebox;
 use super::{Row, rooms};
 use crate::acoustics::{BANDS, Material};
 use crate::error::Result;

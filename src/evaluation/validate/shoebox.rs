@@ -1,12 +1,8 @@
 //! Law *shoebox*: every image source to order 4 of a rectangular room, against the closed form.
 
 #[path = "../../../tests/reference/shoebox.rs"]
-#[expect(
-    unreachable_pub,
-    dead_code,
-    reason = "the oracle is a file of the tests"
-)]
-mod oracle;
+#[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
+pub(super) mod oracle;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
