@@ -43,10 +43,7 @@ fn propagation(criterion: &mut Criterion) {
             .iter()
             .take(count)
             .enumerate()
-            .map(|(slot, (_, position))| SourcePose {
-                id: SourceId::new(slot as u16, 0),
-                position: *position,
-            })
+            .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
             .collect();
         let settings = PropagationSettings::default();
         let mut propagator = Propagator::new(Arc::clone(&scene), settings).expect("settings");

@@ -47,10 +47,7 @@ fn walk(workers: &impl Workers, updates: u32) -> u64 {
     let mut propagator = Propagator::new(Arc::new(scene), settings).expect("settings");
     let places = hall.sources.iter().take(8).enumerate();
     let sources: Vec<SourcePose> = places
-        .map(|(slot, (_, position))| SourcePose {
-            id: SourceId::new(slot as u16, 0),
-            position: *position,
-        })
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect();
     let mut set = PathSet::default();
     let mut run = |step: u32| {

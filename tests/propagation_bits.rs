@@ -23,10 +23,7 @@ fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
 fn poses(scene: &procedural::BenchmarkScene, count: usize) -> Vec<SourcePose> {
     let places = scene.sources.iter().take(count).enumerate();
     places
-        .map(|(slot, (_, position))| SourcePose {
-            id: SourceId::new(slot as u16, 0),
-            position: *position,
-        })
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect()
 }
 

@@ -30,10 +30,7 @@ fn hold(mesh: &TriangleMesh, sources: &[Vec3], listener: Vec3) -> Result<(), Tes
     let mut propagator = Propagator::new(Arc::new(scene), SETTINGS).expect("settings");
     let poses: Vec<SourcePose> = (0..)
         .zip(sources)
-        .map(|(slot, &position)| SourcePose {
-            id: SourceId::new(slot, 0),
-            position,
-        })
+        .map(|(slot, &position)| SourcePose::at(SourceId::new(slot, 0), position))
         .collect();
     let ear = ListenerPose {
         position: listener,
@@ -147,10 +144,7 @@ fn numbers_that_are_none_end_well() {
         let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default());
         let mut propagator =
             Propagator::new(Arc::new(scene.expect("commits")), SETTINGS).expect("settings");
-        let pose = SourcePose {
-            id: SourceId::new(0, 0),
-            position: odd,
-        };
+        let pose = SourcePose::at(SourceId::new(0, 0), odd);
         let ear = ListenerPose {
             position: Vec3::ONE,
             ..ListenerPose::default()

@@ -40,10 +40,9 @@ fn render(settings: OfflineSettings, frames: u32, listener: impl Fn(f64) -> Vec3
     let mut renderer = OfflineRenderer::new(Arc::new(scene), hrtf, settings).expect("settings");
     let mut poses = Poses::default();
     for (slot, (_, position)) in doorway.sources.iter().take(3).enumerate() {
-        poses.sources.push(SourcePose {
-            id: SourceId::new(slot as u16, 0),
-            position: *position,
-        });
+        poses
+            .sources
+            .push(SourcePose::at(SourceId::new(slot as u16, 0), *position));
     }
     let mut output = Vec::new();
     for _ in 0..frames {

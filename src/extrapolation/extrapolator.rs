@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
-use crate::propagation::direct::direct_path;
-use crate::propagation::late::common_decay;
-use crate::propagation::{Path, PathSet};
-use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use crate::propagation::direct::direct_path_of;
+use crate::propagation::late::{common_decay, tail_steps};
+use crate::propagation::{LateSource, Path, PathSet};
+use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
@@ -71,8 +71,8 @@ impl Extrapolator {
         let mut rays = 0;
         result.paths.clear();
         for pose in sources {
-            let (from, to) = (pose.position, listener.position);
-            let direct = direct_path(&self.scene, pose.id, from, to, self.nearest_m, &mut rays);
+            let to = listener.position;
+            let direct = direct_path_of(&self.scene, pose, to, self.nearest_m, &mut rays);
             result
                 .paths
                 .extend(direct.map(|path| self.direct_now(&path, listener)));
@@ -84,7 +84,9 @@ impl Extrapolator {
             level: self.level,
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            if current.is_direct() || !is_among(sources, current.source) {
+            let wanted =
+                |pose: &SourcePose| pose.id == current.source && pose.settings.effects.reflections;
+            if current.is_direct() || !sources.iter().any(wanted) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -98,16 +100,18 @@ impl Extrapolator {
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);
         result.late.clear();
-        let present = self
-            .current
-            .late
-            .iter()
-            .filter(|late| is_among(sources, late.source));
-        result.late.extend(present.map(|late| LateSend {
-            source: late.source,
-            energy_per_s: late.energy_per_s,
-            start_s: late.start_s,
-        }));
+        let wanted = |late: &LateSource| {
+            let own = sources.iter().find(|pose| pose.id == late.source);
+            own.is_some_and(|pose| pose.settings.effects.late)
+        };
+        for late in self.current.late.iter().filter(|late| wanted(late)) {
+            let steps = tail_steps(late, &result.decay_time_s);
+            result.late.extend(steps.map(|step| LateSend {
+                source: late.source,
+                energy_per_s: step.energy_per_s,
+                start_s: step.start_s,
+            }));
+        }
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         rays
     }
@@ -125,8 +129,4 @@ impl Extrapolator {
                 .unwrap_or_else(|| listener.orientation * glam::Vec3::NEG_Z),
         }
     }
-}
-
-fn is_among(sources: &[SourcePose], id: SourceId) -> bool {
-    sources.iter().any(|pose| pose.id == id)
 }

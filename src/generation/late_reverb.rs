@@ -18,7 +18,7 @@
 //! even stream that begins with the feed ([COX62] 4.2, the renewal function). A send is fed earlier by as much.
 
 use crate::acoustics::bands::amplitude_of_energy;
-use crate::extrapolation::FramePaths;
+use crate::extrapolation::{FramePaths, LATE_STEPS};
 use crate::simd::F32x8;
 
 use super::delay_line::DelayLine;
@@ -116,7 +116,7 @@ impl LateReverb {
             places: [0; LINES],
             gain: [F32x8::ZERO; LINES],
             growth: [F32x8::ZERO; LINES],
-            sends: vec![Send::default(); max_sources],
+            sends: vec![Send::default(); max_sources * LATE_STEPS],
             input: vec![F32x8::ZERO; CHUNK],
             quiet_frames: usize::MAX / 2,
         }
@@ -141,9 +141,11 @@ impl LateReverb {
             self.growth[line] = (wanted - present) * F32x8::splat(1.0 / ramp as f32);
             self.gain[line] = wanted;
         }
-        for (slot, send) in self.sends.iter_mut().enumerate() {
+        for (place, send) in self.sends.iter_mut().enumerate() {
+            let (slot, step) = (place / LATE_STEPS, place % LATE_STEPS);
             send.before.retarget(F32x8::ZERO, left, ramp);
-            let Some(wanted) = frame.late.iter().find(|late| late.source.slot() == slot) else {
+            let mut own = frame.late.iter().filter(|late| late.source.slot() == slot);
+            let Some(wanted) = own.nth(step) else {
                 send.now.retarget(F32x8::ZERO, left, ramp);
                 continue;
             };
@@ -183,10 +185,11 @@ impl LateReverb {
         left: u32,
         frames: usize,
     ) {
-        let Some(send) = self.sends.get(slot) else {
+        let first = slot * LATE_STEPS;
+        let Some(sends) = self.sends.get(first..first + LATE_STEPS) else {
             return;
         };
-        for tap in [&send.now, &send.before] {
+        for tap in sends.iter().flat_map(|send| [&send.now, &send.before]) {
             let position = now - tap.delay;
             if tap.is_silent(left) || line.is_silent_from(position) {
                 continue;

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::amplitude;
 use super::cache::SequenceCache;
 use super::candidates::{Candidates, image_for_one};
-use super::direct::direct_path;
+use super::direct::direct_path_of;
 use super::image_source::unfold;
 use super::late::{LateEstimator, SourceRays};
 use super::occluders::Occluders;
@@ -93,7 +93,7 @@ impl SourceTask {
         let origin = shared.scene.to_local(pose.position);
         self.rays = 0;
         self.paths.clear();
-        self.trace(shared, origin);
+        self.trace(shared, pose, origin);
         let within_reach =
             |place: DVec3| place.abs().max_element() < FARTHEST_M && place.is_finite();
         if within_reach(origin) && within_reach(shared.ear) {
@@ -105,39 +105,47 @@ impl SourceTask {
 
     /// The direct path and all reflected ones.
     fn find_paths(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
-        self.paths.extend(direct_path(
+        let otherwise_m = f64::from(shared.settings.nearest_m);
+        let to = shared.listener.position;
+        self.paths.extend(direct_path_of(
             shared.scene,
-            pose.id,
-            pose.position,
-            shared.listener.position,
-            f64::from(shared.settings.nearest_m),
+            pose,
+            to,
+            otherwise_m,
             &mut self.rays,
         ));
-        self.validate(shared, origin);
+        if pose.settings.effects.reflections {
+            self.validate(shared, pose, origin);
+        }
     }
 
     /// Casts the source's rays; what they find and what was valid before is this source's own list.
-    fn trace(&mut self, shared: &Shared<'_>, origin: DVec3) {
+    fn trace(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
         let settings = shared.settings;
         let own_seed = mix(u64::from(self.id.bits()));
         let source_rays = SourceRays {
             origin,
+            listener: shared.ear,
+            pose: *pose,
             turn: rotation(shared.update, settings.seed ^ own_seed),
             rotation: shared.update % ROTATIONS,
             count: settings.source_rays,
-            depth: settings.depth.max(1),
+            depth: settings.depth,
             seed: mix(settings.seed) ^ own_seed,
         };
         self.own.clear();
         self.late
             .trace(shared.scene, &source_rays, &mut self.own, &mut self.rays);
-        self.late_source = Some(self.late.estimate(shared.scene, self.id));
+        self.late_source = Some(match pose.settings.effects.late {
+            true => self.late.estimate(shared.scene, self.id),
+            false => LateSource::silent(self.id),
+        });
         for sequence in self.cache.entries() {
             self.own.insert(*sequence);
         }
     }
 
-    fn validate(&mut self, shared: &Shared<'_>, origin: DVec3) {
+    fn validate(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
         self.likely.clear();
         for share in shared.candidates {
             share.of_source(origin, |number, image| {
@@ -147,7 +155,7 @@ impl SourceTask {
         for place in 0..self.likely.len() {
             let (number, image) = self.likely[place];
             let sequence = shared.guide.entries()[number as usize];
-            self.try_candidate(shared, &sequence, origin, image);
+            self.try_candidate(shared, &sequence, pose, origin, image);
         }
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
@@ -156,7 +164,7 @@ impl SourceTask {
                 continue;
             }
             if let Some(image) = image_for_one(shared.scene, &sequence, origin, shared.ear) {
-                self.try_candidate(shared, &sequence, origin, image);
+                self.try_candidate(shared, &sequence, pose, origin, image);
             }
         }
     }
@@ -166,6 +174,7 @@ impl SourceTask {
         &mut self,
         shared: &Shared<'_>,
         sequence: &Sequence,
+        pose: &SourcePose,
         origin: DVec3,
         image: DVec3,
     ) {
@@ -182,7 +191,12 @@ impl SourceTask {
             return;
         }
         self.cache.renew(*sequence, shared.update);
-        let nearest_m = f64::from(shared.settings.nearest_m);
+        let nearest_m = pose
+            .settings
+            .nearest_m(f64::from(shared.settings.nearest_m));
+        let mut amplitude = amplitude::reflected(scene, &path, nearest_m);
+        let departure = (path.points[0] - origin).as_vec3();
+        amplitude::direct_by_source(&mut amplitude, pose, departure);
         self.paths.push(Path {
             id: sequence.path_id(scene, self.id),
             source: self.id,
@@ -191,7 +205,7 @@ impl SourceTask {
             points: path.points.map(|p| scene.to_world(p)),
             image: scene.to_world(path.image),
             length_m: path.length_m as f32,
-            amplitude: amplitude::reflected(scene, &path, nearest_m),
+            amplitude,
         });
     }
 }

@@ -10,6 +10,7 @@ use super::commit::{CommittedMesh, commit_mesh};
 use super::materials::MaterialTable;
 use super::mesh::TriangleMesh;
 use super::surface::Surface;
+use super::surface::free_panel::{FreePanel, FreePanels};
 use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material, Medium};
@@ -26,6 +27,10 @@ pub struct SceneSettings {
     /// for the late field, but an image in them would be heard at frequencies only that they cannot reflect: by
     /// Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m mirrors from 1 kHz on ([RINDEL86]).
     pub smallest_panel_m2: f64,
+    /// Area in m² up to which a connected plane piece whose edges are free reflects as far as its size allows and fades
+    /// at its edges ([`crate::scene::surface::free_panel`]); 0 for none. Larger ones limit nothing that is heard: 40 m²
+    /// at a* = 10 m reflect from 43 Hz on.
+    pub largest_free_panel_m2: f64,
 }
 
 impl Default for SceneSettings {
@@ -33,6 +38,7 @@ impl Default for SceneSettings {
         Self {
             medium: Medium::default(),
             smallest_panel_m2: 0.5,
+            largest_free_panel_m2: 40.0,
         }
     }
 }
@@ -50,6 +56,7 @@ pub struct Scene {
     speed_of_sound_m_s: f64,
     air_np_per_m: BandArray,
     diagonal_m: f32,
+    free_panels: FreePanels,
 }
 
 impl Scene {
@@ -76,8 +83,16 @@ impl Scene {
             &mesh.triangles,
             &mesh.surfaces.triangle_surface,
         );
+        let free_panels = FreePanels::build(
+            &mesh.vertices,
+            &mesh.triangles,
+            &mesh.surfaces,
+            &bvh,
+            settings.largest_free_panel_m2,
+        );
         Ok(Self {
             bvh,
+            free_panels,
             reflectances: mesh.materials.iter().map(Reflectance::of).collect(),
             transmission_factors: mesh
                 .materials
@@ -127,6 +142,18 @@ impl Scene {
     #[inline]
     pub fn reflects_at(&self, surface: u32, point: DVec3) -> bool {
         self.mesh.surfaces.reflects_at(surface, point)
+    }
+
+    /// Small panels with free edges.
+    #[inline]
+    pub fn free_panels(&self) -> &FreePanels {
+        &self.free_panels
+    }
+
+    /// The small free panel at a point of a surface, seen from the normal's side or from the other, in local coordinates.
+    pub fn free_panel_at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FreePanel> {
+        let set = &self.mesh.surfaces;
+        self.free_panels.at(set, surface, point, in_front)
     }
 
     /// Whether a triangle is part of a connected plane piece that is large enough to reflect like a mirror.

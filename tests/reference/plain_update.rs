@@ -116,10 +116,12 @@ impl PlainPropagator {
         let own_seed = mix(u64::from(pose.id.bits()));
         let rays = SourceRays {
             origin,
+            listener: ear,
+            pose: *pose,
             turn: rotation(update, settings.seed ^ own_seed),
             rotation: update % ROTATIONS,
             count: settings.source_rays,
-            depth: settings.depth.max(1),
+            depth: settings.depth,
             seed: mix(settings.seed) ^ own_seed,
         };
         let mut met = SequenceSet::with_capacity(1 << 16);
@@ -132,7 +134,7 @@ impl PlainPropagator {
         for (sequence, _) in &memory.cache {
             add(&mut candidates, *sequence);
         }
-        let nearest_m = f64::from(settings.nearest_m);
+        let nearest_m = pose.settings.nearest_m(f64::from(settings.nearest_m));
         let (from, to) = (pose.position, listener.position);
         let direct = direct_path(&scene, pose.id, from, to, nearest_m, &mut 0);
         result.paths.extend(direct);

@@ -1,9 +1,10 @@
 //! `validate`: every law with its figure and bound.
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use foresound::Result;
-use foresound::evaluation::validate::{law_names, measure};
+use foresound::evaluation::validate::{late_figures, law_names, measure};
+use foresound::{Error, Result};
 use serde_json::json;
 
 use crate::progress::Progress;
@@ -13,6 +14,9 @@ pub(crate) struct Arguments {
     /// Only this law.
     #[arg(long)]
     law: Option<String>,
+    /// Also write pictures of the laws into this folder.
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -31,6 +35,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         progress.step();
     }
     drop(progress);
+    if let Some(folder) = &arguments.figures {
+        write_figures(folder)?;
+    }
     if arguments.json {
         let rows: Vec<_> = rows
             .iter()
@@ -54,4 +61,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// Writes the pictures of all laws that have some, and says where.
+fn write_figures(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Error::file(folder, error, "choose a folder that can be written"))?;
+    let mut files = Vec::new();
+    files.extend(late_figures::write(folder)?);
+    for file in files {
+        eprintln!("{}", file.display());
+    }
+    Ok(())
 }

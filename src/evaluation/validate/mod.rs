@@ -2,6 +2,8 @@
 
 pub mod air;
 pub mod decay;
+pub mod joining;
+pub mod late_figures;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
@@ -55,10 +57,11 @@ impl Row {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 6] = [
+const LAWS: [(&str, Law); 7] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
+    ("joining", joining::rows),
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
     ("transmission", transmission::rows),

@@ -124,10 +124,7 @@ impl Pair {
         let settings = PropagationSettings::default();
         Ok(Self {
             propagator: Propagator::new(Arc::clone(&room.scene), settings)?,
-            source: SourcePose {
-                id: SourceId::new(0, 0),
-                position: source,
-            },
+            source: SourcePose::at(SourceId::new(0, 0), source),
             set: PathSet::default(),
         })
     }

@@ -27,9 +27,6 @@ pub(super) fn sources(scene: &Scene, own: &[Vec3], count: usize) -> Vec<SourcePo
     }
     (0..)
         .zip(places)
-        .map(|(slot, position)| SourcePose {
-            id: SourceId::new(slot, 0),
-            position,
-        })
+        .map(|(slot, position)| SourcePose::at(SourceId::new(slot, 0), position))
         .collect()
 }
