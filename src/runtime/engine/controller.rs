@@ -1,0 +1,428 @@
+//! The app's half of an engine.
+//!
+//! Control side: one thread of the app's; allocates now and then, never waits for propagation or audio except in
+//! [`Controller::set_schedule`], [`Controller::restart`] and on being dropped (one update at most), and in the synchronous
+//! schedule, where [`Controller::tick`] is the propagation.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use glam::Vec3;
+
+use super::feed::{Feed, StreamWriter};
+use super::messages::{AudioFrame, FeedChange, WorldFrame};
+use super::propagation_thread::Propagation;
+use super::scene_builder::SceneBuilder;
+use super::settings::{EngineSchedule, EngineSettings, FrameTime};
+use super::source_table::{SourceTable, check_place};
+use super::statistics::{Meters, Statistics};
+use super::worker::{Orders, Worker};
+use crate::error::{Error, Result};
+use crate::extrapolation::PredictorKind;
+use crate::propagation::{PropagationSettings, Propagator};
+use crate::runtime::clock::now;
+use crate::runtime::handover::Sender;
+use crate::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh,
+};
+
+/// Ticks farther apart than this, in seconds, are a pause and not a graphics frame.
+const LONGEST_FRAME_S: f64 = 0.5;
+/// Share of a new graphics frame in the mean T_g.
+const FRAME_WEIGHT: f64 = 0.1;
+/// T_g until two ticks have been seen, in seconds.
+const FIRST_FRAME_S: f64 = 1.0 / 60.0;
+
+/// How the engine is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EngineState {
+    /// Well.
+    Running,
+    /// Silent until [`Controller::resume`].
+    Paused,
+    /// Propagation has panicked: sound goes on with its last paths and live direct paths. [`Controller::restart`] helps.
+    PropagationFailed,
+    /// The renderer was dropped: nobody listens. Make another engine.
+    RendererGone,
+}
+
+/// The controller's ends of the handovers.
+pub(super) struct Links {
+    pub(super) frames: Sender<AudioFrame>,
+    pub(super) world: Sender<WorldFrame>,
+    pub(super) feeds: rtrb::Producer<FeedChange>,
+    pub(super) retired: rtrb::Consumer<Feed>,
+    pub(super) orders: Orders,
+    pub(super) meters: Arc<Meters>,
+}
+
+/// The app's half.
+pub struct Controller {
+    settings: EngineSettings,
+    links: Links,
+    propagation: Propagation,
+    builder: SceneBuilder,
+    scene: Arc<Scene>,
+    sources: SourceTable,
+    /// Feed changes that the ring had no place for, one a slot at most.
+    waiting: VecDeque<FeedChange>,
+    listener: ListenerPose,
+    paused: bool,
+    began: Instant,
+    last_tick: Option<Instant>,
+    frame_s: f64,
+}
+
+impl Controller {
+    pub(super) fn new(settings: EngineSettings, links: Links, worker: Box<Worker>) -> Result<Self> {
+        let frame_s = match settings.frame_time {
+            FrameTime::Fixed(seconds) => seconds,
+            FrameTime::Measured => FIRST_FRAME_S,
+        };
+        Ok(Self {
+            scene: Arc::clone(worker.propagator.scene()),
+            propagation: Propagation::start(worker, settings.schedule, settings.affinity)?,
+            builder: SceneBuilder::default(),
+            sources: SourceTable::new(settings.generation.max_sources),
+            waiting: VecDeque::new(),
+            listener: ListenerPose::default(),
+            paused: false,
+            began: now(),
+            last_tick: None,
+            frame_s,
+            links,
+            settings,
+        })
+    }
+
+    /// Adds a silent source.
+    ///
+    /// # Errors
+    /// [`Error::Engine`] if all slots are in use, [`Error::Setting`] for a position that is none.
+    pub fn add_source(&mut self, position: Vec3) -> Result<SourceId> {
+        self.sources.add(position)
+    }
+
+    /// Removes a source from the next tick on: what it has sent fades, its handle is stale at once.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`], as for every handle that is not a present source's.
+    pub fn remove_source(&mut self, id: SourceId) -> Result<()> {
+        self.sources.remove(id)?;
+        self.send_feed(id, Feed::Silence);
+        Ok(())
+    }
+
+    /// Moves a source from the next tick on.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is none, and the last good one is kept.
+    pub fn move_source(&mut self, id: SourceId, position: Vec3) -> Result<()> {
+        self.sources.move_to(id, position)
+    }
+
+    /// Silences a source from the next tick on, or lets it be heard again; its sound goes on unheard.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`].
+    pub fn mute_source(&mut self, id: SourceId, muted: bool) -> Result<()> {
+        self.sources.set_muted(id, muted)
+    }
+
+    /// Sets a source's gain, a pressure ratio from 0 to 1000, from the next tick on.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`]; [`Error::Setting`] outside the range.
+    pub fn set_source_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
+        self.sources.set_gain(id, gain)
+    }
+
+    /// Plays a clip from its beginning, once or for ever: mono samples at the engine's rate, in which 1 is the pressure at
+    /// 1 m. An empty clip is silence.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`].
+    pub fn play(&mut self, id: SourceId, samples: Arc<[f32]>, looped: bool) -> Result<()> {
+        self.sources.check(id)?;
+        let clip = Feed::Clip {
+            samples,
+            next: 0,
+            looped,
+        };
+        self.send_feed(id, clip);
+        Ok(())
+    }
+
+    /// Plays what the app writes from now on, through a ring for `capacity` samples (1 to 2^24).
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`]; [`Error::Setting`] for another capacity.
+    pub fn stream(&mut self, id: SourceId, capacity: usize) -> Result<StreamWriter> {
+        self.sources.check(id)?;
+        if !(1..=1 << 24).contains(&capacity) {
+            let advice = "choose 1 to 16777216 samples";
+            let problem = format!("{capacity} is out of range");
+            return Err(Error::setting("capacity", problem, advice));
+        }
+        let (writer, feed) = StreamWriter::new(capacity);
+        self.send_feed(id, feed);
+        Ok(writer)
+    }
+
+    /// Silences a source and lets go of its clip or stream.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`].
+    pub fn stop(&mut self, id: SourceId) -> Result<()> {
+        self.sources.check(id)?;
+        self.send_feed(id, Feed::Silence);
+        Ok(())
+    }
+
+    /// Hands over one graphics frame: where the listener is, and where sources are that have moved.
+    ///
+    /// # Errors
+    /// The first of: [`Error::Setting`] for a pose with a number that is none or beyond 1,000 km, [`Error::StaleSource`],
+    /// [`Error::Mesh`] of a scene that was being built. The frame goes out all the same, with the last good poses.
+    pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
+        let mut result = self.install_scene();
+        result = result.and(self.take_listener(listener));
+        for pose in sources {
+            result = result.and(self.sources.move_to(pose.id, pose.position));
+        }
+        self.measure_frame();
+        let mut world = self.links.world.blank(|| WorldFrame {
+            listener,
+            sources: Vec::new(),
+            predictor: PredictorKind::default(),
+            time_s: 0.0,
+        });
+        world.listener = self.listener;
+        world.sources.clear();
+        let poses = self.sources.iter().map(|(pose, _)| pose);
+        world.sources.extend(poses);
+        world.predictor = self.settings.predictor;
+        world.time_s = self.began.elapsed().as_secs_f64();
+        self.links.world.send(world);
+        self.propagation.wake();
+        self.send_frame(true);
+        result
+    }
+
+    fn take_listener(&mut self, listener: ListenerPose) -> Result<()> {
+        check_place("listener", listener.position)?;
+        let length_squared = listener.orientation.length_squared();
+        if !(length_squared.is_finite() && length_squared > 1e-12) {
+            let problem = format!("{} is no orientation", listener.orientation);
+            let advice = "give a finite quaternion; the last good pose is kept";
+            return Err(Error::setting("listener", problem, advice));
+        }
+        self.listener = ListenerPose {
+            orientation: listener.orientation.normalize(),
+            ..listener
+        };
+        Ok(())
+    }
+
+    fn measure_frame(&mut self) {
+        if let FrameTime::Fixed(_) = self.settings.frame_time {
+            return;
+        }
+        let tick = now();
+        if let Some(last) = self.last_tick.replace(tick) {
+            let passed_s = tick.duration_since(last).as_secs_f64();
+            if passed_s < LONGEST_FRAME_S {
+                self.frame_s += FRAME_WEIGHT * (passed_s - self.frame_s);
+            }
+        }
+    }
+
+    fn send_frame(&mut self, is_new: bool) {
+        self.send_waiting();
+        let mut frame = self
+            .links
+            .frames
+            .blank(|| AudioFrame::with_capacity(self.settings.generation.max_sources));
+        // A frame that nobody took is a frame still.
+        let missed = self.links.frames.recall();
+        frame.is_new = is_new || missed.as_ref().is_some_and(|missed| missed.is_new);
+        if let Some(missed) = missed {
+            self.links.frames.keep(missed);
+        }
+        frame.listener = self.listener;
+        frame.paused = self.paused;
+        frame.frame_s = self.frame_s;
+        frame.sources.clear();
+        frame.gains.clear();
+        for (pose, gain) in self.sources.iter() {
+            frame.sources.push(pose);
+            frame.gains.push(gain);
+        }
+        self.links.frames.send(frame);
+    }
+
+    fn send_feed(&mut self, id: SourceId, feed: Feed) {
+        self.waiting.retain(|change| change.id.slot() != id.slot());
+        self.waiting.push_back(FeedChange { id, feed });
+        self.send_waiting();
+    }
+
+    /// Sends what waits and frees what came back.
+    fn send_waiting(&mut self) {
+        while self.links.retired.pop().is_ok() {}
+        if self.links.feeds.is_abandoned() {
+            self.waiting.clear();
+        }
+        while !self.links.feeds.is_full() {
+            let Some(change) = self.waiting.pop_front() else {
+                break;
+            };
+            if self.links.feeds.push(change).is_err() {
+                break;
+            }
+        }
+    }
+
+    /// Replaces the scene. The old one is heard until the new one's first update is there. Allocates.
+    ///
+    /// # Errors
+    /// None that a running engine's settings could give.
+    pub fn set_scene(&mut self, scene: Arc<Scene>) -> Result<()> {
+        self.builder.cancel();
+        self.order(scene, self.settings.propagation)
+    }
+
+    /// Builds a scene on a thread of its own; the tick after it is ready uses it, or gives its error. Of several builds
+    /// the last counts.
+    ///
+    /// # Errors
+    /// [`Error::Engine`] if no thread can be started.
+    pub fn build_scene(
+        &mut self,
+        mesh: TriangleMesh,
+        materials: MaterialTable,
+        settings: SceneSettings,
+    ) -> Result<()> {
+        self.builder.start(mesh, materials, settings)
+    }
+
+    /// Whether a scene is being built.
+    pub fn is_building(&self) -> bool {
+        self.builder.is_building()
+    }
+
+    /// The scene in use, or about to be.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    fn install_scene(&mut self) -> Result<()> {
+        match self.builder.poll() {
+            Some(scene) => self.order(scene?, self.settings.propagation),
+            None => Ok(()),
+        }
+    }
+
+    /// Sets rays, depth and memory of propagation; what was remembered of sources is forgotten.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] names a setting outside its range; nothing changes then.
+    pub fn set_propagation(&mut self, settings: PropagationSettings) -> Result<()> {
+        self.order(Arc::clone(&self.scene), settings)
+    }
+
+    fn order(&mut self, scene: Arc<Scene>, settings: PropagationSettings) -> Result<()> {
+        let propagator = Propagator::new(Arc::clone(&scene), settings)?;
+        self.scene = scene;
+        self.settings.propagation = settings;
+        // An order that nobody took is freed here.
+        drop(self.links.orders.swap(Some(Box::new(propagator))));
+        Ok(())
+    }
+
+    /// Chooses how paths go on between updates, from the next update on.
+    pub fn set_predictor(&mut self, predictor: PredictorKind) {
+        self.settings.predictor = predictor;
+    }
+
+    /// Chooses when propagation runs. Waits for the update under way.
+    ///
+    /// # Errors
+    /// [`Error::Engine`] if no thread can be started.
+    pub fn set_schedule(&mut self, schedule: EngineSchedule) -> Result<()> {
+        if schedule == self.settings.schedule {
+            return Ok(());
+        }
+        self.settings.schedule = schedule;
+        self.start_propagation()
+    }
+
+    /// Starts propagation anew after [`EngineState::PropagationFailed`]. Waits for the update under way if there is one.
+    ///
+    /// # Errors
+    /// [`Error::Engine`] if no thread can be started.
+    pub fn restart(&mut self) -> Result<()> {
+        self.order(Arc::clone(&self.scene), self.settings.propagation)?;
+        self.start_propagation()
+    }
+
+    fn start_propagation(&mut self) -> Result<()> {
+        let Some(worker) = self.propagation.stop() else {
+            let advice = "make another engine";
+            return Err(Error::engine("propagation was lost", advice));
+        };
+        let (schedule, affinity) = (self.settings.schedule, self.settings.affinity);
+        self.propagation = Propagation::start(worker, schedule, affinity)?;
+        Ok(())
+    }
+
+    /// Fades to silence within milliseconds; sounds stand still.
+    pub fn pause(&mut self) {
+        self.paused = true;
+        self.send_frame(false);
+    }
+
+    /// Goes on where [`Self::pause`] stopped.
+    pub fn resume(&mut self) {
+        self.paused = false;
+        self.send_frame(false);
+    }
+
+    /// How the engine is.
+    pub fn state(&self) -> EngineState {
+        let meters = &self.links.meters;
+        if self.links.feeds.is_abandoned() {
+            EngineState::RendererGone
+        } else if meters.propagation_failed.load(Ordering::Acquire) {
+            EngineState::PropagationFailed
+        } else if self.paused {
+            EngineState::Paused
+        } else {
+            EngineState::Running
+        }
+    }
+
+    /// Number of sources.
+    pub fn source_count(&self) -> usize {
+        self.sources.count()
+    }
+
+    /// What the engine tells about itself.
+    pub fn statistics(&self) -> Statistics {
+        self.links.meters.read()
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &EngineSettings {
+        &self.settings
+    }
+}
+
+impl Drop for Controller {
+    /// Ends the propagation thread after the update under way. The renderer goes on with what it has.
+    fn drop(&mut self) {
+        self.propagation.stop();
+    }
+}
