@@ -1,4 +1,4 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `scenes`.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `soak`, `scenes`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
 //! says what to do, and exit code 2; a law that does not hold in exit code 1.
@@ -8,6 +8,7 @@
     reason = "results are printed on standard output"
 )]
 
+mod counting;
 mod demo;
 mod inputs;
 mod inspect;
@@ -17,12 +18,17 @@ mod render;
 mod rir;
 mod scenes;
 mod session;
+mod soak;
 mod validate;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use foresound::Result;
+
+/// Counts, so that `soak` can tell what the audio side does to memory.
+#[global_allocator]
+static ALLOCATOR: counting::Counting = counting::Counting;
 
 /// Real-time ray-traced sound: renders, measures and inspects on a host.
 #[derive(Parser)]
@@ -44,6 +50,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Checks propagation against closed forms and standards.
     Validate(validate::Arguments),
+    /// Runs the engine in real time into a null device while everything changes at random.
+    Soak(soak::Arguments),
     /// Writes the benchmark scenes anew.
     Scenes(scenes::Arguments),
 }
@@ -80,6 +88,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Rir(arguments) => rir::run(&arguments)?,
         Command::Inspect(arguments) => inspect::run(&arguments)?,
         Command::Validate(arguments) => return validate::run(&arguments),
+        Command::Soak(arguments) => soak::run(&arguments)?,
         Command::Scenes(arguments) => scenes::run(&arguments)?,
     }
     Ok(ExitCode::SUCCESS)
