@@ -15,6 +15,7 @@ mod inspect;
 mod listener_path;
 mod progress;
 mod render;
+mod restless;
 mod rir;
 mod scenes;
 mod session;

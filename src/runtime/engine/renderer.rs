@@ -199,11 +199,8 @@ impl Renderer {
         // Frames that no block hears are not graphics frames to extrapolation.
         let rate_hz = f64::from(self.parts.settings.generation.rate_hz);
         let frame_s = frame.frame_s.max(block_frames as f64 / rate_hz);
-        let frame_ns = (frame_s * 1e9) as u64;
-        self.parts
-            .meters
-            .frame_ns
-            .store(frame_ns, Ordering::Relaxed);
+        let (frame_ns, meters) = ((frame_s * 1e9) as u64, &self.parts.meters);
+        meters.frame_ns.store(frame_ns, Ordering::Relaxed);
         self.take_update(frame_s, report);
         let started = now();
         let (listener, sources) = (self.parts.frame.listener, &self.parts.frame.sources);
@@ -268,8 +265,8 @@ impl Renderer {
             slot.gain = slot.target;
             *input = place;
         }
-        let sources = self.slots.len();
-        let made = self.parts.generator.render(&inputs[..sources], output);
+        let inputs = &inputs[..self.slots.len()];
+        let made = self.parts.generator.render(inputs, output);
         report.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
         self.fade_master(output, if paused { 0.0 } else { 1.0 });

@@ -4,29 +4,27 @@
 //! [`Controller::set_schedule`], [`Controller::restart`] and on being dropped (one update at most), and in the synchronous
 //! schedule, where [`Controller::tick`] is the propagation.
 
+mod scenes;
+mod sources;
+
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use glam::Vec3;
-
-use super::feed::{Feed, StreamWriter};
+use super::feed::Feed;
 use super::messages::{AudioFrame, FeedChange, WorldFrame};
 use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
-use super::settings::{EngineSchedule, EngineSettings, FrameTime};
+use super::settings::{EngineSettings, FrameTime};
 use super::source_table::{SourceTable, check_place};
 use super::statistics::{Meters, Statistics};
 use super::worker::{Orders, Worker};
 use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
-use crate::propagation::{PropagationSettings, Propagator};
 use crate::runtime::clock::now;
 use crate::runtime::handover::Sender;
-use crate::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh,
-};
+use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// Ticks farther apart than this, in seconds, are a pause and not a graphics frame.
 const LONGEST_FRAME_S: f64 = 0.5;
@@ -95,90 +93,6 @@ impl Controller {
             links,
             settings,
         })
-    }
-
-    /// Adds a silent source.
-    ///
-    /// # Errors
-    /// [`Error::Engine`] if all slots are in use, [`Error::Setting`] for a position that is none.
-    pub fn add_source(&mut self, position: Vec3) -> Result<SourceId> {
-        self.sources.add(position)
-    }
-
-    /// Removes a source from the next tick on: what it has sent fades, its handle is stale at once.
-    ///
-    /// # Errors
-    /// [`Error::StaleSource`], as for every handle that is not a present source's.
-    pub fn remove_source(&mut self, id: SourceId) -> Result<()> {
-        self.sources.remove(id)?;
-        self.send_feed(id, Feed::Silence);
-        Ok(())
-    }
-
-    /// Moves a source from the next tick on.
-    ///
-    /// # Errors
-    /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is none, and the last good one is kept.
-    pub fn move_source(&mut self, id: SourceId, position: Vec3) -> Result<()> {
-        self.sources.move_to(id, position)
-    }
-
-    /// Silences a source from the next tick on, or lets it be heard again; its sound goes on unheard.
-    ///
-    /// # Errors
-    /// [`Error::StaleSource`].
-    pub fn mute_source(&mut self, id: SourceId, muted: bool) -> Result<()> {
-        self.sources.set_muted(id, muted)
-    }
-
-    /// Sets a source's gain, a pressure ratio from 0 to 1000, from the next tick on.
-    ///
-    /// # Errors
-    /// [`Error::StaleSource`]; [`Error::Setting`] outside the range.
-    pub fn set_source_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
-        self.sources.set_gain(id, gain)
-    }
-
-    /// Plays a clip from its beginning, once or for ever: mono samples at the engine's rate, in which 1 is the pressure at
-    /// 1 m. An empty clip is silence.
-    ///
-    /// # Errors
-    /// [`Error::StaleSource`].
-    pub fn play(&mut self, id: SourceId, samples: Arc<[f32]>, looped: bool) -> Result<()> {
-        self.sources.check(id)?;
-        let clip = Feed::Clip {
-            samples,
-            next: 0,
-            looped,
-        };
-        self.send_feed(id, clip);
-        Ok(())
-    }
-
-    /// Plays what the app writes from now on, through a ring for `capacity` samples (1 to 2^24).
-    ///
-    /// # Errors
-    /// [`Error::StaleSource`]; [`Error::Setting`] for another capacity.
-    pub fn stream(&mut self, id: SourceId, capacity: usize) -> Result<StreamWriter> {
-        self.sources.check(id)?;
-        if !(1..=1 << 24).contains(&capacity) {
-            let advice = "choose 1 to 16777216 samples";
-            let problem = format!("{capacity} is out of range");
-            return Err(Error::setting("capacity", problem, advice));
-        }
-        let (writer, feed) = StreamWriter::new(capacity);
-        self.send_feed(id, feed);
-        Ok(writer)
-    }
-
-    /// Silences a source and lets go of its clip or stream.
-    ///
-    /// # Errors
-    /// [`Error::StaleSource`].
-    pub fn stop(&mut self, id: SourceId) -> Result<()> {
-        self.sources.check(id)?;
-        self.send_feed(id, Feed::Silence);
-        Ok(())
     }
 
     /// Hands over one graphics frame: where the listener is, and where sources are that have moved.
@@ -263,121 +177,6 @@ impl Controller {
         self.links.frames.send(frame);
     }
 
-    fn send_feed(&mut self, id: SourceId, feed: Feed) {
-        self.waiting.retain(|change| change.id.slot() != id.slot());
-        self.waiting.push_back(FeedChange { id, feed });
-        self.send_waiting();
-    }
-
-    /// Sends what waits and frees what came back.
-    fn send_waiting(&mut self) {
-        while self.links.retired.pop().is_ok() {}
-        if self.links.feeds.is_abandoned() {
-            self.waiting.clear();
-        }
-        while !self.links.feeds.is_full() {
-            let Some(change) = self.waiting.pop_front() else {
-                break;
-            };
-            if self.links.feeds.push(change).is_err() {
-                break;
-            }
-        }
-    }
-
-    /// Replaces the scene. The old one is heard until the new one's first update is there. Allocates.
-    ///
-    /// # Errors
-    /// None that a running engine's settings could give.
-    pub fn set_scene(&mut self, scene: Arc<Scene>) -> Result<()> {
-        self.builder.cancel();
-        self.order(scene, self.settings.propagation)
-    }
-
-    /// Builds a scene on a thread of its own; the tick after it is ready uses it, or gives its error. Of several builds
-    /// the last counts.
-    ///
-    /// # Errors
-    /// [`Error::Engine`] if no thread can be started.
-    pub fn build_scene(
-        &mut self,
-        mesh: TriangleMesh,
-        materials: MaterialTable,
-        settings: SceneSettings,
-    ) -> Result<()> {
-        self.builder.start(mesh, materials, settings)
-    }
-
-    /// Whether a scene is being built.
-    pub fn is_building(&self) -> bool {
-        self.builder.is_building()
-    }
-
-    /// The scene in use, or about to be.
-    pub fn scene(&self) -> &Arc<Scene> {
-        &self.scene
-    }
-
-    fn install_scene(&mut self) -> Result<()> {
-        match self.builder.poll() {
-            Some(scene) => self.order(scene?, self.settings.propagation),
-            None => Ok(()),
-        }
-    }
-
-    /// Sets rays, depth and memory of propagation; what was remembered of sources is forgotten.
-    ///
-    /// # Errors
-    /// [`Error::Setting`] names a setting outside its range; nothing changes then.
-    pub fn set_propagation(&mut self, settings: PropagationSettings) -> Result<()> {
-        self.order(Arc::clone(&self.scene), settings)
-    }
-
-    fn order(&mut self, scene: Arc<Scene>, settings: PropagationSettings) -> Result<()> {
-        let propagator = Propagator::new(Arc::clone(&scene), settings)?;
-        self.scene = scene;
-        self.settings.propagation = settings;
-        // An order that nobody took is freed here.
-        drop(self.links.orders.swap(Some(Box::new(propagator))));
-        Ok(())
-    }
-
-    /// Chooses how paths go on between updates, from the next update on.
-    pub fn set_predictor(&mut self, predictor: PredictorKind) {
-        self.settings.predictor = predictor;
-    }
-
-    /// Chooses when propagation runs. Waits for the update under way.
-    ///
-    /// # Errors
-    /// [`Error::Engine`] if no thread can be started.
-    pub fn set_schedule(&mut self, schedule: EngineSchedule) -> Result<()> {
-        if schedule == self.settings.schedule {
-            return Ok(());
-        }
-        self.settings.schedule = schedule;
-        self.start_propagation()
-    }
-
-    /// Starts propagation anew after [`EngineState::PropagationFailed`]. Waits for the update under way if there is one.
-    ///
-    /// # Errors
-    /// [`Error::Engine`] if no thread can be started.
-    pub fn restart(&mut self) -> Result<()> {
-        self.order(Arc::clone(&self.scene), self.settings.propagation)?;
-        self.start_propagation()
-    }
-
-    fn start_propagation(&mut self) -> Result<()> {
-        let Some(worker) = self.propagation.stop() else {
-            let advice = "make another engine";
-            return Err(Error::engine("propagation was lost", advice));
-        };
-        let (schedule, affinity) = (self.settings.schedule, self.settings.affinity);
-        self.propagation = Propagation::start(worker, schedule, affinity)?;
-        Ok(())
-    }
-
     /// Fades to silence within milliseconds; sounds stand still.
     pub fn pause(&mut self) {
         self.paused = true;
@@ -402,11 +201,6 @@ impl Controller {
         } else {
             EngineState::Running
         }
-    }
-
-    /// Number of sources.
-    pub fn source_count(&self) -> usize {
-        self.sources.count()
     }
 
     /// What the engine tells about itself.
