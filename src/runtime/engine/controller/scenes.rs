@@ -85,7 +85,7 @@ impl Controller {
         self.start_propagation()
     }
 
-    /// Starts propagation anew after [`EngineState::PropagationFailed`]. Waits for the update under way if there is one.
+    /// Starts propagation anew after [`super::EngineState::PropagationFailed`]. Waits for the update under way if there is one.
     ///
     /// # Errors
     /// [`Error::Engine`] if no thread can be started.
