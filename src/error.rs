@@ -48,6 +48,24 @@ pub enum Error {
         /// What to do.
         advice: String,
     },
+    /// A handle of a source that was removed.
+    #[error(
+        "source {slot}.{generation}: was removed or never added; use the handle of a source that is there"
+    )]
+    StaleSource {
+        /// Its slot.
+        slot: usize,
+        /// Its generation, which the slot does not have now.
+        generation: u16,
+    },
+    /// The engine cannot do it in its present state.
+    #[error("engine: {problem}; {advice}")]
+    Engine {
+        /// What stands in the way.
+        problem: String,
+        /// What to do.
+        advice: String,
+    },
 }
 
 /// Result of the control side.
@@ -81,6 +99,14 @@ impl Error {
     /// Geometry that no scene can be made of.
     pub fn mesh(problem: impl ToString, advice: &str) -> Self {
         Self::Mesh {
+            problem: problem.to_string(),
+            advice: advice.into(),
+        }
+    }
+
+    /// Something the engine cannot do now.
+    pub fn engine(problem: impl ToString, advice: &str) -> Self {
+        Self::Engine {
             problem: problem.to_string(),
             advice: advice.into(),
         }

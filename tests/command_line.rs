@@ -344,3 +344,27 @@ fn unknown_materials_are_reported() {
         (Some(5), Some(false))
     );
 }
+
+#[test]
+fn a_soak_tells_what_it_found() {
+    let output = foresound(&["soak", "--minutes", "0.02", "--sources", "2", "--json"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{output:?}");
+    let found: serde_json::Value = serde_json::from_str(&text).expect("one JSON object");
+    for key in [
+        "blocks",
+        "missed",
+        "p50_share",
+        "p999_share",
+        "worst_share",
+        "swaps",
+        "sources_added",
+        "rss_mb_start",
+        "rss_mb_end",
+    ] {
+        assert!(found[key].is_number(), "{key} in {text}");
+    }
+    assert_eq!(found["allocations"], 0);
+    refused(&["soak", "--minutes", "nan"], &["--minutes"]);
+    refused(&["soak", "--sources", "0"], &["max_sources"]);
+}

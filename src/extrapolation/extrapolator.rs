@@ -55,6 +55,16 @@ impl Extrapolator {
         retired
     }
 
+    /// Makes room for updates of this many paths, so that [`Self::take_update`] need not. Control side; allocates.
+    pub fn reserve(&mut self, paths: usize) {
+        self.matches.reserve(paths);
+    }
+
+    /// Continues with another predictor from the next frame on; gives the old one back.
+    pub fn set_predictor(&mut self, predictor: Box<dyn Predictor>) -> Box<dyn Predictor> {
+        std::mem::replace(&mut self.predictor, predictor)
+    }
+
     /// The newest update taken.
     pub fn current(&self) -> &PathSet {
         &self.current

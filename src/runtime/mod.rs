@@ -1,9 +1,23 @@
-//! Where the stages meet: schedules, threads and atomics that drive them.
+//! Where the stages meet: schedules on a virtual clock, and the threads, clocks and atomics that drive them in real time.
 
+pub mod affinity;
+mod clock;
+pub mod engine;
+pub mod flush_to_zero;
+mod handover;
+pub mod null_device;
 pub mod offline;
 pub mod schedule;
+pub mod sound_thread;
 pub mod workers;
 
+pub use affinity::{AffinityPolicy, Placement};
+pub use engine::{
+    Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,
+    Renderer, Statistics, StreamWriter,
+};
+pub use null_device::{NullDevice, NullDeviceReport};
 pub use offline::{OfflineRenderer, OfflineReport, OfflineSettings};
 pub use schedule::{Latency, Poses, Schedule};
+pub use sound_thread::{RingOutput, SoundThread};
 pub use workers::{MOST_THREADS, Threads};

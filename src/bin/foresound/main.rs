@@ -1,4 +1,4 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `scenes`, `bench`.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `bench`, `soak`, `scenes`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
 //! says what to do, and exit code 2; a law that does not hold in exit code 1.
@@ -9,21 +9,28 @@
 )]
 
 mod bench;
+mod counting;
 mod demo;
 mod inputs;
 mod inspect;
 mod listener_path;
 mod progress;
 mod render;
+mod restless;
 mod rir;
 mod scenes;
 mod session;
+mod soak;
 mod validate;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use foresound::Result;
+
+/// Counts, so that `soak` can tell what the audio side does to memory.
+#[global_allocator]
+static ALLOCATOR: counting::Counting = counting::Counting;
 
 /// Real-time ray-traced sound: renders, measures and inspects on a host.
 #[derive(Parser)]
@@ -45,6 +52,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Checks propagation against closed forms and standards.
     Validate(validate::Arguments),
+    /// Runs the engine in real time into a null device while everything changes at random.
+    Soak(soak::Arguments),
     /// Writes the benchmark scenes anew.
     Scenes(scenes::Arguments),
     /// Measures speed on this machine.
@@ -83,6 +92,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Rir(arguments) => rir::run(&arguments)?,
         Command::Inspect(arguments) => inspect::run(&arguments)?,
         Command::Validate(arguments) => return validate::run(&arguments),
+        Command::Soak(arguments) => soak::run(&arguments)?,
         Command::Scenes(arguments) => scenes::run(&arguments)?,
         Command::Bench(arguments) => bench::run(&arguments)?,
     }

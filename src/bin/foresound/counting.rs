@@ -1,0 +1,50 @@
+//! An allocator that counts, so that it can be shown that a thread leaves memory alone.
+//!
+//! Wait-free besides the system's allocator; a count belongs to its thread. `tests/engine_realtime.rs` uses it too.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+thread_local! {
+    static OPERATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Allocations, reallocations and frees of this thread so far.
+pub(crate) fn operations() -> u64 {
+    OPERATIONS.get()
+}
+
+fn count() {
+    // A thread that is ending has no count any more.
+    let _ = OPERATIONS.try_with(|operations| operations.set(operations.get() + 1));
+}
+
+/// The system's allocator, counted.
+pub(crate) struct Counting;
+
+// SAFETY: every call goes to the system's allocator with the caller's own arguments; counting touches no heap.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller keeps `GlobalAlloc::alloc`'s contract, which is the same.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
+        unsafe { System.dealloc(place, layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller keeps the contract, which is the same.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
+        unsafe { System.realloc(place, layout, size) }
+    }
+}

@@ -1,0 +1,124 @@
+//! Sources and their sounds.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::Controller;
+use crate::error::{Error, Result};
+use crate::runtime::engine::feed::{Feed, StreamWriter};
+use crate::runtime::engine::messages::FeedChange;
+use crate::scene::SourceId;
+
+impl Controller {
+    /// Adds a silent source.
+    ///
+    /// # Errors
+    /// [`Error::Engine`] if all slots are in use, [`Error::Setting`] for a position that is none.
+    pub fn add_source(&mut self, position: Vec3) -> Result<SourceId> {
+        self.sources.add(position)
+    }
+
+    /// Removes a source from the next tick on: what it has sent fades, its handle is stale at once.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`], as for every handle that is not a present source's.
+    pub fn remove_source(&mut self, id: SourceId) -> Result<()> {
+        self.sources.remove(id)?;
+        self.send_feed(id, Feed::Silence);
+        Ok(())
+    }
+
+    /// Moves a source from the next tick on.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is none, and the last good one is kept.
+    pub fn move_source(&mut self, id: SourceId, position: Vec3) -> Result<()> {
+        self.sources.move_to(id, position)
+    }
+
+    /// Silences a source from the next tick on, or lets it be heard again; its sound goes on unheard.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`].
+    pub fn mute_source(&mut self, id: SourceId, muted: bool) -> Result<()> {
+        self.sources.set_muted(id, muted)
+    }
+
+    /// Sets a source's gain, a pressure ratio from 0 to 1000, from the next tick on.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`]; [`Error::Setting`] outside the range.
+    pub fn set_source_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
+        self.sources.set_gain(id, gain)
+    }
+
+    /// Plays a clip from its beginning, once or for ever: mono samples at the engine's rate, in which 1 is the pressure at
+    /// 1 m. An empty clip is silence.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`].
+    pub fn play(&mut self, id: SourceId, samples: Arc<[f32]>, looped: bool) -> Result<()> {
+        self.sources.check(id)?;
+        let clip = Feed::Clip {
+            samples,
+            next: 0,
+            looped,
+        };
+        self.send_feed(id, clip);
+        Ok(())
+    }
+
+    /// Plays what the app writes from now on, through a ring for `capacity` samples (1 to 2^24).
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`]; [`Error::Setting`] for another capacity.
+    pub fn stream(&mut self, id: SourceId, capacity: usize) -> Result<StreamWriter> {
+        self.sources.check(id)?;
+        if !(1..=1 << 24).contains(&capacity) {
+            let advice = "choose 1 to 16777216 samples";
+            let problem = format!("{capacity} is out of range");
+            return Err(Error::setting("capacity", problem, advice));
+        }
+        let (writer, feed) = StreamWriter::new(capacity);
+        self.send_feed(id, feed);
+        Ok(writer)
+    }
+
+    /// Silences a source and lets go of its clip or stream.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`].
+    pub fn stop(&mut self, id: SourceId) -> Result<()> {
+        self.sources.check(id)?;
+        self.send_feed(id, Feed::Silence);
+        Ok(())
+    }
+
+    /// Number of sources.
+    pub fn source_count(&self) -> usize {
+        self.sources.count()
+    }
+
+    fn send_feed(&mut self, id: SourceId, feed: Feed) {
+        self.waiting.retain(|change| change.id.slot() != id.slot());
+        self.waiting.push_back(FeedChange { id, feed });
+        self.send_waiting();
+    }
+
+    /// Sends what waits and frees what came back.
+    pub(super) fn send_waiting(&mut self) {
+        while self.links.retired.pop().is_ok() {}
+        if self.links.feeds.is_abandoned() {
+            self.waiting.clear();
+        }
+        while !self.links.feeds.is_full() {
+            let Some(change) = self.waiting.pop_front() else {
+                break;
+            };
+            if self.links.feeds.push(change).is_err() {
+                break;
+            }
+        }
+    }
+}

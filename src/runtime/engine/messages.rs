@@ -1,0 +1,62 @@
+//! What the engine's threads tell each other.
+
+use crate::extrapolation::{Extrapolator, Predictor, PredictorKind};
+use crate::propagation::PathSet;
+use crate::scene::{ListenerPose, SourceId, SourcePose};
+
+use super::feed::Feed;
+
+/// One graphics frame for the renderer: the newest counts. It is the whole truth about which sources there are.
+#[derive(Debug, Default)]
+pub(super) struct AudioFrame {
+    pub(super) listener: ListenerPose,
+    pub(super) sources: Vec<SourcePose>,
+    /// Gain of each source, in their order.
+    pub(super) gains: Vec<f32>,
+    pub(super) paused: bool,
+    /// Time between graphics frames, T_g, in seconds.
+    pub(super) frame_s: f64,
+    /// Whether this is a graphics frame, or the last one again because something else changed.
+    pub(super) is_new: bool,
+}
+
+impl AudioFrame {
+    pub(super) fn with_capacity(sources: usize) -> Self {
+        Self {
+            sources: Vec::with_capacity(sources),
+            gains: Vec::with_capacity(sources),
+            ..Self::default()
+        }
+    }
+}
+
+/// Poses for propagation: the newest count.
+#[derive(Debug)]
+pub(super) struct WorldFrame {
+    pub(super) listener: ListenerPose,
+    pub(super) sources: Vec<SourcePose>,
+    pub(super) predictor: PredictorKind,
+    /// Seconds since the engine began.
+    pub(super) time_s: f64,
+}
+
+/// One propagation update on its way to the renderer, and what it brings along. The renderer puts what it replaces in
+/// the same box, which travels back.
+#[derive(Default)]
+pub(super) struct Delivery {
+    pub(super) paths: PathSet,
+    /// Time that the update took, T_SPS, in seconds.
+    pub(super) propagation_s: f64,
+    /// Whether the update was computed within its graphics frame.
+    pub(super) synchronous: bool,
+    /// Extrapolation for another scene, to be used from this update on.
+    pub(super) extrapolator: Option<Box<Extrapolator>>,
+    /// Another predictor, to be used from this update on.
+    pub(super) predictor: Option<Box<dyn Predictor>>,
+}
+
+/// A source's new sound.
+pub(super) struct FeedChange {
+    pub(super) id: SourceId,
+    pub(super) feed: Feed,
+}

@@ -1,0 +1,121 @@
+//! The engine: one controller for the app's thread, one renderer for audio, propagation on a thread of its own.
+//!
+//! ```text
+//! app      Controller ──poses──► propagation thread ──updates──► Renderer      audio
+//!              └───────────────poses, gains, sounds─────────────────┘
+//! ```
+//!
+//! Newest values go through slots that are overwritten, sounds through a ring; what the audio side has done with travels
+//! back to be freed elsewhere. Every graphics frame the app calls [`Controller::tick`]; the device, or a
+//! [`crate::runtime::SoundThread`], calls [`Renderer::render`]. Either half may be dropped first: without a renderer the
+//! controller goes on and says so, without a controller the renderer goes on with the last poses.
+//!
+//! The level L is decided when an update is taken: Eq. 1 of its own time and of the time between graphics frames, fixed
+//! until the next one (the paper's Figure 2).
+
+mod controller;
+mod feed;
+mod histogram;
+mod messages;
+mod propagation_thread;
+mod renderer;
+mod scene_builder;
+mod settings;
+mod source_table;
+mod statistics;
+mod worker;
+
+use std::sync::Arc;
+
+pub use controller::{Controller, EngineState};
+pub use feed::StreamWriter;
+pub use histogram::Percentiles;
+pub use renderer::{RenderReport, Renderer};
+pub use settings::{EngineSchedule, EngineSettings, FrameTime};
+pub use statistics::Statistics;
+
+use crate::error::Result;
+use crate::generation::Generator;
+use crate::propagation::Propagator;
+use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
+
+use super::handover::newest;
+use controller::Links;
+use messages::AudioFrame;
+use renderer::Parts;
+use statistics::Meters;
+use worker::{Orders, Worker, extrapolator_for};
+
+/// Feed changes that may wait for the renderer; beyond them the controller keeps the newest one a source.
+const FEEDS_AHEAD: usize = 64;
+
+/// Makes engines.
+pub struct Engine;
+
+impl Engine {
+    /// An engine in open air, without sources: both halves, with propagation waiting for the first tick.
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`] names a setting outside its range; [`crate::Error::Engine`] if no thread can be
+    /// started.
+    #[expect(clippy::new_ret_no_self, reason = "an engine is its two halves")]
+    pub fn new(settings: EngineSettings) -> Result<(Controller, Renderer)> {
+        settings.check()?;
+        let head = settings.head()?;
+        let sources = settings.generation.max_sources;
+        let scene = Arc::new(open_air()?);
+        let propagator = Box::new(Propagator::new(scene, settings.propagation)?);
+        let extrapolator = extrapolator_for(&propagator, settings.predictor, settings.max_paths);
+        let generator = Generator::new(settings.generation.clone(), head)?;
+        let meters = Arc::new(Meters::default());
+        let (frame_sender, frames) = newest();
+        let (world_sender, world) = newest();
+        let (delivery_sender, deliveries) = newest();
+        let (feed_sender, feeds) = rtrb::RingBuffer::new(FEEDS_AHEAD);
+        let (retired, retired_receiver) = rtrb::RingBuffer::new(FEEDS_AHEAD);
+        let orders = Orders::default();
+        let worker = Worker {
+            orders: Arc::clone(&orders),
+            world,
+            deliveries: delivery_sender,
+            meters: Arc::clone(&meters),
+            max_paths: settings.max_paths,
+            synchronous: false,
+            before_update: settings.before_update,
+            newest: None,
+            predictor: settings.predictor,
+            extrapolator: None,
+            update: 0,
+            propagator,
+        };
+        let renderer = Renderer::new(Parts {
+            frames,
+            deliveries,
+            feeds,
+            retired,
+            frame: Box::new(AudioFrame::with_capacity(sources)),
+            extrapolator,
+            generator,
+            meters: Arc::clone(&meters),
+            settings: settings.clone(),
+        });
+        let links = Links {
+            frames: frame_sender,
+            world: world_sender,
+            feeds: feed_sender,
+            retired: retired_receiver,
+            orders,
+            meters,
+        };
+        let controller = Controller::new(settings, links, Box::new(worker))?;
+        Ok((controller, renderer))
+    }
+}
+
+/// A scene with nothing to hear but the way from source to listener: one triangle of a square centimetre, out of reach.
+fn open_air() -> Result<Scene> {
+    let far_m = -5e4;
+    let positions = [[0.0, far_m, 0.0], [0.1, far_m, 0.0], [0.0, far_m, 0.1]];
+    let mesh = TriangleMesh::from_slices(&positions, &[0, 1, 2], &[], &[])?;
+    Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())
+}

@@ -1,0 +1,116 @@
+//! The propagation thread: steps as long as there are new poses, sleeps when there are none, ends when told or when a
+//! step panics.
+//!
+//! Control side starts, wakes and stops it. A panic is caught here; the worker comes back to be used again with a new
+//! propagator.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use super::settings::EngineSchedule;
+use super::worker::Worker;
+use crate::error::{Error, Result};
+use crate::runtime::affinity::{AffinityPolicy, ThreadRole, place_this_thread};
+use crate::runtime::flush_to_zero::FlushToZero;
+
+/// Longest sleep without a wake-up call, so that a lost one costs no more than that.
+const LONGEST_SLEEP: Duration = Duration::from_millis(100);
+
+/// Where the worker is.
+pub(super) enum Propagation {
+    /// Here: it steps when told.
+    Inline(Box<Worker>),
+    /// On its thread.
+    Threaded {
+        thread: JoinHandle<Box<Worker>>,
+        stop: Arc<AtomicBool>,
+    },
+    /// Nowhere: the thread could not be started or joined.
+    Lost,
+}
+
+impl Propagation {
+    /// Puts a worker where the schedule wants it.
+    pub(super) fn start(
+        mut worker: Box<Worker>,
+        schedule: EngineSchedule,
+        policy: AffinityPolicy,
+    ) -> Result<Self> {
+        worker
+            .meters
+            .propagation_failed
+            .store(false, Ordering::Release);
+        worker.synchronous = schedule == EngineSchedule::Synchronous;
+        if worker.synchronous {
+            return Ok(Self::Inline(worker));
+        }
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let thread = thread::Builder::new()
+            .name("foresound-propagation".into())
+            .spawn(move || run(worker, &stopped, policy))
+            .map_err(|error| {
+                let advice = "end some threads or use the synchronous schedule";
+                Error::engine(format!("no propagation thread: {error}"), advice)
+            })?;
+        Ok(Self::Threaded { thread, stop })
+    }
+
+    /// There are new poses or orders.
+    pub(super) fn wake(&mut self) {
+        match self {
+            Self::Inline(worker) => {
+                let failed = worker.meters.propagation_failed.load(Ordering::Acquire);
+                if !failed {
+                    let _flush = FlushToZero::begin();
+                    try_step(worker);
+                }
+            }
+            Self::Threaded { thread, .. } => thread.thread().unpark(),
+            Self::Lost => {}
+        }
+    }
+
+    /// Waits for the step under way and takes the worker back; `None` if it is lost.
+    pub(super) fn stop(&mut self) -> Option<Box<Worker>> {
+        match std::mem::replace(self, Self::Lost) {
+            Self::Inline(worker) => Some(worker),
+            Self::Threaded { thread, stop } => {
+                stop.store(true, Ordering::Release);
+                thread.thread().unpark();
+                thread.join().ok()
+            }
+            Self::Lost => None,
+        }
+    }
+}
+
+fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Box<Worker> {
+    let placement = place_this_thread(policy, ThreadRole::Propagation);
+    worker.meters.propagation_placement.store(placement);
+    let _flush = FlushToZero::begin();
+    while !stop.load(Ordering::Acquire) {
+        match try_step(&mut worker) {
+            Some(true) => {}
+            Some(false) => thread::park_timeout(LONGEST_SLEEP),
+            None => break,
+        }
+    }
+    worker
+}
+
+/// One step; `None` if it panicked, which is noted.
+fn try_step(worker: &mut Worker) -> Option<bool> {
+    // What a panic may leave half done is the propagator, which is replaced before the next step, and a box on its way.
+    let result = catch_unwind(AssertUnwindSafe(|| worker.step()));
+    if result.is_err() {
+        worker
+            .meters
+            .propagation_failed
+            .store(true, Ordering::Release);
+    }
+    result.ok()
+}

@@ -1,0 +1,115 @@
+//! What an engine is built for.
+
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::extrapolation::PredictorKind;
+use crate::generation::{GeneratorSettings, Hrtf};
+use crate::propagation::PropagationSettings;
+use crate::runtime::affinity::AffinityPolicy;
+
+/// When propagation runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum EngineSchedule {
+    /// Within every [`super::Controller::tick`], on the app's thread: the baseline.
+    Synchronous,
+    /// On a thread of its own that never stops, on the newest poses; extrapolation fills the frames in between.
+    #[default]
+    Asynchronous,
+}
+
+/// How long a graphics frame is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum FrameTime {
+    /// As long as the app's ticks are apart, measured.
+    #[default]
+    Measured,
+    /// This many seconds, 0.001 to 1: for rendering faster or slower than real time.
+    Fixed(f64),
+}
+
+/// Sizes, limits and choices of an engine.
+#[derive(Debug, Clone)]
+pub struct EngineSettings {
+    /// Rate, limit on sources and everything else of the sound itself.
+    pub generation: GeneratorSettings,
+    /// Head-related set; `None` takes the built-in one for the rate.
+    pub hrtf: Option<Arc<Hrtf>>,
+    /// Audio frames a block, 32 to 4096.
+    pub block_frames: usize,
+    /// Most paths of one update that are kept, 1 to 16,384; beyond them the quietest are dropped and counted.
+    pub max_paths: usize,
+    /// Rays, depth and memory of propagation.
+    pub propagation: PropagationSettings,
+    /// When propagation runs.
+    pub schedule: EngineSchedule,
+    /// How paths go on between updates.
+    pub predictor: PredictorKind,
+    /// Where threads run.
+    pub affinity: AffinityPolicy,
+    /// How long a graphics frame is.
+    pub frame_time: FrameTime,
+    /// Called before every update with its number, on the thread that computes it: a place for a profiler's mark. If it
+    /// panics, propagation stops as it would for its own panic.
+    pub before_update: Option<fn(u64)>,
+}
+
+impl Default for EngineSettings {
+    /// Sixteen sources at 44.1 kHz in blocks of 256.
+    fn default() -> Self {
+        Self {
+            generation: GeneratorSettings::default(),
+            hrtf: None,
+            block_frames: 256,
+            max_paths: 2048,
+            propagation: PropagationSettings::default(),
+            schedule: EngineSchedule::default(),
+            predictor: PredictorKind::default(),
+            affinity: AffinityPolicy::default(),
+            frame_time: FrameTime::default(),
+            before_update: None,
+        }
+    }
+}
+
+impl EngineSettings {
+    pub(super) fn check(&self) -> Result<()> {
+        let range = |name: &str, value: usize, low: usize, high: usize| {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            let problem = format!("{value} is outside {low} to {high}");
+            let advice = "choose a value in that range";
+            Err(Error::setting(name, problem, advice))
+        };
+        range("block_frames", self.block_frames, 32, 4096)?;
+        range("max_paths", self.max_paths, 1, 16_384)?;
+        match self.frame_time {
+            FrameTime::Fixed(seconds) if !(0.001..=1.0).contains(&seconds) => {
+                let problem = format!("{seconds} s is outside 0.001 to 1");
+                let advice = "choose a time in that range";
+                Err(Error::setting("frame_time", problem, advice))
+            }
+            _ => self.generation.check(),
+        }
+    }
+
+    pub(super) fn head(&self) -> Result<Arc<Hrtf>> {
+        if let Some(hrtf) = &self.hrtf {
+            return Ok(Arc::clone(hrtf));
+        }
+        #[cfg(feature = "builtin-hrtf")]
+        {
+            Hrtf::builtin(self.generation.rate_hz).map(Arc::new)
+        }
+        #[cfg(not(feature = "builtin-hrtf"))]
+        {
+            let advice = "give one, or build with the feature builtin-hrtf";
+            Err(Error::setting(
+                "hrtf",
+                "no head-related set is built in",
+                advice,
+            ))
+        }
+    }
+}

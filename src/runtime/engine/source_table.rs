@@ -1,0 +1,151 @@
+//! Which sources there are: slots with generations, so that an old handle is an error and never another source.
+//!
+//! Control side. A slot counts 65,536 tenants before a generation comes again; freed slots wait in a queue, so with
+//! sixteen free ones that is a million sources.
+
+use std::collections::VecDeque;
+
+use glam::Vec3;
+
+use crate::error::{Error, Result};
+use crate::scene::{SourceId, SourcePose};
+
+/// What the app has said of one source.
+#[derive(Debug, Clone, Copy)]
+struct Tenant {
+    pose: SourcePose,
+    gain: f32,
+    muted: bool,
+}
+
+#[derive(Debug, Default)]
+struct Slot {
+    generation: u16,
+    tenant: Option<Tenant>,
+}
+
+/// All slots.
+#[derive(Debug)]
+pub(super) struct SourceTable {
+    slots: Vec<Slot>,
+    free: VecDeque<u16>,
+}
+
+/// Farthest coordinate in metres that a pose may have: beyond it squares of distances lose all meaning.
+const FARTHEST_M: f32 = 1e6;
+
+/// Refuses places that are no places.
+pub(super) fn check_place(name: &str, place: Vec3) -> Result<()> {
+    if place.abs().cmple(Vec3::splat(FARTHEST_M)).all() {
+        return Ok(());
+    }
+    let problem = format!("{place} is no place");
+    let advice = "give metres below 1e6 in magnitude; the last good place is kept";
+    Err(Error::setting(name, problem, advice))
+}
+
+impl SourceTable {
+    pub(super) fn new(slots: usize) -> Self {
+        Self {
+            slots: (0..slots).map(|_| Slot::default()).collect(),
+            free: (0..slots as u16).collect(),
+        }
+    }
+
+    pub(super) fn add(&mut self, position: Vec3) -> Result<SourceId> {
+        check_place("position", position)?;
+        let Some(index) = self.free.pop_front() else {
+            let problem = format!("all {} sources are in use", self.slots.len());
+            let advice = "remove one, or raise max_sources";
+            return Err(Error::engine(problem, advice));
+        };
+        let slot = &mut self.slots[usize::from(index)];
+        let id = SourceId::new(index, slot.generation);
+        slot.tenant = Some(Tenant {
+            pose: SourcePose::at(id, position),
+            gain: 1.0,
+            muted: false,
+        });
+        Ok(id)
+    }
+
+    pub(super) fn remove(&mut self, id: SourceId) -> Result<()> {
+        self.tenant(id)?;
+        let slot = &mut self.slots[id.slot()];
+        slot.tenant = None;
+        slot.generation = slot.generation.wrapping_add(1);
+        self.free.push_back(id.slot() as u16);
+        Ok(())
+    }
+
+    pub(super) fn move_to(&mut self, id: SourceId, position: Vec3) -> Result<()> {
+        let tenant = self.tenant(id)?;
+        check_place("position", position)?;
+        tenant.pose.position = position;
+        Ok(())
+    }
+
+    /// Takes place, orientation and settings over.
+    pub(super) fn pose(&mut self, pose: &SourcePose) -> Result<()> {
+        let tenant = self.tenant(pose.id)?;
+        check_place("position", pose.position)?;
+        if !pose.orientation.is_finite() {
+            let problem = format!("{} is no orientation", pose.orientation);
+            let advice = "give a unit quaternion; the last good pose is kept";
+            return Err(Error::setting("orientation", problem, advice));
+        }
+        tenant.pose = *pose;
+        Ok(())
+    }
+
+    pub(super) fn set_muted(&mut self, id: SourceId, muted: bool) -> Result<()> {
+        self.tenant(id)?.muted = muted;
+        Ok(())
+    }
+
+    pub(super) fn set_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
+        let tenant = self.tenant(id)?;
+        if !(0.0..=1e3).contains(&gain) {
+            let advice = "give a pressure ratio from 0 to 1000";
+            return Err(Error::setting("gain", format!("{gain} is none"), advice));
+        }
+        tenant.gain = gain;
+        Ok(())
+    }
+
+    pub(super) fn check(&self, id: SourceId) -> Result<()> {
+        let slot = self.slots.get(id.slot());
+        match slot.filter(|slot| slot.tenant.is_some() && slot.generation == id.generation()) {
+            Some(_) => Ok(()),
+            None => Err(Error::StaleSource {
+                slot: id.slot(),
+                generation: id.generation(),
+            }),
+        }
+    }
+
+    fn tenant(&mut self, id: SourceId) -> Result<&mut Tenant> {
+        let stale = Error::StaleSource {
+            slot: id.slot(),
+            generation: id.generation(),
+        };
+        let slot = self.slots.get_mut(id.slot());
+        slot.filter(|slot| slot.generation == id.generation())
+            .and_then(|slot| slot.tenant.as_mut())
+            .ok_or(stale)
+    }
+
+    /// Number of sources.
+    pub(super) fn count(&self) -> usize {
+        self.slots.len() - self.free.len()
+    }
+
+    /// Every source's pose and gain, by slot.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (SourcePose, f32)> + '_ {
+        self.slots.iter().filter_map(|slot| {
+            let tenant = slot.tenant?;
+            let gain = if tenant.muted { 0.0 } else { tenant.gain };
+            Some((tenant.pose, gain))
+        })
+    }
+}

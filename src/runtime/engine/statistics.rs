@@ -1,0 +1,99 @@
+//! What the engine tells about itself: filled by every thread, read by the app.
+//!
+//! Wait-free for the threads that fill it: single atomic operations without order between them. A reader sees each
+//! figure as of some recent moment.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+
+use crossbeam_utils::atomic::AtomicCell;
+
+use super::histogram::{Histogram, Percentiles};
+use crate::runtime::affinity::Placement;
+
+/// Counters and times that the engine's threads share.
+#[derive(Default)]
+pub(super) struct Meters {
+    pub(super) propagation: Histogram,
+    pub(super) extrapolation: Histogram,
+    pub(super) generation: Histogram,
+    pub(super) block: Histogram,
+    pub(super) blocks: AtomicU64,
+    pub(super) missed: AtomicU64,
+    pub(super) updates: AtomicU64,
+    pub(super) trimmed_paths: AtomicU64,
+    pub(super) dropped_paths: AtomicU64,
+    pub(super) starved_samples: AtomicU64,
+    pub(super) paths: AtomicU32,
+    pub(super) level: AtomicU32,
+    pub(super) propagation_ns: AtomicU64,
+    pub(super) frame_ns: AtomicU64,
+    pub(super) propagation_failed: AtomicBool,
+    pub(super) propagation_placement: AtomicCell<Placement>,
+    pub(super) sound_placement: AtomicCell<Placement>,
+}
+
+/// A look at the engine. Counts are since it began.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Statistics {
+    /// Time of propagation updates.
+    pub propagation: Percentiles,
+    /// Time of extrapolation a graphics frame, direct paths included.
+    pub extrapolation: Percentiles,
+    /// Time of generation a block.
+    pub generation: Percentiles,
+    /// Time of whole calls of [`super::Renderer::render`].
+    pub block: Percentiles,
+    /// Calls of [`super::Renderer::render`].
+    pub blocks: u64,
+    /// Calls that took longer than what they rendered lasts.
+    pub missed_deadlines: u64,
+    /// Updates that the renderer has taken.
+    pub updates: u64,
+    /// Paths in the update in use.
+    pub paths: u32,
+    /// Paths that propagation left out beyond [`super::EngineSettings::max_paths`], the quietest, over all updates.
+    pub trimmed_paths: u64,
+    /// Paths that generation had no voice for, over all graphics frames.
+    pub dropped_paths: u64,
+    /// Samples that streams were late with.
+    pub starved_samples: u64,
+    /// T_SPS: time of the update in use, in seconds.
+    pub propagation_s: f64,
+    /// T_g: time between the graphics frames that are heard, in seconds.
+    pub graphics_frame_s: f64,
+    /// Extrapolation level L in use, by Eq. 1 from those two. At 0 updates fit in a frame and extrapolation is bypassed.
+    pub level: u32,
+    /// Where the propagation thread runs.
+    pub propagation_placement: Placement,
+    /// Where the sound thread runs, once it has placed itself.
+    pub sound_placement: Placement,
+}
+
+impl Meters {
+    pub(super) fn read(&self) -> Statistics {
+        let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        Statistics {
+            propagation: self.propagation.percentiles(),
+            extrapolation: self.extrapolation.percentiles(),
+            generation: self.generation.percentiles(),
+            block: self.block.percentiles(),
+            blocks: count(&self.blocks),
+            missed_deadlines: count(&self.missed),
+            updates: count(&self.updates),
+            paths: self.paths.load(Ordering::Relaxed),
+            trimmed_paths: count(&self.trimmed_paths),
+            dropped_paths: count(&self.dropped_paths),
+            starved_samples: count(&self.starved_samples),
+            propagation_s: count(&self.propagation_ns) as f64 * 1e-9,
+            graphics_frame_s: count(&self.frame_ns) as f64 * 1e-9,
+            level: self.level.load(Ordering::Relaxed),
+            propagation_placement: self.propagation_placement.load(),
+            sound_placement: self.sound_placement.load(),
+        }
+    }
+}
+
+/// Adds to a counter; order does not matter.
+pub(super) fn add(counter: &AtomicU64, amount: u64) {
+    counter.fetch_add(amount, Ordering::Relaxed);
+}

@@ -1,0 +1,384 @@
+//! The engine's two halves, driven by one thread: what handles, poses, sounds and states do.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use foresound::Error;
+use foresound::extrapolation::PredictorKind;
+use foresound::generation::GeneratorSettings;
+use foresound::propagation::PropagationSettings;
+use foresound::runtime::{
+    AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
+    Renderer,
+};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::{Quat, Vec3};
+
+fn settings() -> EngineSettings {
+    EngineSettings {
+        generation: GeneratorSettings {
+            max_sources: 4,
+            ..GeneratorSettings::default()
+        },
+        propagation: PropagationSettings {
+            guide_rays: 64,
+            source_rays: 16,
+            ..PropagationSettings::default()
+        },
+        schedule: EngineSchedule::Synchronous,
+        affinity: AffinityPolicy::None,
+        frame_time: FrameTime::Fixed(0.01),
+        ..EngineSettings::default()
+    }
+}
+
+fn room() -> Arc<Scene> {
+    let mesh = procedural::shoebox(Vec3::new(6.0, 3.0, 5.0), "acoustic_ceiling");
+    let table = MaterialTable::built_in();
+    Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default()).expect("a room"))
+}
+
+fn inside(scene: &Scene) -> Vec3 {
+    (scene.report().bounds_min + scene.report().bounds_max) / 2.0
+}
+
+fn hum() -> Arc<[f32]> {
+    (0..4410)
+        .map(|n| 0.2 * (n as f32 * 0.1).sin())
+        .collect::<Vec<_>>()
+        .into()
+}
+
+/// Ticks and renders; gives the loudest sample of the last block.
+fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3, frames: usize) -> f32 {
+    let mut block = [0.0; 882];
+    for _ in 0..frames {
+        let listener = ListenerPose::facing(at, 0.3);
+        controller.tick(listener, &[]).expect("a good pose");
+        renderer.render(&mut block);
+        assert!(block.iter().all(|s| s.is_finite()));
+    }
+    block.iter().fold(0.0, |most, s| most.max(s.abs()))
+}
+
+#[test]
+fn a_source_is_heard_muted_paused_and_removed() {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let id = controller.add_source(Vec3::X).expect("a slot");
+    controller.play(id, hum(), true).expect("is there");
+    let loud = run(&mut controller, &mut renderer, Vec3::ZERO, 30);
+    assert!(loud > 0.01, "{loud} in open air");
+    let scene = room();
+    let at = inside(&scene);
+    controller.set_scene(Arc::clone(&scene)).expect("taken");
+    controller
+        .move_source(id, at + Vec3::X)
+        .expect("a good place");
+    assert!(run(&mut controller, &mut renderer, at, 30) > 0.01);
+    assert!(controller.statistics().paths > 6);
+
+    controller.pause();
+    assert_eq!(controller.state(), EngineState::Paused);
+    assert_eq!(run(&mut controller, &mut renderer, at, 3), 0.0);
+    controller.resume();
+    assert!(run(&mut controller, &mut renderer, at, 3) > 0.01);
+
+    controller.mute_source(id, true).expect("is there");
+    run(&mut controller, &mut renderer, at, 400);
+    let muted = run(&mut controller, &mut renderer, at, 1);
+    assert!(muted < 1e-3, "{muted} when muted");
+    controller.mute_source(id, false).expect("is there");
+    assert!(run(&mut controller, &mut renderer, at, 5) > 0.01);
+    controller.remove_source(id).expect("is there");
+    run(&mut controller, &mut renderer, at, 400);
+    assert!(run(&mut controller, &mut renderer, at, 1) < 1e-3);
+}
+
+#[test]
+fn a_stale_handle_is_an_error_and_never_another_source() {
+    let (mut controller, _renderer) = Engine::new(settings()).expect("an engine");
+    let mut stale = Vec::new();
+    for round in 0..1000 {
+        let id = controller.add_source(Vec3::X).expect("a slot");
+        assert!(!stale.contains(&id), "round {round}");
+        controller.remove_source(id).expect("is there");
+        stale.push(id);
+    }
+    let present: Vec<SourceId> = (0..4)
+        .map(|_| controller.add_source(Vec3::Y).expect("a slot"))
+        .collect();
+    let full = controller.add_source(Vec3::Y);
+    assert!(matches!(full, Err(Error::Engine { .. })), "{full:?}");
+    let elsewhere = SourceId::new(4000, 0);
+    for &id in stale.iter().chain([&elsewhere]) {
+        assert!(!present.contains(&id));
+        let refusals = [
+            controller.move_source(id, Vec3::ZERO),
+            controller.mute_source(id, true),
+            controller.set_source_gain(id, 1.0),
+            controller.play(id, hum(), false),
+            controller.stop(id),
+            controller.remove_source(id),
+            controller.stream(id, 10).map(drop),
+        ];
+        for refusal in refusals {
+            assert!(
+                matches!(refusal, Err(Error::StaleSource { .. })),
+                "{refusal:?}"
+            );
+        }
+    }
+    assert_eq!(controller.source_count(), 4);
+}
+
+#[test]
+fn a_pose_that_is_no_pose_is_refused_and_the_last_good_one_kept() {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let id = controller.add_source(Vec3::X).expect("a slot");
+    controller.play(id, hum(), true).expect("is there");
+    let good = ListenerPose::default();
+    let mut block = [0.0; 882];
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
+        let place = Vec3::new(0.0, bad, 0.0);
+        let lost = ListenerPose {
+            position: place,
+            ..good
+        };
+        let turned = ListenerPose {
+            orientation: Quat::from_xyzw(0.0, 0.0, bad, 1.0),
+            ..good
+        };
+        let pose = SourcePose::at(id, place);
+        assert!(controller.tick(lost, &[]).is_err());
+        assert!(bad == 1e30 || controller.tick(turned, &[]).is_err());
+        assert!(controller.tick(good, &[pose]).is_err());
+        assert!(controller.move_source(id, place).is_err());
+        assert!(controller.add_source(place).is_err());
+        assert!(controller.set_source_gain(id, bad).is_err());
+        renderer.render(&mut block);
+    }
+    let nothing = ListenerPose {
+        orientation: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
+        ..good
+    };
+    assert!(controller.tick(nothing, &[]).is_err());
+    assert!(run(&mut controller, &mut renderer, Vec3::ZERO, 20) > 0.01);
+}
+
+#[test]
+fn empty_clips_and_dry_streams_are_silence() {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let id = controller.add_source(Vec3::X).expect("a slot");
+    for looped in [false, true] {
+        let empty = Vec::new().into();
+        controller.play(id, empty, looped).expect("is there");
+        assert_eq!(run(&mut controller, &mut renderer, Vec3::ZERO, 5), 0.0);
+    }
+    assert!(controller.stream(id, 0).is_err());
+    let mut writer = controller.stream(id, 4410).expect("is there");
+    assert_eq!(writer.write(&hum()), 4410);
+    assert!(run(&mut controller, &mut renderer, Vec3::ZERO, 9) > 0.01);
+    run(&mut controller, &mut renderer, Vec3::ZERO, 5);
+    assert!(controller.statistics().starved_samples > 0);
+    controller.stop(id).expect("is there");
+    run(&mut controller, &mut renderer, Vec3::ZERO, 1);
+    // What was retired is freed by the next tick.
+    run(&mut controller, &mut renderer, Vec3::ZERO, 1);
+    assert!(writer.is_abandoned());
+}
+
+#[test]
+fn a_clip_is_freed_by_the_controller_once_it_is_done_with() {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let clip = hum();
+    for _ in 0..1000 {
+        // The renderer keeps no pace at all: what waits does not pile up.
+        let id = controller.add_source(Vec3::X).expect("a slot");
+        controller.play(id, Arc::clone(&clip), true).expect("there");
+        controller.remove_source(id).expect("is there");
+    }
+    assert!(Arc::strong_count(&clip) < 200);
+    run(&mut controller, &mut renderer, Vec3::ZERO, 5);
+    assert_eq!(Arc::strong_count(&clip), 1);
+}
+
+static PANIC: AtomicBool = AtomicBool::new(false);
+
+fn panic_when_told(_: u64) {
+    assert!(!PANIC.load(Ordering::Relaxed), "injected");
+}
+
+#[test]
+fn propagation_may_panic_and_be_restarted() {
+    for schedule in [EngineSchedule::Synchronous, EngineSchedule::Asynchronous] {
+        let settings = EngineSettings {
+            schedule,
+            before_update: Some(panic_when_told),
+            ..settings()
+        };
+        let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
+        let scene = room();
+        let at = inside(&scene);
+        controller.set_scene(scene).expect("taken");
+        let id = controller.add_source(at + Vec3::X).expect("a slot");
+        controller.play(id, hum(), true).expect("is there");
+        while controller.statistics().paths < 6 {
+            run(&mut controller, &mut renderer, at, 1);
+        }
+        PANIC.store(true, Ordering::Relaxed);
+        while controller.state() != EngineState::PropagationFailed {
+            run(&mut controller, &mut renderer, at, 1);
+        }
+        assert!(run(&mut controller, &mut renderer, at, 20) > 0.01);
+        PANIC.store(false, Ordering::Relaxed);
+        controller.restart().expect("starts");
+        assert_eq!(controller.state(), EngineState::Running);
+        let before = controller.statistics().updates;
+        while controller.statistics().updates < before + 3 {
+            assert_eq!(controller.state(), EngineState::Running);
+            run(&mut controller, &mut renderer, at, 1);
+        }
+    }
+}
+
+#[test]
+fn either_half_may_go_first() {
+    let (mut controller, renderer) = Engine::new(settings()).expect("an engine");
+    drop(renderer);
+    let id = controller.add_source(Vec3::X).expect("a slot");
+    for _ in 0..300 {
+        controller.play(id, hum(), true).expect("is there");
+        controller
+            .tick(ListenerPose::default(), &[])
+            .expect("ticks on");
+    }
+    assert_eq!(controller.state(), EngineState::RendererGone);
+
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let id = controller.add_source(Vec3::X).expect("a slot");
+    controller.play(id, hum(), true).expect("is there");
+    run(&mut controller, &mut renderer, Vec3::ZERO, 20);
+    drop(controller);
+    let mut block = [0.0; 882];
+    let report = renderer.render(&mut block);
+    assert!(report.controller_gone);
+    assert!(block.iter().any(|s| s.abs() > 0.01));
+}
+
+#[test]
+fn predictor_schedule_and_rays_change_while_running() {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let scene = room();
+    let at = inside(&scene);
+    controller.set_scene(Arc::clone(&scene)).expect("taken");
+    let id = controller.add_source(at + Vec3::X).expect("a slot");
+    controller.play(id, hum(), true).expect("is there");
+    for round in 0..12 {
+        controller.set_predictor(PredictorKind::ALL[round % PredictorKind::ALL.len()]);
+        let schedule = match round % 3 {
+            0 => EngineSchedule::Asynchronous,
+            _ => EngineSchedule::Synchronous,
+        };
+        controller.set_schedule(schedule).expect("starts");
+        let rays = PropagationSettings {
+            guide_rays: 32 << (round % 4),
+            ..controller.settings().propagation
+        };
+        controller.set_propagation(rays).expect("in range");
+        let before = controller.statistics().updates;
+        while controller.statistics().updates < before + 2 {
+            run(&mut controller, &mut renderer, at, 1);
+        }
+    }
+    assert!(run(&mut controller, &mut renderer, at, 5) > 0.01);
+    let wrong = PropagationSettings {
+        guide_rays: 0,
+        ..PropagationSettings::default()
+    };
+    assert!(controller.set_propagation(wrong).is_err());
+    assert_eq!(controller.statistics().level, 0);
+}
+
+#[test]
+fn scenes_are_built_aside_and_errors_come_with_a_tick() {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let mesh = procedural::shoebox(Vec3::new(6.0, 3.0, 5.0), "acoustic_ceiling");
+    let table = MaterialTable::built_in();
+    let before = Arc::clone(controller.scene());
+    controller
+        .build_scene(mesh, table.clone(), SceneSettings::default())
+        .expect("a thread");
+    while controller.is_building() {
+        run(&mut controller, &mut renderer, Vec3::ZERO, 1);
+    }
+    assert!(!Arc::ptr_eq(&before, controller.scene()));
+    let nothing = foresound::scene::TriangleMesh::default();
+    controller
+        .build_scene(nothing, table, SceneSettings::default())
+        .expect("a thread");
+    let mut error = None;
+    while controller.is_building() {
+        error = controller.tick(ListenerPose::default(), &[]).err();
+    }
+    assert!(matches!(error, Some(Error::Mesh { .. })), "{error:?}");
+}
+
+#[test]
+fn too_many_paths_are_trimmed_to_the_loudest() {
+    let limited = EngineSettings {
+        max_paths: 5,
+        ..settings()
+    };
+    let (mut controller, mut renderer) = Engine::new(limited).expect("an engine");
+    let scene = room();
+    let at = inside(&scene);
+    controller.set_scene(scene).expect("taken");
+    let id = controller.add_source(at + Vec3::X).expect("a slot");
+    controller.play(id, hum(), true).expect("is there");
+    assert!(run(&mut controller, &mut renderer, at, 30) > 0.01);
+    let statistics = controller.statistics();
+    assert_eq!(statistics.paths, 5);
+    assert!(statistics.trimmed_paths > 0);
+}
+
+#[test]
+fn settings_out_of_range_are_refused_by_name() {
+    for (settings, name) in [
+        (
+            EngineSettings {
+                block_frames: 0,
+                ..settings()
+            },
+            "block_frames",
+        ),
+        (
+            EngineSettings {
+                max_paths: 0,
+                ..settings()
+            },
+            "max_paths",
+        ),
+        (
+            EngineSettings {
+                frame_time: FrameTime::Fixed(f64::NAN),
+                ..settings()
+            },
+            "frame_time",
+        ),
+        (
+            EngineSettings {
+                generation: GeneratorSettings {
+                    max_sources: 0,
+                    ..GeneratorSettings::default()
+                },
+                ..settings()
+            },
+            "max_sources",
+        ),
+    ] {
+        let error = Engine::new(settings).err().expect("refused").to_string();
+        assert!(error.starts_with(name), "{error}");
+    }
+}

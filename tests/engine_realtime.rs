@@ -1,0 +1,207 @@
+//! The engine on its threads: the audio side leaves memory alone, threads start and stop, devices come and go.
+//!
+//! Nothing here depends on how fast a machine is: loops wait for events, not for time.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+
+use foresound::extrapolation::PredictorKind;
+use foresound::generation::GeneratorSettings;
+use foresound::propagation::PropagationSettings;
+use foresound::propagation::sampling::mix;
+use foresound::runtime::{
+    AffinityPolicy, Engine, EngineSettings, EngineState, NullDevice, SoundThread,
+};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::Vec3;
+
+#[path = "../src/bin/foresound/counting.rs"]
+mod counting;
+
+#[global_allocator]
+static ALLOCATOR: counting::Counting = counting::Counting;
+
+const SOURCES: usize = 8;
+
+fn settings() -> EngineSettings {
+    EngineSettings {
+        generation: GeneratorSettings {
+            max_sources: SOURCES,
+            ..GeneratorSettings::default()
+        },
+        propagation: PropagationSettings {
+            guide_rays: 128,
+            source_rays: 32,
+            ..PropagationSettings::default()
+        },
+        affinity: AffinityPolicy::None,
+        ..EngineSettings::default()
+    }
+}
+
+fn room(length_m: f32) -> Arc<Scene> {
+    let mesh = procedural::shoebox(Vec3::new(length_m, 3.0, 5.0), "concrete");
+    let table = MaterialTable::built_in();
+    Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default()).expect("a room"))
+}
+
+#[test]
+fn the_audio_side_neither_allocates_nor_frees() {
+    let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let done = Arc::new(AtomicBool::new(false));
+    let blocks = Arc::new(AtomicU64::new(0));
+    let (ended, heard) = (Arc::clone(&done), Arc::clone(&blocks));
+    let audio = thread::spawn(move || {
+        let mut block = vec![0.0; 2 * 256];
+        let (mut operations, mut updates) = (0, 0);
+        while !ended.load(Ordering::Relaxed) {
+            let before = counting::operations();
+            let report = renderer.render(&mut block);
+            operations += counting::operations() - before;
+            updates += report.updates;
+            heard.fetch_add(1, Ordering::Relaxed);
+        }
+        (operations, updates)
+    });
+    let scenes = [room(6.0), room(9.0), room(20.0)];
+    let clip: Arc<[f32]> = vec![0.1; 1000].into();
+    let mut here: Vec<SourceId> = Vec::new();
+    let mut writers = Vec::new();
+    let (mut swaps, mut added) = (0, 0);
+    // At least 2000 graphics frames, and as many as bring 2000 blocks and 50 updates.
+    let mut frame = 0u64;
+    while frame < 2000
+        || blocks.load(Ordering::Relaxed) < 2000
+        || controller.statistics().updates < 50
+    {
+        let dice = mix(frame);
+        let scene = &scenes[(dice % 3) as usize];
+        let middle = (scene.report().bounds_min + scene.report().bounds_max) / 2.0;
+        if dice.is_multiple_of(3) && here.len() < SOURCES {
+            let id = controller.add_source(middle).expect("a slot");
+            if dice.is_multiple_of(2) {
+                let clip = Arc::clone(&clip);
+                controller.play(id, clip, true).expect("is there");
+            } else {
+                let mut writer = controller.stream(id, 2000).expect("is there");
+                writer.write(&clip);
+                writers.push(writer);
+            }
+            here.push(id);
+            added += 1;
+        } else if dice.is_multiple_of(5) && !here.is_empty() {
+            let id = here.swap_remove((dice >> 8) as usize % here.len());
+            controller.remove_source(id).expect("is there");
+        }
+        if dice.is_multiple_of(17) {
+            controller.set_scene(Arc::clone(scene)).expect("taken");
+            swaps += 1;
+        }
+        controller.set_predictor(PredictorKind::ALL[(dice >> 16) as usize % 2]);
+        match dice % 101 {
+            0 => controller.pause(),
+            1..20 => controller.resume(),
+            _ => {}
+        }
+        let sway = Vec3::X * (frame as f32 * 0.05).sin();
+        let moved: Vec<SourcePose> = here
+            .iter()
+            .map(|&id| SourcePose::at(id, middle + sway))
+            .collect();
+        let listener = ListenerPose::facing(middle - sway, frame as f32 * 0.01);
+        controller.tick(listener, &moved).expect("good poses");
+        writers.retain(|writer| !writer.is_abandoned());
+        frame += 1;
+        thread::yield_now();
+    }
+    done.store(true, Ordering::Relaxed);
+    let (operations, updates) = audio.join().expect("audio goes on");
+    assert_eq!(operations, 0, "allocations and frees on the audio side");
+    assert!(
+        updates >= 50 && swaps > 20 && added > 100,
+        "{updates} {swaps} {added}"
+    );
+}
+
+#[test]
+fn the_counter_counts() {
+    let before = counting::operations();
+    drop(std::hint::black_box(Box::new(5)));
+    assert_eq!(counting::operations() - before, 2);
+}
+
+#[test]
+fn an_engine_starts_and_stops_two_hundred_times() {
+    for round in 0..200 {
+        let small = EngineSettings {
+            generation: GeneratorSettings {
+                max_sources: 1,
+                max_voices: 16,
+                fine_voices: 4,
+                max_delay_s: 0.1,
+                ..GeneratorSettings::default()
+            },
+            max_paths: 64,
+            ..settings()
+        };
+        let (mut controller, mut renderer) = Engine::new(small).expect("an engine");
+        if round % 2 == 0 {
+            let ticked = controller.tick(ListenerPose::default(), &[]);
+            ticked.expect("a good pose");
+        }
+        renderer.render(&mut [0.0; 128]);
+        if round % 3 == 0 {
+            drop(renderer);
+            assert_eq!(controller.state(), EngineState::RendererGone);
+        } else {
+            drop(controller);
+            assert!(renderer.render(&mut [0.0; 128]).controller_gone);
+        }
+    }
+}
+
+#[test]
+fn a_sound_thread_renders_ahead_and_gives_the_renderer_back() {
+    let (mut controller, renderer) = Engine::new(settings()).expect("an engine");
+    let id = controller.add_source(Vec3::X).expect("a slot");
+    let clip: Arc<[f32]> = (0..1000).map(|n| (n as f32 * 0.1).sin()).collect();
+    controller.play(id, clip, true).expect("is there");
+    let ticked = controller.tick(ListenerPose::default(), &[]);
+    ticked.expect("a good pose");
+    assert!(SoundThread::start(Engine::new(settings()).expect("an engine").1, 0).is_err());
+    let (sound, mut output) = SoundThread::start(renderer, 2).expect("a thread");
+    assert_eq!(output.latency_frames(), 512);
+    let mut block = [0.0; 200];
+    let mut loudest = 0.0f32;
+    while loudest < 0.01 {
+        output.read(&mut block);
+        loudest = block.iter().fold(loudest, |most, s| most.max(s.abs()));
+        thread::yield_now();
+    }
+    let mut renderer = sound.stop().expect("did not panic");
+    assert!(renderer.render(&mut block).frames == 100);
+    // The thread is gone: what is left in the ring runs out.
+    let missing = (0..20).map(|_| output.read(&mut block)).sum::<usize>();
+    assert!(missing >= 2000 - 512);
+}
+
+#[test]
+fn a_null_device_asks_until_it_is_stopped() {
+    let (_controller, mut renderer) = Engine::new(settings()).expect("an engine");
+    let asked = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&asked);
+    let device = NullDevice::start(44_100, 64, AffinityPolicy::None, move |block| {
+        renderer.render(block);
+        counted.fetch_add(1, Ordering::Relaxed);
+    });
+    let device = device.expect("a thread");
+    while asked.load(Ordering::Relaxed) < 10 {
+        thread::yield_now();
+    }
+    let report = device.stop();
+    assert!(report.blocks >= 10 && report.missed <= report.blocks);
+    assert!(NullDevice::start(0, 64, AffinityPolicy::None, |_| {}).is_err());
+}
