@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use super::best::{Best, Now};
 use super::frame::{FramePath, FramePaths, LateSend};
+use super::hold::Hold;
+use super::linear::Linear;
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
 use crate::propagation::direct::direct_path;
@@ -10,13 +13,31 @@ use crate::propagation::late::common_decay;
 use crate::propagation::{Path, PathSet};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
+/// How reflected paths are continued.
+enum Rule {
+    /// Each path of the newest update by itself.
+    PathByPath(Box<dyn Predictor>),
+    /// Paths of several updates, together.
+    Together(Box<Best>),
+}
+
+impl Rule {
+    fn of(kind: PredictorKind) -> Self {
+        match kind {
+            PredictorKind::Hold => Self::PathByPath(Box::new(Hold)),
+            PredictorKind::Linear => Self::PathByPath(Box::new(Linear)),
+            PredictorKind::Best(settings) => Self::Together(Box::new(Best::new(settings))),
+        }
+    }
+}
+
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
 /// # Real-time
 /// [`Self::take_update`] and [`Self::frame`] allocate only while the number of paths exceeds everything seen before.
 pub struct Extrapolator {
     scene: Arc<Scene>,
-    predictor: Box<dyn Predictor>,
+    rule: Rule,
     nearest_m: f64,
     current: PathSet,
     previous: PathSet,
@@ -32,7 +53,7 @@ impl Extrapolator {
     pub fn new(scene: Arc<Scene>, kind: PredictorKind, nearest_m: f32) -> Self {
         Self {
             scene,
-            predictor: kind.build(),
+            rule: Rule::of(kind),
             nearest_m: f64::from(nearest_m),
             current: PathSet::default(),
             previous: PathSet::default(),
@@ -77,23 +98,7 @@ impl Extrapolator {
                 .paths
                 .extend(direct.map(|path| self.direct_now(&path, listener)));
         }
-        let at = FrameContext {
-            scene: &self.scene,
-            listener,
-            frames_since_update: self.frames_since_update,
-            level: self.level,
-        };
-        for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            if current.is_direct() || !is_among(sources, current.source) {
-                continue;
-            }
-            let tracked = TrackedPath {
-                current,
-                previous: matched.map(|i| &self.previous.paths[i as usize]),
-                listener: &self.current.listener,
-            };
-            result.paths.push(self.predictor.predict(&tracked, &at));
-        }
+        rays += self.reflected_now(listener, sources, &mut result.paths);
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);
@@ -110,6 +115,46 @@ impl Extrapolator {
         }));
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         rays
+    }
+
+    /// Adds the reflected paths; gives the number of rays cast.
+    fn reflected_now(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        paths: &mut Vec<FramePath>,
+    ) -> u64 {
+        let predictor = match &mut self.rule {
+            Rule::PathByPath(predictor) => predictor,
+            Rule::Together(best) => {
+                let now = Now {
+                    scene: &self.scene,
+                    listener,
+                    sources,
+                    nearest_m: self.nearest_m,
+                };
+                let is_new = self.updates > 0 && self.frames_since_update == 0;
+                return best.frame(is_new.then_some(&self.current), &now, paths);
+            }
+        };
+        let at = FrameContext {
+            scene: &self.scene,
+            listener,
+            frames_since_update: self.frames_since_update,
+            level: self.level,
+        };
+        for (current, matched) in self.current.paths.iter().zip(&self.matches) {
+            if current.is_direct() || !is_among(sources, current.source) {
+                continue;
+            }
+            let tracked = TrackedPath {
+                current,
+                previous: matched.map(|i| &self.previous.paths[i as usize]),
+                listener: &self.current.listener,
+            };
+            paths.push(predictor.predict(&tracked, &at));
+        }
+        0
     }
 
     fn direct_now(&self, path: &Path, listener: &ListenerPose) -> FramePath {

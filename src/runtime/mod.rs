@@ -1,5 +1,6 @@
 //! Where the stages meet: schedules, and later the threads, clocks and atomics that drive them.
 
+mod lead;
 pub mod offline;
 pub mod schedule;
 
