@@ -14,6 +14,7 @@ pub mod mel;
 pub mod paper;
 pub mod pesq;
 mod plan_ground;
+pub mod report;
 pub mod room_parameters;
 pub mod scores;
 pub mod si_snr;

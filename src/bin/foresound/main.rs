@@ -1,4 +1,5 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `scenes`.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`,
+//! `evaluate`, `scenes`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
 //! says what to do, and exit code 2; a law that does not hold in exit code 1.
@@ -9,6 +10,7 @@
 )]
 
 mod demo;
+mod evaluate;
 mod inputs;
 mod inspect;
 mod listener_path;
@@ -44,6 +46,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Checks propagation against closed forms and standards.
     Validate(validate::Arguments),
+    /// Scores asynchronous rendering against synchronous: the paper's Tables 5 and 6, with a report.
+    Evaluate(evaluate::Arguments),
     /// Writes the benchmark scenes anew.
     Scenes(scenes::Arguments),
 }
@@ -80,6 +84,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Rir(arguments) => rir::run(&arguments)?,
         Command::Inspect(arguments) => inspect::run(&arguments)?,
         Command::Validate(arguments) => return validate::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments)?,
         Command::Scenes(arguments) => scenes::run(&arguments)?,
     }
     Ok(ExitCode::SUCCESS)
