@@ -14,7 +14,7 @@ pub const SKIP_S: f64 = 0.5;
 /// One comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
-    /// Wideband PESQ; `None` where the sound is no speech.
+    /// Wideband PESQ; `None` where the sound is no speech or the model finds no utterance in it.
     pub pesq: Option<f64>,
     /// Structural similarity of log-mel spectrograms.
     pub ssim: f64,
@@ -26,7 +26,7 @@ impl Scores {
     /// Compares an estimate with a reference, both as left and right ear, without the first [`SKIP_S`] seconds.
     ///
     /// # Errors
-    /// Those of the figures: too short a sound, or one without speech where `speech` is said.
+    /// Those of the figures: too short a sound.
     pub fn of(
         reference: [&[f32]; 2],
         estimate: [&[f32]; 2],
@@ -37,9 +37,11 @@ impl Scores {
         let [reference, estimate] =
             [reference, estimate].map(|ears| ears.map(|ear| &ear[skip.min(ear.len())..]));
         let analyser = MelAnalyser::new(rate_hz);
-        let pesq = speech
-            .then(|| pesq_ears(reference, estimate, rate_hz))
-            .transpose()?;
+        let pesq = if speech {
+            pesq_ears(reference, estimate, rate_hz)?
+        } else {
+            None
+        };
         Ok(Self {
             pesq,
             ssim: mel_ssim_ears(&analyser, reference, estimate)?,
