@@ -116,12 +116,13 @@ fn a_walk_through_an_empty_room_is_followed_exactly() {
         source(0, Vec3::new(2.0, 1.5, 2.0)),
         source(1, Vec3::new(9.0, 1.2, 7.0)),
     ];
-    let walk = |time_s: f64| Vec3::new(4.0 + 1.4 * time_s as f32, 1.7, 5.0);
+    // Beside the room's round numbers: exactly on them, a path through a corner is there in one frame only.
+    let walk = |time_s: f64| Vec3::new(4.13 + 1.4 * time_s as f32, 1.71, 5.07);
     let scene = shoebox();
     let synchronous = render(&scene, Schedule::Synchronous, &sources, 90, walk);
     let late = render(&scene, LATE, &sources, 90, walk);
     let figure = snr_db(&synchronous, &late);
-    assert!(figure > 60.0, "{figure} dB");
+    assert!(figure > 100.0, "{figure} dB");
 }
 
 /// Runs `best` by hand through the doorway; `each` sees every frame's paths and the number of rays it took.
