@@ -149,7 +149,7 @@ impl Report {
             .map(|figure| {
                 let caption = escaped(&figure.caption);
                 format!(
-                    "<figure><a href=\"{0}\"><img src=\"{0}\" alt=\"{caption}\"></a>\
+                    "<figure><img src=\"{}\" alt=\"{caption}\">\
                      <figcaption>{caption}</figcaption></figure>",
                     figure.image
                 )

@@ -19,6 +19,7 @@ nav a{text-decoration:none}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums;font-size:.86rem}
 th,td{padding:.3rem .6rem;text-align:right;white-space:nowrap;border-bottom:1px solid var(--line);vertical-align:top}
 th{font-weight:600;color:var(--quiet)}
+.names th:nth-child(2),.names td:nth-child(2){text-align:left}
 th:first-child,td:first-child{text-align:left;position:sticky;left:0;background:var(--card)}
 tbody tr:last-child td{border-bottom:0}
 tr.group td{font-weight:600;padding-top:.7rem}
@@ -34,8 +35,8 @@ td .sd{color:var(--quiet);font-size:.85em}
 .card label{display:block;font-size:.86rem;color:var(--quiet);margin:.3rem 0}
 audio{display:block;width:100%;height:2.2rem}
 figure{margin:1rem 0}
-figure img{display:block;width:100%;max-width:64rem;border:1px solid var(--line);border-radius:6px;background:#fff}
-figcaption{color:var(--quiet);font-size:.9rem;max-width:64rem;margin-top:.3rem}
+figure img{display:block;width:100%;max-width:76rem;border:1px solid var(--line);border-radius:6px;background:#fff}
+figcaption{color:var(--quiet);font-size:.9rem;max-width:76rem;margin-top:.3rem}
 dl{display:grid;grid-template-columns:minmax(8rem,max-content) 1fr;gap:.3rem 1.2rem}
 dt{color:var(--quiet)}dd{margin:0;overflow-wrap:anywhere}
 code{font-size:.9em}

@@ -14,7 +14,11 @@ const TARGETS: [[f64; 3]; 2] = [[4.63, 0.9995, 40.0], [4.50, 0.990, 25.0]];
 /// The table's predictors, in its order; others are the ablation's.
 const PLAIN: [&str; 3] = ["hold", "linear", "best"];
 
+/// Mean and deviation; the mean alone where, to these decimals, nothing deviates.
 fn spread_text(spread: Spread, decimals: usize) -> String {
+    if spread.sd < 0.5 * 0.1f64.powi(decimals as i32) {
+        return format!("{:.decimals$}", spread.mean);
+    }
     format!(
         "{:.decimals$}<span class=\"sd\"> ± {:.decimals$}</span>",
         spread.mean, spread.sd
@@ -137,7 +141,9 @@ fn cells(rows: &[&Row]) -> String {
         }
         last = cell;
     }
-    format!("<div class=\"scroll\"><table><thead>{head}</thead><tbody>{body}</tbody></table></div>")
+    format!(
+        "<div class=\"scroll\"><table class=\"names\"><thead>{head}</thead><tbody>{body}</tbody></table></div>"
+    )
 }
 
 fn printed_row(printed: &Printed) -> String {

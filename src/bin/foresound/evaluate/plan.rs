@@ -149,8 +149,8 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     Ok(units)
 }
 
-/// Ablation: `best` without one ingredient each, and with geometry alone.
-const WITHOUT: [(&str, BestSettings); 7] = [
+/// Ablation: `best` without one ingredient each, with geometry alone, and with more rays.
+const ABLATION: [(&str, BestSettings); 8] = [
     (
         "best-without-geometry",
         BestSettings {
@@ -203,6 +203,13 @@ const WITHOUT: [(&str, BestSettings); 7] = [
             lead: Lead::None,
         },
     ),
+    (
+        "best-four-times-the-rays",
+        BestSettings {
+            rays_per_source: 256,
+            ..BestSettings::FULL
+        },
+    ),
 ];
 
 fn variants(named: &str) -> Result<Vec<Variant>> {
@@ -213,7 +220,7 @@ fn variants(named: &str) -> Result<Vec<Variant>> {
     match named {
         "all" => Ok(plain.to_vec()),
         "ablation" => {
-            let without = WITHOUT.map(|(name, settings)| Variant {
+            let without = ABLATION.map(|(name, settings)| Variant {
                 name,
                 kind: PredictorKind::Best(settings),
             });
