@@ -15,6 +15,9 @@ const MODEL_RATE_HZ: u32 = 16_000;
 /// Where the reference's peak is put, of full scale; the estimate gets the same gain.
 const PEAK: f32 = 0.8;
 
+/// Peak below which a reference is silence: −180 dB of full scale.
+const SILENCE: f32 = 1e-9;
+
 /// What two identical sounds score: the end of P.862.2's scale.
 pub const HIGHEST: f64 = 4.644;
 
@@ -30,7 +33,10 @@ pub fn pesq_wideband(reference: &[f32], estimate: &[f32], rate_hz: u32) -> Resul
             .map_err(|problem| Error::setting("PESQ", problem, "give a rate above zero"))
     };
     let (reference, estimate) = (at_model_rate(reference)?, at_model_rate(estimate)?);
-    let peak = reference.iter().fold(1e-9f32, |peak, s| peak.max(s.abs()));
+    let peak = reference.iter().fold(0f32, |peak, s| peak.max(s.abs()));
+    if peak < SILENCE && !reference.is_empty() {
+        return Ok(None);
+    }
     let gain = PEAK / peak * f32::from(i16::MAX);
     // The cast saturates, as a converter does.
     let pcm = |samples: &[f32]| -> Vec<i16> {
