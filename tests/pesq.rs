@@ -112,7 +112,7 @@ fn degraded(x: &[f64], name: &str) -> Vec<f64> {
         }
         "lost" => each(&|n, s| if n / 882 % 10 == 9 { 0.0 } else { s }),
         "slow_delay" => slowly_delayed(x, 40.0, 0.5),
-        other => panic!("{other} is no degradation"),
+        other => unreachable!("{other} is no degradation"),
     }
 }
 
