@@ -1,7 +1,7 @@
 //! Perceptual evaluation of speech quality, wideband: how alike two sounds are to an ear that listens for speech.
 //!
 //! The model of P.862.2 is the crate `pesq`'s (MIT or Apache-2.0, a clean-room implementation). This file prepares what
-//! it takes: 16 kHz, one ear at a time, the reference's peak at [`PEAK`].
+//! it takes: 16 kHz, one ear at a time, the reference's peak at `PEAK`.
 //!
 //! It departs from the standard's own program by less than 0.01 on noise, filters, clipping, loss, echo and a fixed
 //! delay (`tests/pesq.rs` holds it to 0.02), and by up to 0.13 where the delay varies slowly within the sound.
