@@ -5,13 +5,18 @@
 
 pub mod axis;
 pub mod canvas;
+pub mod cells;
 pub mod clip;
 pub mod colormap;
 pub mod floor_plan;
 pub mod lettering;
 pub mod mel;
+pub mod paper;
+pub mod pesq;
 mod plan_ground;
+pub mod report;
 pub mod room_parameters;
+pub mod scores;
 pub mod si_snr;
 pub mod spectrogram_figure;
 pub mod ssim;

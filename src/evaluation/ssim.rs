@@ -21,6 +21,16 @@ const C2: f64 = 9e-4;
 /// # Errors
 /// [`Error::Setting`] if the pictures differ in size or are smaller than [`LEAST_SIZE`].
 pub fn ssim(a: &[f64], b: &[f64], columns: usize) -> Result<f64> {
+    let map = ssim_map(a, b, columns)?;
+    Ok(map.iter().sum::<f64>() / map.len() as f64)
+}
+
+/// Structural similarity around each pixel whose window lies inside: [`LEAST_SIZE`] − 1 rows and columns fewer than the
+/// pictures have.
+///
+/// # Errors
+/// As [`ssim`].
+pub fn ssim_map(a: &[f64], b: &[f64], columns: usize) -> Result<Vec<f64>> {
     let rows = a.len().checked_div(columns).unwrap_or(0);
     if a.len() != b.len() || a.len() != rows * columns {
         return Err(Error::setting(
@@ -46,7 +56,7 @@ pub fn ssim(a: &[f64], b: &[f64], columns: usize) -> Result<f64> {
         product(a, b),
     ]
     .map(|picture| blurred(&picture, columns));
-    let sum: f64 = (0..mean_a.len())
+    let map = (0..mean_a.len())
         .map(|i| {
             let (a, b) = (mean_a[i], mean_b[i]);
             let (variance_a, variance_b) = (mean_aa[i] - a * a, mean_bb[i] - b * b);
@@ -54,8 +64,8 @@ pub fn ssim(a: &[f64], b: &[f64], columns: usize) -> Result<f64> {
             (2.0 * a * b + C1) * (2.0 * covariance + C2)
                 / ((a * a + b * b + C1) * (variance_a + variance_b + C2))
         })
-        .sum();
-    Ok(sum / mean_a.len() as f64)
+        .collect();
+    Ok(map)
 }
 
 /// Structural similarity of one channel of two sounds: their log-mel spectrograms, scaled to the 80 dB below the

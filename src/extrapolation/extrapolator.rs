@@ -2,13 +2,38 @@
 
 use std::sync::Arc;
 
+use super::best::{Best, Now};
 use super::frame::{FramePath, FramePaths, LateSend};
+use super::hold::Hold;
+use super::linear::Linear;
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
 use crate::propagation::direct::direct_path_of;
 use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path, PathSet};
-use crate::scene::{ListenerPose, Scene, SourcePose};
+use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+
+/// How reflected paths are continued.
+enum Rule {
+    /// Each path of the newest update by itself.
+    PathByPath(Box<dyn Predictor>),
+    /// Paths of several updates, together.
+    Together(Box<Best>),
+}
+
+/// A predictor at work, with what it remembers. Made on the control side; the audio side only swaps it.
+pub struct Continuation(Rule);
+
+impl Continuation {
+    /// A predictor of this kind. Control side; allocates.
+    pub fn of(kind: PredictorKind) -> Self {
+        Self(match kind {
+            PredictorKind::Hold => Rule::PathByPath(Box::new(Hold)),
+            PredictorKind::Linear => Rule::PathByPath(Box::new(Linear)),
+            PredictorKind::Best(settings) => Rule::Together(Box::new(Best::new(settings))),
+        })
+    }
+}
 
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
@@ -16,7 +41,7 @@ use crate::scene::{ListenerPose, Scene, SourcePose};
 /// [`Self::take_update`] and [`Self::frame`] allocate only while the number of paths exceeds everything seen before.
 pub struct Extrapolator {
     scene: Arc<Scene>,
-    predictor: Box<dyn Predictor>,
+    continuation: Continuation,
     nearest_m: f64,
     current: PathSet,
     previous: PathSet,
@@ -32,7 +57,7 @@ impl Extrapolator {
     pub fn new(scene: Arc<Scene>, kind: PredictorKind, nearest_m: f32) -> Self {
         Self {
             scene,
-            predictor: kind.build(),
+            continuation: Continuation::of(kind),
             nearest_m: f64::from(nearest_m),
             current: PathSet::default(),
             previous: PathSet::default(),
@@ -61,8 +86,8 @@ impl Extrapolator {
     }
 
     /// Continues with another predictor from the next frame on; gives the old one back.
-    pub fn set_predictor(&mut self, predictor: Box<dyn Predictor>) -> Box<dyn Predictor> {
-        std::mem::replace(&mut self.predictor, predictor)
+    pub fn set_predictor(&mut self, predictor: Continuation) -> Continuation {
+        std::mem::replace(&mut self.continuation, predictor)
     }
 
     /// The newest update taken.
@@ -87,25 +112,7 @@ impl Extrapolator {
                 .paths
                 .extend(direct.map(|path| self.direct_now(&path, listener)));
         }
-        let at = FrameContext {
-            scene: &self.scene,
-            listener,
-            frames_since_update: self.frames_since_update,
-            level: self.level,
-        };
-        for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            let wanted =
-                |pose: &SourcePose| pose.id == current.source && pose.settings.effects.reflections;
-            if current.is_direct() || !sources.iter().any(wanted) {
-                continue;
-            }
-            let tracked = TrackedPath {
-                current,
-                previous: matched.map(|i| &self.previous.paths[i as usize]),
-                listener: &self.current.listener,
-            };
-            result.paths.push(self.predictor.predict(&tracked, &at));
-        }
+        rays += self.reflected_now(listener, sources, &mut result.paths);
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);
@@ -126,6 +133,51 @@ impl Extrapolator {
         rays
     }
 
+    /// Adds the reflected paths; gives the number of rays cast.
+    fn reflected_now(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        paths: &mut Vec<FramePath>,
+    ) -> u64 {
+        let predictor = match &mut self.continuation.0 {
+            Rule::PathByPath(predictor) => predictor,
+            Rule::Together(best) => {
+                let now = Now {
+                    scene: &self.scene,
+                    listener,
+                    sources,
+                    nearest_m: self.nearest_m,
+                };
+                let is_new = self.updates > 0 && self.frames_since_update == 0;
+                let rays = best.frame(is_new.then_some(&self.current), &now, paths);
+                // What a source has just been told to leave out is still remembered.
+                if !sources.iter().all(|pose| pose.settings.effects.reflections) {
+                    paths.retain(|path| path.order == 0 || reflects(sources, path.source));
+                }
+                return rays;
+            }
+        };
+        let at = FrameContext {
+            scene: &self.scene,
+            listener,
+            frames_since_update: self.frames_since_update,
+            level: self.level,
+        };
+        for (current, matched) in self.current.paths.iter().zip(&self.matches) {
+            if current.is_direct() || !reflects(sources, current.source) {
+                continue;
+            }
+            let tracked = TrackedPath {
+                current,
+                previous: matched.map(|i| &self.previous.paths[i as usize]),
+                listener: &self.current.listener,
+            };
+            paths.push(predictor.predict(&tracked, &at));
+        }
+        0
+    }
+
     fn direct_now(&self, path: &Path, listener: &ListenerPose) -> FramePath {
         FramePath {
             id: path.id,
@@ -139,4 +191,11 @@ impl Extrapolator {
                 .unwrap_or_else(|| listener.orientation * glam::Vec3::NEG_Z),
         }
     }
+}
+
+/// Whether a source is there and its reflections are wanted.
+fn reflects(sources: &[SourcePose], id: SourceId) -> bool {
+    sources
+        .iter()
+        .any(|pose| pose.id == id && pose.settings.effects.reflections)
 }

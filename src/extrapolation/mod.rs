@@ -3,6 +3,7 @@
 //! Runs on the sound thread: bounded by the number of paths, and by one ray cast a source for the direct path. Takes
 //! [`crate::propagation::PathSet`]s as they arrive, gives [`FramePaths`]. Follows the paper's sections III-C to III-E.
 
+pub mod best;
 pub mod extrapolator;
 pub mod frame;
 pub mod hold;
@@ -11,7 +12,8 @@ pub mod linear;
 pub mod predictor;
 pub mod tracking;
 
-pub use extrapolator::Extrapolator;
+pub use best::{BestSettings, Lead};
+pub use extrapolator::{Continuation, Extrapolator};
 pub use frame::{FramePath, FramePaths, LATE_STEPS, LateSend};
 pub use level::extrapolation_level;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

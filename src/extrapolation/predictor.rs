@@ -1,8 +1,7 @@
 //! What a predictor is: the rule by which a path is continued between two updates.
 
+use super::best::{BestSettings, Lead};
 use super::frame::FramePath;
-use super::hold::Hold;
-use super::linear::Linear;
 use crate::propagation::Path;
 use crate::scene::{ListenerPose, Scene};
 
@@ -47,25 +46,28 @@ pub enum PredictorKind {
     /// The paper, literally: amplitudes by Eq. 2 to 4.
     #[default]
     Linear,
+    /// Ours: exact geometry in every graphics frame, visibility by a few rays. See [`super::best`].
+    Best(BestSettings),
 }
 
 impl PredictorKind {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Hold, Self::Linear];
+    pub const ALL: [Self; 3] = [Self::Hold, Self::Linear, Self::Best(BestSettings::FULL)];
 
     /// The name that the command line uses.
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
             Self::Linear => "linear",
+            Self::Best(_) => "best",
         }
     }
 
-    /// A new predictor of this kind. Control side; allocates.
-    pub fn build(self) -> Box<dyn Predictor> {
+    /// The poses that this predictor wants updates to be computed for.
+    pub fn lead(self) -> Lead {
         match self {
-            Self::Hold => Box::new(Hold),
-            Self::Linear => Box::new(Linear),
+            Self::Hold | Self::Linear => Lead::None,
+            Self::Best(settings) => settings.lead,
         }
     }
 }

@@ -5,6 +5,7 @@ mod clock;
 pub mod engine;
 pub mod flush_to_zero;
 mod handover;
+mod lead;
 pub mod null_device;
 pub mod offline;
 pub mod schedule;

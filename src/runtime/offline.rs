@@ -95,7 +95,12 @@ impl OfflineRenderer {
         let generator = Generator::new(settings.generation.clone(), hrtf)?;
         let nearest_m = settings.propagation.nearest_m;
         Ok(Self {
-            propagation: ScheduledPropagation::new(settings.schedule, propagator, rate_hz),
+            propagation: ScheduledPropagation::new(
+                settings.schedule,
+                propagator,
+                rate_hz,
+                settings.predictor.lead(),
+            ),
             extrapolator: Extrapolator::new(scene, settings.predictor, nearest_m),
             generator,
             frame_paths: FramePaths::default(),

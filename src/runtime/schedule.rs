@@ -2,7 +2,9 @@
 //!
 //! Source: the paper's section III-B and Figure 2 for the asynchronous schedule, [18] there for the synchronous one.
 
+use super::lead::Predicted;
 use crate::error::{Error, Result};
+use crate::extrapolation::Lead;
 use crate::propagation::{PathSet, Propagator};
 use crate::scene::{ListenerPose, SourcePose};
 
@@ -75,11 +77,19 @@ pub(super) struct ScheduledPropagation {
     /// A result that is computed but, on the virtual clock, not there yet.
     pending: Option<PathSet>,
     spare: PathSet,
+    predicted: Predicted,
 }
 
 impl ScheduledPropagation {
-    pub(super) fn new(schedule: Schedule, propagator: Propagator, graphics_rate_hz: f64) -> Self {
+    /// `lead` says for which poses a late result is computed.
+    pub(super) fn new(
+        schedule: Schedule,
+        propagator: Propagator,
+        graphics_rate_hz: f64,
+        lead: Lead,
+    ) -> Self {
         Self {
+            predicted: Predicted::new(schedule, lead),
             schedule,
             propagator,
             graphics_rate_hz,
@@ -130,6 +140,7 @@ impl ScheduledPropagation {
         if modelled && self.starts_update() {
             self.pending = Some(self.compute(poses));
         }
+        self.predicted.remember(poses);
         self.frame += 1;
         arrived
     }
@@ -137,6 +148,7 @@ impl ScheduledPropagation {
     fn compute(&mut self, poses: &Poses) -> PathSet {
         let mut result = std::mem::take(&mut self.spare);
         let time_s = self.frame as f64 / self.graphics_rate_hz;
+        let poses = self.predicted.poses(poses, self.propagator.scene());
         self.propagator
             .update(&poses.listener, &poses.sources, time_s, &mut result);
         result

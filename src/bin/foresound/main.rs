@@ -1,4 +1,5 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `bench`, `soak`, `scenes`.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `evaluate`, `bench`, `soak`,
+//! `scenes`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
 //! says what to do, and exit code 2; a law that does not hold in exit code 1.
@@ -11,6 +12,7 @@
 mod bench;
 mod counting;
 mod demo;
+mod evaluate;
 mod inputs;
 mod inspect;
 mod listener_path;
@@ -54,6 +56,8 @@ enum Command {
     Validate(validate::Arguments),
     /// Runs the engine in real time into a null device while everything changes at random.
     Soak(soak::Arguments),
+    /// Scores asynchronous rendering against synchronous: the paper's Tables 5 and 6, with a report.
+    Evaluate(evaluate::Arguments),
     /// Writes the benchmark scenes anew.
     Scenes(scenes::Arguments),
     /// Measures speed on this machine.
@@ -93,6 +97,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Inspect(arguments) => inspect::run(&arguments)?,
         Command::Validate(arguments) => return validate::run(&arguments),
         Command::Soak(arguments) => soak::run(&arguments)?,
+        Command::Evaluate(arguments) => evaluate::run(&arguments)?,
         Command::Scenes(arguments) => scenes::run(&arguments)?,
         Command::Bench(arguments) => bench::run(&arguments)?,
     }

@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     /// synchronous or asynchronous.
     #[arg(long, default_value = "asynchronous")]
     schedule: String,
-    /// How paths continue between updates: hold or linear.
+    /// How paths continue between updates: hold, linear or best.
     #[arg(long, default_value = "linear")]
     predictor: String,
     /// Extrapolation level L of the asynchronous schedule.

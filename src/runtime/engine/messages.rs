@@ -1,6 +1,6 @@
 //! What the engine's threads tell each other.
 
-use crate::extrapolation::{Extrapolator, Predictor, PredictorKind};
+use crate::extrapolation::{Continuation, Extrapolator, PredictorKind};
 use crate::propagation::PathSet;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
@@ -52,7 +52,7 @@ pub(super) struct Delivery {
     /// Extrapolation for another scene, to be used from this update on.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
     /// Another predictor, to be used from this update on.
-    pub(super) predictor: Option<Box<dyn Predictor>>,
+    pub(super) predictor: Option<Continuation>,
 }
 
 /// A source's new sound.

@@ -11,7 +11,7 @@ use crossbeam_utils::atomic::AtomicCell;
 
 use super::messages::{Delivery, WorldFrame};
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Extrapolator, PredictorKind};
+use crate::extrapolation::{Continuation, Extrapolator, PredictorKind};
 use crate::propagation::{Path, Propagator};
 use crate::runtime::clock::{nanoseconds, now};
 use crate::runtime::handover::{Receiver, Sender};
@@ -74,7 +74,8 @@ impl Worker {
         delivery.propagation_s = spent.as_secs_f64();
         delivery.synchronous = self.synchronous;
         delivery.extrapolator = self.extrapolator.take();
-        delivery.predictor = (world.predictor != self.predictor).then(|| world.predictor.build());
+        delivery.predictor =
+            (world.predictor != self.predictor).then(|| Continuation::of(world.predictor));
         self.predictor = world.predictor;
         self.newest = Some(world);
         self.update += 1;

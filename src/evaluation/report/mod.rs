@@ -1,0 +1,207 @@
+//! The report on an evaluation: one HTML page that needs nothing else but the WAV files beside it.
+//!
+//! Host only. Takes finished rows and pictures, gives the text of `index.html`: style inside, pictures as data.
+
+mod base64;
+mod similarity_map;
+mod style;
+mod tables;
+
+use std::fmt::Write;
+
+pub use self::base64::data_uri;
+pub use self::similarity_map::SimilarityMap;
+
+use super::cells::Platform;
+use super::scores::Spread;
+
+/// One cell and predictor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Whose graphics rate and level.
+    pub platform: Platform,
+    /// Name of the scene.
+    pub scene: String,
+    /// Whether the listener walks.
+    pub dynamic: bool,
+    /// Number of sources.
+    pub sources: usize,
+    /// Extrapolation level L.
+    pub level: u32,
+    /// Graphics frames a second.
+    pub graphics_rate_hz: f64,
+    /// Name of the predictor.
+    pub predictor: String,
+    /// Whether results come late, as on a real machine.
+    pub is_late: bool,
+    /// speech, music or percussion.
+    pub signal: String,
+    /// Renderings that the means are over.
+    pub repeats: usize,
+    /// Wideband PESQ, of speech.
+    pub pesq: Option<Spread>,
+    /// Structural similarity of log-mel spectrograms.
+    pub ssim: Spread,
+    /// SI-SNR in dB, not capped.
+    pub si_snr_db: Spread,
+    /// Median time of a graphics frame's extrapolation in µs.
+    pub extrapolation_us: f64,
+    /// Paths of the reference, median over updates of the first repeat.
+    pub reference_paths: usize,
+    /// Share of a thorough search's paths that the reference has in mid-walk.
+    pub reference_recall: f64,
+    /// Checksum of the first repeat's reference.
+    pub reference_checksum: String,
+    /// What the cell's WAV files begin with.
+    pub wav_stem: String,
+}
+
+impl Row {
+    /// static or dynamic.
+    pub fn condition(&self) -> &'static str {
+        if self.dynamic { "dynamic" } else { "static" }
+    }
+}
+
+/// A picture with what it shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// What is seen, in a sentence or two.
+    pub caption: String,
+    /// The picture as a data URI.
+    pub image: String,
+}
+
+/// A pair of renderings to be listened to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Listening {
+    /// What is heard.
+    pub title: String,
+    /// Name and relative file of each rendering.
+    pub files: Vec<(String, String)>,
+}
+
+/// Everything on the page.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// The tables' rows.
+    pub rows: Vec<Row>,
+    /// Pictures in order.
+    pub figures: Vec<Figure>,
+    /// Sounds in order.
+    pub listening: Vec<Listening>,
+    /// Name and value of each condition, such as the machine.
+    pub conditions: Vec<(String, String)>,
+}
+
+impl Report {
+    /// The page.
+    pub fn html(&self) -> String {
+        let mut page = String::new();
+        let sections = [
+            (
+                "similarity",
+                "Similarity (Table 5)",
+                tables::similarity(&self.rows),
+            ),
+            (
+                "wins",
+                "Extrapolation against hold (Table 6)",
+                tables::wins(&self.rows),
+            ),
+            ("ablation", "Ablation", tables::ablation(&self.rows)),
+            ("figures", "Figures", self.figure_section()),
+            ("listen", "Listen", self.listening_section()),
+            ("reference", "The reference", tables::references(&self.rows)),
+            ("conditions", "Conditions", self.condition_section()),
+        ];
+        let sections: Vec<_> = sections
+            .into_iter()
+            .filter(|(_, _, content)| !content.is_empty())
+            .collect();
+        let links: String = sections
+            .iter()
+            .map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>"))
+            .collect();
+        // Writing to a string does not fail.
+        let _ = write!(
+            page,
+            "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
+             <title>Foresound: fidelity</title><style>{}</style></head><body>\
+             <header><h1>How close asynchronous sound comes</h1>{}<nav>{links}</nav></header><main>",
+            style::STYLE,
+            tables::summary(&self.rows)
+        );
+        for (id, title, content) in sections {
+            let _ = write!(
+                page,
+                "<section id=\"{id}\"><h2>{title}</h2>{content}</section>"
+            );
+        }
+        page.push_str("</main></body></html>\n");
+        page
+    }
+
+    fn figure_section(&self) -> String {
+        self.figures
+            .iter()
+            .map(|figure| {
+                let caption = escaped(&figure.caption);
+                format!(
+                    "<figure><img src=\"{}\" alt=\"{caption}\">\
+                     <figcaption>{caption}</figcaption></figure>",
+                    figure.image
+                )
+            })
+            .collect()
+    }
+
+    fn listening_section(&self) -> String {
+        let cards: String = self
+            .listening
+            .iter()
+            .map(|pair| {
+                let players: String = pair
+                    .files
+                    .iter()
+                    .map(|(name, file)| {
+                        format!(
+                            "<label>{}<audio controls preload=\"none\" src=\"{}\"></audio></label>",
+                            escaped(name),
+                            escaped(file)
+                        )
+                    })
+                    .collect();
+                format!(
+                    "<div class=\"card\"><h3>{}</h3>{players}</div>",
+                    escaped(&pair.title)
+                )
+            })
+            .collect();
+        if cards.is_empty() {
+            return cards;
+        }
+        format!(
+            "<p>Wear headphones. The files lie in <code>wav/</code> beside this page.</p>\
+             <div class=\"cards\">{cards}</div>"
+        )
+    }
+
+    fn condition_section(&self) -> String {
+        let rows: String = self
+            .conditions
+            .iter()
+            .map(|(name, value)| format!("<dt>{}</dt><dd>{}</dd>", escaped(name), escaped(value)))
+            .collect();
+        format!("<dl>{rows}</dl>")
+    }
+}
+
+/// Text with HTML's own characters replaced.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}

@@ -1,0 +1,80 @@
+//! Candidates from update to update.
+//!
+//! An update names the paths that were valid at its poses. What it says of a candidate's visibility counts if it speaks
+//! of a later graphics frame than the candidate's own last test; what it says for a pose where the listener never was
+//! is a hint. Candidates that it does not name are kept for some updates, closed or open.
+
+use super::candidate::Candidate;
+use super::history::Word;
+use super::{BestSettings, Now};
+use crate::propagation::PathSet;
+
+/// Candidates kept at most, over all sources: a full memory drops those that updates no longer name.
+const CAPACITY: usize = 32_768;
+
+/// All candidates, sorted by identity.
+#[derive(Debug, Default)]
+pub struct Memory {
+    /// The candidates.
+    pub candidates: Vec<Candidate>,
+    next: Vec<Candidate>,
+    /// Updates taken so far.
+    pub updates: u64,
+}
+
+impl Memory {
+    /// Takes an update over; `word` is what it is worth.
+    pub(super) fn take(
+        &mut self,
+        update: &PathSet,
+        now: &Now<'_>,
+        word: Word,
+        settings: &BestSettings,
+    ) {
+        self.updates += 1;
+        self.next.clear();
+        let mut old = self.candidates.iter().peekable();
+        for path in update.paths.iter().filter(|path| !path.is_direct()) {
+            while let Some(absent) = old.next_if(|candidate| candidate.path.id < path.id) {
+                let kept = absent_from_update(absent, word, self.updates, settings);
+                self.next
+                    .extend(kept.filter(|_| self.next.len() < CAPACITY));
+            }
+            let known = old.next_if(|candidate| candidate.path.id == path.id);
+            let mut candidate = Candidate::new(path, update, now.scene, now.nearest_m);
+            candidate.valid_in = self.updates;
+            candidate.tested = word.binding.then_some(word.frame);
+            if let Some(known) = known
+                && (!word.binding || known.tested > candidate.tested)
+                && known.tested.is_some()
+            {
+                (candidate.open, candidate.tested) = (known.open, known.tested);
+            }
+            self.next.push(candidate);
+        }
+        for absent in old {
+            let kept = absent_from_update(absent, word, self.updates, settings);
+            self.next
+                .extend(kept.filter(|_| self.next.len() < CAPACITY));
+        }
+        std::mem::swap(&mut self.candidates, &mut self.next);
+    }
+}
+
+/// What becomes of a candidate that an update does not name.
+fn absent_from_update(
+    candidate: &Candidate,
+    word: Word,
+    updates: u64,
+    settings: &BestSettings,
+) -> Option<Candidate> {
+    let age = updates - candidate.valid_in;
+    if age > u64::from(settings.remembered_updates) || !candidate.analytic {
+        return None;
+    }
+    let mut kept = *candidate;
+    if word.binding && kept.tested <= Some(word.frame) {
+        (kept.open, kept.tested) = (false, Some(word.frame));
+    }
+    Some(kept)
+}

@@ -1,0 +1,99 @@
+//! The predictor `best`: exact geometry in every graphics frame, visibility by a few rays.
+//!
+//! Runs on the sound thread. Takes updates as they arrive, gives the reflected paths of each graphics frame. Bounded by
+//! the number of candidates and by [`BestSettings::rays_per_source`]; allocates only while there are more candidates
+//! than ever before. Own work, after the measurements that ARCHITECTURE.md tells of: between two updates the stale delay
+//! of a path does the most harm, its stale visibility comes second, its amplitude last.
+//!
+//! - [`candidate`]: one path as it stands now, from its surfaces and today's poses;
+//! - [`memory`]: candidates from update to update, and whose word on visibility counts;
+//! - [`history`]: where the listener was, so that an update's word can be dated;
+//! - [`rays`]: which candidates are asked whether something blocks them.
+
+pub mod candidate;
+pub mod history;
+pub mod memory;
+pub mod rays;
+pub mod settings;
+
+use super::frame::FramePath;
+use crate::propagation::PathSet;
+use crate::scene::{ListenerPose, Scene, SourcePose};
+
+pub use settings::{BestSettings, Lead};
+
+use candidate::Standing;
+use history::History;
+use memory::Memory;
+use rays::Inspection;
+
+/// What one graphics frame is asked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Now<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) listener: &'a ListenerPose,
+    pub(super) sources: &'a [SourcePose],
+    pub(super) nearest_m: f64,
+}
+
+/// State of the predictor.
+#[derive(Debug)]
+pub(super) struct Best {
+    settings: BestSettings,
+    memory: Memory,
+    history: History,
+    inspection: Inspection,
+    standings: Vec<Standing>,
+    frame: u64,
+}
+
+impl Best {
+    pub(super) fn new(settings: BestSettings) -> Self {
+        Self {
+            settings,
+            memory: Memory::default(),
+            history: History::default(),
+            inspection: Inspection::default(),
+            standings: Vec::new(),
+            frame: 0,
+        }
+    }
+
+    /// Adds the reflected paths of a graphics frame to `paths`, in the order of their identities; `arrived` is the update
+    /// that is used from this frame on, if there is one. Gives the number of rays cast.
+    pub(super) fn frame(
+        &mut self,
+        arrived: Option<&PathSet>,
+        now: &Now<'_>,
+        paths: &mut Vec<FramePath>,
+    ) -> u64 {
+        self.history.push(now.listener.position);
+        if let Some(update) = arrived {
+            let word = self.history.date(update.listener.position, self.frame);
+            self.memory.take(update, now, word, &self.settings);
+        }
+        let candidates = &mut self.memory.candidates;
+        self.standings.clear();
+        let stands = candidates
+            .iter()
+            .map(|candidate| candidate.stand(now, &self.settings));
+        self.standings.extend(stands);
+        let budget = u64::from(self.settings.rays_per_source) * now.sources.len() as u64;
+        let updates = self.memory.updates;
+        let rays = self.inspection.spend(
+            budget,
+            self.frame,
+            updates,
+            candidates,
+            &self.standings,
+            now,
+        );
+        for (candidate, standing) in candidates.iter_mut().zip(&self.standings) {
+            if let Some(frame_path) = standing.path.filter(|_| candidate.open) {
+                paths.push(frame_path);
+            }
+        }
+        self.frame += 1;
+        rays
+    }
+}

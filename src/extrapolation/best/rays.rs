@@ -1,0 +1,73 @@
+//! Which candidates are asked in a graphics frame whether something blocks them.
+//!
+//! The loudest and longest unasked first, over all sources together, until the budget is spent. A candidate that was
+//! never asked comes before one that was.
+
+use super::Now;
+use super::candidate::{Candidate, Standing, position_of};
+use crate::propagation::image_source::is_clear;
+
+/// Graphics frames that a candidate counts as unasked for if it never was asked.
+const NEVER_FRAMES: u64 = 64;
+
+/// Scratch memory of the choice.
+#[derive(Debug, Default)]
+pub struct Inspection {
+    queue: Vec<(f32, u32)>,
+}
+
+impl Inspection {
+    /// Casts rays for up to `budget` of them; gives how many were cast.
+    pub(super) fn spend(
+        &mut self,
+        budget: u64,
+        frame: u64,
+        updates: u64,
+        candidates: &mut [Candidate],
+        standings: &[Standing],
+        now: &Now<'_>,
+    ) -> u64 {
+        self.queue.clear();
+        for (index, (candidate, standing)) in candidates.iter().zip(standings).enumerate() {
+            if standing.image.is_none() || candidate.tested == Some(frame) {
+                continue;
+            }
+            let age = candidate
+                .tested
+                .map_or(NEVER_FRAMES, |tested| frame - tested.min(frame));
+            self.queue
+                .push((candidate.energy() * age as f32, index as u32));
+        }
+        // Every test casts a ray or more, so no more than `budget` of them can be made.
+        let most = usize::try_from(budget).unwrap_or(usize::MAX);
+        let urgent = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+        if most == 0 {
+            return 0;
+        }
+        if self.queue.len() > most {
+            self.queue.select_nth_unstable_by(most - 1, urgent);
+            self.queue.truncate(most);
+        }
+        self.queue.sort_unstable_by(urgent);
+        let ear = now.scene.to_local(now.listener.position);
+        let mut rays = 0;
+        for &(_, index) in &self.queue {
+            let candidate = &mut candidates[index as usize];
+            let Some(image) = &standings[index as usize].image else {
+                continue;
+            };
+            if rays + image.order as u64 + 1 > budget {
+                break;
+            }
+            let Some(from) = position_of(now, candidate.path.source) else {
+                continue;
+            };
+            candidate.open = is_clear(now.scene, image, from, ear, &mut rays);
+            candidate.tested = Some(frame);
+            if candidate.open {
+                candidate.valid_in = updates;
+            }
+        }
+        rays
+    }
+}

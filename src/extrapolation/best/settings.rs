@@ -1,0 +1,48 @@
+//! What `best` may spend, and its ingredients one by one: each can be left out to see what it is worth.
+
+/// Whose place propagation is computed for when its result is late.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lead {
+    /// The place where the listener is when propagation starts.
+    None,
+    /// The place where the listener will be when the result arrives.
+    Arrival,
+    /// Halfway through the time in which the result is used.
+    Middle,
+    /// The place where the listener will be when the result is replaced.
+    #[default]
+    End,
+}
+
+/// Settings of [`super::super::PredictorKind::Best`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BestSettings {
+    /// Rays that may be cast in one graphics frame to see what blocks reflected paths, times the number of sources. 0
+    /// leaves visibility to the updates.
+    pub rays_per_source: u32,
+    /// Updates for which a path is kept that was valid not long ago, so that it can be opened again; 0 keeps none.
+    pub remembered_updates: u32,
+    /// Whether delay, level and direction are computed anew in every graphics frame.
+    pub exact_geometry: bool,
+    /// Whether a path is dropped as soon as one of its points has left its surface.
+    pub drop_outside: bool,
+    /// Where updates are to be computed for.
+    pub lead: Lead,
+}
+
+impl BestSettings {
+    /// Everything on.
+    pub const FULL: Self = Self {
+        rays_per_source: 64,
+        remembered_updates: 8,
+        exact_geometry: true,
+        drop_outside: true,
+        lead: Lead::End,
+    };
+}
+
+impl Default for BestSettings {
+    fn default() -> Self {
+        Self::FULL
+    }
+}

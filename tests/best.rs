@@ -1,0 +1,197 @@
+//! The predictor `best`: where nothing has to be guessed it equals a propagation in every graphics frame.
+
+use std::sync::Arc;
+
+use foresound::extrapolation::{BestSettings, Extrapolator, FramePaths, Lead, PredictorKind};
+use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::Vec3;
+
+const BEST: PredictorKind = PredictorKind::Best(BestSettings::FULL);
+
+const LATE: Schedule = Schedule::Asynchronous {
+    level: 5,
+    latency: Latency::Modelled,
+};
+
+fn doorway() -> Arc<Scene> {
+    committed(&procedural::doorway().mesh)
+}
+
+fn shoebox() -> Arc<Scene> {
+    committed(&procedural::shoebox(Vec3::new(12.0, 4.0, 9.0), "concrete"))
+}
+
+fn committed(mesh: &foresound::scene::TriangleMesh) -> Arc<Scene> {
+    let table = MaterialTable::built_in();
+    Arc::new(Scene::commit(mesh, &table, &SceneSettings::default()).expect("commits"))
+}
+
+fn source(slot: u16, position: Vec3) -> SourcePose {
+    SourcePose::at(SourceId::new(slot, 0), position)
+}
+
+fn listener(position: Vec3) -> ListenerPose {
+    ListenerPose::facing(position, 0.3)
+}
+
+fn render(
+    scene: &Arc<Scene>,
+    schedule: Schedule,
+    sources: &[SourcePose],
+    frames: u32,
+    place: impl Fn(f64) -> Vec3,
+) -> Vec<f32> {
+    let settings = OfflineSettings {
+        graphics_rate_hz: 74.6,
+        block_frames: 512,
+        schedule,
+        predictor: BEST,
+        propagation: PropagationSettings::default(),
+        generation: GeneratorSettings {
+            max_sources: 2,
+            ..GeneratorSettings::default()
+        },
+    };
+    let hrtf = Arc::new(Hrtf::builtin(settings.generation.rate_hz).expect("a head"));
+    let mut renderer = OfflineRenderer::new(Arc::clone(scene), hrtf, settings).expect("settings");
+    let mut poses = Poses {
+        sources: sources.to_vec(),
+        ..Poses::default()
+    };
+    let mut output = Vec::new();
+    for _ in 0..frames {
+        poses.listener = listener(place(renderer.time_s()));
+        let mut noise = |slot: usize, from: u64, samples: &mut [f32]| {
+            for (n, sample) in samples.iter_mut().enumerate() {
+                *sample = 0.2 * unit(mix((slot as u64) << 40 | (from + n as u64))) - 0.1;
+            }
+        };
+        let mut keep = |block: &[f32]| {
+            output.extend_from_slice(block);
+            Ok(())
+        };
+        renderer
+            .next_frame(&poses, &mut noise, &mut keep)
+            .expect("the sink takes all");
+    }
+    output
+}
+
+fn snr_db(reference: &[f32], estimate: &[f32]) -> f64 {
+    assert_eq!(reference.len(), estimate.len());
+    let square = |v: f64| v * v;
+    let signal: f64 = reference.iter().map(|s| square(f64::from(*s))).sum();
+    let pairs = reference.iter().zip(estimate);
+    let noise: f64 = pairs.map(|(a, b)| square(f64::from(a - b))).sum();
+    10.0 * (signal / noise.max(1e-30)).log10()
+}
+
+#[test]
+fn a_standing_listener_hears_what_every_update_says() {
+    let doorway_layout = procedural::doorway();
+    let place = doorway_layout.walk.standing;
+    let sources: Vec<_> = (0..2)
+        .map(|i| source(i, doorway_layout.sources[usize::from(i)].1))
+        .collect();
+    let scene = doorway();
+    let synchronous = render(&scene, Schedule::Synchronous, &sources, 40, |_| place);
+    let late = render(&scene, LATE, &sources, 40, |_| place);
+    assert!(synchronous.iter().any(|s| s.abs() > 1e-3));
+    let figure = snr_db(&synchronous, &late);
+    assert!(figure > 100.0, "{figure} dB");
+}
+
+#[test]
+fn a_walk_through_an_empty_room_is_followed_exactly() {
+    let sources = [
+        source(0, Vec3::new(2.0, 1.5, 2.0)),
+        source(1, Vec3::new(9.0, 1.2, 7.0)),
+    ];
+    // Beside the room's round numbers: exactly on them, a path through a corner is there in one frame only.
+    let walk = |time_s: f64| Vec3::new(4.13 + 1.4 * time_s as f32, 1.71, 5.07);
+    let scene = shoebox();
+    let synchronous = render(&scene, Schedule::Synchronous, &sources, 90, walk);
+    let late = render(&scene, LATE, &sources, 90, walk);
+    let figure = snr_db(&synchronous, &late);
+    assert!(figure > 100.0, "{figure} dB");
+}
+
+/// Runs `best` by hand through the doorway; `each` sees every frame's paths and the number of rays it took.
+fn walk_by_hand(settings: BestSettings, mut each: impl FnMut(&FramePaths, u64, &Scene, Vec3)) {
+    let layout = procedural::doorway();
+    let scene = doorway();
+    let sources: Vec<_> = (0..4)
+        .map(|i| source(i, layout.sources[usize::from(i)].1))
+        .collect();
+    let mut propagator =
+        Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
+    let mut best = Extrapolator::new(Arc::clone(&scene), PredictorKind::Best(settings), 0.3);
+    let mut frame_paths = FramePaths::default();
+    for frame in 0..80 {
+        let place = layout.walk.from.lerp(layout.walk.to, frame as f32 / 120.0);
+        if frame % 8 == 0 {
+            let mut update = PathSet::default();
+            propagator.update(&listener(place), &sources, 0.0, &mut update);
+            best.take_update(update, 7);
+        }
+        let rays = best.frame(&listener(place), &sources, &mut frame_paths);
+        each(&frame_paths, rays, &scene, place);
+    }
+}
+
+#[test]
+fn rays_stay_within_their_budget() {
+    for rays_per_source in [0, 7, 64] {
+        let settings = BestSettings {
+            rays_per_source,
+            lead: Lead::None,
+            ..BestSettings::FULL
+        };
+        // A direct path takes a ray for every wall it passes and one more: five at most, nine with both faces.
+        let most = u64::from(4 * rays_per_source) + 4 * 10;
+        walk_by_hand(settings, |_, rays, _, _| {
+            assert!(rays <= most, "{rays} of {most}");
+        });
+    }
+}
+
+#[test]
+fn every_path_is_as_long_as_its_direction_says() {
+    walk_by_hand(BestSettings::FULL, |frame, _, scene, _| {
+        assert!(frame.paths.windows(2).all(|pair| pair[0].id < pair[1].id));
+        for path in &frame.paths {
+            assert!(path.arrival.is_normalized() && path.delay_s > 0.0);
+            let length_m = path.delay_s * scene.speed_of_sound_m_s();
+            let loudest = path.amplitude.iter().fold(0f32, |m, a| m.max(a.abs()));
+            assert!(f64::from(loudest) * length_m.max(0.3) <= 1.0 + 1e-5);
+        }
+    });
+}
+
+#[test]
+fn paths_of_a_source_that_left_are_gone() {
+    let scene = shoebox();
+    let both = [
+        source(0, Vec3::new(2.0, 1.5, 2.0)),
+        source(1, Vec3::new(9.0, 1.2, 7.0)),
+    ];
+    let mut propagator =
+        Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
+    let mut update = PathSet::default();
+    let ear = listener(Vec3::new(5.0, 1.7, 5.0));
+    propagator.update(&ear, &both, 0.0, &mut update);
+    let mut best = Extrapolator::new(scene, BEST, 0.3);
+    best.take_update(update, 4);
+    let mut frame = FramePaths::default();
+    best.frame(&ear, &both, &mut frame);
+    assert!(frame.paths.iter().any(|path| path.source == both[1].id));
+    best.frame(&ear, &both[..1], &mut frame);
+    assert!(!frame.paths.is_empty());
+    assert!(frame.paths.iter().all(|path| path.source == both[0].id));
+}
