@@ -55,6 +55,8 @@ fn render(
         propagation: PropagationSettings::default(),
         generation: GeneratorSettings {
             max_sources: 2,
+            // The tail's level is as of the newest update; these laws are about paths.
+            late: false,
             ..GeneratorSettings::default()
         },
     };

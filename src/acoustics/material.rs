@@ -1,7 +1,7 @@
 //! Materials: how much of a sound a surface absorbs, scatters and lets through, and at which angle it reflects what.
 //!
 //! Angle dependence is that of a locally reacting surface whose real impedance has the stated random-incidence
-//! absorption (Paris' formula inverted), see [KUTTRUFF] 2.3 to 2.5.
+//! absorption (Paris' formula inverted), see \[KUTTRUFF\] 2.3 to 2.5.
 
 use std::sync::OnceLock;
 
@@ -87,7 +87,7 @@ impl Reflectance {
     }
 }
 
-/// Random-incidence absorption of a locally reacting surface of real specific impedance `zeta` (Paris, [KUTTRUFF] 2.42).
+/// Random-incidence absorption of a locally reacting surface of real specific impedance `zeta` (Paris, \[KUTTRUFF\] 2.42).
 pub fn random_incidence_absorption(zeta: f64) -> f64 {
     8.0 / (zeta * zeta) * (1.0 + zeta - 1.0 / (1.0 + zeta) - 2.0 * (1.0 + zeta).ln())
 }

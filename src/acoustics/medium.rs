@@ -1,10 +1,10 @@
 //! Air: speed of sound and atmospheric absorption.
 //!
-//! Source: [ISO9613-1] for absorption, literal; [CRAMER93] for the speed of sound in dry air.
+//! Source: \[ISO9613-1\] for absorption, literal; \[CRAMER93\] for the speed of sound in dry air.
 
 use super::bands::{BANDS, BandArray, CENTRES_HZ};
 
-/// Speed of sound in dry air at 0 °C, in m/s ([CRAMER93]). At 20 °C it gives 343.4 m/s.
+/// Speed of sound in dry air at 0 °C, in m/s (\[CRAMER93\]). At 20 °C it gives 343.4 m/s.
 const SPEED_AT_0_C_M_S: f64 = 331.45;
 
 /// State of the air, the same everywhere in a scene.
@@ -38,7 +38,7 @@ impl Medium {
     /// Attenuation of a pure tone in dB/m.
     ///
     /// # References
-    /// [ISO9613-1] equations 3 to 5, literal; saturation pressure by its equation B.2/B.3.
+    /// \[ISO9613-1\] equations 3 to 5, literal; saturation pressure by its equation B.2/B.3.
     pub fn absorption_db_per_m(&self, frequency_hz: f64) -> f64 {
         let t = self.temperature_c + 273.15;
         let t0 = 293.15;

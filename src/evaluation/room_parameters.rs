@@ -1,6 +1,6 @@
 //! Room-acoustic parameters of an impulse response, in octave bands.
 //!
-//! Source: [ISO3382-1] for the definitions; own octave filters: raised-cosine masks in the frequency domain, of zero
+//! Source: \[ISO3382-1\] for the definitions; own octave filters: raised-cosine masks in the frequency domain, of zero
 //! phase and half amplitude at the band edges, so that the bands' energies share neither onset nor delay.
 
 use realfft::RealFftPlanner;
@@ -10,7 +10,7 @@ use crate::acoustics::bands::{BANDS, CENTRES_HZ};
 /// Width of a mask's flank on either side of the band edge, in octaves.
 const FLANK_OCTAVES: f64 = 1.0 / 6.0;
 
-/// Level below the peak at which the response begins ([ISO3382-1] A.3.1), in dB.
+/// Level below the peak at which the response begins (\[ISO3382-1\] A.3.1), in dB.
 const ONSET_DB: f64 = -20.0;
 
 /// Parameters of one band. `None` where the response does not decay far enough to tell.

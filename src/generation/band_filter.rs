@@ -2,13 +2,13 @@
 //!
 //! Audio side; wait-free, bounded by the block; allocates nothing. Takes mono samples, gives eight lanes a sample.
 //!
-//! A binary tree of fourth-order Linkwitz-Riley crossovers ([LINKWITZ76], [LIPSHITZ86]) at
+//! A binary tree of fourth-order Linkwitz-Riley crossovers (\[LINKWITZ76\], \[LIPSHITZ86\]) at
 //! [`EDGES_HZ`]: every crossover's low and high output are in phase and sum to a second-order allpass. Each band then
-//! passes the allpass of every crossover it has not met ([DAPPOLITO84]), so all eight bands have the phase of the
+//! passes the allpass of every crossover it has not met (\[DAPPOLITO84\]), so all eight bands have the phase of the
 //! seven allpasses together and their sum is flat. A lane is a band: ten sections in series do the whole tree, three
 //! crossovers and four allpasses, where a chain of crossovers takes fourteen.
 //!
-//! Sections are state-variable filters with trapezoidal integrators ([ZAVALISHIN12]), which keep their rounding noise
+//! Sections are state-variable filters with trapezoidal integrators (\[ZAVALISHIN12\]), which keep their rounding noise
 //! low where the crossover is far below the sample rate; tests/band_filter.rs holds it 120 dB below the signal.
 
 use std::f64::consts::{PI, SQRT_2};

@@ -2,7 +2,7 @@
 //!
 //! Audio side; wait-free, bounded by the output's length; allocates nothing.
 //!
-//! Six-point, fifth-order Lagrange interpolation ([LAAKSO96]), written about the middle of the interval so that
+//! Six-point, fifth-order Lagrange interpolation (\[LAAKSO96\]), written about the middle of the interval so that
 //! weights come in mirrored pairs. At half a sample it is 0.3 dB low at 10 kHz and 44.1 kHz, at other fractions less;
 //! it is exact at whole samples, and continuous where the reading position passes one.
 

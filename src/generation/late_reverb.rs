@@ -3,7 +3,7 @@
 //! Audio side; wait-free, bounded by the chunk; allocates at birth only. Takes band samples of every source that sends,
 //! gives eight line signals that arrive from the corners of a cube.
 //!
-//! After [JOT91]: delay lines of mutually prime length, an orthogonal feedback matrix (here Hadamard's), and in
+//! After \[JOT91\]: delay lines of mutually prime length, an orthogonal feedback matrix (here Hadamard's), and in
 //! each line the gain `10^(−3 length / T60)`. A sample of the lines is eight lanes, one a band, so that every band decays
 //! at its own rate exactly and no absorbent filter has to be fitted.
 //!
@@ -15,7 +15,7 @@
 //!
 //! What comes out of a network that is fed at one moment is not even from the shortest line on: energy comes back in
 //! renewals a line's length apart, and after many of them lags `(mean² − variance) / (2 mean)` of the lengths behind an
-//! even stream that begins with the feed ([COX62] 4.2, the renewal function). A send is fed earlier by as much.
+//! even stream that begins with the feed (\[COX62\] 4.2, the renewal function). A send is fed earlier by as much.
 
 use crate::acoustics::bands::amplitude_of_energy;
 use crate::extrapolation::{FramePaths, LATE_STEPS};
@@ -355,7 +355,7 @@ mod tests {
         energy
     }
 
-    /// Energy still to come ([SCHROEDER65]).
+    /// Energy still to come (\[SCHROEDER65\]).
     fn still_to_come(energy: &[f64]) -> Vec<f64> {
         let mut sum = 0.0;
         let mut curve: Vec<f64> = energy

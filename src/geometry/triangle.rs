@@ -1,6 +1,6 @@
 //! Watertight ray-triangle intersection: the specification of every tree's answers.
 //!
-//! Source: [WOOP13], literal: the ray is sheared onto +z, so two triangles that share an edge compute the same edge
+//! Source: \[WOOP13\], literal: the ray is sheared onto +z, so two triangles that share an edge compute the same edge
 //! function up to its sign, and a ray cannot slip between them. Where an edge function is exactly zero it is computed
 //! again in `f64`. Both faces count.
 //!
@@ -13,7 +13,7 @@ use glam::Vec3;
 use super::ray::Ray;
 use crate::simd::tracing::{Corners, Planes, ShearRay, SlabRay};
 
-/// 1 + 2 γ(3) rounded up, γ(n) = n ε / (1 − n ε) with ε half a unit in the last place ([IZE13]).
+/// 1 + 2 γ(3) rounded up, γ(n) = n ε / (1 − n ε) with ε half a unit in the last place (\[IZE13\]).
 const FAR_WIDENING: f32 = 1.000_000_5;
 
 /// Its counterpart for near planes.
@@ -24,7 +24,7 @@ const NEAR_NARROWING: f32 = 0.999_999_5;
 const SMALLEST_COMPONENT: f32 = 1.0 / (1u64 << 40) as f32;
 
 /// How far boxes stand off their triangles in a scene whose coordinates are `extent` at most: 2⁻²⁰ of it. The shear
-/// moves a corner by at most ten half units in the last place of twice the extent, which is 2⁻²⁰·⁷ ([WOOP13], Section 4).
+/// moves a corner by at most ten half units in the last place of twice the extent, which is 2⁻²⁰·⁷ (\[WOOP13\], Section 4).
 pub fn box_margin(extent: f32) -> f32 {
     extent * (1.0 / (1u32 << 20) as f32)
 }

@@ -1,6 +1,6 @@
 //! Which surfaces might make a path: guide rays from the listener.
 //!
-//! Rays only suggest; validation decides. Source: [TAYLOR12], the separation of visibility by rays from exact images.
+//! Rays only suggest; validation decides. Source: \[TAYLOR12\], the separation of visibility by rays from exact images.
 
 use std::ops::Range;
 

@@ -1,6 +1,6 @@
 //! What small panels make of a mirror reflection: less at low frequencies, and less near their edges.
 //!
-//! Source: [RINDEL86], adapted: below the limit frequency `c a* / (2 S cos θ)` with `a* = 2 a₁ a₂ / (a₁ + a₂)` a panel of
+//! Source: \[RINDEL86\], adapted: below the limit frequency `c a* / (2 S cos θ)` with `a* = 2 a₁ a₂ / (a₁ + a₂)` a panel of
 //! the area S reflects as a square of the frequency, an amplitude in proportion. Towards a free edge the amplitude
 //! falls to nothing over a short way (own), so that a path fades where the geometry would end it.
 

@@ -1,6 +1,6 @@
 //! From a list of surfaces to one exact path: mirrored listeners and backward validation.
 //!
-//! Source: [ALLEN79] for images, [BORISH84] for the validation in polyhedra. All in `f64` local coordinates.
+//! Source: \[ALLEN79\] for images, \[BORISH84\] for the validation in polyhedra. All in `f64` local coordinates.
 //! Differs from the usual in that every order of a class of commuting reflections is tried: the image is the same for
 //! all of them, so the straight line from the source to it decides which surface comes first.
 

@@ -2,7 +2,7 @@
 //! path, validation throws out what something blocks.
 //!
 //! Runs on threads that the caller owns (none of its own; [`Workers`]), takes a committed [`crate::scene::Scene`] and poses,
-//! gives a [`PathSet`]. Follows the paper's section III-A and [TAYLOR12]; differs in that paths are found in merged
+//! gives a [`PathSet`]. Follows the paper's section III-A and \[TAYLOR12\]; differs in that paths are found in merged
 //! surfaces and named by canonical sequences, and that valid sequences are remembered for sixteen updates.
 
 pub mod amplitude;

@@ -1,6 +1,6 @@
 //! Directions for guide and source rays, the same in every run.
 //!
-//! Guide rays: a spherical Fibonacci lattice ([KEINERT15]) turned by one of sixteen fixed rotations, so that sixteen
+//! Guide rays: a spherical Fibonacci lattice (\[KEINERT15\]) turned by one of sixteen fixed rotations, so that sixteen
 //! updates together look as closely as sixteen times the rays. Source rays: the same lattice, then random bounces drawn
 //! from a counter-based generator, so that a bounce depends on its ray and not on what was traced before.
 
@@ -24,7 +24,7 @@ pub fn fibonacci_direction(index: u32, count: u32) -> Vec3 {
 }
 
 /// Rotation number `update` modulo [`ROTATIONS`]: uniform over all rotations by Shoemake's map of an R3 low-discrepancy
-/// sequence ([ROBERTS18]), shifted by `seed`.
+/// sequence (\[ROBERTS18\]), shifted by `seed`.
 pub fn rotation(update: u64, seed: u64) -> Mat3 {
     // Powers of 1 / 1.2207440846, the plastic constant's kin in three dimensions.
     const STEP: [f64; 3] = [
@@ -40,7 +40,7 @@ pub fn rotation(update: u64, seed: u64) -> Mat3 {
     Mat3::from_quat(Quat::from_xyzw(a * s.sin(), a * s.cos(), b * t.sin(), b * t.cos()).normalize())
 }
 
-/// A well-mixed 64-bit number of a counter (SplitMix64's finaliser, [STEELE14]).
+/// A well-mixed 64-bit number of a counter (SplitMix64's finaliser, \[STEELE14\]).
 #[inline]
 pub fn mix(counter: u64) -> u64 {
     let mut z = counter.wrapping_add(0x9e37_79b9_7f4a_7c15);

@@ -3,7 +3,7 @@
 //! Reflections in perpendicular planes commute: both orders have the same image, length, angles and amplitude, and at
 //! most one of them is valid for a given listener, so a listener who crosses the line where they swap must not see one
 //! path die and another be born. A sequence is therefore kept in the lexicographic normal form of its class
-//! ([DIEKERT95], trace monoids).
+//! (\[DIEKERT95\], trace monoids).
 
 use glam::DVec3;
 

@@ -25,7 +25,7 @@ pub struct SceneSettings {
     pub medium: Medium,
     /// Area in m² that a connected plane piece must have to reflect like a mirror. Smaller ones block sound and count
     /// for the late field, but an image in them would be heard at frequencies only that they cannot reflect: by
-    /// Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m mirrors from 1 kHz on ([RINDEL86]).
+    /// Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m mirrors from 1 kHz on (\[RINDEL86\]).
     pub smallest_panel_m2: f64,
     /// Area in m² up to which a connected plane piece whose edges are free reflects as far as its size allows and fades
     /// at its edges ([`crate::scene::surface::free_panel`]); 0 for none. Larger ones limit nothing that is heard: 40 m²

@@ -27,7 +27,7 @@ use crate::error::Result;
 /// Name of the material that unknown names get.
 pub const GENERIC_MATERIAL: &str = "generic";
 
-/// Scattering of a material that states none: smooth building surfaces have 0.05 to 0.2 ([VORLANDER08] appendix).
+/// Scattering of a material that states none: smooth building surfaces have 0.05 to 0.2 (\[VORLANDER08\] appendix).
 pub const DEFAULT_SCATTERING: f32 = 0.1;
 
 /// Transmission of a material that states none.

@@ -103,7 +103,7 @@ impl SlabRay {
     }
 }
 
-/// A ray against triangles: axes permuted and sheared so that it runs along +z ([WOOP13]).
+/// A ray against triangles: axes permuted and sheared so that it runs along +z (\[WOOP13\]).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShearRay {
     /// Start.

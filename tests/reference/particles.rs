@@ -2,7 +2,7 @@
 //!
 //! Particles leave the source evenly in all directions, lose energy at walls by the material model's definition, are
 //! scattered by Lambert's law with the walls' probability, and are counted while they fly through a ball about the
-//! listener: energy times way inside over its volume ([VORLAENDER08] 11.2). Only those that have been scattered count;
+//! listener: energy times way inside over its volume ([VORLANDER08] 11.2). Only those that have been scattered count;
 //! what has not is the image sources'. Shares no code with the crate.
 
 use super::shoebox::{Bands, Room, impedances, reflection};

@@ -13,7 +13,7 @@ use crate::evaluation::canvas::Canvas;
 use crate::evaluation::colormap::Colour;
 use crate::evaluation::lettering::{Align, Font};
 
-/// Colours that stay apart in grey and for the colour-blind ([OKABE08]).
+/// Colours that stay apart in grey and for the colour-blind (\[OKABE08\]).
 const TOLD: Colour = Colour(0, 114, 178);
 const TRUTH: Colour = Colour(28, 32, 40);
 const PATHS: Colour = Colour(230, 159, 0);

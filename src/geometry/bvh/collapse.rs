@@ -1,6 +1,6 @@
 //! From a binary tree to a wide one, at the least expected cost of a ray.
 //!
-//! Control side; deterministic. Source: [YLITIE17], adapted: dynamic programming over the surface area heuristic in
+//! Control side; deterministic. Source: \[YLITIE17\], adapted: dynamic programming over the surface area heuristic in
 //! `f64`, a leaf is one block of four triangles.
 
 use obvhs::bvh2::Bvh2;

@@ -1,7 +1,7 @@
 //! The binary tree: binned splits by the surface area heuristic, then reinsertion.
 //!
-//! Control side; deterministic. Splits: [WALD07], adapted: down to one triangle a leaf, since the collapse that follows
-//! decides what a leaf is. Reinsertion: obvhs's, after [MEISTER22].
+//! Control side; deterministic. Splits: \[WALD07\], adapted: down to one triangle a leaf, since the collapse that follows
+//! decides what a leaf is. Reinsertion: obvhs's, after \[MEISTER22\].
 
 use std::collections::VecDeque;
 

@@ -2,7 +2,7 @@
 //!
 //! Every bounce knows what it would send to the listener by Lambert's law if nothing stood in between; a fixed number
 //! of shadow rays asks whether something does, given to bounces in proportion to what they would send (systematic
-//! sampling, [COCHRAN77] 9A.2), so that the sum stays right and a strong bounce is never missed.
+//! sampling, \[COCHRAN77\] 9A.2), so that the sum stays right and a strong bounce is never missed.
 
 use glam::Vec3;
 

@@ -1,6 +1,6 @@
 //! Reverberation time from what far source rays still carry as time goes on.
 //!
-//! Own. In a diffuse room the sum over the rays falls as [KUTTRUFF] 5.1 has it (Eyring's −ln(1 − ᾱ) a mean free path,
+//! Own. In a diffuse room the sum over the rays falls as \[KUTTRUFF\] 5.1 has it (Eyring's −ln(1 − ᾱ) a mean free path,
 //! and a little slower by the spread of free paths, 5.30); where it is not diffuse, or rooms are coupled, or the sky is
 //! open, it falls as the rays do. The line is laid through the part that lies beyond the discrete paths' bounces: a
 //! source on a stage has short legs and soft curtains about it at first, which say nothing of the hall.

@@ -3,7 +3,7 @@
 //! Own. The generator's network can start a decay, not end one; so the tail is a sum of decays that start at
 //! [`LATE_STEPS_FREE_TIMES`] after the first sound could be there. Between two starts the envelope is one level of the
 //! common decay; levels may only rise, and where the arrivals say otherwise neighbours are pooled (isotonic regression,
-//! [BARLOW72]), which keeps their energy. Early paths and tail join without gap since what a step brings is what arrives
+//! \[BARLOW72\]), which keeps their energy. Early paths and tail join without gap since what a step brings is what arrives
 //! in its time less what the paths carry.
 
 use super::super::path::{LATE_STEPS, LateSource};

@@ -4,7 +4,7 @@
 //! Runs inside a propagation update. Takes source and listener, gives a [`LateSource`]. Bounded by the rays of one
 //! update (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`connection::SHADOW_RAYS`] rays to the listener.
 //!
-//! The balance (own; connection of bounces to the listener after [SCHROEDER11], "diffuse rain"): a source sends 4π of
+//! The balance (own; connection of bounces to the listener after \[SCHROEDER11\], "diffuse rain"): a source sends 4π of
 //! energy (free field of one at 1 m) in even shares along its rays. What leaves a bounce is the share's product of
 //! reflected energies. Of it the discrete paths carry the product of specular shares, as long as the order is within
 //! their depth and every surface is a panel; *the rest is the tail's*: what was scattered, what small facets took out of
@@ -73,7 +73,11 @@ impl LateEstimator {
         slot.filled = true;
         slot.curve = DecayCurve::default();
         slot.arrivals.clear();
+        slot.arrivals.reserve(connection::SHADOW_RAYS);
         self.candidates.clear();
+        let bounces = from.count as usize * from.depth.max(1);
+        self.candidates
+            .reserve(bounces + source_rays::FAR_RAYS as usize * source_rays::FAR_BOUNCES);
         source_rays::follow(
             scene,
             from,

@@ -11,7 +11,7 @@ use super::feed::Feed;
 use super::messages::{AudioFrame, Delivery, FeedChange};
 use super::settings::EngineSettings;
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Extrapolator, FramePaths, extrapolation_level};
+use crate::extrapolation::{Extrapolator, FramePaths, LATE_STEPS, extrapolation_level};
 use crate::generation::Generator;
 use crate::runtime::affinity::{Placement, ThreadRole, place_this_thread};
 use crate::runtime::clock::now;
@@ -93,7 +93,7 @@ impl Renderer {
         let sources = settings.generation.max_sources;
         let mut frame_paths = FramePaths::default();
         frame_paths.paths.reserve(settings.max_paths + sources);
-        frame_paths.late.reserve(sources);
+        frame_paths.late.reserve(sources * LATE_STEPS);
         Self {
             slots: (0..sources).map(|_| Slot::default()).collect(),
             inputs: vec![0.0; sources * settings.block_frames],

@@ -1,6 +1,6 @@
 //! Cuts polygons into triangles.
 //!
-//! Control side. Convex polygons become fans; others lose one ear after another ([EBERLY15], adapted: a corner counts as
+//! Control side. Convex polygons become fans; others lose one ear after another (\[EBERLY15\], adapted: a corner counts as
 //! an ear when no other corner lies strictly inside it). A polygon that has no ear left, because it crosses itself,
 //! ends as a fan. Bounded by [`MOST_EAR_CORNERS`] cubed.
 

@@ -37,7 +37,7 @@ fn step(value: f64, size: f64) -> u64 {
     (value / size + 0.5 + OFF_GRID).floor() as i64 as u64
 }
 
-/// The finaliser of SplitMix64 ([STEELE14]) after its increment: every input bit reaches every output bit.
+/// The finaliser of SplitMix64 (\[STEELE14\]) after its increment: every input bit reaches every output bit.
 fn mixed(value: u64) -> u64 {
     let mut z = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
