@@ -6,6 +6,7 @@
 //! surfaces and named by canonical sequences, and that valid sequences are remembered for sixteen updates.
 
 pub mod amplitude;
+pub mod diffraction;
 pub mod direct;
 pub mod discovery;
 pub mod image_source;

@@ -7,6 +7,7 @@
 use glam::{DVec3, Vec3};
 
 use super::commit::{CommittedMesh, commit_mesh};
+use super::edges::EdgeSet;
 use super::materials::MaterialTable;
 use super::mesh::TriangleMesh;
 use super::surface::Surface;
@@ -44,6 +45,7 @@ impl Default for SceneSettings {
 pub struct Scene {
     mesh: CommittedMesh,
     bvh: Bvh,
+    edges: EdgeSet,
     reflectances: Vec<Reflectance>,
     transmission_factors: Vec<BandArray>,
     speed_of_sound_m_s: f64,
@@ -75,8 +77,16 @@ impl Scene {
             &mesh.triangles,
             &mesh.surfaces.triangle_surface,
         );
+        let edges = EdgeSet::build(
+            &mesh.vertices,
+            &mesh.triangles,
+            &mesh.surfaces,
+            mesh.centre,
+            &bvh,
+        );
         Ok(Self {
             bvh,
+            edges,
             reflectances: mesh.materials.iter().map(Reflectance::of).collect(),
             transmission_factors: mesh
                 .materials
@@ -106,6 +116,12 @@ impl Scene {
     #[inline]
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// Edges that sound bends around, in local coordinates.
+    #[inline]
+    pub fn edges(&self) -> &EdgeSet {
+        &self.edges
     }
 
     /// All surfaces.
@@ -201,6 +217,6 @@ impl Scene {
 
     /// Memory that the scene occupies, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        self.bvh.memory_bytes() + self.mesh.memory_bytes()
+        self.bvh.memory_bytes() + self.mesh.memory_bytes() + self.edges.memory_bytes()
     }
 }

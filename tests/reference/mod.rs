@@ -3,3 +3,4 @@
 
 pub mod shoebox;
 pub mod visibility;
+pub mod wedge;

@@ -2,6 +2,8 @@
 
 pub mod air;
 pub mod decay;
+pub mod edge;
+mod edge_scene;
 pub mod reciprocity;
 pub mod rooms;
 pub mod shoebox;
@@ -53,11 +55,12 @@ impl Row {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 5] = [
+const LAWS: [(&str, Law); 6] = [
     ("shoebox", shoebox::rows),
     ("decay", decay::rows),
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
+    ("edge", edge::rows),
     ("transmission", transmission::rows),
 ];
 

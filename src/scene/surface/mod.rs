@@ -6,8 +6,8 @@
 
 mod grid;
 mod group;
-mod key;
-mod panel;
+pub(super) mod key;
+pub(super) mod panel;
 
 use glam::{DVec3, Vec3};
 

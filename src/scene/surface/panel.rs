@@ -11,9 +11,7 @@ pub(super) fn large_enough(
     triangle_surface: &[u32],
     smallest_m2: f64,
 ) -> Vec<bool> {
-    let mut pieces = Pieces {
-        parents: (0..mesh.triangles.len() as u32).collect(),
-    };
+    let mut pieces = Pieces::new(mesh.triangles.len());
     for same in sorted_edges(&mesh.triangles).chunk_by(|a, b| a.0 == b.0) {
         // Rarely more than two; of those of one surface each is united with the first.
         for (place, (_, edge)) in same.iter().enumerate() {
@@ -36,12 +34,20 @@ pub(super) fn large_enough(
 }
 
 /// Union-find; the lower number is the root.
-struct Pieces {
+pub(in crate::scene) struct Pieces {
     parents: Vec<u32>,
 }
 
 impl Pieces {
-    fn root(&mut self, mut number: u32) -> u32 {
+    /// `count` things, each alone.
+    pub(in crate::scene) fn new(count: usize) -> Self {
+        Self {
+            parents: (0..count as u32).collect(),
+        }
+    }
+
+    /// The lowest number of the thing's piece.
+    pub(in crate::scene) fn root(&mut self, mut number: u32) -> u32 {
         while self.parents[number as usize] != number {
             let above = self.parents[self.parents[number as usize] as usize];
             self.parents[number as usize] = above;
@@ -50,7 +56,8 @@ impl Pieces {
         number
     }
 
-    fn unite(&mut self, a: u32, b: u32) {
+    /// Makes two pieces one.
+    pub(in crate::scene) fn unite(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }

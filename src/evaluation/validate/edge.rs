@@ -1,0 +1,125 @@
+//! Law *edge*: sound behind edges against an exact solution, a measured chart and itself.
+
+#[path = "../../../tests/reference/wedge.rs"]
+#[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
+pub(in crate::evaluation) mod oracle;
+
+use std::f64::consts::PI;
+
+use super::Row;
+use crate::acoustics::BANDS;
+use crate::acoustics::bands::CENTRES_HZ;
+use crate::error::Result;
+use crate::propagation::diffraction::complex::Complex;
+use crate::propagation::diffraction::wedge::WedgeAngles;
+
+/// Speed of sound in m/s of the kernel's cases; any other would do.
+const SPEED_M_S: f64 = 343.4;
+
+/// All figures of the law.
+pub(super) fn rows() -> Result<Vec<Row>> {
+    let mut rows = kernel_rows();
+    rows.extend(chart_rows());
+    rows.extend(super::edge_scene::rows()?);
+    Ok(rows)
+}
+
+/// Total field by the kernel, geometrical parts added, for a source whose free field is e^(−jkr)/r.
+pub(in crate::evaluation) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64) -> Complex {
+    let [incoming, outgoing] = wedge.angles;
+    let angles = WedgeAngles {
+        n: wedge.n,
+        incoming,
+        outgoing,
+    };
+    let bent_m = wedge.bent_m();
+    let sin_edge = (wedge.radii_m[0] + wedge.radii_m[1]) / bent_m;
+    let distance_m = wedge.radii_m[0] * wedge.radii_m[1] / bent_m * sin_edge;
+    let diffracted = angles.diffracted(wavenumber, distance_m).rigid();
+    let mut sum = diffracted * Complex::turn(-wavenumber * bent_m) * (1.0 / bent_m);
+    // What the oracle adds to its own diffracted field is geometry, not theory.
+    let (total, bent) = (wedge.total(wavenumber), wedge.diffracted(wavenumber));
+    sum += Complex::new(total.0 - bent.0, total.1 - bent.1);
+    sum
+}
+
+/// Worst deviation of the kernel from the exact field in each band, in dB, over wedges, places and angles.
+fn kernel_rows() -> Vec<Row> {
+    let mut worst = [0f64; BANDS];
+    for n in [2.0, 1.5, 1.25, 1.75] {
+        for radii_m in [[1.0, 1.0], [1.0, 5.0], [5.0, 5.0], [3.0, 20.0]] {
+            for along_m in [0.0, 2.0] {
+                for (angles, wedge) in places(n, radii_m, along_m) {
+                    for b in 0..BANDS {
+                        let k = 2.0 * PI * CENTRES_HZ[b] / SPEED_M_S;
+                        let exact = oracle::size(wedge.total(k));
+                        let ours = kernel_total(&wedge, k).abs();
+                        let _ = angles;
+                        worst[b] = worst[b].max((20.0 * (ours / exact).log10()).abs());
+                    }
+                }
+            }
+        }
+    }
+    (0..BANDS)
+        .map(|b| {
+            let bound = if CENTRES_HZ[b] < 125.0 { 0.5 } else { 0.2 };
+            let law = format!("edge: wedges, exact, {:.0} Hz", CENTRES_HZ[b]);
+            Row::at_most(law, worst[b], bound, "dB")
+        })
+        .collect()
+}
+
+/// Listeners from 5° before the shadow boundary to the far face.
+fn places(n: f64, radii_m: [f64; 2], along_m: f64) -> Vec<([f64; 2], oracle::Wedge)> {
+    let mut places = Vec::new();
+    for incoming in [0.25, 0.5 * PI / 2.0, 1.2] {
+        for step in 0..20 {
+            let outgoing = incoming + PI + (-5.0f64 + 5.0 * f64::from(step) + 0.3).to_radians();
+            if outgoing < n * PI - 0.1 {
+                let angles = [incoming, outgoing];
+                let wedge = oracle::Wedge {
+                    n,
+                    radii_m,
+                    angles,
+                    along_m,
+                };
+                places.push((angles, wedge));
+            }
+        }
+    }
+    places
+}
+
+/// Level in dB below the free field behind a sheet, and the Fresnel number, 20° and more in its shadow.
+fn chart_rows() -> Vec<Row> {
+    let mut worst = 0f64;
+    for depth_deg in [5.0, 10.0, 20.0, 30.0, 45.0] {
+        for radii_m in [[5.0, 5.0], [2.0, 10.0]] {
+            let incoming = 0.5 * PI;
+            let wedge = oracle::Wedge {
+                n: 2.0,
+                radii_m,
+                angles: [incoming, incoming + PI + f64::to_radians(depth_deg)],
+                along_m: 0.0,
+            };
+            for hz in CENTRES_HZ {
+                let k = 2.0 * PI * hz / SPEED_M_S;
+                let fresnel = k / PI * (wedge.bent_m() - wedge.direct_m());
+                if fresnel > 0.1 {
+                    let root = (2.0 * PI * fresnel).sqrt();
+                    let chart_db = 5.0 + 20.0 * (root / root.tanh()).log10();
+                    let loss_db =
+                        -20.0 * (kernel_total(&wedge, k).abs() * wedge.direct_m()).log10();
+                    worst = worst.max((loss_db - chart_db).abs());
+                }
+            }
+        }
+    }
+    vec![Row::at_most(
+        "edge: thin screen, Kurze and Anderson",
+        worst,
+        3.0,
+        "dB",
+    )]
+}
