@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
-use crate::propagation::direct::direct_path;
+use crate::propagation::diffraction::{Spot, direct_field};
 use crate::propagation::late::common_decay;
 use crate::propagation::{Path, PathSet};
 use crate::scene::{ListenerPose, Scene, SourcePose};
@@ -71,11 +71,19 @@ impl Extrapolator {
         let mut rays = 0;
         result.paths.clear();
         for pose in sources {
-            let (from, to) = (pose.position, listener.position);
-            let direct = direct_path(&self.scene, pose.id, from, to, self.nearest_m, &mut rays);
-            result
-                .paths
-                .extend(direct.map(|path| self.direct_now(&path, listener)));
+            let spot = Spot {
+                source: pose.id,
+                from: pose.position,
+                to: listener.position,
+                nearest_m: self.nearest_m,
+            };
+            let edges = self.current.direct_edges.iter();
+            let edges = edges
+                .filter(|(id, _)| *id == pose.id)
+                .map(|(_, edge)| *edge);
+            direct_field(&self.scene, &spot, edges, &mut rays, &mut |path| {
+                result.paths.push(self.direct_now(&path, listener));
+            });
         }
         let at = FrameContext {
             scene: &self.scene,
@@ -85,7 +93,7 @@ impl Extrapolator {
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
             let absent = !sources.iter().any(|pose| pose.id == current.source);
-            if current.is_direct() || absent {
+            if current.is_revalidated() || absent {
                 continue;
             }
             let tracked = TrackedPath {

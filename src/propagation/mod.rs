@@ -16,5 +16,5 @@ pub mod sampling;
 pub mod sequence;
 pub mod update;
 
-pub use path::{LateSource, MAX_ORDER, Path, PathId, PathSet};
+pub use path::{LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
 pub use update::{PropagationSettings, Propagator};

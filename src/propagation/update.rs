@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::amplitude;
-use super::direct::direct_path;
+use super::diffraction::{self, Spot};
 use super::discovery::trace_guide_rays;
 use super::image_source::{is_clear, mirror_listener, unfold};
 use super::late::{LateEstimator, SourceRays};
-use super::path::{MAX_ORDER, Path, PathSet};
+use super::path::{MAX_BENDS, MAX_ORDER, Path, PathSet};
 use super::sampling::{ROTATIONS, mix, rotation};
 use super::sequence::{Sequence, SequenceSet};
 use crate::error::{Error, Result};
@@ -32,6 +32,8 @@ pub struct PropagationSettings {
     pub cache_capacity: usize,
     /// Distance in metres below which a source gets no louder.
     pub nearest_m: f32,
+    /// Most edges that one path bends around, 0 to [`MAX_BENDS`]; 0 is sound without diffraction.
+    pub bends: usize,
 }
 
 impl Default for PropagationSettings {
@@ -44,6 +46,7 @@ impl Default for PropagationSettings {
             cache_updates: 16,
             cache_capacity: 2048,
             nearest_m: 0.3,
+            bends: MAX_BENDS,
         }
     }
 }
@@ -64,6 +67,7 @@ impl PropagationSettings {
         range("guide_rays", self.guide_rays.into(), 1, 65_536)?;
         range("source_rays", self.source_rays.into(), 1, 65_536)?;
         range("depth", self.depth as u64, 0, MAX_ORDER as u64)?;
+        range("bends", self.bends as u64, 0, MAX_BENDS as u64)?;
         range("cache_capacity", self.cache_capacity as u64, 1, 65_536)?;
         if self.nearest_m.is_finite() && self.nearest_m > 0.0 {
             return Ok(());
@@ -166,6 +170,7 @@ impl Propagator {
         self.forget_absent(sources);
         result.paths.clear();
         result.late.clear();
+        result.direct_edges.clear();
         for pose in sources {
             self.update_source(&scene, listener, ear, pose, result, &mut rays);
         }
@@ -207,14 +212,13 @@ impl Propagator {
             self.own.insert(*sequence);
         }
         let nearest_m = f64::from(settings.nearest_m);
-        result.paths.extend(direct_path(
-            scene,
-            pose.id,
-            pose.position,
-            listener.position,
+        let spot = Spot {
+            source: pose.id,
+            from: pose.position,
+            to: listener.position,
             nearest_m,
-            rays,
-        ));
+        };
+        diffraction::update(scene, &spot, settings.bends, result, rays);
         self.next_cache.clear();
         let own = self
             .own
@@ -239,7 +243,9 @@ impl Propagator {
                 id: sequence.path_id(scene, pose.id),
                 source: pose.id,
                 order: path.order as u8,
+                bends: 0,
                 surfaces: path.surfaces,
+                edges: [0; MAX_BENDS],
                 points: path.points.map(|p| scene.to_world(p)),
                 image: scene.to_world(path.image),
                 length_m: path.length_m as f32,

@@ -33,8 +33,8 @@ pub(in crate::evaluation) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64
         outgoing,
     };
     let bent_m = wedge.bent_m();
-    let sin_edge = (wedge.radii_m[0] + wedge.radii_m[1]) / bent_m;
-    let distance_m = wedge.radii_m[0] * wedge.radii_m[1] / bent_m * sin_edge;
+    // s s' sin²β₀ / (s + s') with s = r / sin β₀.
+    let distance_m = wedge.radii_m[0] * wedge.radii_m[1] / bent_m;
     let diffracted = angles.diffracted(wavenumber, distance_m).rigid();
     let mut sum = diffracted * Complex::turn(-wavenumber * bent_m) * (1.0 / bent_m);
     // What the oracle adds to its own diffracted field is geometry, not theory.
@@ -49,12 +49,11 @@ fn kernel_rows() -> Vec<Row> {
     for n in [2.0, 1.5, 1.25, 1.75] {
         for radii_m in [[1.0, 1.0], [1.0, 5.0], [5.0, 5.0], [3.0, 20.0]] {
             for along_m in [0.0, 2.0] {
-                for (angles, wedge) in places(n, radii_m, along_m) {
+                for wedge in places(n, radii_m, along_m) {
                     for b in 0..BANDS {
                         let k = 2.0 * PI * CENTRES_HZ[b] / SPEED_M_S;
                         let exact = oracle::size(wedge.total(k));
                         let ours = kernel_total(&wedge, k).abs();
-                        let _ = angles;
                         worst[b] = worst[b].max((20.0 * (ours / exact).log10()).abs());
                     }
                 }
@@ -71,30 +70,29 @@ fn kernel_rows() -> Vec<Row> {
 }
 
 /// Listeners from 5° before the shadow boundary to the far face.
-fn places(n: f64, radii_m: [f64; 2], along_m: f64) -> Vec<([f64; 2], oracle::Wedge)> {
+fn places(n: f64, radii_m: [f64; 2], along_m: f64) -> Vec<oracle::Wedge> {
     let mut places = Vec::new();
     for incoming in [0.25, 0.5 * PI / 2.0, 1.2] {
         for step in 0..20 {
             let outgoing = incoming + PI + (-5.0f64 + 5.0 * f64::from(step) + 0.3).to_radians();
             if outgoing < n * PI - 0.1 {
-                let angles = [incoming, outgoing];
-                let wedge = oracle::Wedge {
+                places.push(oracle::Wedge {
                     n,
                     radii_m,
-                    angles,
+                    angles: [incoming, outgoing],
                     along_m,
-                };
-                places.push((angles, wedge));
+                });
             }
         }
     }
     places
 }
 
-/// Level in dB below the free field behind a sheet, and the Fresnel number, 20° and more in its shadow.
+/// The kernel behind a sheet, 10° and more in its shadow, against the formula of [KURZE71] for a thin screen. Nearer to
+/// the boundary the formula itself is up to 3 dB off the exact solution.
 fn chart_rows() -> Vec<Row> {
     let mut worst = 0f64;
-    for depth_deg in [5.0, 10.0, 20.0, 30.0, 45.0] {
+    for depth_deg in [10.0, 20.0, 30.0, 45.0] {
         for radii_m in [[5.0, 5.0], [2.0, 10.0]] {
             let incoming = 0.5 * PI;
             let wedge = oracle::Wedge {

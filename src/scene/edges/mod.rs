@@ -21,12 +21,16 @@ use tree::EdgeTree;
 /// Most edges that one query gives.
 pub const MOST_NEAR: usize = 24;
 
+/// Most surfaces that bent paths are reflected in.
+pub const MOST_MIRRORS: usize = 256;
+
 /// All edges of a scene, sorted by [`Edge::key`].
 #[derive(Debug, Clone, Default)]
 pub struct EdgeSet {
     edges: Vec<Edge>,
     tree: EdgeTree,
     graph: graph::Neighbours,
+    mirrors: Vec<u32>,
 }
 
 /// An edge that a query found, with the length of the way over it.
@@ -84,7 +88,18 @@ impl EdgeSet {
         let edges = find::find(vertices, triangles, surfaces, centre);
         let tree = EdgeTree::build(&edges);
         let graph = graph::Neighbours::build(&edges, &tree, bvh);
-        Self { edges, tree, graph }
+        let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)
+            .filter(|&s| surfaces.surfaces[s as usize].panel_triangle_count > 0)
+            .collect();
+        let area_m2 = |s: &u32| surfaces.surfaces[*s as usize].area_m2;
+        mirrors.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
+        mirrors.truncate(MOST_MIRRORS);
+        Self {
+            edges,
+            tree,
+            graph,
+            mirrors,
+        }
     }
 
     /// All edges.
@@ -114,6 +129,11 @@ impl EdgeSet {
     /// Edges that an edge sees, at most [`MOST_NEIGHBOURS`], nearest first.
     pub fn neighbours(&self, number: u32) -> &[u32] {
         self.graph.of(number)
+    }
+
+    /// The largest surfaces, largest first, at most [`MOST_MIRRORS`]: those worth trying before and behind a bend.
+    pub fn mirrors(&self) -> &[u32] {
+        &self.mirrors
     }
 
     /// The [`MOST_NEAR`] shortest ways from one place to another over one edge, none longer than `longest_m`, both
