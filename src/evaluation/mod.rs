@@ -7,6 +7,7 @@ pub mod axis;
 pub mod canvas;
 pub mod clip;
 pub mod colormap;
+pub mod edge_figure;
 pub mod floor_plan;
 pub mod lettering;
 pub mod mel;

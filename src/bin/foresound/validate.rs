@@ -1,8 +1,10 @@
 //! `validate`: every law with its figure and bound.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use foresound::Result;
+use foresound::evaluation::edge_figure::draw_edge_figure;
 use foresound::evaluation::validate::{law_names, measure};
 use serde_json::json;
 
@@ -13,6 +15,9 @@ pub(crate) struct Arguments {
     /// Only this law.
     #[arg(long)]
     law: Option<String>,
+    /// Write figures of the laws as PNG into this folder.
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -31,6 +36,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         progress.step();
     }
     drop(progress);
+    if let Some(folder) = &arguments.figures {
+        draw_edge_figure()?.save_png(folder.join("edge.png"))?;
+    }
     if arguments.json {
         let rows: Vec<_> = rows
             .iter()

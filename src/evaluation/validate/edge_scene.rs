@@ -56,9 +56,9 @@ impl EdgeScene {
         }
         let scene = Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default())?);
         let settings = PropagationSettings {
-            guide_rays: 64,
+            guide_rays: 256,
             source_rays: 8,
-            depth: 0,
+            depth: 1,
             ..PropagationSettings::default()
         };
         Ok(Self {
@@ -118,7 +118,7 @@ impl EdgeScene {
         })
     }
 
-    /// The exact level without the waves that the faces reflect in the open, which are other paths.
+    /// The exact level: direct, reflected and bent waves.
     pub(in crate::evaluation) fn exact(&self, outgoing: f64, band: usize) -> f64 {
         oracle::size(self.wedge(outgoing).total(self.wavenumber(band)))
     }

@@ -3,7 +3,7 @@
 pub mod air;
 pub mod decay;
 pub mod edge;
-mod edge_scene;
+pub(in crate::evaluation) mod edge_scene;
 pub mod reciprocity;
 pub mod rooms;
 pub mod shoebox;

@@ -83,8 +83,6 @@ struct OneBend {
     bend: Bend,
     incident: Wave,
     reflected: Wave,
-    /// Share that is left after fading out with the detour.
-    left: f64,
     detour_m: f64,
 }
 
@@ -101,7 +99,6 @@ impl OneBend {
             bend,
             incident: incident.map(|wave| wave * left),
             reflected: reflected.map(|wave| wave * left),
-            left,
             detour_m,
         })
     }

@@ -157,7 +157,8 @@ fn part(
     if gap(widest) < PI + LEAST_TURN_DEG.to_radians() {
         return None;
     }
-    let panels = surfaces.is_panel(first.triangle) && surfaces.is_panel(second.triangle);
+    // One large face throws the shadow; the other may be a door's narrow jamb.
+    let panels = surfaces.is_panel(first.triangle) || surfaces.is_panel(second.triangle);
     // The air's side of the first face is where angles grow, of the second where they fall.
     let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
     let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
