@@ -27,17 +27,20 @@ fn losses_db(wedge: &Wedge) -> Vec<f64> {
 
 #[test]
 fn the_wedge_oracle_agrees_with_a_line_integral_along_the_edge() {
-    // Levels computed elsewhere by secondary sources on the edge ([SVENSSON99]): a half-plane, 5 m on either side, 20°
-    // in the shadow, printed to 0.1 dB; a source near grazing tells the faces apart.
-    let wedge = Wedge {
-        n: 2.0,
-        radii_m: [5.0, 5.0],
-        angles: [0.5 * PI, 0.5 * PI + PI * 10.0 / 9.0],
-        along_m: 0.0,
-    };
-    let expected = [6.6, 8.1, 9.9, 12.0, 14.4, 17.2, 20.1, 23.1];
-    for (ours, theirs) in losses_db(&wedge).iter().zip(expected) {
-        assert!((ours - theirs).abs() < 0.15, "{ours} for {theirs}");
+    // Levels computed elsewhere by secondary sources on the edge ([SVENSSON99]): 5 m on either side, the source 60° from
+    // the face, the listener 20° in the shadow of a half-plane and of a right-angled corner; printed to 0.1 dB.
+    let half_plane = [6.6, 8.1, 9.9, 12.0, 14.4, 17.2, 20.1, 23.1];
+    let corner = [2.8, 4.5, 6.4, 8.7, 11.3, 14.2, 17.1, 20.1];
+    for (n, expected) in [(2.0, half_plane), (1.5, corner)] {
+        let wedge = Wedge {
+            n,
+            radii_m: [5.0, 5.0],
+            angles: [PI / 3.0, PI / 3.0 + PI * 10.0 / 9.0],
+            along_m: 0.0,
+        };
+        for (ours, theirs) in losses_db(&wedge).iter().zip(expected) {
+            assert!((ours - theirs).abs() < 0.15, "{n}: {ours} for {theirs}");
+        }
     }
 }
 

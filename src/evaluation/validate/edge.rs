@@ -43,11 +43,44 @@ pub(in crate::evaluation) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64
     sum
 }
 
-/// Worst deviation of the kernel from the exact field in each band, in dB, over wedges, places and angles.
+/// Distances of source and listener from the edge in metres.
+const NEAR_M: [[f64; 2]; 1] = [[1.0, 1.0]];
+const WIDE_M: [[f64; 2]; 4] = [[1.0, 5.0], [2.0, 2.0], [5.0, 5.0], [3.0, 20.0]];
+
+/// Worst deviation of the kernel from the exact field in each band, in dB.
+///
+/// The theory is the first term of a series in 1/kL. A right angle or more with both ends at 1 m is kL = 0.4 to 1.2 in
+/// the two lowest bands, where it is off by up to 0.6 dB; there the bound says so.
 fn kernel_rows() -> Vec<Row> {
+    let strict = [0.5, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2];
+    let loose = [0.6, 0.4, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2];
+    let solid = [1.5, 1.25, 1.75];
+    let mut rows = deviation_rows("half-plane, 1 m", &[2.0], &NEAR_M, strict);
+    rows.extend(deviation_rows(
+        "half-plane, farther",
+        &[2.0],
+        &WIDE_M,
+        strict,
+    ));
+    rows.extend(deviation_rows("solid wedges, 1 m", &solid, &NEAR_M, loose));
+    rows.extend(deviation_rows(
+        "solid wedges, farther",
+        &solid,
+        &WIDE_M,
+        strict,
+    ));
+    rows
+}
+
+fn deviation_rows(
+    name: &str,
+    wedges: &[f64],
+    distances_m: &[[f64; 2]],
+    bounds_db: [f64; BANDS],
+) -> Vec<Row> {
     let mut worst = [0f64; BANDS];
-    for n in [2.0, 1.5, 1.25, 1.75] {
-        for radii_m in [[1.0, 1.0], [1.0, 5.0], [5.0, 5.0], [3.0, 20.0]] {
+    for &n in wedges {
+        for &radii_m in distances_m {
             for along_m in [0.0, 2.0] {
                 for wedge in places(n, radii_m, along_m) {
                     for b in 0..BANDS {
@@ -60,12 +93,9 @@ fn kernel_rows() -> Vec<Row> {
             }
         }
     }
+    let law = |b: usize| format!("edge: {name}, {:.0} Hz", CENTRES_HZ[b]);
     (0..BANDS)
-        .map(|b| {
-            let bound = if CENTRES_HZ[b] < 125.0 { 0.5 } else { 0.2 };
-            let law = format!("edge: wedges, exact, {:.0} Hz", CENTRES_HZ[b]);
-            Row::at_most(law, worst[b], bound, "dB")
-        })
+        .map(|b| Row::at_most(law(b), worst[b], bounds_db[b], "dB"))
         .collect()
 }
 
