@@ -111,10 +111,10 @@ fn pair(
         let left = fade_out(found.length_m - a.image.distance(b.image));
         let mut gains: [f64; BANDS] =
             std::array::from_fn(|k| bent::signed(incident[k] + reflected[k]) * left);
-        for end in 0..2 {
-            if let Some(surface) = ends[end].mirror {
+        for end in &ends {
+            if let Some(surface) = end.mirror {
                 let plane = scene.surface(surface);
-                let way = (ends[end].image - bend.apex).normalize_or_zero();
+                let way = (end.image - bend.apex).normalize_or_zero();
                 let cosine = plane.normal.dot(way).abs() as f32;
                 let factor = scene.reflectance(surface).factor(cosine);
                 for (gain, f) in gains.iter_mut().zip(factor) {

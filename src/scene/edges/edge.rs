@@ -81,7 +81,7 @@ impl Edge {
     pub fn angle_of(&self, point: DVec3) -> Option<f64> {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
-        if !(x.hypot(y) > ON_EDGE_M) {
+        if x.hypot(y) <= ON_EDGE_M {
             return None;
         }
         let angle = y.atan2(x);
