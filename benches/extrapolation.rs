@@ -23,10 +23,7 @@ fn extrapolation(criterion: &mut Criterion) {
         .sources
         .iter()
         .enumerate()
-        .map(|(slot, (_, position))| SourcePose {
-            id: SourceId::new(slot as u16, 0),
-            position: *position,
-        })
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect();
     let mut propagator =
         Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use foresound::propagation::discovery::trace_guide_rays;
-use foresound::propagation::sampling::rotation;
-use foresound::propagation::sequence::SequenceSet;
+use foresound::propagation::discovery::GuideRays;
+use foresound::propagation::sampling::{fibonacci_direction, rotation};
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
@@ -25,12 +24,17 @@ fn propagation(criterion: &mut Criterion) {
     group.sample_size(20);
     group.bench_function("commit", |bencher| bencher.iter(commit));
     group.bench_function("guide rays", |bencher| {
-        let mut found = SequenceSet::with_capacity(4096);
+        let directions: Vec<_> = (0..1024).map(|i| fibonacci_direction(i, 1024)).collect();
+        let guide = GuideRays {
+            origin: scene.to_local(ear.position),
+            turn: rotation(0, 1),
+            directions: &directions,
+            depth: 4,
+        };
         bencher.iter(|| {
-            found.clear();
-            let local = scene.to_local(ear.position);
-            trace_guide_rays(&scene, local, &rotation(0, 1), 1024, 4, &mut found, &mut 0);
-            found.entries().len()
+            let mut found = 0;
+            guide.trace(&scene, 0..1024, |_| found += 1);
+            found
         });
     });
     for count in [1, 16] {
@@ -39,10 +43,7 @@ fn propagation(criterion: &mut Criterion) {
             .iter()
             .take(count)
             .enumerate()
-            .map(|(slot, (_, position))| SourcePose {
-                id: SourceId::new(slot as u16, 0),
-                position: *position,
-            })
+            .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
             .collect();
         let settings = PropagationSettings::default();
         let mut propagator = Propagator::new(Arc::clone(&scene), settings).expect("settings");

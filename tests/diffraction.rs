@@ -82,10 +82,7 @@ fn hear(scene: &Arc<Scene>, from: Vec3, to: Vec3, bends: usize) -> PathSet {
         ..PropagationSettings::default()
     };
     let mut propagator = Propagator::new(Arc::clone(scene), settings).expect("settings");
-    let pose = SourcePose {
-        id: SourceId::new(0, 0),
-        position: from,
-    };
+    let pose = SourcePose::at(SourceId::new(0, 0), from);
     let ear = ListenerPose {
         position: to,
         ..ListenerPose::default()
@@ -164,10 +161,7 @@ fn hear_few(scene: &Arc<Scene>, from: Vec3, to: Vec3) -> PathSet {
         ..PropagationSettings::default()
     };
     let mut propagator = Propagator::new(Arc::clone(scene), settings).expect("settings");
-    let pose = SourcePose {
-        id: SourceId::new(0, 0),
-        position: from,
-    };
+    let pose = SourcePose::at(SourceId::new(0, 0), from);
     let ear = ListenerPose {
         position: to,
         ..ListenerPose::default()

@@ -1,5 +1,6 @@
 //! Laws of the propagation stage, against oracles that share no code with it.
 
+#[allow(unreachable_pub, reason = "shared by several tests")]
 mod reference;
 
 use std::sync::Arc;
@@ -7,7 +8,8 @@ use std::sync::Arc;
 use foresound::evaluation::validate;
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+    Directivity, Effects, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose,
+    procedural,
 };
 use glam::Vec3;
 use reference::{shoebox, visibility};
@@ -20,10 +22,7 @@ fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
 fn poses(scene: &procedural::BenchmarkScene, count: usize) -> Vec<SourcePose> {
     let places = scene.sources.iter().take(count).enumerate();
     places
-        .map(|(slot, (_, position))| SourcePose {
-            id: SourceId::new(slot as u16, 0),
-            position: *position,
-        })
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect()
 }
 
@@ -157,10 +156,7 @@ fn a_step_changes_no_path_that_stays() {
     let settings = SceneSettings::default();
     let scene =
         Arc::new(Scene::commit(&room, &MaterialTable::built_in(), &settings).expect("commits"));
-    let source = SourcePose {
-        id: SourceId::new(0, 0),
-        position: Vec3::new(7.3, 1.6, 5.9),
-    };
+    let source = SourcePose::at(SourceId::new(0, 0), Vec3::new(7.3, 1.6, 5.9));
     let mut propagator =
         Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
     let mut ids: Option<Vec<_>> = None;
@@ -194,10 +190,7 @@ fn awkward_places_give_finite_paths() {
         (far, inside),
         (wall, wall),
     ] {
-        let pose = SourcePose {
-            id: SourceId::new(0, 0),
-            position: source,
-        };
+        let pose = SourcePose::at(SourceId::new(0, 0), source);
         for path in &update(&scene, listener, &[pose], 2).paths {
             assert!(
                 path.amplitude
@@ -241,5 +234,106 @@ fn settings_out_of_range_are_refused_by_name() {
     ] {
         let error = Propagator::new(Arc::clone(&scene), settings).expect_err("refused");
         assert!(error.to_string().starts_with(name), "{error}");
+    }
+}
+
+#[test]
+fn a_plain_source_is_as_if_it_had_no_settings() {
+    // A pattern of weight 0 and any order, turned anywhere, and the default radius said aloud.
+    let hall = procedural::concert_hall();
+    let scene = commit(&hall);
+    let plain = poses(&hall, 1);
+    let mut said = plain.clone();
+    said[0].orientation = glam::Quat::from_rotation_y(1.0);
+    said[0].settings.directivity = Directivity::even(0.0, 3.0);
+    said[0].settings.radius_m = Some(0.3);
+    let first = update(&scene, hall.walk.standing, &plain, 3);
+    let second = update(&scene, hall.walk.standing, &said, 3);
+    assert_eq!((first.paths, first.late), (second.paths, second.late));
+}
+
+#[test]
+fn directivity_weighs_each_path_by_its_departure() {
+    let room = procedural::shoebox(Vec3::new(8.0, 3.0, 6.0), "concrete");
+    let settings = SceneSettings::default();
+    let scene =
+        Arc::new(Scene::commit(&room, &MaterialTable::built_in(), &settings).expect("commits"));
+    let omni = SourcePose::at(SourceId::new(0, 0), Vec3::new(3.0, 1.5, 3.0));
+    let ear = Vec3::new(5.0, 1.5, 3.0);
+    let mut dipole = omni;
+    dipole.settings.directivity = Directivity::even(1.0, 1.0);
+    // The front is −z: the listener at +x stands in the null.
+    let (before, after) = (
+        update(&scene, ear, &[omni], 16),
+        update(&scene, ear, &[dipole], 16),
+    );
+    assert_eq!(before.paths.len(), after.paths.len());
+    for (plain, path) in before.paths.iter().zip(&after.paths) {
+        let first = path.points().first().copied().unwrap_or(ear);
+        let cosine = (first - omni.position).normalize().dot(Vec3::NEG_Z).abs();
+        for b in 0..8 {
+            // Reflection points in single precision: 1e-6 in the direction.
+            let off = path.amplitude[b] - plain.amplitude[b] * cosine;
+            assert!(
+                off.abs() < 1e-5 * plain.amplitude[b].abs().max(1e-3),
+                "{path:?}"
+            );
+        }
+    }
+    let direct = after.paths.iter().find(|p| p.is_direct()).expect("seen");
+    assert!(direct.amplitude.iter().all(|a| a.abs() < 1e-6));
+    // A dipole sends a third of an omnidirectional source's power, and the tail has no direction.
+    let level = |set: &PathSet, b: usize| set.late[0].energy[3][b];
+    for b in 0..8 {
+        let share = level(&after, b) / level(&before, b);
+        // Rays are 128 beyond the fourth bounce, and concrete hardly scatters: 1 dB for what they remember.
+        assert!((10.0 * (3.0 * share).log10()).abs() < 1.0, "{share}");
+    }
+}
+
+#[test]
+fn an_effect_that_is_off_is_not_there() {
+    let doorway = procedural::doorway();
+    let scene = commit(&doorway);
+    let listener = doorway.walk.standing;
+    let mut sources = poses(&doorway, 4);
+    for pose in &mut sources {
+        pose.settings.effects = Effects {
+            direct: false,
+            late: false,
+            ..Effects::default()
+        };
+    }
+    let set = update(&scene, listener, &sources, 2);
+    assert!(set.paths.iter().all(|p| !p.is_direct()) && !set.paths.is_empty());
+    assert!(set.late.iter().all(|l| l.energy == [[0.0; 8]; 4]));
+    for pose in &mut sources {
+        pose.settings.effects = Effects {
+            reflections: false,
+            transmission: false,
+            ..Effects::default()
+        };
+    }
+    let set = update(&scene, listener, &sources, 2);
+    let triangles: Vec<[Vec3; 3]> = scene.triangles().collect();
+    assert!(set.paths.iter().all(Path::is_direct));
+    for pose in &sources {
+        let (from, to) = (pose.position.as_dvec3(), listener.as_dvec3());
+        let seen = visibility::is_visible(&triangles, from, to, |_| false);
+        assert_eq!(seen, set.paths.iter().any(|p| p.source == pose.id));
+    }
+}
+
+#[test]
+fn the_tail_of_a_scene_at_rest_does_not_depend_on_when_it_is_looked_at() {
+    let doorway = procedural::doorway();
+    let scene = commit(&doorway);
+    let sources = poses(&doorway, 2);
+    let once = update(&scene, doorway.walk.standing, &sources, 16);
+    for updates in [17, 23, 40] {
+        assert_eq!(
+            once.late,
+            update(&scene, doorway.walk.standing, &sources, updates).late
+        );
     }
 }

@@ -39,6 +39,8 @@ pub struct Reflectance {
     pub impedance: BandArray,
     /// Factor beyond what any real impedance absorbs, times the loss to scattering.
     pub residue: BandArray,
+    /// The first of these two factors alone.
+    pub unscattered_residue: BandArray,
 }
 
 impl Reflectance {
@@ -48,10 +50,12 @@ impl Reflectance {
         let mut result = Self {
             impedance: [1.0; BANDS],
             residue: [1.0; BANDS],
+            unscattered_residue: [1.0; BANDS],
         };
         for b in 0..BANDS {
             let (zeta, residue) = impedance_of_absorption(f64::from(material.absorption[b]));
             result.impedance[b] = zeta as f32;
+            result.unscattered_residue[b] = residue as f32;
             result.residue[b] = residue as f32 * specular[b];
         }
         result
@@ -67,6 +71,19 @@ impl Reflectance {
             factor[b] = (z - 1.0) / (z + 1.0) * self.residue[b];
         }
         factor
+    }
+}
+
+impl Reflectance {
+    /// Share of the energy that comes back at an angle of incidence given by its cosine, in each band: the mirrored and
+    /// the scattered together.
+    #[inline]
+    pub fn energy(&self, cos_incidence: f32) -> BandArray {
+        std::array::from_fn(|b| {
+            let z = self.impedance[b] * cos_incidence;
+            let factor = (z - 1.0) / (z + 1.0) * self.unscattered_residue[b];
+            factor * factor
+        })
     }
 }
 

@@ -165,7 +165,8 @@ mod tests {
     fn octaves_share_all_energy() {
         for hz in [70.0, 90.0, 500.0, 1412.0, 5000.0] {
             let sum: f64 = CENTRES_HZ.iter().map(|c| mask(hz, *c).powi(2)).sum();
-            assert!((sum - 1.0).abs() < 0.01, "{hz}: {sum}");
+            // Bands of the base-ten rule lie 0.3 % closer than an octave.
+            assert!((sum - 1.0).abs() < 0.03, "{hz}: {sum}");
         }
     }
 

@@ -6,8 +6,8 @@ use super::frame::{FramePath, FramePaths, LateSend};
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
 use crate::propagation::diffraction::{Spot, direct_field};
-use crate::propagation::late::common_decay;
-use crate::propagation::{Path, PathSet};
+use crate::propagation::late::{common_decay, tail_steps};
+use crate::propagation::{LateSource, Path, PathSet};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// The extrapolation stage's state. Owned by the sound thread.
@@ -55,6 +55,16 @@ impl Extrapolator {
         retired
     }
 
+    /// Makes room for updates of this many paths, so that [`Self::take_update`] need not. Control side; allocates.
+    pub fn reserve(&mut self, paths: usize) {
+        self.matches.reserve(paths);
+    }
+
+    /// Continues with another predictor from the next frame on; gives the old one back.
+    pub fn set_predictor(&mut self, predictor: Box<dyn Predictor>) -> Box<dyn Predictor> {
+        std::mem::replace(&mut self.predictor, predictor)
+    }
+
     /// The newest update taken.
     pub fn current(&self) -> &PathSet {
         &self.current
@@ -71,12 +81,7 @@ impl Extrapolator {
         let mut rays = 0;
         result.paths.clear();
         for pose in sources {
-            let spot = Spot {
-                source: pose.id,
-                from: pose.position,
-                to: listener.position,
-                nearest_m: self.nearest_m,
-            };
+            let spot = Spot::of(pose, listener.position, self.nearest_m);
             let edges = self.current.direct_edges.iter();
             let edges = edges
                 .filter(|(id, _)| *id == pose.id)
@@ -92,8 +97,13 @@ impl Extrapolator {
             level: self.level,
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            let absent = !sources.iter().any(|pose| pose.id == current.source);
-            if current.is_revalidated() || absent {
+            let wanted = |pose: &SourcePose| {
+                let effects = pose.settings.effects;
+                pose.id == current.source
+                    && (current.order == 0 || effects.reflections)
+                    && (current.bends == 0 || effects.diffraction)
+            };
+            if current.is_revalidated() || !sources.iter().any(wanted) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -107,13 +117,18 @@ impl Extrapolator {
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);
         result.late.clear();
-        result
-            .late
-            .extend(self.current.late.iter().map(|late| LateSend {
+        let wanted = |late: &LateSource| {
+            let own = sources.iter().find(|pose| pose.id == late.source);
+            own.is_some_and(|pose| pose.settings.effects.late)
+        };
+        for late in self.current.late.iter().filter(|late| wanted(late)) {
+            let steps = tail_steps(late, &result.decay_time_s);
+            result.late.extend(steps.map(|step| LateSend {
                 source: late.source,
-                energy_per_s: late.energy_per_s,
-                start_s: late.start_s,
+                energy_per_s: step.energy_per_s,
+                start_s: step.start_s,
             }));
+        }
         self.frames_since_update = self.frames_since_update.saturating_add(1);
         rays
     }

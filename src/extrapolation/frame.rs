@@ -23,15 +23,17 @@ pub struct FramePath {
     pub arrival: Vec3,
 }
 
-/// What one source sends to the late reverb.
+pub use crate::propagation::LATE_STEPS;
+
+/// One start of the tail that a source sends to the late reverb.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateSend {
     /// The source.
     pub source: SourceId,
     /// Energy a second of the diffuse impulse response, extrapolated back to emission, in 1/s; see
-    /// [`crate::propagation::LateSource::energy_per_s`].
+    /// [`crate::propagation::late::TailStep::energy_per_s`].
     pub energy_per_s: BandArray,
-    /// Seconds from emission to the start of the tail.
+    /// Seconds from emission to this start.
     pub start_s: f32,
 }
 
@@ -42,7 +44,7 @@ pub struct FramePaths {
     pub orientation: Quat,
     /// Paths, sorted by [`FramePath::id`].
     pub paths: Vec<FramePath>,
-    /// Late reverb sends, at most one a source.
+    /// Late reverb sends, at most [`LATE_STEPS`] a source; a source's are told apart by their order, so it stays.
     pub late: Vec<LateSend>,
     /// Reverberation time T60 of the tail in seconds, one a band.
     pub decay_time_s: BandArray,

@@ -12,6 +12,6 @@ pub mod predictor;
 pub mod tracking;
 
 pub use extrapolator::Extrapolator;
-pub use frame::{FramePath, FramePaths, LateSend};
+pub use frame::{FramePath, FramePaths, LATE_STEPS, LateSend};
 pub use level::extrapolation_level;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

@@ -34,6 +34,16 @@ impl BandCorrection {
         Self { columns }
     }
 
+    /// No correction: gains are amplitudes.
+    #[cfg(test)]
+    pub(super) fn none() -> Self {
+        let mut columns = [F32x8::ZERO; BANDS];
+        for (k, column) in columns.iter_mut().enumerate() {
+            column.0[k] = 1.0;
+        }
+        Self { columns }
+    }
+
     /// Gains of the bands, so that the response at every centre is the wanted amplitude.
     #[inline]
     pub fn gains(&self, amplitude: &BandArray) -> F32x8 {

@@ -2,14 +2,14 @@
 //!
 //! Audio side; wait-free, bounded by the block; allocates nothing. Takes mono samples, gives eight lanes a sample.
 //!
-//! A binary tree of fourth-order Linkwitz-Riley crossovers (Linkwitz 1976; Lipshitz & Vanderkooy 1986) at
+//! A binary tree of fourth-order Linkwitz-Riley crossovers ([LINKWITZ76], [LIPSHITZ86]) at
 //! [`EDGES_HZ`]: every crossover's low and high output are in phase and sum to a second-order allpass. Each band then
-//! passes the allpass of every crossover it has not met (D'Appolito 1984), so all eight bands have the phase of the
+//! passes the allpass of every crossover it has not met ([DAPPOLITO84]), so all eight bands have the phase of the
 //! seven allpasses together and their sum is flat. A lane is a band: ten sections in series do the whole tree, three
 //! crossovers and four allpasses, where a chain of crossovers takes fourteen.
 //!
-//! Sections are state-variable filters with trapezoidal integrators (Zavalishin 2012): at 89 Hz and 44.1 kHz their
-//! rounding noise in `f32` lies some 30 dB below a transposed direct form's.
+//! Sections are state-variable filters with trapezoidal integrators ([ZAVALISHIN12]), which keep their rounding noise
+//! low where the crossover is far below the sample rate; tests/band_filter.rs holds it 120 dB below the signal.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -116,10 +116,11 @@ impl State {
     fn step(&mut self, section: &Section, input: F32x8) -> (F32x8, F32x8, F32x8) {
         let rise = (input - self.low - section.damping * self.band) * section.input;
         let band = self.band + rise;
-        self.band = band + rise;
         let lift = section.integrator * band;
         let low = self.low + lift;
-        self.low = low + lift;
+        // Doubled first, so that a state is rounded once a step: it is the states' rounding that accumulates.
+        self.band += rise + rise;
+        self.low += lift + lift;
         (rise, band, low)
     }
 
@@ -178,6 +179,13 @@ impl BandFilter {
     /// Whether the filter still rings; a filter at rest gives silence for silence.
     pub fn is_sounding(&self) -> bool {
         self.sounding
+    }
+
+    /// Puts the filter to rest.
+    pub fn reset(&mut self) {
+        self.split_states.fill(State::default());
+        self.allpass_states.fill(State::default());
+        self.sounding = false;
     }
 
     /// Splits `input` into `bands`, a lane a band, as far as the shorter of the two reaches.

@@ -1,30 +1,26 @@
 //! The past of one source, eight bands.
 //!
-//! Audio side; wait-free; allocates at birth only. Takes band samples in order, gives slices of any past stretch.
+//! Audio side; wait-free; allocates at birth only. Takes band samples in order, gives any past stretch.
 //!
-//! Positions are audio frames since the generator began. A band is one ring whose head is repeated behind its end, so
-//! that every read of up to [`MAX_READ`] frames is one slice.
+//! Positions are audio frames since the generator began. The ring is made of tiles of eight frames, in each of which the
+//! bands follow one another, a frame a lane: a reader that mixes the bands walks through memory once, without gaps, and
+//! needs neither shuffles nor eight streams.
 
 use crate::acoustics::BANDS;
 use crate::simd::F32x8;
 
 use super::CHUNK;
 
-/// Longest slice a reader may ask for: a chunk read at the steepest glide, with room for rounding.
-pub(super) const MAX_READ: usize = CHUNK + CHUNK / 4 + 16;
+/// Frames of a tile: the lanes.
+pub(super) const TILE: usize = 8;
 
-/// Bands of one ring start this many floats apart modulo a page of 1024, so that eight streams read side by side do
-/// not share the sets of a first-level cache.
-const STAGGER: usize = 136;
+/// Eight frames of eight bands.
+pub(super) type Tile = [F32x8; BANDS];
 
-/// Eight rings of band samples.
+/// A ring of tiles.
 #[derive(Debug)]
 pub(super) struct DelayLine {
-    /// Frames of the ring, without the repeated head.
-    length: usize,
-    /// Floats from one band to the next.
-    stride: usize,
-    samples: Vec<f32>,
+    tiles: Vec<Tile>,
     /// Position behind the last frame that is not silent.
     sound_end: i64,
 }
@@ -32,22 +28,19 @@ pub(super) struct DelayLine {
 impl DelayLine {
     /// A silent line that remembers at least `history` frames besides the chunk that is being written.
     pub(super) fn new(history: usize) -> Self {
-        let length = history + CHUNK + MAX_READ;
-        let stride = (length + MAX_READ).next_multiple_of(1024) + STAGGER;
+        let length = (history + 2 * CHUNK).div_ceil(TILE);
         // Written rather than asked for as zeros: the pages are touched here and not in the first blocks.
-        let mut samples = Vec::with_capacity(stride * BANDS);
-        samples.resize(stride * BANDS, 0.0);
+        let mut tiles = Vec::with_capacity(length);
+        tiles.resize(length, [F32x8::ZERO; BANDS]);
         Self {
-            length,
-            stride,
-            samples,
+            tiles,
             sound_end: i64::MIN / 2,
         }
     }
 
     /// Whether nothing but silence is left in the line.
     pub(super) fn is_empty(&self, now: i64) -> bool {
-        now - self.sound_end > (self.length + CHUNK) as i64
+        now - self.sound_end > (self.tiles.len() * TILE + CHUNK) as i64
     }
 
     /// Whether everything from `position` on is silent.
@@ -55,52 +48,70 @@ impl DelayLine {
         position >= self.sound_end
     }
 
-    /// Appends a chunk of at most [`CHUNK`] frames at position `now`.
-    pub(super) fn write(&mut self, now: i64, bands: &[F32x8]) {
-        let start = now.rem_euclid(self.length as i64) as usize;
-        for (b, ring) in self.samples.chunks_exact_mut(self.stride).enumerate() {
-            let first = bands.len().min(self.length - start);
-            for (place, value) in ring[start..start + first].iter_mut().zip(bands) {
-                *place = value.0[b];
+    /// Appends a chunk of at most [`CHUNK`] frames at position `now`, a band a lane.
+    pub(super) fn write(&mut self, now: i64, frames: &[F32x8]) {
+        let mut place = self.place(now);
+        for frame in frames {
+            let tile = &mut self.tiles[place / TILE];
+            for (band, &value) in tile.iter_mut().zip(&frame.0) {
+                band.0[place % TILE] = value;
             }
-            for (place, value) in ring.iter_mut().zip(&bands[first..]) {
-                *place = value.0[b];
-            }
+            place = self.next(place);
         }
-        self.repeat_head(start, bands.len());
-        self.sound_end = now + bands.len() as i64;
+        self.sound_end = now + frames.len() as i64;
     }
 
     /// Appends a chunk of silence at position `now`. An empty line need not be told.
     pub(super) fn write_silence(&mut self, now: i64, frames: usize) {
-        let start = now.rem_euclid(self.length as i64) as usize;
-        let first = frames.min(self.length - start);
-        for ring in self.samples.chunks_exact_mut(self.stride) {
-            ring[start..start + first].fill(0.0);
-            ring[..frames - first].fill(0.0);
-        }
-        self.repeat_head(start, frames);
-    }
-
-    /// One band's `frames` samples from `position` on, at most [`MAX_READ`] of them, none older than the history.
-    #[inline]
-    pub(super) fn band(&self, band: usize, position: i64, frames: usize) -> &[f32] {
-        let start = position.rem_euclid(self.length as i64) as usize;
-        &self.samples[band * self.stride + start..][..frames]
-    }
-
-    /// All bands' `frames` samples from `position` on.
-    #[inline]
-    pub(super) fn bands(&self, position: i64, frames: usize) -> [&[f32]; BANDS] {
-        let start = position.rem_euclid(self.length as i64) as usize;
-        std::array::from_fn(|b| &self.samples[b * self.stride + start..][..frames])
-    }
-
-    fn repeat_head(&mut self, start: usize, frames: usize) {
-        if start < MAX_READ || start + frames > self.length {
-            for ring in self.samples.chunks_exact_mut(self.stride) {
-                ring.copy_within(..MAX_READ, self.length);
+        let mut place = self.place(now);
+        for _ in 0..frames {
+            for band in &mut self.tiles[place / TILE] {
+                band.0[place % TILE] = 0.0;
             }
+            place = self.next(place);
+        }
+    }
+
+    /// Gives `frames` frames from `position` on to `take`, a band a lane.
+    pub(super) fn for_each_frame(
+        &self,
+        position: i64,
+        frames: usize,
+        mut take: impl FnMut(usize, F32x8),
+    ) {
+        let mut place = self.place(position);
+        for i in 0..frames {
+            let tile = &self.tiles[place / TILE];
+            take(i, F32x8(std::array::from_fn(|b| tile[b].0[place % TILE])));
+            place = self.next(place);
+        }
+    }
+
+    /// The tiles that hold `frames` frames from `position` on, in two parts for the ring's end, and the lane in the
+    /// first tile at which they begin.
+    #[inline]
+    pub(super) fn tiles(&self, position: i64, frames: usize) -> (usize, [&[Tile]; 2]) {
+        let place = self.place(position);
+        let (first, lane) = (place / TILE, place % TILE);
+        let count = (lane + frames).div_ceil(TILE);
+        let to_end = count.min(self.tiles.len() - first);
+        let parts = [
+            &self.tiles[first..first + to_end],
+            &self.tiles[..count - to_end],
+        ];
+        (lane, parts)
+    }
+
+    fn place(&self, position: i64) -> usize {
+        position.rem_euclid((self.tiles.len() * TILE) as i64) as usize
+    }
+
+    #[inline(always)]
+    fn next(&self, place: usize) -> usize {
+        if place + 1 == self.tiles.len() * TILE {
+            0
+        } else {
+            place + 1
         }
     }
 }
@@ -110,27 +121,37 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_stretch_of_the_past_is_one_slice() {
+    fn every_stretch_of_the_past_can_be_read() {
         let mut line = DelayLine::new(1000);
         let mut now = 0i64;
         for round in 0..60 {
             let frames = 1 + (round * 37) % CHUNK;
             let bands: Vec<F32x8> = (0..frames)
-                .map(|i| F32x8([(now + i as i64) as f32; 8]))
+                .map(|i| {
+                    F32x8(std::array::from_fn(|b| {
+                        (8 * (now + i as i64)) as f32 + b as f32
+                    }))
+                })
                 .collect();
             line.write(now, &bands);
             now += frames as i64;
-            for back in (MAX_READ as i64..1000).step_by(13) {
+            for back in (1..1000).step_by(13) {
                 let position = now - back;
                 if position < 0 {
                     continue;
                 }
-                for (i, &value) in line
-                    .band(5, position, MAX_READ.min(back as usize))
-                    .iter()
-                    .enumerate()
-                {
-                    assert_eq!(value, (position + i as i64) as f32);
+                let frames = CHUNK.min(back as usize);
+                line.for_each_frame(position, frames, |i, value| {
+                    assert_eq!(value.0[5], (8 * (position + i as i64) + 5) as f32);
+                });
+                let (lane, parts) = line.tiles(position, frames);
+                let tiles: Vec<&Tile> = parts.into_iter().flatten().collect();
+                for i in 0..frames {
+                    let place = lane + i;
+                    assert_eq!(
+                        tiles[place / TILE][3].0[place % TILE],
+                        (8 * (position + i as i64) + 3) as f32
+                    );
                 }
             }
         }
@@ -146,6 +167,6 @@ mod tests {
             line.write_silence(now, 100);
             now += 100;
         }
-        assert!(line.samples.iter().all(|&s| s == 0.0));
+        assert!(line.tiles.iter().all(|tile| *tile == [F32x8::ZERO; BANDS]));
     }
 }

@@ -86,7 +86,7 @@ impl Generator {
             lines: (0..sources)
                 .map(|_| DelayLine::new(max_delay as usize))
                 .collect(),
-            tenants: vec![Tenant::default(); sources],
+            tenants: vec![Tenant::NONE; sources],
             voices: VoiceSet::new(settings.max_voices, settings.fine_voices, &hrtf),
             tail: settings.late.then(|| Tail {
                 reverb: LateReverb::new(settings.rate_hz, sources),
@@ -130,13 +130,16 @@ impl Generator {
             .map(|path| path.source)
             .chain(frame.late.iter().map(|send| send.source))
         {
-            if let Some(tenant) = self.tenants.get_mut(id.slot())
-                && tenant.bits != id.bits()
-            {
-                *tenant = Tenant {
-                    bits: id.bits(),
-                    since: self.now,
-                };
+            let Some(tenant) = self.tenants.get_mut(id.slot()) else {
+                continue;
+            };
+            let bits = Some(id.bits());
+            if tenant.bits != bits {
+                if tenant.bits.is_some() {
+                    tenant.since = self.now;
+                    self.filters[id.slot()].reset();
+                }
+                tenant.bits = bits;
             }
         }
         let around = Surroundings {

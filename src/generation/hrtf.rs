@@ -3,7 +3,7 @@
 //! Control side at birth; [`Hrtf::look_up`] is wait-free and belongs to the audio side. Takes a baked file (layout in
 //! assets/hrtf/README.md), gives ear delays and weights for directions in head coordinates.
 //!
-//! Own form of the usual separation into delays and minimum-phase principal components (Kistler & Wightman 1992):
+//! Own form of the usual separation into delays and minimum-phase principal components ([KISTLER92]):
 //! both vary smoothly with direction, so bilinear interpolation on the grid adds no comb filtering, and a crowd of
 //! paths shares one bank of filters an ear.
 

@@ -1,4 +1,4 @@
-//! The sets that travel inside the library: KEMAR (Gardner & Martin 1994), baked; origin and terms in
+//! The sets that travel inside the library: KEMAR ([GARDNER95]), baked; origin and terms in
 //! assets/PROVENANCE.md.
 
 use crate::error::{Error, Result};

@@ -3,7 +3,7 @@
 //! Audio side; wait-free, amortised constant time a frame; allocates at birth only. Takes and gives interleaved stereo.
 //!
 //! Look-ahead peak limiter: the gain every frame needs is held over the look-ahead and averaged over as long, so that
-//! it has come down when the peak leaves the delay (the usual construction; McNally 1984 for the look-ahead). Both
+//! it has come down when the peak leaves the delay, the usual construction. Both
 //! channels share one gain. The loss of gain is an integer, so sums are exact: below the ceiling the gain is exactly one
 //! and the limiter a pure delay, bit for bit.
 
@@ -120,7 +120,7 @@ impl Limiter {
         }
         self.candidates[(self.head + self.held) % size] = (self.frame, loss);
         self.held += 1;
-        if self.candidates[self.head].0 + self.look_ahead as u64 + 1 <= self.frame {
+        if self.candidates[self.head].0 + (self.look_ahead as u64) < self.frame {
             self.head = (self.head + 1) % size;
             self.held -= 1;
         }

@@ -22,6 +22,7 @@ mod hrtf_builtin;
 mod interpolation;
 mod late_reverb;
 mod limiter;
+mod ranking;
 mod report;
 mod settings;
 #[cfg(test)]

@@ -6,17 +6,21 @@
 //! mixture: both ears read it between its samples. Every position is mixed once, with the gain that holds there, so
 //! that a change of gain reaches the far ear later, and a gain ramp is a function of the source's time.
 
+use crate::acoustics::BANDS;
 use crate::simd::F32x8;
 
 use super::CHUNK;
 use super::arrival::{self, Glide};
-use super::delay_line::{DelayLine, MAX_READ};
+use super::delay_line::{DelayLine, TILE, Tile};
 use super::interpolation::AHEAD;
 use super::voice_set::Tenant;
 
 /// Steepest growth of a delay that counts as motion, in frames a frame: 85 m/s. Beyond it the voice cross-fades.
-/// Moves with [`MAX_READ`].
+/// Moves with [`MAX_FRESH`].
 pub(super) const MAX_GLIDE: f64 = 0.25;
+
+/// Most positions a voice mixes in a chunk, with room for rounding and whole tiles.
+pub(super) const MAX_FRESH: usize = CHUNK + CHUNK / 4 + 3 * TILE;
 
 /// State of one path.
 #[derive(Debug, Clone, Default)]
@@ -25,7 +29,7 @@ pub(super) struct Voice {
     /// Slot of the source.
     pub(super) slot: usize,
     /// Which tenant of the slot.
-    pub(super) tenant: u32,
+    pub(super) tenant: Option<u32>,
     /// Nothing before this position belongs to the tenant.
     since: i64,
     /// Band gains from position `gain_end` on, and their growth a position before it.
@@ -42,7 +46,8 @@ pub(super) struct Voice {
     pub(super) moving: bool,
     /// Groups of buses in use, during the ramp and after it.
     pub(super) groups: [usize; 2],
-    /// Frames until a fading voice is done.
+    /// Whether the voice fades, and frames until it is done.
+    fading: bool,
     pub(super) fade_left: u32,
 }
 
@@ -83,6 +88,16 @@ impl Voice {
         self.ramp_gain(aim.gain, reach(now - 1 + i64::from(ramp), aim.delay));
     }
 
+    /// Whether the voice has faded out.
+    pub(super) fn is_over(&self) -> bool {
+        self.fading && self.fade_left == 0
+    }
+
+    /// Orders voices by source, then by where in its past they read.
+    pub(super) fn place(&self) -> (usize, i64) {
+        (self.slot, self.next)
+    }
+
     /// Whether the way to `delay` is motion rather than a jump.
     pub(super) fn can_glide_to(&self, delay: f64, left: u32, ramp: u32) -> bool {
         (delay - self.delay.value(left)).abs() <= MAX_GLIDE * f64::from(ramp)
@@ -106,6 +121,7 @@ impl Voice {
         let end = reach(now - 1 + i64::from(ramp), self.delay.value(0));
         self.ramp_gain(F32x8::ZERO, end);
         self.moving = false;
+        self.fading = true;
         self.fade_left = ramp + tail as u32;
     }
 
@@ -122,7 +138,7 @@ impl Voice {
     /// Renders as many frames as `ears` have and returns true, or only moves on and returns false if there is nothing
     /// to hear.
     ///
-    /// `tail` holds the last mixed positions, `mixture` is scratch for them and [`MAX_READ`] more.
+    /// `tail` holds the last mixed positions, `mixture` is scratch for them and [`MAX_FRESH`] more.
     pub(super) fn render(
         &mut self,
         line: &DelayLine,
@@ -136,74 +152,56 @@ impl Voice {
         let growth = self.delay.growth_now(left);
         let last_delay = self.delay.value(left) + growth * frames as f64;
         let end = reach(now + frames as i64 - 1, last_delay);
-        let fresh = (end + 1 - self.next).clamp(0, MAX_READ as i64) as usize;
+        let fresh = (end + 1 - self.next).clamp(0, MAX_FRESH as i64) as usize;
         let start = self.next - tail.len() as i64;
         if line.is_silent_from(start) {
             tail.fill(0.0);
             self.next += fresh as i64;
             return false;
         }
-        let (past, present) = mixture.split_at_mut(tail.len());
-        past.copy_from_slice(tail);
-        self.mix(line, &mut present[..fresh]);
+        let reserve = tail.len();
+        self.mix(line, reserve, fresh, mixture);
+        mixture[..reserve].copy_from_slice(tail);
         self.next += fresh as i64;
-        let signal = &mixture[..tail.len() + fresh];
+        let signal = &mixture[..reserve + fresh];
         tail.copy_from_slice(&signal[fresh..]);
         arrival::read_ears(signal, start, now, &self.ear_delays, left, ears);
         true
     }
 
-    /// The bands in the voice's proportions from [`Self::next`] on.
-    fn mix(&self, line: &DelayLine, out: &mut [f32]) {
-        let count = out.len();
-        let foreign = (self.since - self.next).clamp(0, count as i64) as usize;
-        let ramped = (self.gain_end - self.next).clamp(foreign as i64, count as i64) as usize;
-        let bands = line.bands(self.next, count);
-        let (before, steady) = out.split_at_mut(ramped);
-        let (foreign_part, rising) = before.split_at_mut(foreign);
-        foreign_part.fill(0.0);
-        let to_come = (self.gain_end - self.next) as f32 - foreign as f32;
-        mix_rising(
-            bands.map(|band| &band[foreign..ramped]),
-            &self.gain.0,
-            &self.gain_growth.0,
-            to_come,
-            rising,
-        );
-        mix_steady(bands.map(|band| &band[ramped..]), &self.gain.0, steady);
+    /// Writes the bands in the voice's proportions, `fresh` positions from [`Self::next`] on, to `mixture` from place
+    /// `reserve` on. Works in whole tiles and spoils up to seven places on either side.
+    fn mix(&self, line: &DelayLine, reserve: usize, fresh: usize, mixture: &mut [f32]) {
+        let (lane, parts) = line.tiles(self.next, fresh);
+        let gains = self.gain.0.map(F32x8::splat);
+        let growths = self.gain_growth.0.map(F32x8::splat);
+        // Growths still to come at the first lane of the first tile.
+        let mut to_come = self.gain_end - self.next + lane as i64;
+        let places = mixture[reserve - lane..].chunks_exact_mut(TILE);
+        for (tile, place) in parts.into_iter().flatten().zip(places) {
+            let mut mixed = sum(tile, &gains);
+            if to_come > 0 {
+                let left = F32x8(LANES.map(|lane| (to_come as f32 - lane).max(0.0)));
+                mixed = mixed - left * sum(tile, &growths);
+            }
+            mixed.store(place);
+            to_come -= TILE as i64;
+        }
+        let foreign = (self.since - self.next).clamp(0, fresh as i64) as usize;
+        mixture[reserve..reserve + foreign].fill(0.0);
     }
 }
+
+/// Lanes by number.
+const LANES: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// The furthest position a path of this delay needs at time `now`.
 fn reach(now: i64, delay: f64) -> i64 {
     ((now - AHEAD as i64) as f64 - delay).floor() as i64 + AHEAD as i64
 }
 
-fn mix_steady(bands: [&[f32]; 8], gain: &[f32; 8], out: &mut [f32]) {
-    let count = out.len();
-    let [a, b, c, d, e, f, g, h] = bands.map(|band| &band[..count]);
-    for i in 0..count {
-        out[i] = ((gain[0] * a[i] + gain[1] * b[i]) + (gain[2] * c[i] + gain[3] * d[i]))
-            + ((gain[4] * e[i] + gain[5] * f[i]) + (gain[6] * g[i] + gain[7] * h[i]));
-    }
-}
-
-/// With gains that lie `to_come` growths below their target at the first sample.
-fn mix_rising(
-    bands: [&[f32]; 8],
-    gain: &[f32; 8],
-    growth: &[f32; 8],
-    to_come: f32,
-    out: &mut [f32],
-) {
-    let count = out.len();
-    let [a, b, c, d, e, f, g, h] = bands.map(|band| &band[..count]);
-    for i in 0..count {
-        let target = ((gain[0] * a[i] + gain[1] * b[i]) + (gain[2] * c[i] + gain[3] * d[i]))
-            + ((gain[4] * e[i] + gain[5] * f[i]) + (gain[6] * g[i] + gain[7] * h[i]));
-        let change = ((growth[0] * a[i] + growth[1] * b[i])
-            + (growth[2] * c[i] + growth[3] * d[i]))
-            + ((growth[4] * e[i] + growth[5] * f[i]) + (growth[6] * g[i] + growth[7] * h[i]));
-        out[i] = target - (to_come - i as i32 as f32) * change;
-    }
+#[inline(always)]
+fn sum(tile: &Tile, gains: &[F32x8; BANDS]) -> F32x8 {
+    ((tile[0] * gains[0] + tile[1] * gains[1]) + (tile[2] * gains[2] + tile[3] * gains[3]))
+        + ((tile[4] * gains[4] + tile[5] * gains[5]) + (tile[6] * gains[6] + tile[7] * gains[7]))
 }

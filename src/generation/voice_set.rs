@@ -7,9 +7,6 @@
 //! path fades. A path whose delay jumps does both. There are twice as many voices as may live, so that a whole set can
 //! fade while another starts; beyond that the voice that has faded longest is cut and counted.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use glam::Quat;
 
 use crate::extrapolation::FramePath;
@@ -17,8 +14,9 @@ use crate::simd::F32x8;
 
 use super::arrival::{self, Ready, Weights};
 use super::binaural::Binaural;
-use super::delay_line::{DelayLine, MAX_READ};
-use super::voice::{Aim, Voice};
+use super::delay_line::DelayLine;
+use super::ranking::{self, Ranking};
+use super::voice::{Aim, MAX_FRESH, Voice};
 use super::{BandCorrection, CHUNK, Hrtf};
 
 /// What became of a frame's paths.
@@ -51,10 +49,20 @@ pub(super) struct Surroundings<'a> {
 }
 
 /// Who lives in a source's slot, and since when.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Tenant {
-    pub(super) bits: u32,
+    /// None before the first.
+    pub(super) bits: Option<u32>,
+    /// Nothing before this position is the tenant's.
     pub(super) since: i64,
+}
+
+impl Tenant {
+    /// The slot before its first tenant, who may have sounded already.
+    pub(super) const NONE: Self = Self {
+        bits: None,
+        since: i64::MIN / 2,
+    };
 }
 
 /// The voices and what belongs to them by index.
@@ -73,8 +81,10 @@ pub(super) struct VoiceSet {
     living: Vec<u32>,
     next_living: Vec<u32>,
     fading: Vec<u32>,
+    /// Both, by source and delay: neighbours read neighbouring stretches of one delay line.
+    order: Vec<u32>,
     free: Vec<u32>,
-    loudest: BinaryHeap<Reverse<u64>>,
+    ranking: Ranking,
     looked_up: Vec<F32x8>,
     mixture: Vec<f32>,
     ears: [[Vec<f32>; 2]; 2],
@@ -97,10 +107,11 @@ impl VoiceSet {
             living: Vec::with_capacity(max_voices),
             next_living: Vec::with_capacity(max_voices),
             fading: Vec::with_capacity(pool),
+            order: Vec::with_capacity(pool),
             free: (0..pool as u32).rev().collect(),
-            loudest: BinaryHeap::with_capacity(max_voices.max(max_fine) + 1),
+            ranking: Ranking::new(max_voices.max(max_fine)),
             looked_up: vec![F32x8::ZERO; 2 * groups],
-            mixture: vec![0.0; tail + MAX_READ],
+            mixture: vec![0.0; tail + MAX_FRESH],
             ears: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; CHUNK])),
         }
     }
@@ -118,27 +129,32 @@ impl VoiceSet {
         around: &Surroundings,
     ) -> Dropped {
         let mut dropped = Dropped::default();
-        let keep = self.threshold(paths, tenants, around, self.max_voices);
+        let slots = tenants.len();
+        let longest_s = around.max_delay / around.rate_hz;
+        let keep = self
+            .ranking
+            .threshold(paths, slots, longest_s, self.max_voices);
         let fine = if self.max_fine >= self.max_voices {
             keep
         } else {
-            self.threshold(paths, tenants, around, self.max_fine)
+            self.ranking
+                .threshold(paths, slots, longest_s, self.max_fine)
         };
         self.next_living.clear();
         let mut old = 0;
         let mut last_id = None;
         for (index, path) in paths.iter().enumerate() {
             let id = path.id.0;
-            if !is_sound(path, tenants) || last_id.is_some_and(|last| id <= last) {
+            if !ranking::is_sound(path, slots) || last_id.is_some_and(|last| id <= last) {
                 dropped.paths += 1;
                 continue;
             }
             last_id = Some(id);
-            if path.delay_s * around.rate_hz > around.max_delay {
+            if path.delay_s > longest_s {
                 dropped.delays += 1;
                 continue;
             }
-            let rank = rank(path, index);
+            let rank = ranking::rank(path, index);
             if rank < keep {
                 dropped.paths += 1;
                 continue;
@@ -164,41 +180,12 @@ impl VoiceSet {
             old += 1;
         }
         std::mem::swap(&mut self.living, &mut self.next_living);
+        self.order.clear();
+        self.order.extend(self.living.iter().chain(&self.fading));
+        let voices = &self.voices;
+        self.order
+            .sort_unstable_by_key(|&index| voices[index as usize].place());
         dropped
-    }
-
-    /// The rank from which on paths are among the `count` loudest.
-    fn threshold(
-        &mut self,
-        paths: &[FramePath],
-        tenants: &[Tenant],
-        around: &Surroundings,
-        count: usize,
-    ) -> u64 {
-        if count == 0 {
-            return u64::MAX;
-        }
-        if paths.len() <= count {
-            return 0;
-        }
-        self.loudest.clear();
-        for (index, path) in paths.iter().enumerate() {
-            if !is_sound(path, tenants) || path.delay_s * around.rate_hz > around.max_delay {
-                continue;
-            }
-            let rank = rank(path, index);
-            if self.loudest.len() < count {
-                self.loudest.push(Reverse(rank));
-            } else if let Some(mut least) = self.loudest.peek_mut()
-                && least.0 < rank
-            {
-                *least = Reverse(rank);
-            }
-        }
-        match self.loudest.peek() {
-            Some(least) if self.loudest.len() == count => least.0,
-            _ => 0,
-        }
     }
 
     /// Points the voice a path has, or a new one, to the path's values; gives the voice's index.
@@ -223,7 +210,7 @@ impl VoiceSet {
             ears,
         };
         let slot = path.source.slot();
-        let tenant = tenants.get(slot).copied().unwrap_or_default();
+        let tenant = tenants.get(slot).copied().unwrap_or(Tenant::NONE);
         if let Some(index) = held {
             let voice = &mut self.voices[index as usize];
             if voice.slot == slot
@@ -296,7 +283,11 @@ impl VoiceSet {
                 break;
             }
         }
+        if self.fading.is_empty() {
+            return;
+        }
         let (voices, free) = (&mut self.voices, &mut self.free);
+        let before = self.fading.len();
         self.fading.retain(|&index| {
             let fade_left = &mut voices[index as usize].fade_left;
             *fade_left = fade_left.saturating_sub(frames as u32);
@@ -305,6 +296,10 @@ impl VoiceSet {
             }
             *fade_left > 0
         });
+        if self.fading.len() < before {
+            self.order
+                .retain(|&index| !voices[index as usize].is_over());
+        }
     }
 
     fn render_those(
@@ -317,7 +312,7 @@ impl VoiceSet {
         binaural: &mut Binaural,
     ) {
         let mut waiting = None;
-        for &index in self.living.iter().chain(&self.fading) {
+        for &index in &self.order {
             let voice = &mut self.voices[index as usize];
             if voice.groups[usize::from(left == 0)] != groups {
                 continue;
@@ -378,22 +373,4 @@ pub(super) fn tail_frames(hrtf: &Hrtf) -> usize {
 /// The part of a pool that belongs to one voice.
 fn of_voice<T>(pool: &mut [T], index: u32, width: usize) -> &mut [T] {
     &mut pool[index as usize * width..][..width]
-}
-
-/// Whether a path is one that can sound at all.
-fn is_sound(path: &FramePath, tenants: &[Tenant]) -> bool {
-    path.source.slot() < tenants.len()
-        && path.delay_s >= 0.0
-        && path.delay_s.is_finite()
-        && path.arrival.is_finite()
-        && path.amplitude.iter().all(|a| a.abs() <= MAX_AMPLITUDE)
-}
-
-/// Largest amplitude of a path: 60 dB. The source would be a millimetre from the ear.
-const MAX_AMPLITUDE: f32 = 1000.0;
-
-/// Orders paths by energy, then by place; energies are not negative, so their bits are ordered as they are.
-fn rank(path: &FramePath, index: usize) -> u64 {
-    let energy: f32 = path.amplitude.iter().map(|a| a * a).sum();
-    u64::from(energy.to_bits()) << 32 | u64::from(!(index as u32))
 }

@@ -1,8 +1,11 @@
 //! How loud a path is, in eight bands.
 
+use glam::Vec3;
+
+use super::finite_panel;
 use super::image_source::ImagePath;
 use crate::acoustics::{BANDS, BandArray};
-use crate::scene::Scene;
+use crate::scene::{Scene, SourcePose};
 
 /// Spherical spreading and air: the pressure ratio of the free field at a distance, relative to 1 m without air.
 ///
@@ -16,7 +19,8 @@ pub fn free_field(scene: &Scene, distance_m: f64, nearest_m: f64) -> BandArray {
     amplitude
 }
 
-/// Amplitude of a reflected path: free field over its length, times each surface's reflection factor at its angle.
+/// Amplitude of a reflected path: free field over its length, times each surface's reflection factor at its angle, and
+/// what small panels leave of it.
 pub fn reflected(scene: &Scene, path: &ImagePath, nearest_m: f64) -> BandArray {
     let mut amplitude = free_field(scene, path.length_m, nearest_m);
     for step in 0..path.order {
@@ -26,5 +30,20 @@ pub fn reflected(scene: &Scene, path: &ImagePath, nearest_m: f64) -> BandArray {
             amplitude[b] *= factor[b];
         }
     }
+    if let Some(factor) = finite_panel::factor(scene, path) {
+        for b in 0..BANDS {
+            amplitude[b] *= factor[b];
+        }
+    }
     amplitude
+}
+
+/// Takes in what the source's directivity does to a path that leaves it towards a world direction.
+pub fn direct_by_source(amplitude: &mut BandArray, source: &SourcePose, departure: Vec3) {
+    if source.settings.directivity.is_omni() {
+        return;
+    }
+    for (value, factor) in amplitude.iter_mut().zip(source.factor_towards(departure)) {
+        *value *= factor;
+    }
 }

@@ -4,13 +4,13 @@
 
 use glam::{DVec3, Vec3};
 
-use super::amplitude::free_field;
+use super::amplitude::{direct_by_source, free_field};
 use super::path::{MAX_BENDS, MAX_ORDER, Path};
 use super::sequence::Sequence;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::scene::{Scene, SourceId};
+use crate::scene::{Scene, SourceId, SourcePose};
 
 /// Walls that sound is followed through; what is behind more is not heard.
 pub const MAX_WALLS: usize = 4;
@@ -50,6 +50,36 @@ pub fn direct_path(
         length_m: length_m as f32,
         amplitude,
     })
+}
+
+/// The direct path of a source with its settings: [`direct_path`], unless it is not wanted, with the directivity.
+/// `otherwise_m` is the distance below which sources get no louder that do not say themselves.
+pub fn direct_path_of(
+    scene: &Scene,
+    source: &SourcePose,
+    to: Vec3,
+    otherwise_m: f64,
+    rays: &mut u64,
+) -> Option<Path> {
+    let effects = source.settings.effects;
+    if !effects.direct {
+        return None;
+    }
+    let from = source.position;
+    if !effects.transmission {
+        *rays += 1;
+        let (from, to) = (scene.to_local(from).as_vec3(), scene.to_local(to).as_vec3());
+        if scene
+            .bvh()
+            .any_hit(&Ray::between(from, to), [NO_GROUP, NO_GROUP])
+        {
+            return None;
+        }
+    }
+    let nearest_m = source.settings.nearest_m(otherwise_m);
+    let mut path = direct_path(scene, source.id, from, to, nearest_m, rays)?;
+    direct_by_source(&mut path.amplitude, source, to - from);
+    Some(path)
 }
 
 /// One crossing of a surface on the way.

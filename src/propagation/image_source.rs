@@ -7,13 +7,17 @@
 use glam::DVec3;
 
 use super::path::MAX_ORDER;
-use super::sequence::Sequence;
+use super::sequence::{Commutation, Sequence};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 /// Distance from a plane below which a point counts as lying in it, in metres.
 const ON_PLANE_M: f64 = 1e-6;
+
+/// How far outside a surface's bounds a point still counts, in metres: ten times
+/// [`crate::scene::surface::INSIDE_TOLERANCE_M`], so that a first look refuses nothing that the exact test accepts.
+pub(super) const MARGIN_M: f64 = 1e-4;
 
 /// Geometry of one valid path, from source to listener.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +34,25 @@ pub struct ImagePath {
     pub length_m: f64,
     /// The source mirrored along the path, in local coordinates: the listener hears the path from there.
     pub image: DVec3,
+}
+
+impl ImagePath {
+    /// A leg from one stop to the next, counted from the source, and the surfaces it joins: it meets their planes at its
+    /// ends only, so they cannot block it. `ends` are source and listener.
+    #[inline]
+    pub fn leg(&self, ends: [DVec3; 2], step: usize) -> (Ray, [u32; 2]) {
+        let (from, from_surface) = match step {
+            0 => (ends[0], NO_GROUP),
+            _ => (self.points[step - 1], self.surfaces[step - 1]),
+        };
+        let (to, to_surface) = if step < self.order {
+            (self.points[step], self.surfaces[step])
+        } else {
+            (ends[1], NO_GROUP)
+        };
+        let ray = Ray::between(from.as_vec3(), to.as_vec3());
+        (ray, [from_surface, to_surface])
+    }
 }
 
 /// The listener mirrored in all surfaces of a sequence, last one first: where the source's line of flight points to.
@@ -52,64 +75,118 @@ pub fn unfold(
     listener: DVec3,
     listener_image: DVec3,
 ) -> Option<ImagePath> {
+    let mut flight = Flight::along(scene, sequence);
+    if !flight.descend(scene, flight.all(), 0, source, listener_image) {
+        return None;
+    }
     let mut path = ImagePath {
         surfaces: [0; MAX_ORDER],
-        points: [DVec3::ZERO; MAX_ORDER],
+        points: flight.points,
         cosines: [0.0; MAX_ORDER],
-        order: 0,
+        order: flight.order,
         length_m: source.distance(listener_image),
         image: source,
     };
-    descend(scene, *sequence, source, listener_image, &mut path).then_some(())?;
-    let surfaces = path.surfaces;
-    path.image = surfaces[..path.order]
-        .iter()
-        .fold(source, |point, &surface| {
-            scene.surface(surface).mirror(point)
-        });
+    let mut from = source;
+    for step in 0..path.order {
+        let place = flight.places[step];
+        let line = flight.images[step] - from;
+        path.surfaces[step] = flight.indices[place];
+        path.cosines[step] = (flight.normals[place].dot(line) / line.length()).abs();
+        path.image = scene.surface(path.surfaces[step]).mirror(path.image);
+        from = path.points[step];
+    }
     debug_assert!(
         (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
     );
     Some(path)
 }
 
-/// Tries every surface that may come next on the line from `from` to `image`, and what follows it.
-fn descend(scene: &Scene, rest: Sequence, from: DVec3, image: DVec3, path: &mut ImagePath) -> bool {
-    if rest.is_empty() {
-        return true;
+/// A sequence's planes side by side, and how far the line has been followed through them.
+struct Flight {
+    order: usize,
+    indices: [u32; MAX_ORDER],
+    normals: [DVec3; MAX_ORDER],
+    offsets_m: [f64; MAX_ORDER],
+    commutation: Commutation,
+    /// Of each step its plane's place in the sequence, its point and the image it aims at.
+    places: [usize; MAX_ORDER],
+    points: [DVec3; MAX_ORDER],
+    images: [DVec3; MAX_ORDER],
+}
+
+impl Flight {
+    #[inline]
+    fn along(scene: &Scene, sequence: &Sequence) -> Self {
+        let mut flight = Self {
+            order: sequence.len(),
+            indices: [0; MAX_ORDER],
+            normals: [DVec3::ZERO; MAX_ORDER],
+            offsets_m: [0.0; MAX_ORDER],
+            commutation: Commutation::default(),
+            places: [0; MAX_ORDER],
+            points: [DVec3::ZERO; MAX_ORDER],
+            images: [DVec3::ZERO; MAX_ORDER],
+        };
+        for (place, &index) in sequence.surfaces().iter().enumerate().rev() {
+            let surface = scene.surface(index);
+            flight.indices[place] = index;
+            flight.normals[place] = surface.normal;
+            flight.offsets_m[place] = surface.offset_m;
+            let behind = &flight.normals[place..flight.order];
+            flight.commutation.put_first(behind);
+        }
+        flight
     }
-    let line = image - from;
-    let step = path.order;
-    for (place, &index) in rest.surfaces().iter().enumerate() {
-        if place > 0 && !rest.can_lead(scene, place) {
-            continue;
-        }
-        let surface = scene.surface(index);
-        let here = surface.distance_m(from);
-        let there = surface.distance_m(image);
-        if here * there >= 0.0 || here.abs() < ON_PLANE_M || there.abs() < ON_PLANE_M {
-            continue;
-        }
-        let point = from + line * (here / (here - there));
-        if !scene.reflects_at(index, point) {
-            continue;
-        }
-        path.surfaces[step] = index;
-        path.points[step] = point;
-        path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
-        path.order = step + 1;
-        if descend(
-            scene,
-            rest.without(place),
-            point,
-            surface.mirror(image),
-            path,
-        ) {
+
+    /// The places of all planes, one a bit.
+    fn all(&self) -> u8 {
+        (1 << self.order) - 1
+    }
+
+    /// Tries every plane of `rest` that may come next on the line from `from` to `image`, and what follows it.
+    fn descend(&mut self, scene: &Scene, rest: u8, step: usize, from: DVec3, image: DVec3) -> bool {
+        if rest == 0 {
             return true;
         }
-        path.order = step;
+        let line = image - from;
+        for place in 0..self.order {
+            if rest >> place & 1 == 0 || !self.commutation.leads(place, rest) {
+                continue;
+            }
+            let (normal, offset_m) = (self.normals[place], self.offsets_m[place]);
+            let here = normal.dot(from) - offset_m;
+            let there = normal.dot(image) - offset_m;
+            if here * there >= 0.0 || here.abs() < ON_PLANE_M || there.abs() < ON_PLANE_M {
+                continue;
+            }
+            let point = from + line * (here / (here - there));
+            let index = self.indices[place];
+            if !near_bounds(scene.surface(index), point) || !scene.reflects_at(index, point) {
+                continue;
+            }
+            self.places[step] = place;
+            self.points[step] = point;
+            self.images[step] = image;
+            let next = image - 2.0 * there * normal;
+            if self.descend(scene, rest & !(1 << place), step + 1, point, next) {
+                return true;
+            }
+        }
+        false
     }
-    false
+}
+
+/// Whether a point of a surface's plane is inside its bounds or near them, as seen along the surface's main axis; cheap,
+/// and never false where the surface has the point.
+#[inline]
+pub(super) fn near_bounds(surface: &Surface, point: DVec3) -> bool {
+    let low = surface.bounds_min.as_dvec3() - MARGIN_M;
+    let high = surface.bounds_max.as_dvec3() + MARGIN_M;
+    let inside = |axis: usize| (point[axis] >= low[axis]) & (point[axis] <= high[axis]);
+    let n = surface.normal.abs();
+    let largest = n.max_element();
+    (inside(0) | (n.x == largest)) & (inside(1) | (n.y == largest)) & (inside(2) | (n.z == largest))
 }
 
 /// Whether nothing stands between the points of a path. Adds the rays it cast to `rays`.
@@ -120,21 +197,9 @@ pub fn is_clear(
     listener: DVec3,
     rays: &mut u64,
 ) -> bool {
-    let mut from = source;
-    let mut from_surface = NO_GROUP;
-    for step in 0..=path.order {
-        let (to, to_surface) = if step < path.order {
-            (path.points[step], path.surfaces[step])
-        } else {
-            (listener, NO_GROUP)
-        };
+    (0..=path.order).all(|step| {
         *rays += 1;
-        let leg = Ray::between(from.as_vec3(), to.as_vec3());
-        // A leg meets the planes it joins at its ends only, so their surfaces cannot block it.
-        if scene.bvh().any_hit(&leg, [from_surface, to_surface]) {
-            return false;
-        }
-        (from, from_surface) = (to, to_surface);
-    }
-    true
+        let (leg, ignored) = path.leg([source, listener], step);
+        !scene.bvh().any_hit(&leg, ignored)
+    })
 }

@@ -1,20 +1,31 @@
 //! SPS: the sound propagation stage. Rays suggest surfaces, mirrored sources turn a list of surfaces into one exact
 //! path, validation throws out what something blocks.
 //!
-//! Runs on one thread that the caller owns (none of its own), takes a committed [`crate::scene::Scene`] and poses,
+//! Runs on threads that the caller owns (none of its own; [`Workers`]), takes a committed [`crate::scene::Scene`] and poses,
 //! gives a [`PathSet`]. Follows the paper's section III-A and [TAYLOR12]; differs in that paths are found in merged
 //! surfaces and named by canonical sequences, and that valid sequences are remembered for sixteen updates.
 
 pub mod amplitude;
+mod cache;
+mod candidates;
 pub mod diffraction;
 pub mod direct;
 pub mod discovery;
+pub mod finite_panel;
 pub mod image_source;
 pub mod late;
+pub mod neighbours;
+mod occluders;
 pub mod path;
 pub mod sampling;
 pub mod sequence;
+pub mod sequence_set;
+pub mod settings;
+mod source_task;
 pub mod update;
+pub mod workers;
 
-pub use path::{LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
-pub use update::{PropagationSettings, Propagator};
+pub use path::{LATE_STEPS, LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
+pub use settings::PropagationSettings;
+pub use update::Propagator;
+pub use workers::{Serial, Workers};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::acoustics::BandArray;
+use crate::acoustics::{BANDS, BandArray};
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
 /// Highest reflection order of a discrete path (the paper's depth).
@@ -70,18 +70,36 @@ impl Path {
     }
 }
 
-/// What the late reverb needs of one source.
+/// Steps in time that a tail's energy is told in.
+pub const LATE_STEPS: usize = 4;
+
+/// What the late reverb needs of one source: the energy that no discrete path carries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateSource {
     /// The source.
     pub source: SourceId,
-    /// Energy a second of the diffuse impulse response, extrapolated back to the moment of emission, relative to
-    /// the free field at 1 m: it falls from there by 60 dB in the decay time. In 1/s, one a band.
-    pub energy_per_s: BandArray,
+    /// Energy of the diffuse impulse response in each step of time, relative to the free field at 1 m, one a band. Steps
+    /// start at [`crate::propagation::late::envelope::LATE_STEPS_FREE_TIMES`]; the last one has no end.
+    pub energy: [BandArray; LATE_STEPS],
     /// Reverberation time T60 in seconds around this source, one a band.
     pub decay_time_s: BandArray,
-    /// Seconds from emission after which the tail takes over from the discrete paths.
+    /// Seconds from emission before which nothing can arrive: the straight line's.
     pub start_s: f32,
+    /// Mean seconds between two bounces.
+    pub mean_free_time_s: f32,
+}
+
+impl LateSource {
+    /// A source without a late field.
+    pub fn silent(source: SourceId) -> Self {
+        Self {
+            source,
+            energy: [[0.0; BANDS]; LATE_STEPS],
+            decay_time_s: [0.0; BANDS],
+            start_s: 0.0,
+            mean_free_time_s: 0.0,
+        }
+    }
 }
 
 /// The result of one propagation update.

@@ -5,6 +5,8 @@
 //! path die and another be born. A sequence is therefore kept in the lexicographic normal form of its class
 //! ([DIEKERT95], trace monoids).
 
+use glam::DVec3;
+
 use crate::propagation::path::{MAX_ORDER, PathId};
 use crate::scene::{Scene, SourceId};
 
@@ -25,23 +27,14 @@ const EDGE: u64 = 1;
 impl Sequence {
     /// The canonical form of surfaces given from source to listener; at most [`MAX_ORDER`] count.
     pub fn canonical(scene: &Scene, surfaces: &[u32]) -> Self {
-        let mut rest = Self::default();
-        for &surface in surfaces.iter().take(MAX_ORDER) {
-            rest.push(surface);
+        let surfaces = &surfaces[..surfaces.len().min(MAX_ORDER)];
+        let mut normals = [DVec3::ZERO; MAX_ORDER];
+        let mut commutation = Commutation::default();
+        for (place, &surface) in surfaces.iter().enumerate().rev() {
+            normals[place] = scene.surface(surface).normal;
+            commutation.put_first(&normals[place..surfaces.len()]);
         }
-        let mut result = Self::default();
-        // The smallest surface that can move to the front goes first; repeat with what is left.
-        while rest.order > 0 {
-            let mut best = 0;
-            for i in 1..rest.len() {
-                if rest.surfaces[i] < rest.surfaces[best] && rest.can_lead(scene, i) {
-                    best = i;
-                }
-            }
-            result.push(rest.surfaces[best]);
-            rest = rest.without(best);
-        }
-        result
+        commutation.canonical(surfaces)
     }
 
     fn push(&mut self, surface: u32) {
@@ -65,11 +58,12 @@ impl Sequence {
     }
 
     /// Whether the surface at `place` commutes with all before it, so that some order of the class begins with it.
+    #[inline]
     pub fn can_lead(&self, scene: &Scene, place: usize) -> bool {
         let normal = scene.surface(self.surfaces[place]).normal;
         self.surfaces[..place]
             .iter()
-            .all(|&s| scene.surface(s).normal.dot(normal).abs() < COMMUTING_COSINE)
+            .all(|&s| commute(scene.surface(s).normal, normal))
     }
 
     /// The sequence without the surface at `place`.
@@ -90,7 +84,9 @@ impl Sequence {
         fold(source, self.surfaces().iter().map(key))
     }
 
-    fn hash(&self) -> u64 {
+    /// A well-spread number of the surfaces' indices.
+    #[inline]
+    pub(super) fn hash(&self) -> u64 {
         let mut hash = u64::from(self.order);
         for &surface in self.surfaces() {
             hash = (hash.rotate_left(5) ^ u64::from(surface)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -126,77 +122,53 @@ fn fold(source: SourceId, symbols: impl Iterator<Item = u64>) -> PathId {
     PathId(hash ^ hash >> 32)
 }
 
-/// A set of sequences that remembers the order of insertion. Its memory is fixed at creation: a full set refuses and
-/// counts.
-#[derive(Debug, Clone)]
-pub struct SequenceSet {
-    entries: Vec<Sequence>,
-    table: Vec<u32>,
-    capacity: usize,
-    refused: u64,
+fn commute(a: DVec3, b: DVec3) -> bool {
+    a.dot(b).abs() < COMMUTING_COSINE
 }
 
-impl SequenceSet {
-    /// Room for `capacity` sequences.
-    pub fn with_capacity(capacity: usize) -> Self {
-        let slots = (2 * capacity.max(1)).next_power_of_two();
-        Self {
-            entries: Vec::with_capacity(capacity),
-            table: vec![0; slots],
-            capacity,
-            refused: 0,
+/// Which surfaces of a list may change places. Grows at the front, as a ray from the listener meets surfaces, so that
+/// every beginning of the ray costs the new surface's products only.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Commutation {
+    /// Of each place the earlier ones that it cannot pass, one a bit.
+    behind: [u8; MAX_ORDER],
+    order: usize,
+}
+
+impl Commutation {
+    /// Puts a surface before all others; `normals` are the list's unit normals, the new one first.
+    #[inline]
+    pub fn put_first(&mut self, normals: &[DVec3]) {
+        for place in (0..self.order).rev() {
+            let passes = commute(normals[0], normals[place + 1]);
+            self.behind[place + 1] = self.behind[place] << 1 | u8::from(!passes);
         }
+        self.behind[0] = 0;
+        self.order += 1;
     }
 
-    /// Empties the set; the memory stays.
-    pub fn clear(&mut self) {
-        self.entries.clear();
-        self.table.fill(0);
+    /// Whether the surface at `place` can move to the front of those of `rest`, one a bit.
+    #[inline]
+    pub(super) fn leads(&self, place: usize, rest: u8) -> bool {
+        self.behind[place] & rest == 0
     }
 
-    /// The sequences in the order of insertion.
-    pub fn entries(&self) -> &[Sequence] {
-        &self.entries
-    }
-
-    /// How many insertions a full set has refused since it was made.
-    pub fn refused(&self) -> u64 {
-        self.refused
-    }
-
-    /// Whether the set has a sequence.
-    pub fn contains(&self, sequence: &Sequence) -> bool {
-        self.find(sequence).is_ok()
-    }
-
-    /// Adds a sequence; gives whether it is new.
-    pub fn insert(&mut self, sequence: Sequence) -> bool {
-        match self.find(&sequence) {
-            Ok(_) => false,
-            Err(_) if self.entries.len() == self.capacity => {
-                self.refused += 1;
-                false
-            }
-            Err(slot) => {
-                self.entries.push(sequence);
-                self.table[slot] = self.entries.len() as u32;
-                true
-            }
-        }
-    }
-
-    /// The entry's index, or the free slot where it would go. The table is at most half full, so the probe ends.
-    fn find(&self, sequence: &Sequence) -> Result<usize, usize> {
-        let mask = self.table.len() - 1;
-        let mut slot = sequence.hash() as usize & mask;
-        loop {
-            match self.table[slot] {
-                0 => return Err(slot),
-                found if self.entries[found as usize - 1] == *sequence => {
-                    return Ok(found as usize - 1);
+    /// The canonical form of the list: the smallest surface that can move to the front goes first, and so on.
+    #[inline]
+    pub fn canonical(&self, surfaces: &[u32]) -> Sequence {
+        let mut result = Sequence::default();
+        let mut rest = (1u8 << self.order) - 1;
+        while rest != 0 {
+            let mut best = rest.trailing_zeros() as usize;
+            for place in best + 1..self.order {
+                let leads = rest >> place & 1 == 1 && self.leads(place, rest);
+                if leads && surfaces[place] < surfaces[best] {
+                    best = place;
                 }
-                _ => slot = (slot + 1) & mask,
             }
+            result.push(surfaces[best]);
+            rest &= !(1 << best);
         }
+        result
     }
 }

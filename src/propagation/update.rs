@@ -1,128 +1,83 @@
-//! One propagation update: discover, unfold, validate, weigh, sort.
+//! One propagation update: discover, make ready, validate a source at a time, sort.
+//!
+//! Each phase is a list of shares that do not depend on each other, given to the caller's [`Workers`]; results are put
+//! together in the order of the list, so the number of threads does not change a bit.
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
-use super::amplitude;
-use super::diffraction::{self, Spot};
-use super::discovery::trace_guide_rays;
-use super::image_source::{is_clear, mirror_listener, unfold};
-use super::late::{LateEstimator, SourceRays};
-use super::path::{MAX_BENDS, MAX_ORDER, Path, PathSet};
-use super::sampling::{ROTATIONS, mix, rotation};
-use super::sequence::{Sequence, SequenceSet};
-use crate::error::{Error, Result};
-use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use super::candidates::Candidates;
+use super::diffraction::MOST_DIRECT_EDGES;
+use super::discovery::GuideRays;
+use super::neighbours::{CANDIDATES, fill_up};
+use super::path::{PathId, PathSet};
+use super::sampling::{ROTATIONS, fibonacci_direction, rotation};
+use super::sequence::Sequence;
+use super::sequence_set::SequenceSet;
+use super::settings::PropagationSettings;
+use super::source_task::{Shared, SourceTask};
+use super::workers::{Serial, Workers};
+use crate::error::Result;
+use crate::scene::{ListenerPose, Scene, SourcePose};
 
-/// What propagation may spend, and where its limits are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PropagationSettings {
-    /// Guide rays from the listener, 1 to 65,536. The paper: 1,024.
-    pub guide_rays: u32,
-    /// Source rays of each source, 1 to 65,536. The paper: 128.
-    pub source_rays: u32,
-    /// Highest reflection order, 0 to [`MAX_ORDER`]. The paper: 4.
-    pub depth: usize,
-    /// Seed of the rays' rotations and diffuse bounces.
-    pub seed: u64,
-    /// Updates for which a sequence that was valid is tried again without being rediscovered.
-    pub cache_updates: u64,
-    /// Sequences remembered for each source.
-    pub cache_capacity: usize,
-    /// Distance in metres below which a source gets no louder.
-    pub nearest_m: f32,
-    /// Most edges that one path bends around, 0 to [`MAX_BENDS`]; 0 is sound without diffraction.
-    pub bends: usize,
-}
+/// Shares that guide rays and their sequences are split into: several a thread, so that none waits long for another.
+const SHARES: usize = 16;
 
-impl Default for PropagationSettings {
-    fn default() -> Self {
-        Self {
-            guide_rays: 1024,
-            source_rays: 128,
-            depth: MAX_ORDER,
-            seed: 1,
-            cache_updates: 16,
-            cache_capacity: 2048,
-            nearest_m: 0.3,
-            bends: MAX_BENDS,
-        }
-    }
-}
-
-impl PropagationSettings {
-    fn check(&self) -> Result<()> {
-        let range = |name: &str, value: u64, low: u64, high: u64| {
-            if (low..=high).contains(&value) {
-                return Ok(());
-            }
-            let problem = format!("{value} is outside {low} to {high}");
-            Err(Error::setting(
-                name,
-                problem,
-                "choose a value in that range",
-            ))
-        };
-        range("guide_rays", self.guide_rays.into(), 1, 65_536)?;
-        range("source_rays", self.source_rays.into(), 1, 65_536)?;
-        range("depth", self.depth as u64, 0, MAX_ORDER as u64)?;
-        range("bends", self.bends as u64, 0, MAX_BENDS as u64)?;
-        range("cache_capacity", self.cache_capacity as u64, 1, 65_536)?;
-        if self.nearest_m.is_finite() && self.nearest_m > 0.0 {
-            return Ok(());
-        }
-        let problem = format!("{} is no distance", self.nearest_m);
-        Err(Error::setting(
-            "nearest_m",
-            problem,
-            "give metres above zero",
-        ))
-    }
-}
-
-/// What is remembered of one source between updates.
+/// One share of the guide rays.
 #[derive(Debug)]
-struct SourceMemory {
-    id: SourceId,
-    late: LateEstimator,
-    /// Sequences that were valid, with the update in which they last were.
-    cache: Vec<(Sequence, u64)>,
+struct GuideShare {
+    found: Vec<Sequence>,
+    rays: u64,
 }
 
 /// Computes path sets of one scene. Owned by the propagation thread; one call at a time.
 ///
 /// # Real-time
-/// Not for the audio thread. Allocates while a scene is new, not afterwards.
+/// Not for the audio thread. Allocates while a source or a number of paths is new, not afterwards.
 #[derive(Debug)]
 pub struct Propagator {
     scene: Arc<Scene>,
     settings: PropagationSettings,
     update: u64,
-    memories: Vec<SourceMemory>,
+    /// The guide rays' lattice before rotation.
+    directions: Vec<Vec3>,
+    shares: Vec<GuideShare>,
     guide: SequenceSet,
-    own: SequenceSet,
-    next_cache: Vec<(Sequence, u64)>,
+    candidates: Vec<Candidates>,
+    /// Those of the update's sources first, in their order; then those that wait for another source.
+    tasks: Vec<SourceTask>,
+    /// The paths of all tasks by identity: task and place.
+    order: Vec<(PathId, u32, u32)>,
 }
 
 impl Propagator {
     /// For a committed scene.
     ///
     /// # Errors
-    /// [`Error::Setting`] names a setting outside its range.
+    /// [`crate::Error::Setting`] names a setting outside its range.
     pub fn new(scene: Arc<Scene>, settings: PropagationSettings) -> Result<Self> {
         settings.check()?;
-        let guide_capacity = settings.guide_rays as usize * settings.depth.max(1);
-        let own_capacity =
-            settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
+        let count = settings.guide_rays;
+        let rays_a_share = (count as usize).div_ceil(SHARES);
+        let sequences = rays_a_share * settings.depth;
+        let capacity = (SHARES * sequences).max(CANDIDATES);
+        let share = |_| GuideShare {
+            found: Vec::with_capacity(sequences),
+            rays: 0,
+        };
         Ok(Self {
             scene,
             settings,
             update: 0,
-            memories: Vec::new(),
-            guide: SequenceSet::with_capacity(guide_capacity),
-            own: SequenceSet::with_capacity(own_capacity),
-            next_cache: Vec::with_capacity(settings.cache_capacity),
+            directions: (0..count).map(|i| fibonacci_direction(i, count)).collect(),
+            shares: (0..SHARES).map(share).collect(),
+            guide: SequenceSet::with_capacity(capacity),
+            candidates: (0..SHARES)
+                .map(|_| Candidates::with_capacity(capacity.div_ceil(SHARES)))
+                .collect(),
+            tasks: Vec::new(),
+            order: Vec::new(),
         })
     }
 
@@ -145,7 +100,7 @@ impl Propagator {
         }
     }
 
-    /// Computes all valid paths for these poses into `result`, whose memory is used again.
+    /// Computes all valid paths for these poses into `result`, whose memory is used again. On the calling thread.
     pub fn update(
         &mut self,
         listener: &ListenerPose,
@@ -153,137 +108,134 @@ impl Propagator {
         time_s: f64,
         result: &mut PathSet,
     ) {
+        self.update_with(&Serial, listener, sources, time_s, result);
+    }
+
+    /// The same on the caller's workers; their number does not change a bit of the result.
+    pub fn update_with(
+        &mut self,
+        workers: &impl Workers,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        time_s: f64,
+        result: &mut PathSet,
+    ) {
         let scene = Arc::clone(&self.scene);
         let ear = scene.to_local(listener.position);
-        let mut rays = 0;
-        let turn = rotation(self.update, self.settings.seed);
-        self.guide.clear();
-        trace_guide_rays(
-            &scene,
+        self.discover(workers, &scene, ear);
+        self.make_ready(workers, &scene, ear);
+        self.arrange(sources);
+        let shared = Shared {
+            scene: &scene,
+            settings: &self.settings,
+            update: self.update,
+            listener,
             ear,
-            &turn,
-            self.settings.guide_rays,
-            self.settings.depth,
-            &mut self.guide,
-            &mut rays,
-        );
-        self.forget_absent(sources);
-        result.paths.clear();
-        result.late.clear();
-        result.direct_edges.clear();
-        for pose in sources {
-            self.update_source(&scene, listener, ear, pose, result, &mut rays);
-        }
-        result.paths.sort_unstable_by_key(|path| path.id);
-        result.sources.clear();
-        result.sources.extend_from_slice(sources);
+            guide: &self.guide,
+            candidates: &self.candidates,
+        };
+        workers.for_each(&mut self.tasks[..sources.len()], |place, task| {
+            task.run(&shared, &sources[place]);
+        });
+        self.gather(sources, result);
         result.update = self.update;
         result.time_s = time_s;
         result.listener = *listener;
-        result.rays = rays;
         self.update += 1;
     }
 
-    fn update_source(
-        &mut self,
-        scene: &Scene,
-        listener: &ListenerPose,
-        ear: DVec3,
-        pose: &SourcePose,
-        result: &mut PathSet,
-        rays: &mut u64,
-    ) {
-        let settings = self.settings;
-        let origin = scene.to_local(pose.position);
-        let place = self.memory_of(pose.id);
-        let memory = &mut self.memories[place];
-        self.own.clear();
-        let source_rays = SourceRays {
-            origin,
-            turn: rotation(self.update, settings.seed ^ mix(u64::from(pose.id.bits()))),
-            rotation: self.update % ROTATIONS,
-            count: settings.source_rays,
-            depth: settings.depth.max(1),
-            seed: mix(settings.seed) ^ mix(u64::from(pose.id.bits())),
+    /// Guide rays, and the set of what they found in the order of the rays.
+    fn discover(&mut self, workers: &impl Workers, scene: &Scene, ear: DVec3) {
+        let guide_rays = GuideRays {
+            origin: ear,
+            turn: rotation(self.update, self.settings.seed),
+            directions: &self.directions,
+            depth: self.settings.depth,
         };
-        memory.late.trace(scene, &source_rays, &mut self.own, rays);
-        result.late.push(memory.late.estimate(scene, pose.id));
-        for (sequence, _) in &memory.cache {
-            self.own.insert(*sequence);
-        }
-        let nearest_m = f64::from(settings.nearest_m);
-        let spot = Spot {
-            source: pose.id,
-            from: pose.position,
-            to: listener.position,
-            nearest_m,
-        };
-        diffraction::update(scene, &spot, settings.bends, result, rays);
-        self.next_cache.clear();
-        let own = self
-            .own
-            .entries()
-            .iter()
-            .filter(|s| !self.guide.contains(s));
-        for sequence in self.guide.entries().iter().chain(own) {
-            if sequence.len() > settings.depth {
-                continue;
-            }
-            let image = mirror_listener(scene, sequence, ear);
-            let Some(path) = unfold(scene, sequence, origin, ear, image) else {
-                continue;
-            };
-            if !is_clear(scene, &path, origin, ear, rays) {
-                continue;
-            }
-            if self.next_cache.len() < settings.cache_capacity {
-                self.next_cache.push((*sequence, self.update));
-            }
-            result.paths.push(Path {
-                id: sequence.path_id(scene, pose.id),
-                source: pose.id,
-                order: path.order as u8,
-                bends: 0,
-                surfaces: path.surfaces,
-                edges: [0; MAX_BENDS],
-                points: path.points.map(|p| scene.to_world(p)),
-                image: scene.to_world(path.image),
-                length_m: path.length_m as f32,
-                amplitude: amplitude::reflected(scene, &path, nearest_m),
-            });
-        }
-        self.keep_recent(place);
-    }
-
-    /// Carries cached sequences over that were valid not long ago though not now.
-    fn keep_recent(&mut self, place: usize) {
-        let memory = &mut self.memories[place];
-        let fresh = self.next_cache.len();
-        for &(sequence, seen) in &memory.cache {
-            let recent = self.update - seen < self.settings.cache_updates;
-            let room = self.next_cache.len() < self.settings.cache_capacity;
-            let renewed = || self.next_cache[..fresh].iter().any(|(s, _)| *s == sequence);
-            if recent && room && !renewed() {
-                self.next_cache.push((sequence, seen));
-            }
-        }
-        std::mem::swap(&mut memory.cache, &mut self.next_cache);
-    }
-
-    fn memory_of(&mut self, id: SourceId) -> usize {
-        if let Some(place) = self.memories.iter().position(|m| m.id == id) {
-            return place;
-        }
-        self.memories.push(SourceMemory {
-            id,
-            late: LateEstimator::default(),
-            cache: Vec::with_capacity(self.settings.cache_capacity),
+        let count = self.directions.len();
+        workers.for_each(&mut self.shares, |number, share| {
+            share.found.clear();
+            let found = &mut share.found;
+            share.rays = guide_rays.trace(scene, part(number, count), |s| found.push(s));
         });
-        self.memories.len() - 1
+        self.guide.clear();
+        for sequence in self.shares.iter().flat_map(|share| &share.found) {
+            self.guide.insert(*sequence);
+        }
+        fill_up(scene, self.update, self.settings.depth, &mut self.guide);
     }
 
-    fn forget_absent(&mut self, sources: &[SourcePose]) {
-        self.memories
-            .retain(|memory| sources.iter().any(|pose| pose.id == memory.id));
+    /// Images and leads of the sequences, once for all sources.
+    fn make_ready(&mut self, workers: &impl Workers, scene: &Scene, ear: DVec3) {
+        let sequences = self.guide.entries();
+        workers.for_each(&mut self.candidates, |number, candidates| {
+            let range = part(number, sequences.len());
+            candidates.prepare(scene, &sequences[range.clone()], range.start, ear);
+        });
     }
+
+    /// Puts the tasks into the order of the sources. New sources take over the tasks of those that have gone.
+    fn arrange(&mut self, sources: &[SourcePose]) {
+        for (place, pose) in sources.iter().enumerate() {
+            let known = (place..self.tasks.len()).find(|&i| self.tasks[i].belongs_to(pose.id));
+            if let Some(there) = known {
+                self.tasks.swap(place, there);
+                continue;
+            }
+            let wanted = |task: &SourceTask| sources[place..].iter().any(|s| task.belongs_to(s.id));
+            let free = (place..self.tasks.len()).find(|&i| !wanted(&self.tasks[i]));
+            let there = free.unwrap_or_else(|| {
+                let candidates = self.guide.capacity();
+                let task = SourceTask::new(pose.id, &self.settings, candidates);
+                self.tasks.push(task);
+                self.tasks.len() - 1
+            });
+            self.tasks[there].reset(pose.id);
+            self.tasks.swap(place, there);
+        }
+        for task in &mut self.tasks[sources.len()..] {
+            task.waits = true;
+        }
+    }
+
+    /// Puts the tasks' paths together, sorted by identity.
+    fn gather(&mut self, sources: &[SourcePose], result: &mut PathSet) {
+        let tasks = &self.tasks[..sources.len()];
+        self.order.clear();
+        for (number, task) in tasks.iter().enumerate() {
+            let entries = task.paths.iter().enumerate();
+            self.order
+                .extend(entries.map(|(place, path)| (path.id, number as u32, place as u32)));
+        }
+        self.order.sort_unstable();
+        result.paths.clear();
+        // Room for half as many again, so that a walk seldom asks for more.
+        result
+            .paths
+            .reserve((self.order.len() * 3 / 2).next_power_of_two());
+        let path =
+            |&(_, task, place): &(PathId, u32, u32)| tasks[task as usize].paths[place as usize];
+        result.paths.extend(self.order.iter().map(path));
+        result.direct_edges.clear();
+        result.direct_edges.reserve(tasks.len() * MOST_DIRECT_EDGES);
+        for (pose, task) in sources.iter().zip(tasks) {
+            let edges = task.direct_edges.as_slice().iter();
+            result
+                .direct_edges
+                .extend(edges.map(|edge| (pose.id, *edge)));
+        }
+        result.late.clear();
+        result
+            .late
+            .extend(tasks.iter().filter_map(|task| task.late_source));
+        result.sources.clear();
+        result.sources.extend_from_slice(sources);
+        let guide_rays: u64 = self.shares.iter().map(|share| share.rays).sum();
+        result.rays = guide_rays + tasks.iter().map(|task| task.rays).sum::<u64>();
+    }
+}
+
+/// Share `number` of `count` things.
+fn part(number: usize, count: usize) -> std::ops::Range<usize> {
+    number * count / SHARES..(number + 1) * count / SHARES
 }

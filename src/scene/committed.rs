@@ -11,11 +11,13 @@ use super::edges::EdgeSet;
 use super::materials::MaterialTable;
 use super::mesh::TriangleMesh;
 use super::surface::Surface;
+use super::surface::free_panel::{FreePanel, FreePanels};
 use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material, Medium};
 use crate::error::{Error, Result};
-use crate::geometry::Bvh;
+use crate::geometry::triangle::PreparedRay;
+use crate::geometry::{Bvh, Ray};
 
 /// How a mesh becomes a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +28,10 @@ pub struct SceneSettings {
     /// for the late field, but an image in them would be heard at frequencies only that they cannot reflect: by
     /// Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m mirrors from 1 kHz on ([RINDEL86]).
     pub smallest_panel_m2: f64,
+    /// Area in m² up to which a connected plane piece whose edges are free reflects as far as its size allows and fades
+    /// at its edges ([`crate::scene::surface::free_panel`]); 0 for none. Larger ones limit nothing that is heard: 40 m²
+    /// at a* = 10 m reflect from 43 Hz on.
+    pub largest_free_panel_m2: f64,
 }
 
 impl Default for SceneSettings {
@@ -33,6 +39,7 @@ impl Default for SceneSettings {
         Self {
             medium: Medium::default(),
             smallest_panel_m2: 0.5,
+            largest_free_panel_m2: 40.0,
         }
     }
 }
@@ -51,6 +58,7 @@ pub struct Scene {
     speed_of_sound_m_s: f64,
     air_np_per_m: BandArray,
     diagonal_m: f32,
+    free_panels: FreePanels,
 }
 
 impl Scene {
@@ -84,9 +92,17 @@ impl Scene {
             mesh.centre,
             &bvh,
         );
+        let free_panels = FreePanels::build(
+            &mesh.vertices,
+            &mesh.triangles,
+            &mesh.surfaces,
+            &bvh,
+            settings.largest_free_panel_m2,
+        );
         Ok(Self {
             bvh,
             edges,
+            free_panels,
             reflectances: mesh.materials.iter().map(Reflectance::of).collect(),
             transmission_factors: mesh
                 .materials
@@ -144,10 +160,37 @@ impl Scene {
         self.mesh.surfaces.reflects_at(surface, point)
     }
 
+    /// Small panels with free edges.
+    #[inline]
+    pub fn free_panels(&self) -> &FreePanels {
+        &self.free_panels
+    }
+
+    /// The small free panel at a point of a surface, seen from the normal's side or from the other, in local coordinates.
+    pub fn free_panel_at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FreePanel> {
+        let set = &self.mesh.surfaces;
+        self.free_panels.at(set, surface, point, in_front)
+    }
+
     /// Whether a triangle is part of a connected plane piece that is large enough to reflect like a mirror.
     #[inline]
     pub fn is_panel(&self, triangle: u32) -> bool {
         self.mesh.surfaces.is_panel(triangle)
+    }
+
+    /// The surface that a triangle belongs to.
+    #[inline]
+    pub fn surface_of(&self, triangle: u32) -> u32 {
+        self.mesh.surfaces.triangle_surface[triangle as usize]
+    }
+
+    /// Whether a ray meets this triangle: the tree's own test of it, without the tree.
+    #[inline]
+    pub fn blocks(&self, triangle: u32, ray: &Ray) -> bool {
+        let corners =
+            self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize]);
+        let margin_m = self.bvh.margin_m();
+        PreparedRay::of(ray).is_some_and(|ray| ray.meet(&corners, margin_m).is_some())
     }
 
     /// A triangle's normal by its winding, of any length: from the side on which its corners run counter-clockwise.

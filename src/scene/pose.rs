@@ -2,6 +2,9 @@
 
 use glam::{Quat, Vec3};
 
+use super::source::{FRONT, SourceSettings};
+use crate::acoustics::BandArray;
+
 /// Handle of a sound source: a slot and a generation, so that a slot's next tenant is not taken for the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct SourceId(u32);
@@ -35,6 +38,41 @@ pub struct SourcePose {
     pub id: SourceId,
     /// Position in metres.
     pub position: Vec3,
+    /// Turns source coordinates (+x right, +y up, −z ahead) into world coordinates.
+    pub orientation: Quat,
+    /// Directivity, size and wanted effects.
+    pub settings: SourceSettings,
+}
+
+impl SourcePose {
+    /// An omnidirectional source of default settings at a position.
+    pub fn at(id: SourceId, position: Vec3) -> Self {
+        Self {
+            id,
+            position,
+            ..Self::default()
+        }
+    }
+
+    /// Pressure factor of the directivity towards a world direction of any length but zero, in which every factor is one.
+    pub fn factor_towards(&self, direction: Vec3) -> BandArray {
+        let cosine = direction
+            .try_normalize()
+            .map_or(1.0, |d| (self.orientation * FRONT).dot(d));
+        self.settings.directivity.factor(cosine)
+    }
+}
+
+impl Default for SourcePose {
+    /// At the origin, facing −z.
+    fn default() -> Self {
+        Self {
+            id: SourceId::default(),
+            position: Vec3::ZERO,
+            orientation: Quat::IDENTITY,
+            settings: SourceSettings::default(),
+        }
+    }
 }
 
 /// The listener's place at one instant.

@@ -3,6 +3,12 @@
 //! Mindless: knows neither bands nor samples. The only home of `core::arch`; this file uses none of it and is what
 //! every later instruction set is tested against.
 
+#[cfg(target_arch = "aarch64")]
+pub(crate) mod neon;
+pub(crate) mod tracing;
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod x86;
+
 use std::ops::{Add, AddAssign, Mul, MulAssign, Sub};
 
 /// Eight `f32` lanes. Plain arrays: the compiler maps them to whatever the target has.

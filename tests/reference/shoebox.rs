@@ -37,13 +37,14 @@ pub struct Room {
 /// All images to `max_order`, 129 for order 4.
 pub fn images(room: &Room, source: [f64; 3], listener: [f64; 3], max_order: u32) -> Vec<Image> {
     let n = max_order as i32;
+    let walls = impedances(room);
     let mut result = Vec::new();
     for i in -n..=n {
         for j in -n..=n {
             for k in -n..=n {
                 let order = i.unsigned_abs() + j.unsigned_abs() + k.unsigned_abs();
                 if order <= max_order {
-                    result.push(image(room, source, listener, [i, j, k]));
+                    result.push(image(room, &walls, source, listener, [i, j, k]));
                 }
             }
         }
@@ -51,7 +52,46 @@ pub fn images(room: &Room, source: [f64; 3], listener: [f64; 3], max_order: u32)
     result
 }
 
-fn image(room: &Room, source: [f64; 3], listener: [f64; 3], cell: [i32; 3]) -> Image {
+/// All images whose sound is there before it has gone `radius_m`, of whatever order.
+pub fn images_within(
+    room: &Room,
+    source: [f64; 3],
+    listener: [f64; 3],
+    radius_m: f64,
+) -> Vec<Image> {
+    let walls = impedances(room);
+    let most = [0, 1, 2].map(|a| (radius_m / room.size[a]).ceil() as i32 + 1);
+    let mut result = Vec::new();
+    for i in -most[0]..=most[0] {
+        for j in -most[1]..=most[1] {
+            for k in -most[2]..=most[2] {
+                // The nearest that an image of this cell can be.
+                let cells = [i, j, k].map(|n: i32| f64::from((n.abs() - 1).max(0)));
+                let square: f64 = (0..3).map(|a| (cells[a] * room.size[a]).powi(2)).sum();
+                if square < radius_m * radius_m {
+                    let image = image(room, &walls, source, listener, [i, j, k]);
+                    if image.length_m < radius_m {
+                        result.push(image);
+                    }
+                }
+            }
+        }
+    }
+    result
+}
+
+/// Specific impedance of each wall in each band.
+pub fn impedances(room: &Room) -> [Bands; 6] {
+    room.absorption.map(|wall| wall.map(impedance))
+}
+
+fn image(
+    room: &Room,
+    walls: &[Bands; 6],
+    source: [f64; 3],
+    listener: [f64; 3],
+    cell: [i32; 3],
+) -> Image {
     let mut position = [0.0; 3];
     let mut wall_counts = [0; 6];
     for axis in 0..3 {
@@ -81,8 +121,8 @@ fn image(room: &Room, source: [f64; 3], listener: [f64; 3], cell: [i32; 3]) -> I
         *value = (-room.air_np_per_m[band] * length_m).exp() / length_m;
         for wall in 0..6 {
             let cosine = delta[wall / 2].abs() / length_m;
-            let factor = reflection(room.absorption[wall][band], cosine)
-                * (1.0 - room.scattering[wall][band]).sqrt();
+            let factor =
+                reflection(walls[wall][band], cosine) * (1.0 - room.scattering[wall][band]).sqrt();
             *value *= factor.powi(wall_counts[wall] as i32);
         }
     }
@@ -95,9 +135,9 @@ fn image(room: &Room, source: [f64; 3], listener: [f64; 3], cell: [i32; 3]) -> I
     }
 }
 
-/// Pressure reflection factor of a locally reacting wall whose random-incidence absorption is below 0.95.
-fn reflection(absorption: f64, cosine: f64) -> f64 {
-    let z = impedance(absorption) * cosine;
+/// Pressure reflection factor of a locally reacting wall of a specific impedance.
+pub fn reflection(impedance: f64, cosine: f64) -> f64 {
+    let z = impedance * cosine;
     (z - 1.0) / (z + 1.0)
 }
 

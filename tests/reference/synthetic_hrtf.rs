@@ -1,4 +1,5 @@
-//! A spherical head in the baked format: Woodworth's delay and Brown and Duda's head shadow (1998), no pinna.
+//! A spherical head in the baked format: Woodworth's delay ([WOODWORTH54]) and Brown and Duda's head shadow ([BROWN98]),
+//! no pinna.
 
 /// Radius of the head over the speed of sound, in seconds: 87.5 mm and 343.4 m/s.
 const RADIUS_S: f64 = 0.0875 / 343.4;

@@ -50,6 +50,15 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
         up,
     };
     let object = load_obj(&file, &options)?;
+    if object.mesh.triangles.len() == 1 {
+        let advice = "export the whole model, with its faces";
+        return Err(Error::format(
+            &file,
+            None,
+            "one triangle is no scene",
+            advice,
+        ));
+    }
     let mut notes = object.warnings;
     let mut table = MaterialTable::built_in();
     let beside = file.with_extension("toml");

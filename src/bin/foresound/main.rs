@@ -1,4 +1,4 @@
-//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `scenes`.
+//! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `scenes`, `bench`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
 //! says what to do, and exit code 2; a law that does not hold in exit code 1.
@@ -8,6 +8,7 @@
     reason = "results are printed on standard output"
 )]
 
+mod bench;
 mod demo;
 mod inputs;
 mod inspect;
@@ -46,6 +47,8 @@ enum Command {
     Validate(validate::Arguments),
     /// Writes the benchmark scenes anew.
     Scenes(scenes::Arguments),
+    /// Measures speed on this machine.
+    Bench(bench::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -57,9 +60,7 @@ fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
-            let text = error.to_string();
-            let first = text.lines().next().unwrap_or_default();
-            eprintln!("{first}; see `foresound --help`");
+            eprintln!("{}; see `foresound --help`", one_line(&error.to_string()));
             return ExitCode::from(2);
         }
     };
@@ -83,6 +84,17 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Inspect(arguments) => inspect::run(&arguments)?,
         Command::Validate(arguments) => return validate::run(&arguments),
         Command::Scenes(arguments) => scenes::run(&arguments)?,
+        Command::Bench(arguments) => bench::run(&arguments)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What an argument error says before it comes to usage, on one line.
+fn one_line(text: &str) -> String {
+    let saying = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:"));
+    let words: Vec<&str> = saying.filter(|line| !line.is_empty()).collect();
+    words.join(" ")
 }

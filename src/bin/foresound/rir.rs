@@ -61,6 +61,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     tell(&loaded.notes);
+    let channels = if arguments.binaural { 2 } else { 1 };
+    let mut sink = WavSink::create(&arguments.out, arguments.rate, channels)?;
     let settings = OfflineSettings {
         graphics_rate_hz: GRAPHICS_RATE_HZ,
         block_frames: 1024,
@@ -105,8 +107,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Ok(output)
     };
     let mono: Vec<f32> = response(&omni)?.iter().step_by(2).copied().collect();
-    let channels = if arguments.binaural { 2 } else { 1 };
-    let mut sink = WavSink::create(&arguments.out, arguments.rate, channels)?;
     if arguments.binaural {
         sink.write(&response(&Arc::new(Hrtf::builtin(arguments.rate)?))?)?;
     } else {

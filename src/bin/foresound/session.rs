@@ -51,10 +51,7 @@ impl Session<'_> {
         let mut poses = Poses::default();
         for (slot, sound) in self.sounds.iter().enumerate() {
             let id = SourceId::new(slot as u16, 0);
-            poses.sources.push(SourcePose {
-                id,
-                position: sound.position,
-            });
+            poses.sources.push(SourcePose::at(id, sound.position));
         }
         let mut signal = |slot: usize, from: u64, samples: &mut [f32]| {
             let sound = &self.sounds[slot];

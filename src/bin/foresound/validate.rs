@@ -1,11 +1,11 @@
 //! `validate`: every law with its figure and bound.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use foresound::Result;
 use foresound::evaluation::edge_figure::draw_edge_figure;
-use foresound::evaluation::validate::{law_names, measure};
+use foresound::evaluation::validate::{late_figures, law_names, measure};
+use foresound::{Error, Result};
 use serde_json::json;
 
 use crate::progress::Progress;
@@ -15,7 +15,7 @@ pub(crate) struct Arguments {
     /// Only this law.
     #[arg(long)]
     law: Option<String>,
-    /// Write figures of the laws as PNG into this folder.
+    /// Also write pictures of the laws into this folder.
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
     /// Print one JSON object.
@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     drop(progress);
     if let Some(folder) = &arguments.figures {
-        draw_edge_figure()?.save_png(folder.join("edge.png"))?;
+        write_figures(folder)?;
     }
     if arguments.json {
         let rows: Vec<_> = rows
@@ -62,4 +62,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// Writes the pictures of all laws that have some, and says where.
+fn write_figures(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Error::file(folder, error, "choose a folder that can be written"))?;
+    let mut files = Vec::new();
+    files.extend(late_figures::write(folder)?);
+    let edge = folder.join("edge.png");
+    draw_edge_figure()?.save_png(&edge)?;
+    files.push(edge);
+    for file in files {
+        eprintln!("{}", file.display());
+    }
+    Ok(())
 }

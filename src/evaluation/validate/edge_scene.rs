@@ -96,10 +96,7 @@ impl EdgeScene {
         if swapped {
             ends.reverse();
         }
-        let pose = SourcePose {
-            id: SourceId::default(),
-            position: ends[0],
-        };
+        let pose = SourcePose::at(SourceId::default(), ends[0]);
         let ear = ListenerPose {
             position: ends[1],
             ..ListenerPose::default()

@@ -4,6 +4,10 @@ pub mod air;
 pub mod decay;
 pub mod edge;
 pub(in crate::evaluation) mod edge_scene;
+pub mod joining;
+pub mod late_figures;
+pub mod recall;
+mod recall_rooms;
 pub mod reciprocity;
 pub mod rooms;
 pub mod shoebox;
@@ -55,9 +59,11 @@ impl Row {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 6] = [
+const LAWS: [(&str, Law); 8] = [
     ("shoebox", shoebox::rows),
+    ("recall", recall::rows),
     ("decay", decay::rows),
+    ("joining", joining::rows),
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
     ("edge", edge::rows),

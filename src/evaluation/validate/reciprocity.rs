@@ -28,10 +28,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         let jitter = |k: u64| unit(mix(pair << 4 | k)) - 0.5;
         let from = doorway.sources[pair as usize % doorway.sources.len()].1;
         let to = doorway.walk.standing + Vec3::new(jitter(0), 0.5 * jitter(1), jitter(2));
-        let pose = SourcePose {
-            id: SourceId::new(0, 0),
-            position: from,
-        };
+        let pose = SourcePose::at(SourceId::new(0, 0), from);
         let ear = ListenerPose {
             position: to,
             ..ListenerPose::default()

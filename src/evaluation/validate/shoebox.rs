@@ -2,7 +2,7 @@
 
 #[path = "../../../tests/reference/shoebox.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
-mod oracle;
+pub(super) mod oracle;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -87,10 +87,7 @@ fn measure_pair(
     listener: [f32; 3],
     tally: &mut Tally,
 ) -> Result<()> {
-    let pose = SourcePose {
-        id: SourceId::new(0, 0),
-        position: source.into(),
-    };
+    let pose = SourcePose::at(SourceId::new(0, 0), source.into());
     let ear = ListenerPose {
         position: listener.into(),
         ..ListenerPose::default()

@@ -1,164 +1,129 @@
-//! Building the tree: obvhs's PLOC with reinsertion, flattened into our own nodes.
+//! Building the tree: clean triangles, a binary tree, a wide one.
 //!
-//! Control side. Should obvhs return a tree deeper than traversal's stack (many identical or collinear triangles do
-//! that), a median split takes its place: worse, but never deeper than the logarithm of the count.
-
-use std::time::Duration;
+//! Control side; allocates; deterministic. Should the best tree need a deeper stack than a walk has, a balanced one
+//! takes its place: worse, but halving bounds what it needs.
 
 use glam::Vec3;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
-use obvhs::triangle::Triangle;
-use obvhs::{BvhBuildParams, aabb::Aabb};
 
-use super::{Bvh, LeafTriangle, MAX_DEPTH, Node};
+use super::bounds::Bounds;
+use super::collapse::{Choice, Collapsed, collapse};
+use super::node::{Block, Node};
+use super::split::{balanced_tree, binary_tree};
+use super::walk::STACK;
+use super::{Bvh, InstructionSet, Nodes};
+use crate::geometry::triangle::box_margin;
 
-/// Triangles in a leaf at most.
-const MAX_LEAF_TRIANGLES: usize = 4;
+/// Coordinates beyond do not count, so that areas stay finite in `f32` and box arithmetic does in `f32` too: 2⁴⁰.
+const FARTHEST: f32 = (1u64 << 40) as f32;
 
-pub(super) fn build(vertices: &[Vec3], triangles: &[[u32; 3]], groups: &[u32]) -> Bvh {
-    let leaves: Vec<LeafTriangle> = triangles
+#[derive(Clone, Copy)]
+struct Item {
+    corners: [Vec3; 3],
+    triangle: u32,
+    group: u32,
+}
+
+pub(super) fn build(
+    vertices: &[Vec3],
+    triangles: &[[u32; 3]],
+    groups: &[u32],
+    set: InstructionSet,
+) -> Bvh {
+    let is_near = |corner: &Vec3| corner.abs().max_element() <= FARTHEST && corner.is_finite();
+    let items = triangles
         .iter()
         .zip(groups)
-        .enumerate()
-        .map(|(i, (corners, &group))| LeafTriangle {
+        .zip(0u32..)
+        .map(|((corners, &group), triangle)| Item {
             corners: corners.map(|v| vertices[v as usize]),
-            triangle: i as u32,
+            triangle,
             group,
         })
-        .filter(|leaf| leaf.corners.iter().all(|c| c.is_finite()))
+        .filter(|item| item.corners.iter().all(is_near))
         .collect();
-    if leaves.is_empty() {
-        return Bvh::default();
-    }
-    let tree = obvhs_tree(&leaves);
-    let mut bvh = Bvh {
-        nodes: Vec::with_capacity(tree.nodes.len() + 1),
-        leaves: Vec::with_capacity(leaves.len()),
-    };
-    if depth(&tree) <= MAX_DEPTH {
-        flatten(&tree, &leaves, &mut bvh);
-    } else {
-        let mut order: Vec<u32> = (0..leaves.len() as u32).collect();
-        bvh.nodes.push(node_over(&leaves, &order, 0));
-        split_at_median(&leaves, &mut order, 0, &mut bvh);
-    }
-    bvh.nodes.shrink_to_fit();
-    bvh
+    build_over(items, set)
 }
 
-fn obvhs_tree(leaves: &[LeafTriangle]) -> Bvh2 {
-    let triangles: Vec<Triangle> = leaves
-        .iter()
-        .map(|leaf| Triangle {
-            v0: leaf.corners[0].into(),
-            v1: leaf.corners[1].into(),
-            v2: leaf.corners[2].into(),
+/// Another tree over the triangles of one.
+pub(super) fn rebuild(bvh: &Bvh, set: InstructionSet) -> Bvh {
+    let mut items: Vec<Item> = bvh
+        .triangles()
+        .map(|(corners, triangle, group)| Item {
+            corners,
+            triangle,
+            group,
         })
         .collect();
-    let parameters = BvhBuildParams {
-        pre_split: false,
-        max_prims_per_leaf: MAX_LEAF_TRIANGLES as u32,
-        ..BvhBuildParams::medium_build()
+    items.sort_by_key(|item| item.triangle);
+    build_over(items, set)
+}
+
+fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
+    if items.is_empty() {
+        return Bvh::default();
+    }
+    let extent = items
+        .iter()
+        .flat_map(|item| item.corners)
+        .fold(0.0, |most: f32, corner| {
+            most.max(corner.abs().max_element())
+        });
+    let margin = box_margin(extent);
+    let boxes: Vec<Bounds> = items
+        .iter()
+        .map(|item| {
+            // As `PreparedRay::confirm` has it, to the bit.
+            let [a, b, c] = item.corners;
+            Bounds {
+                min: a.min(b).min(c) - margin,
+                max: a.max(b).max(c) + margin,
+            }
+        })
+        .collect();
+    let tree = binary_tree(&boxes);
+    let (nodes, leaves) = match set {
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Sse2 => {
+            let (nodes, leaves) = wide::<4>(&tree, &boxes);
+            (Nodes::Sse2(nodes), leaves)
+        }
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 if let Some(avx2) = crate::simd::x86::Avx2::detect() => {
+            let (nodes, leaves) = wide::<8>(&tree, &boxes);
+            (Nodes::Avx2(nodes, avx2), leaves)
+        }
+        #[cfg(target_arch = "aarch64")]
+        InstructionSet::Neon => {
+            let (nodes, leaves) = wide::<4>(&tree, &boxes);
+            (Nodes::Neon(nodes), leaves)
+        }
+        _ => {
+            let (nodes, leaves) = wide::<4>(&tree, &boxes);
+            (Nodes::Portable(nodes), leaves)
+        }
     };
-    build_bvh2_from_tris(&triangles, parameters, &mut Duration::default())
-}
-
-fn depth(tree: &Bvh2) -> usize {
-    let mut deepest = 0;
-    let mut open = vec![(0usize, 1usize)];
-    while let Some((index, depth)) = open.pop() {
-        deepest = deepest.max(depth);
-        let node = &tree.nodes[index];
-        if node.prim_count == 0 {
-            open.push((node.first_index as usize, depth + 1));
-            open.push((node.first_index as usize + 1, depth + 1));
+    let block = |leaf: &Vec<u32>| {
+        let mut block = Block::EMPTY;
+        for (lane, &i) in leaf.iter().enumerate() {
+            let item = &items[i as usize];
+            block.set(lane, &item.corners, item.triangle, item.group);
         }
-    }
-    deepest
-}
-
-/// Copies an obvhs tree in depth-first order, so that near nodes are near in memory.
-fn flatten(tree: &Bvh2, leaves: &[LeafTriangle], bvh: &mut Bvh) {
-    let bounds = |aabb: &Aabb| (Vec3::from(aabb.min), Vec3::from(aabb.max));
-    let place = |index: usize, bvh: &mut Bvh| {
-        let node = &tree.nodes[index];
-        let (min, max) = bounds(&node.aabb);
-        let first = bvh.leaves.len() as u32;
-        for k in 0..node.prim_count {
-            let primitive = tree.primitive_indices[(node.first_index + k) as usize];
-            bvh.leaves.push(leaves[primitive as usize]);
-        }
-        Node {
-            min,
-            first,
-            max,
-            count: node.prim_count,
-        }
+        block
     };
-    let root = place(0, bvh);
-    bvh.nodes.push(root);
-    let mut open = vec![(0usize, 0usize)];
-    while let Some((from, to)) = open.pop() {
-        let source = &tree.nodes[from];
-        if source.prim_count > 0 {
-            continue;
-        }
-        let child = source.first_index as usize;
-        let first = bvh.nodes.len();
-        bvh.nodes[to].first = first as u32;
-        for side in 0..2 {
-            let node = place(child + side, bvh);
-            bvh.nodes.push(node);
-        }
-        open.push((child + 1, first + 1));
-        open.push((child, first));
+    Bvh {
+        nodes,
+        blocks: leaves.iter().map(block).collect(),
+        triangle_count: items.len(),
+        margin,
     }
 }
 
-fn node_over(leaves: &[LeafTriangle], order: &[u32], first: u32) -> Node {
-    let mut min = Vec3::INFINITY;
-    let mut max = Vec3::NEG_INFINITY;
-    for &i in order {
-        for corner in leaves[i as usize].corners {
-            min = min.min(corner);
-            max = max.max(corner);
-        }
+fn wide<const W: usize>(tree: &Bvh2, boxes: &[Bounds]) -> (Vec<Node<W>>, Vec<Vec<u32>>) {
+    let mut wide: Collapsed<W> = collapse(tree, Choice::Cheapest);
+    if wide.stack > STACK {
+        wide = collapse(&balanced_tree(boxes), Choice::Shallowest);
     }
-    Node {
-        min,
-        first,
-        max,
-        count: order.len() as u32,
-    }
-}
-
-/// Splits `node` over `order` until leaves are small. Halving bounds the recursion by 32.
-fn split_at_median(leaves: &[LeafTriangle], order: &mut [u32], node: usize, bvh: &mut Bvh) {
-    if order.len() <= MAX_LEAF_TRIANGLES {
-        bvh.nodes[node].first = bvh.leaves.len() as u32;
-        bvh.leaves.extend(order.iter().map(|&i| leaves[i as usize]));
-        return;
-    }
-    let size = bvh.nodes[node].max - bvh.nodes[node].min;
-    let axis = size.max_position();
-    let centre = |i: u32| {
-        leaves[i as usize]
-            .corners
-            .iter()
-            .map(|c| c[axis])
-            .sum::<f32>()
-    };
-    let middle = order.len() / 2;
-    order.select_nth_unstable_by(middle, |&a, &b| {
-        centre(a).total_cmp(&centre(b)).then(a.cmp(&b))
-    });
-    let (low, high) = order.split_at_mut(middle);
-    let first = bvh.nodes.len();
-    bvh.nodes.push(node_over(leaves, low, 0));
-    bvh.nodes.push(node_over(leaves, high, 0));
-    bvh.nodes[node].first = first as u32;
-    bvh.nodes[node].count = 0;
-    split_at_median(leaves, low, first, bvh);
-    split_at_median(leaves, high, first + 1, bvh);
+    wide.nodes.shrink_to_fit();
+    (wide.nodes, wide.leaves)
 }

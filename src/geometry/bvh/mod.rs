@@ -1,65 +1,217 @@
 //! Bounding volume hierarchy over triangles: closest hit and any hit.
 //!
-//! The one interface between rays and the rest: whatever tree and instruction set stands behind it, the answers are
-//! those of [`super::triangle`] on every triangle.
+//! The one interface between rays and the rest. Built on the control side; queries may come from any thread at once,
+//! neither allocate nor block, and take as long as the tree is deep. Whatever tree and instruction set stands behind
+//! it, the answers are those of [`super::triangle`] on every triangle, to the bit.
 
+#[cfg(target_arch = "aarch64")]
+mod aarch64;
+mod bounds;
 mod build;
-mod traverse;
+mod collapse;
+mod instruction_set;
+mod node;
+mod portable;
+mod split;
+mod walk;
+#[cfg(target_arch = "x86_64")]
+mod x86_64;
 
 use glam::Vec3;
+
+use super::ray::{Hit, Ray};
+use super::triangle::PreparedRay;
+use node::{Block, NO_TRIANGLE, Node};
+
+pub use instruction_set::InstructionSet;
 
 /// Group that no triangle has: fills the places of an ignore list that are not needed.
 pub const NO_GROUP: u32 = u32::MAX;
 
-/// Deepest tree that traversal accepts; [`Bvh::build`] keeps to it.
-const MAX_DEPTH: usize = 64;
-
 /// A tree over triangles. Immutable; queries take `&self` and neither allocate nor block.
 #[derive(Debug, Clone, Default)]
 pub struct Bvh {
-    nodes: Vec<Node>,
-    leaves: Vec<LeafTriangle>,
+    nodes: Nodes,
+    blocks: Vec<Block>,
+    triangle_count: usize,
+    margin: f32,
 }
 
-/// A box with two children side by side, or a run of triangles.
-#[derive(Debug, Clone, Copy)]
-#[repr(C)]
-struct Node {
-    min: Vec3,
-    /// First child, or first triangle of a leaf.
-    first: u32,
-    max: Vec3,
-    /// Triangles of a leaf; 0 in an inner node.
-    count: u32,
+/// Nodes as wide as the instruction set's lanes, and the proof that the machine has it.
+#[derive(Debug, Clone)]
+enum Nodes {
+    Portable(Vec<Node<4>>),
+    #[cfg(target_arch = "x86_64")]
+    Sse2(Vec<Node<4>>),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Vec<Node<8>>, crate::simd::x86::Avx2),
+    #[cfg(target_arch = "aarch64")]
+    Neon(Vec<Node<4>>),
 }
 
-/// A triangle as a leaf holds it, so that a test touches one cache line.
-#[derive(Debug, Clone, Copy)]
-struct LeafTriangle {
-    corners: [Vec3; 3],
-    triangle: u32,
-    group: u32,
+impl Default for Nodes {
+    fn default() -> Self {
+        Self::Portable(Vec::new())
+    }
+}
+
+/// One ray's question to a tree.
+struct Query<'a> {
+    ray: PreparedRay,
+    ignored: [u32; 2],
+    blocks: &'a [Block],
+    margin: f32,
+}
+
+impl Query<'_> {
+    /// A triangle that the lanes found, if its group counts and the specification agrees.
+    ///
+    /// Not inlined: a ray confirms one or two triangles, and in the loop its constants would take the lanes' registers.
+    #[inline(never)]
+    fn confirm(&self, block: &Block, lane: usize, t: f32) -> Option<Hit> {
+        let group = block.groups[lane];
+        if group == self.ignored[0] || group == self.ignored[1] {
+            return None;
+        }
+        let t = self.ray.confirm(&block.corners_of(lane), self.margin, t)?;
+        Some(Hit {
+            t,
+            triangle: block.triangles[lane],
+            group,
+        })
+    }
 }
 
 impl Bvh {
-    /// Builds a tree over finite triangles. `groups` has one number a triangle, which any-hit queries can ignore.
+    /// Builds a tree over finite triangles, for the machine's best instruction set. `groups` has one number a triangle,
+    /// which queries can ignore.
     ///
-    /// Control side; allocates. Triangles without a finite extent are left out, since nothing can hit them.
+    /// Control side; allocates. Triangles with corners that are not finite or beyond 2⁴⁰ are left out, since nothing
+    /// can hit them.
     ///
     /// # Panics
-    /// If a triangle names a vertex beyond `vertices`, or `groups` is shorter than `triangles`.
+    /// If a triangle names a vertex beyond `vertices`.
     pub fn build(vertices: &[Vec3], triangles: &[[u32; 3]], groups: &[u32]) -> Self {
-        build::build(vertices, triangles, groups)
+        build::build(vertices, triangles, groups, InstructionSet::best())
+    }
+
+    /// The same triangles for an instruction set of one's choice; nothing if the machine does not have it.
+    ///
+    /// For tests and measurements: answers are the same.
+    pub fn rebuilt_for(&self, instruction_set: InstructionSet) -> Option<Self> {
+        instruction_set
+            .is_available()
+            .then(|| build::rebuild(self, instruction_set))
+    }
+
+    /// The first triangle a ray meets. Of two at the same parameter the one with the lower index counts, so that the
+    /// answer does not depend on the tree.
+    ///
+    /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray that starts on a plane
+    /// names the plane's group and needs no offset. A ray without direction or with numbers that are none meets nothing.
+    pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
+        let query = self.query(ray, ignored)?;
+        match &self.nodes {
+            Nodes::Portable(nodes) => portable::closest(nodes, &query),
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, &query),
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Avx2(nodes, _) if self.is_far_out(ray) => portable::closest(nodes, &query),
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, &query),
+            #[cfg(target_arch = "aarch64")]
+            Nodes::Neon(nodes) if self.is_far_out(ray) => portable::closest(nodes, &query),
+            #[cfg(target_arch = "aarch64")]
+            Nodes::Neon(nodes) => aarch64::closest(nodes, &query),
+        }
+    }
+
+    /// Whether any triangle outside two groups lies on a ray; otherwise as [`Self::closest_hit`].
+    pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
+        let Some(query) = self.query(ray, ignored) else {
+            return false;
+        };
+        match &self.nodes {
+            Nodes::Portable(nodes) => portable::any(nodes, &query),
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, &query),
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Avx2(nodes, _) if self.is_far_out(ray) => portable::any(nodes, &query),
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, &query),
+            #[cfg(target_arch = "aarch64")]
+            Nodes::Neon(nodes) if self.is_far_out(ray) => portable::any(nodes, &query),
+            #[cfg(target_arch = "aarch64")]
+            Nodes::Neon(nodes) => aarch64::any(nodes, &query),
+        }
+    }
+
+    #[inline(always)]
+    fn query(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Query<'_>> {
+        Some(Query {
+            ray: PreparedRay::of(ray)?,
+            ignored,
+            blocks: &self.blocks,
+            margin: self.margin,
+        })
+    }
+
+    /// Whether fused box arithmetic could overflow: it multiplies coordinates by up to 2⁴⁰ over the direction's largest
+    /// component, where the specification subtracts first. Such rays take the portable way.
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+    #[inline(always)]
+    fn is_far_out(&self, ray: &Ray) -> bool {
+        const FARTHEST: f32 = (1u64 << 40) as f32;
+        const SHORTEST: f32 = 1.0 / (1u64 << 40) as f32;
+        ray.origin.abs().max_element() > FARTHEST || ray.direction.abs().max_element() < SHORTEST
     }
 
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
-        self.leaves.len()
+        self.triangle_count
+    }
+
+    /// Corners, number and group of every triangle, in the tree's order.
+    pub fn triangles(&self) -> impl Iterator<Item = ([Vec3; 3], u32, u32)> + '_ {
+        self.blocks.iter().flat_map(|block| {
+            (0..4)
+                .filter(|&lane| block.triangles[lane] != NO_TRIANGLE)
+                .map(|lane| {
+                    let corners = block.corners_of(lane);
+                    (corners, block.triangles[lane], block.groups[lane])
+                })
+        })
+    }
+
+    /// How far boxes stand off triangles, in metres ([`super::triangle::box_margin`]).
+    pub fn margin_m(&self) -> f32 {
+        self.margin
+    }
+
+    /// What the tree is walked with.
+    pub fn instruction_set(&self) -> InstructionSet {
+        match &self.nodes {
+            Nodes::Portable(_) => InstructionSet::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Sse2(_) => InstructionSet::Sse2,
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Avx2(..) => InstructionSet::Avx2,
+            #[cfg(target_arch = "aarch64")]
+            Nodes::Neon(_) => InstructionSet::Neon,
+        }
     }
 
     /// Memory that the tree occupies, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<Node>()
-            + self.leaves.capacity() * size_of::<LeafTriangle>()
+        let nodes = match &self.nodes {
+            Nodes::Portable(nodes) => size_of_val(nodes.as_slice()),
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Sse2(nodes) => size_of_val(nodes.as_slice()),
+            #[cfg(target_arch = "x86_64")]
+            Nodes::Avx2(nodes, _) => size_of_val(nodes.as_slice()),
+            #[cfg(target_arch = "aarch64")]
+            Nodes::Neon(nodes) => size_of_val(nodes.as_slice()),
+        };
+        nodes + size_of_val(self.blocks.as_slice())
     }
 }

@@ -10,7 +10,7 @@ use super::wedge::WedgeAngles;
 use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
-use crate::propagation::amplitude::free_field;
+use crate::propagation::amplitude::{direct_by_source, free_field};
 use crate::propagation::path::{MAX_BENDS, MAX_ORDER, Path};
 use crate::propagation::sequence::{Stop, bent_path_id};
 use crate::scene::Scene;
@@ -110,6 +110,10 @@ pub fn path(scene: &Scene, spot: &Spot, course: &Course<'_>, gains: &BandArray) 
     for (value, gain) in amplitude.iter_mut().zip(gains) {
         *value *= gain;
     }
+    if let Some(first) = course.points.first() {
+        let departure = (*first - scene.to_local(spot.from)).as_vec3();
+        direct_by_source(&mut amplitude, &spot.source, departure);
+    }
     let (mut surfaces, mut edges) = ([0; MAX_ORDER], [0; MAX_BENDS]);
     let (mut order, mut bends) = (0, 0);
     for stop in course.stops {
@@ -131,8 +135,8 @@ pub fn path(scene: &Scene, spot: &Spot, course: &Course<'_>, gains: &BandArray) 
     let ear = scene.to_local(spot.to);
     let towards = (course.heard_at - ear).normalize_or_zero();
     Path {
-        id: bent_path_id(scene, spot.source, course.stops.iter().copied()),
-        source: spot.source,
+        id: bent_path_id(scene, spot.source.id, course.stops.iter().copied()),
+        source: spot.source.id,
         order: order as u8,
         bends: bends as u8,
         surfaces,

@@ -11,12 +11,12 @@ use super::bent::{self, Course, Wave};
 use super::complex::Complex;
 use super::{LONGEST_DETOUR_M, WEAKEST, fade_out, smooth};
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::amplitude::free_field;
-use crate::propagation::direct::direct_path;
+use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::direct::{direct_path, direct_path_of};
 use crate::propagation::path::Path;
 use crate::propagation::sequence::Stop;
 use crate::scene::edges::Bend;
-use crate::scene::{Scene, SourceId};
+use crate::scene::{Scene, SourcePose};
 
 /// Most edges that the direct field of one source is followed at.
 pub const MOST_DIRECT_EDGES: usize = 6;
@@ -28,14 +28,27 @@ const TWO_WAVES: f64 = 2.0 * PI;
 /// A source and where it is heard, in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// The source.
-    pub source: SourceId,
+    /// The source, its place and its settings.
+    pub source: SourcePose,
     /// Where it is.
     pub from: Vec3,
     /// Where the listener is.
     pub to: Vec3,
     /// Distance in metres below which a source gets no louder.
     pub nearest_m: f64,
+}
+
+impl Spot {
+    /// A source heard at a place; `otherwise_m` is the distance below which sources get no louder that do not say
+    /// themselves.
+    pub fn of(source: &SourcePose, to: Vec3, otherwise_m: f64) -> Self {
+        Self {
+            source: *source,
+            from: source.position,
+            to,
+            nearest_m: source.settings.nearest_m(otherwise_m),
+        }
+    }
 }
 
 /// Edges that matter to the direct field, the shortest way first.
@@ -117,7 +130,8 @@ impl OneBend {
 }
 
 /// Gives the straight path, seen or through walls, and the paths that bend around one of `edges`. Adds the rays it cast
-/// to `rays`; returns whether source and listener see each other.
+/// to `rays`; returns whether source and listener see each other (or whether nothing of this source is to
+/// bend).
 ///
 /// # Real-time
 /// Allocates nothing. One ray for the straight path, more behind walls, and two for each edge.
@@ -128,11 +142,22 @@ pub fn direct_field(
     rays: &mut u64,
     give: &mut impl FnMut(Path),
 ) -> bool {
-    let mut straight = direct_path(scene, spot.source, spot.from, spot.to, spot.nearest_m, rays);
+    let effects = spot.source.settings.effects;
+    if !effects.diffraction {
+        let straight = direct_path_of(scene, &spot.source, spot.to, spot.nearest_m, rays);
+        straight.into_iter().for_each(give);
+        return true;
+    }
+    let id = spot.source.id;
+    let mut straight = direct_path(scene, id, spot.from, spot.to, spot.nearest_m, rays);
     let straight_m = scene.to_local(spot.from).distance(scene.to_local(spot.to));
     let free = free_field(scene, straight_m, spot.nearest_m);
     // A wall that takes nothing away is none.
     let visible = straight.is_some_and(|path| path.amplitude == free);
+    if !effects.direct || !(visible || effects.transmission) {
+        straight = None;
+    }
+    let joins = visible && straight.is_some();
     let wavenumbers = bent::wavenumbers(scene);
     let mut gain = [Complex::ONE; BANDS];
     for edge in edges {
@@ -145,11 +170,7 @@ pub fn direct_field(
         let bent_free = free_field(scene, wave.bend.length_m(), spot.nearest_m);
         let mut gains: BandArray = [0.0; BANDS];
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
-            let joined = if visible {
-                wave.joined(wavenumber)
-            } else {
-                0.0
-            };
+            let joined = if joins { wave.joined(wavenumber) } else { 0.0 };
             let reach = f64::from(bent_free[b]) / f64::from(free[b]).max(1e-30);
             // The faces' part follows as far as the incident wave is near its own boundary, where it is a half.
             let near = (2.0 * wave.incident[b].abs()).min(1.0);
@@ -177,6 +198,7 @@ pub fn direct_field(
                 *value = (*value * factor.abs() as f32).min(1.0 / spot.nearest_m as f32);
             }
         }
+        direct_by_source(&mut path.amplitude, &spot.source, spot.to - spot.from);
         give(*path);
     }
     visible

@@ -25,11 +25,11 @@ pub mod mirrored;
 pub mod transition;
 pub mod wedge;
 
-pub use direct::{MOST_DIRECT_EDGES, Spot, direct_field};
+pub use direct::{DirectEdges, MOST_DIRECT_EDGES, Spot, direct_field};
 pub use double::MOST_DOUBLE;
 pub use mirrored::MOST_MIRRORED;
 
-use super::path::PathSet;
+use super::path::Path;
 use crate::scene::Scene;
 
 /// Longest detour over an edge in metres: 36 wavelengths at 1 kHz, where less than 5 % of the wave is left behind a
@@ -39,27 +39,35 @@ pub const LONGEST_DETOUR_M: f64 = 12.0;
 /// Weakest bent path worth keeping, relative to the free field at the straight distance: −40 dB.
 pub const WEAKEST: f64 = 0.01;
 
-/// Adds to a path set all that reaches a listener directly or around edges, with up to `bends` edges a path, and the
-/// edges that the direct field is to be followed at between updates.
-pub fn update(scene: &Scene, spot: &Spot, bends: usize, result: &mut PathSet, rays: &mut u64) {
+/// Gives all that reaches a listener directly or around edges, with up to `bends` edges a path; returns the edges that
+/// the direct field is to be followed at between updates. Adds the rays it cast to `rays`. What the source's effects
+/// switch off is left out.
+pub fn update(
+    scene: &Scene,
+    spot: &Spot,
+    bends: usize,
+    rays: &mut u64,
+    give: &mut impl FnMut(Path),
+) -> DirectEdges {
+    let effects = spot.source.settings.effects;
+    let bends = if effects.diffraction { bends } else { 0 };
     let edges = if bends > 0 {
         direct::find_edges(scene, spot, rays)
     } else {
-        direct::DirectEdges::default()
+        DirectEdges::default()
     };
     let listed = edges.as_slice().iter().copied();
-    result
-        .direct_edges
-        .extend(listed.clone().map(|edge| (spot.source, edge)));
-    let paths = &mut result.paths;
-    let visible = direct_field(scene, spot, listed, rays, &mut |path| paths.push(path));
+    let visible = direct_field(scene, spot, listed, rays, give);
     if visible || bends == 0 {
-        return;
+        return edges;
     }
-    mirrored::find(scene, spot, rays, &mut |path| paths.push(path));
+    if effects.reflections {
+        mirrored::find(scene, spot, rays, give);
+    }
     if bends > 1 {
-        double::find(scene, spot, rays, &mut |path| paths.push(path));
+        double::find(scene, spot, rays, give);
     }
+    edges
 }
 
 /// 1 up to a quarter before [`LONGEST_DETOUR_M`], then smoothly down to 0.

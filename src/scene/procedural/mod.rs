@@ -14,6 +14,7 @@ mod builder;
 mod carving;
 mod concert_hall;
 mod doorway;
+mod million;
 mod random;
 mod solids;
 mod write;
@@ -28,6 +29,7 @@ pub use angrybot::angrybot;
 pub use bootcamp::bootcamp;
 pub use concert_hall::concert_hall;
 pub use doorway::doorway;
+pub use million::million;
 pub use write::write_files;
 
 /// Names of the benchmark scenes, as [`by_name`] takes them.

@@ -4,6 +4,7 @@
 //! floors of two rooms are one surface, so that a path keeps its name while the listener walks through a door.
 //! Own; the tolerances are [`SAME_PLANE_ANGLE_DEG`] and [`SAME_PLANE_DISTANCE_M`].
 
+pub mod free_panel;
 mod grid;
 mod group;
 pub(super) mod key;

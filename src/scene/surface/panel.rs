@@ -11,8 +11,22 @@ pub(super) fn large_enough(
     triangle_surface: &[u32],
     smallest_m2: f64,
 ) -> Vec<bool> {
-    let mut pieces = Pieces::new(mesh.triangles.len());
-    for same in sorted_edges(&mesh.triangles).chunk_by(|a, b| a.0 == b.0) {
+    let roots = roots(&mesh.triangles, triangle_surface);
+    let mut area_m2 = vec![0.0; mesh.triangles.len()];
+    for (number, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
+        area_m2[roots[number] as usize] += 0.5 * (b - a).cross(c - a).length();
+    }
+    roots
+        .iter()
+        .map(|&root| area_m2[root as usize] >= smallest_m2)
+        .collect()
+}
+
+/// The first triangle of each triangle's connected piece of its surface.
+pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32> {
+    let mut pieces = Pieces::new(triangles.len());
+    for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
         // Rarely more than two; of those of one surface each is united with the first.
         for (place, (_, edge)) in same.iter().enumerate() {
             let alike = |other: &&(u64, u32)| {
@@ -23,13 +37,8 @@ pub(super) fn large_enough(
             }
         }
     }
-    let mut area_m2 = vec![0.0; mesh.triangles.len()];
-    for (number, triangle) in mesh.triangles.iter().enumerate() {
-        let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
-        area_m2[pieces.root(number as u32) as usize] += 0.5 * (b - a).cross(c - a).length();
-    }
-    (0..mesh.triangles.len() as u32)
-        .map(|number| area_m2[pieces.root(number) as usize] >= smallest_m2)
+    (0..triangles.len() as u32)
+        .map(|number| pieces.root(number))
         .collect()
 }
 
@@ -86,6 +95,6 @@ mod tests {
         mesh.triangles[2..].copy_from_slice(&[[1, 5, 6], [1, 6, 2]]);
         assert_eq!(large_enough(&mesh, &[0; 4], 0.4), [true; 4]);
         // … and as two surfaces.
-        assert_eq!(large_enough(&mesh, &[0, 0, 1, 1], 0.4), [false; 4]);
+        assert_eq!(large_enough(&mesh, &[0, 0, 1, 1], 0.6), [false; 4]);
     }
 }

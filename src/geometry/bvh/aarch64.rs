@@ -1,0 +1,46 @@
+//! The walk on aarch64: four lanes of NEON.
+//!
+//! The functions here carry the feature, so the kernels and the loop become one piece of code; the way in is
+//! [`crate::simd::neon`]'s.
+
+use super::Query;
+use super::node::Node;
+use super::walk;
+use crate::geometry::ray::Hit;
+use crate::simd::neon::{Shear4, Slabs4, enter_neon};
+
+// Callers of kernels, which are compiled for each of them.
+const CLOSEST: u8 = 0;
+const ANY: u8 = 1;
+
+pub(super) fn closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
+    enter_neon!(neon_closest(nodes, query))
+}
+
+pub(super) fn any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
+    enter_neon!(neon_any(nodes, query))
+}
+
+#[target_feature(enable = "neon")]
+fn neon_closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
+    let slabs = Slabs4::of::<CLOSEST>(&query.ray.slabs);
+    let shear = Shear4::of::<CLOSEST>(&query.ray.shear);
+    walk::closest(
+        nodes,
+        query,
+        |node, t_max, entries| slabs.enter::<CLOSEST>(&node.planes, t_max, entries),
+        |block, t_max, at| shear.meet::<CLOSEST>(&block.corners, t_max, at),
+    )
+}
+
+#[target_feature(enable = "neon")]
+fn neon_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
+    let slabs = Slabs4::of::<ANY>(&query.ray.slabs);
+    let shear = Shear4::of::<ANY>(&query.ray.shear);
+    walk::any(
+        nodes,
+        query,
+        |node, t_max, entries| slabs.enter::<ANY>(&node.planes, t_max, entries),
+        |block, t_max, at| shear.meet::<ANY>(&block.corners, t_max, at),
+    )
+}

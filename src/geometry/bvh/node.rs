@@ -1,0 +1,80 @@
+//! Nodes of `W` children and blocks of four triangles, laid out for lanes.
+
+use glam::Vec3;
+
+use super::bounds::Bounds;
+use crate::simd::tracing::{Corners, Planes};
+
+/// Marks a link to a block; without it a link names a node.
+pub(super) const LEAF: u32 = 1 << 31;
+
+/// A triangle number that is none: fills a block's unused lanes.
+pub(super) const NO_TRIANGLE: u32 = u32::MAX;
+
+/// Up to `W` children. Unused lanes have boxes that nothing enters.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Node<const W: usize> {
+    pub(super) planes: Planes<W>,
+    pub(super) links: [u32; W],
+}
+
+impl<const W: usize> Node<W> {
+    pub(super) const EMPTY: Self = Self {
+        planes: [
+            [f32::INFINITY; W],
+            [f32::INFINITY; W],
+            [f32::INFINITY; W],
+            [f32::NEG_INFINITY; W],
+            [f32::NEG_INFINITY; W],
+            [f32::NEG_INFINITY; W],
+        ],
+        links: [0; W],
+    };
+
+    pub(super) fn set(&mut self, lane: usize, bounds: &Bounds, link: u32) {
+        for axis in 0..3 {
+            self.planes[axis][lane] = bounds.min[axis];
+            self.planes[axis + 3][lane] = bounds.max[axis];
+        }
+        self.links[lane] = link;
+    }
+}
+
+/// Up to four triangles. Unused lanes have corners that are no numbers, which nothing meets.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Block {
+    pub(super) corners: Corners,
+    pub(super) triangles: [u32; 4],
+    pub(super) groups: [u32; 4],
+}
+
+impl Block {
+    pub(super) const EMPTY: Self = Self {
+        corners: [[[f32::NAN; 4]; 3]; 3],
+        triangles: [NO_TRIANGLE; 4],
+        groups: [super::NO_GROUP; 4],
+    };
+
+    pub(super) fn set(&mut self, lane: usize, corners: &[Vec3; 3], triangle: u32, group: u32) {
+        for (row, corner) in self.corners.iter_mut().zip(corners) {
+            for (axis, values) in row.iter_mut().enumerate() {
+                values[lane] = corner[axis];
+            }
+        }
+        self.triangles[lane] = triangle;
+        self.groups[lane] = group;
+    }
+
+    /// Corners of the triangle in a lane.
+    #[inline(always)]
+    pub(super) fn corners_of(&self, lane: usize) -> [Vec3; 3] {
+        let [a, b, c] = &self.corners;
+        [
+            Vec3::new(a[0][lane], a[1][lane], a[2][lane]),
+            Vec3::new(b[0][lane], b[1][lane], b[2][lane]),
+            Vec3::new(c[0][lane], c[1][lane], c[2][lane]),
+        ]
+    }
+}

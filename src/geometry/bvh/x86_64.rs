@@ -1,0 +1,80 @@
+//! The walk on x86-64: four lanes of SSE2, or eight of AVX2 for boxes and four for triangles.
+//!
+//! The functions here carry the features, so the kernels and the loop become one piece of code; the way in is
+//! [`crate::simd::x86`]'s.
+
+use super::Query;
+use super::node::Node;
+use super::walk;
+use crate::geometry::ray::Hit;
+use crate::simd::x86::{Avx2, Shear4, Slabs4, Slabs8, enter_avx2, enter_sse2};
+
+// Callers of kernels, which are compiled for each of them.
+const SSE2_CLOSEST: u8 = 0;
+const SSE2_ANY: u8 = 1;
+const AVX2_CLOSEST: u8 = 2;
+const AVX2_ANY: u8 = 3;
+
+pub(super) fn closest_sse2(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
+    enter_sse2!(sse2_closest(nodes, query))
+}
+
+pub(super) fn any_sse2(nodes: &[Node<4>], query: &Query<'_>) -> bool {
+    enter_sse2!(sse2_any(nodes, query))
+}
+
+pub(super) fn closest_avx2(avx2: Avx2, nodes: &[Node<8>], query: &Query<'_>) -> Option<Hit> {
+    enter_avx2!(avx2 => avx2_closest(nodes, query))
+}
+
+pub(super) fn any_avx2(avx2: Avx2, nodes: &[Node<8>], query: &Query<'_>) -> bool {
+    enter_avx2!(avx2 => avx2_any(nodes, query))
+}
+
+#[target_feature(enable = "sse2")]
+fn sse2_closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
+    let slabs = Slabs4::of::<SSE2_CLOSEST>(&query.ray.slabs);
+    let shear = Shear4::of::<SSE2_CLOSEST>(&query.ray.shear);
+    walk::closest(
+        nodes,
+        query,
+        |node, t_max, entries| slabs.enter::<SSE2_CLOSEST>(&node.planes, t_max, entries),
+        |block, t_max, at| shear.meet::<SSE2_CLOSEST>(&block.corners, t_max, at),
+    )
+}
+
+#[target_feature(enable = "sse2")]
+fn sse2_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
+    let slabs = Slabs4::of::<SSE2_ANY>(&query.ray.slabs);
+    let shear = Shear4::of::<SSE2_ANY>(&query.ray.shear);
+    walk::any(
+        nodes,
+        query,
+        |node, t_max, entries| slabs.enter::<SSE2_ANY>(&node.planes, t_max, entries),
+        |block, t_max, at| shear.meet::<SSE2_ANY>(&block.corners, t_max, at),
+    )
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn avx2_closest(nodes: &[Node<8>], query: &Query<'_>) -> Option<Hit> {
+    let slabs = Slabs8::of::<AVX2_CLOSEST>(&query.ray.slabs);
+    let shear = Shear4::of::<AVX2_CLOSEST>(&query.ray.shear);
+    walk::closest(
+        nodes,
+        query,
+        |node, t_max, entries| slabs.enter::<AVX2_CLOSEST>(&node.planes, t_max, entries),
+        |block, t_max, at| shear.meet::<AVX2_CLOSEST>(&block.corners, t_max, at),
+    )
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn avx2_any(nodes: &[Node<8>], query: &Query<'_>) -> bool {
+    let slabs = Slabs8::of::<AVX2_ANY>(&query.ray.slabs);
+    let shear = Shear4::of::<AVX2_ANY>(&query.ray.shear);
+    walk::any(
+        nodes,
+        query,
+        |node, t_max, entries| slabs.enter::<AVX2_ANY>(&node.planes, t_max, entries),
+        |block, t_max, at| shear.meet::<AVX2_ANY>(&block.corners, t_max, at),
+    )
+}

@@ -1,0 +1,51 @@
+//! What small panels make of a mirror reflection: less at low frequencies, and less near their edges.
+//!
+//! Source: [RINDEL86], adapted: below the limit frequency `c a* / (2 S cos θ)` with `a* = 2 a₁ a₂ / (a₁ + a₂)` a panel of
+//! the area S reflects as a square of the frequency, an amplitude in proportion. Towards a free edge the amplitude
+//! falls to nothing over a short way (own), so that a path fades where the geometry would end it.
+
+use super::image_source::ImagePath;
+use crate::acoustics::bands::CENTRES_HZ;
+use crate::acoustics::{BANDS, BandArray};
+use crate::scene::Scene;
+
+/// Width of the fade at a free edge: this share of the root of the area, at most as many metres.
+const FADE: (f64, f64) = (0.2, 0.3);
+
+/// Pressure factor of all small free panels on a path, or none if it has none.
+pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
+    if scene.free_panels().is_empty() || path.order == 0 {
+        return None;
+    }
+    let mut product: Option<BandArray> = None;
+    // Way from the source to each point: the image sees the last point as far as the path is long up to there.
+    let mut before_m = path.image.distance(path.points[path.order - 1]);
+    for step in (0..path.order).rev() {
+        let point = path.points[step];
+        if step + 1 < path.order {
+            before_m -= point.distance(path.points[step + 1]);
+        }
+        let plane = scene.surface(path.surfaces[step]);
+        // Both legs are on one side of the surface; a first reflection's image is on the other.
+        let in_front = match step {
+            0 if path.order == 1 => plane.distance_m(path.image) < 0.0,
+            0 => plane.distance_m(path.points[1]) > 0.0,
+            _ => plane.distance_m(path.points[step - 1]) > 0.0,
+        };
+        let Some(panel) = scene.free_panel_at(path.surfaces[step], point, in_front) else {
+            continue;
+        };
+        let after_m = (path.length_m - before_m).max(0.0);
+        let apart_m = 2.0 * before_m.max(0.0) * after_m / path.length_m.max(1e-6);
+        let cosine = path.cosines[step].max(1e-3);
+        let limit_hz = scene.speed_of_sound_m_s() * apart_m / (2.0 * panel.area_m2 * cosine);
+        let fade_m = (FADE.0 * panel.area_m2.sqrt()).min(FADE.1);
+        let x = (panel.to_edge_m / fade_m).clamp(0.0, 1.0);
+        let edge = x * x * (3.0 - 2.0 * x);
+        let sum = product.get_or_insert([1.0; BANDS]);
+        for (value, hz) in sum.iter_mut().zip(CENTRES_HZ) {
+            *value *= (edge * (hz / limit_hz.max(1e-6)).min(1.0)) as f32;
+        }
+    }
+    product
+}

@@ -1,0 +1,176 @@
+//! Reverberation time from what far source rays still carry as time goes on.
+//!
+//! Own. In a diffuse room the sum over the rays falls as [KUTTRUFF] 5.1 has it (Eyring's −ln(1 − ᾱ) a mean free path,
+//! and a little slower by the spread of free paths, 5.30); where it is not diffuse, or rooms are coupled, or the sky is
+//! open, it falls as the rays do. The line is laid through the part that lies beyond the discrete paths' bounces: a
+//! source on a stage has short legs and soft curtains about it at first, which say nothing of the hall.
+
+use crate::acoustics::{BANDS, BandArray};
+use crate::scene::Scene;
+
+/// Moments at which the rays' energy is looked at, and the seconds between them: a second in all, 32 bounces in
+/// rooms up to a concert hall's size.
+const MOMENTS: usize = 128;
+const MOMENT_S: f64 = 0.008;
+
+/// Mean free times after which the line begins.
+const FIRST_FREE_TIME: f64 = 4.0;
+
+/// Mean free times after which it ends at the latest: most rays are followed so far.
+const LAST_FREE_TIME: f64 = 28.0;
+
+/// Share of all energy below which there is no line to lay there, and it begins at once: an open sky.
+const LEAST_REST: f64 = 1e-3;
+
+/// Fall over which the line is laid, an energy ratio: 25 dB.
+const FALL: f64 = 3.2e-3;
+
+/// Range of decays that are told, in seconds: beyond lies a numerical accident, not a room; a tail shorter than the
+/// generator's delay lines cannot be heard as one.
+const DECAY_RANGE_S: (f64, f64) = (0.1, 30.0);
+
+/// 60 dB in nepers of energy.
+pub(super) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
+
+/// What rays have shown of a decay.
+#[derive(Debug, Clone)]
+pub(super) struct DecayCurve {
+    /// Sum of what far rays carry at each moment, without air.
+    energy: [BandArray; MOMENTS],
+    /// Far rays.
+    count: u32,
+    /// Lengths of all legs after the first, and their number.
+    legs_m: f64,
+    legs: u32,
+    /// First legs, which start anywhere.
+    first_m: f64,
+    first: u32,
+}
+
+/// What the curve says.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Decay {
+    /// Mean free path over the speed of sound.
+    pub(super) mean_free_time_s: f64,
+    /// T60 in each band.
+    pub(super) decay_time_s: BandArray,
+}
+
+impl Default for DecayCurve {
+    fn default() -> Self {
+        Self {
+            energy: [[0.0; BANDS]; MOMENTS],
+            count: 0,
+            legs_m: 0.0,
+            legs: 0,
+            first_m: 0.0,
+            first: 0,
+        }
+    }
+}
+
+impl DecayCurve {
+    /// A leg that met something.
+    pub(super) fn leg(&mut self, is_first: bool, leg_m: f64) {
+        if is_first {
+            self.first_m += leg_m;
+            self.first += 1;
+        } else {
+            self.legs_m += leg_m;
+            self.legs += 1;
+        }
+    }
+
+    /// A far ray sets out.
+    pub(super) fn begin(&mut self) {
+        self.count += 1;
+    }
+
+    /// A far ray carries `share` between two times in seconds.
+    pub(super) fn carry(&mut self, share: &BandArray, from_s: f64, to_s: f64) {
+        let first = (from_s / MOMENT_S).ceil() as usize;
+        let end = ((to_s / MOMENT_S).ceil() as usize).min(MOMENTS);
+        for sum in &mut self.energy[first.min(end)..end] {
+            for (sum, share) in sum.iter_mut().zip(share) {
+                *sum += share;
+            }
+        }
+    }
+
+    /// A far ray is followed no further than `at_s`: from there it goes on as it came.
+    pub(super) fn leave(&mut self, share: &BandArray, at_s: f64) {
+        let first = (at_s / MOMENT_S).ceil() as usize;
+        let factor = share.map(|s| f64::from(s).powf(MOMENT_S / at_s.max(MOMENT_S)) as f32);
+        let mut left = *share;
+        for sum in self.energy.iter_mut().skip(first) {
+            for b in 0..BANDS {
+                sum[b] += left[b];
+                left[b] *= factor[b];
+            }
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        for (sum, energy) in self.energy.iter_mut().zip(&other.energy) {
+            for b in 0..BANDS {
+                sum[b] += energy[b];
+            }
+        }
+        self.count += other.count;
+        self.legs_m += other.legs_m;
+        self.legs += other.legs;
+        self.first_m += other.first_m;
+        self.first += other.first;
+    }
+
+    /// `None` if no ray met anything.
+    pub(super) fn decay(&self, scene: &Scene) -> Option<Decay> {
+        let mean_free_path_m = if self.legs > 0 {
+            self.legs_m / f64::from(self.legs)
+        } else if self.first > 0 {
+            self.first_m / f64::from(self.first)
+        } else {
+            return None;
+        };
+        let speed_m_s = scene.speed_of_sound_m_s();
+        let mean_free_time_s = mean_free_path_m / speed_m_s;
+        let decay_time_s = std::array::from_fn(|b| {
+            let air = 2.0 * f64::from(scene.air_np_per_m()[b]);
+            let nepers_per_s = self.slope(b, mean_free_time_s) + speed_m_s * air;
+            (NEPERS_OF_60_DB / nepers_per_s).clamp(DECAY_RANGE_S.0, DECAY_RANGE_S.1) as f32
+        });
+        Some(Decay {
+            mean_free_time_s,
+            decay_time_s,
+        })
+    }
+
+    /// Nepers a second by which the energy of a band falls: the slope of a line through its logarithm by least squares.
+    fn slope(&self, band: usize, mean_free_time_s: f64) -> f64 {
+        let energy = |moment: usize| f64::from(self.energy[moment][band]);
+        let joint = ((FIRST_FREE_TIME * mean_free_time_s / MOMENT_S) as usize).min(MOMENTS / 2);
+        let first = if energy(joint) > LEAST_REST * f64::from(self.count) {
+            joint
+        } else {
+            0
+        };
+        let floor = FALL * energy(first);
+        let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let end = (LAST_FREE_TIME * mean_free_time_s / MOMENT_S) as usize;
+        for moment in first..end.clamp(first + 3, MOMENTS) {
+            if energy(moment) <= floor {
+                break;
+            }
+            let (at_s, nepers) = ((moment - first) as f64 * MOMENT_S, energy(moment).ln());
+            n += 1.0;
+            t += at_s;
+            tt += at_s * at_s;
+            y += nepers;
+            ty += at_s * nepers;
+        }
+        if n < 2.0 {
+            return NEPERS_OF_60_DB / DECAY_RANGE_S.0;
+        }
+        ((t * y - n * ty) / (n * tt - t * t)).max(0.0)
+    }
+}

@@ -1,0 +1,122 @@
+//! What the late reverb needs of one source: the energy that no discrete path carries, when it arrives, and how it
+//! decays.
+//!
+//! Runs inside a propagation update. Takes source and listener, gives a [`LateSource`]. Bounded by the rays of one
+//! update (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`connection::SHADOW_RAYS`] rays to the listener.
+//!
+//! The balance (own; connection of bounces to the listener after [SCHROEDER11], "diffuse rain"): a source sends 4π of
+//! energy (free field of one at 1 m) in even shares along its rays. What leaves a bounce is the share's product of
+//! reflected energies. Of it the discrete paths carry the product of specular shares, as long as the order is within
+//! their depth and every surface is a panel; *the rest is the tail's*: what was scattered, what small facets took out of
+//! the mirror images, and everything beyond the last order. It is taken to leave the bounce by Lambert's law and is
+//! connected to the listener, so no volume has to be known and a scene without a ceiling needs no rule of its own.
+//! Decay: [`decay`]. From arrivals to a tail that starts without gap or double energy: [`envelope`].
+//!
+//! The arrivals of sixteen updates are kept by the number of their ray rotation, so that what is told of a scene at rest
+//! does not depend on when it is looked at, nor on how often.
+
+pub mod connection;
+pub mod decay;
+pub mod envelope;
+pub mod source_rays;
+
+pub use envelope::{TailStep, common_decay, tail_steps};
+pub use source_rays::SourceRays;
+
+use super::path::LateSource;
+use super::sampling::ROTATIONS;
+use super::sequence_set::SequenceSet;
+use crate::scene::{Scene, SourceId};
+use connection::{Arrival, Candidate};
+use decay::DecayCurve;
+
+/// What the rays of one rotation found.
+#[derive(Debug, Clone, Default)]
+struct Slot {
+    filled: bool,
+    curve: DecayCurve,
+    arrivals: Vec<Arrival>,
+    /// Seconds from source to listener along the straight line.
+    nearest_s: f64,
+}
+
+/// Running estimate of one source's late field.
+#[derive(Debug, Clone)]
+pub struct LateEstimator {
+    slots: Vec<Slot>,
+    candidates: Vec<Candidate>,
+    /// The newest straight line's time.
+    nearest_s: f64,
+}
+
+impl Default for LateEstimator {
+    fn default() -> Self {
+        Self {
+            slots: vec![Slot::default(); ROTATIONS as usize],
+            candidates: Vec::new(),
+            nearest_s: 0.0,
+        }
+    }
+}
+
+impl LateEstimator {
+    /// Traces source rays with diffuse bounces, connects them to the listener, and adds the sequences of their specular
+    /// beginnings to `found`. Adds the rays it cast to `rays`.
+    pub fn trace(
+        &mut self,
+        scene: &Scene,
+        from: &SourceRays,
+        found: &mut SequenceSet,
+        rays: &mut u64,
+    ) {
+        let slot = &mut self.slots[(from.rotation % ROTATIONS) as usize];
+        slot.filled = true;
+        slot.curve = DecayCurve::default();
+        slot.arrivals.clear();
+        self.candidates.clear();
+        source_rays::follow(
+            scene,
+            from,
+            found,
+            &mut slot.curve,
+            &mut self.candidates,
+            rays,
+        );
+        connection::connect(
+            scene,
+            from.listener.as_vec3(),
+            &self.candidates,
+            &mut slot.arrivals,
+            rays,
+        );
+        slot.nearest_s = from.origin.distance(from.listener) / scene.speed_of_sound_m_s();
+        self.nearest_s = slot.nearest_s;
+    }
+
+    /// The estimate over the last sixteen updates.
+    pub fn estimate(&self, scene: &Scene, source: SourceId) -> LateSource {
+        let mut curve = DecayCurve::default();
+        let filled = || self.slots.iter().filter(|slot| slot.filled);
+        for slot in filled() {
+            curve.add(&slot.curve);
+        }
+        let Some(decay) = curve.decay(scene) else {
+            return LateSource::silent(source);
+        };
+        let mut late = LateSource {
+            start_s: self.nearest_s as f32,
+            mean_free_time_s: decay.mean_free_time_s as f32,
+            decay_time_s: decay.decay_time_s,
+            ..LateSource::silent(source)
+        };
+        // An arrival belongs to the time since the first sound could be there, as that was in its own update.
+        let arrivals = filled().flat_map(|slot| {
+            let nearest_s = slot.nearest_s;
+            slot.arrivals
+                .iter()
+                .map(move |a| (a.delay_s - nearest_s, &a.energy))
+        });
+        envelope::gather(arrivals, filled().count(), &mut late);
+        late
+    }
+}

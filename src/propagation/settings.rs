@@ -1,0 +1,70 @@
+//! What propagation may spend, and where its limits are.
+
+use super::path::{MAX_BENDS, MAX_ORDER};
+use crate::error::{Error, Result};
+
+/// What propagation may spend, and where its limits are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PropagationSettings {
+    /// Guide rays from the listener, 1 to 65,536. The paper: 1,024.
+    pub guide_rays: u32,
+    /// Source rays of each source, 1 to 65,536. The paper: 128.
+    pub source_rays: u32,
+    /// Highest reflection order, 0 to [`MAX_ORDER`]. The paper: 4.
+    pub depth: usize,
+    /// Seed of the rays' rotations and diffuse bounces.
+    pub seed: u64,
+    /// Updates for which a sequence that was valid is tried again without being rediscovered.
+    pub cache_updates: u64,
+    /// Sequences remembered for each source.
+    pub cache_capacity: usize,
+    /// Distance in metres below which a source gets no louder.
+    pub nearest_m: f32,
+    /// Most edges that one path bends around, 0 to [`MAX_BENDS`]; 0 is sound without diffraction.
+    pub bends: usize,
+}
+
+impl Default for PropagationSettings {
+    fn default() -> Self {
+        Self {
+            guide_rays: 1024,
+            source_rays: 128,
+            depth: MAX_ORDER,
+            seed: 1,
+            cache_updates: 16,
+            cache_capacity: 2048,
+            nearest_m: 0.3,
+            bends: MAX_BENDS,
+        }
+    }
+}
+
+impl PropagationSettings {
+    pub(super) fn check(&self) -> Result<()> {
+        let range = |name: &str, value: u64, low: u64, high: u64| {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            let problem = format!("{value} is outside {low} to {high}");
+            Err(Error::setting(
+                name,
+                problem,
+                "choose a value in that range",
+            ))
+        };
+        range("guide_rays", self.guide_rays.into(), 1, 65_536)?;
+        range("source_rays", self.source_rays.into(), 1, 65_536)?;
+        range("depth", self.depth as u64, 0, MAX_ORDER as u64)?;
+        range("bends", self.bends as u64, 0, MAX_BENDS as u64)?;
+        range("cache_capacity", self.cache_capacity as u64, 1, 65_536)?;
+        if self.nearest_m.is_finite() && self.nearest_m > 0.0 {
+            return Ok(());
+        }
+        let problem = format!("{} is no distance", self.nearest_m);
+        Err(Error::setting(
+            "nearest_m",
+            problem,
+            "give metres above zero",
+        ))
+    }
+}

@@ -1,0 +1,297 @@
+//! Persistent threads that share the phases of one propagation update: the synchronous schedule's two threads.
+//!
+//! Made and dropped on the control side; [`Threads::for_each`] is called by the propagation thread, which works too.
+//! Waking allocates nothing. A job that panics ends neither thread nor program on its own: all other jobs are done,
+//! then the panic goes on in the caller. Own.
+//!
+//! Holds unsafe code: the list and the job live on the caller's stack while other threads use them.
+
+#![expect(
+    clippy::disallowed_types,
+    reason = "the propagation thread waits for its helpers here, never the audio side"
+)]
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{Builder, JoinHandle};
+
+use crate::error::{Error, Result};
+use crate::propagation::Workers;
+
+/// Most threads that are started.
+pub const MOST_THREADS: usize = 64;
+
+/// Turns that a helper waits awake for the next phase before it sleeps: some tens of microseconds, about what the
+/// caller needs between two phases of an update.
+const SPINS: u32 = 4000;
+
+/// A job for one index, with its lifetime taken off.
+#[derive(Clone, Copy)]
+struct Job(*const (dyn Fn(usize) + Sync));
+
+// SAFETY: what it points to is `Sync`, and `Threads::for_each` keeps it alive until no helper holds it.
+unsafe impl Send for Job {}
+
+#[derive(Default)]
+struct Round {
+    job: Option<Job>,
+    count: usize,
+    /// Helpers that have not yet left the round.
+    busy: usize,
+    panic: Option<Box<dyn Any + Send>>,
+}
+
+#[derive(Default)]
+struct Floor {
+    round: Mutex<Round>,
+    begins: Condvar,
+    ends: Condvar,
+    /// Number of the round; changes under the lock.
+    number: AtomicU64,
+    next: AtomicUsize,
+    closing: AtomicBool,
+}
+
+impl Floor {
+    /// A panic under the lock leaves nothing half done: it is caught before.
+    fn round(&self) -> MutexGuard<'_, Round> {
+        self.round.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes index after index until none is left.
+    fn work(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
+        loop {
+            let index = self.next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                return;
+            }
+            if let Err(panic) = catch_unwind(AssertUnwindSafe(|| job(index))) {
+                self.round().panic.get_or_insert(panic);
+            }
+        }
+    }
+
+    /// Life of a helper.
+    fn help(&self) {
+        let mut seen = 0;
+        loop {
+            for _ in 0..SPINS {
+                if self.number.load(Ordering::Relaxed) != seen {
+                    break;
+                }
+                std::hint::spin_loop();
+            }
+            let mut round = self.round();
+            while self.number.load(Ordering::Relaxed) == seen {
+                round = self
+                    .begins
+                    .wait(round)
+                    .unwrap_or_else(PoisonError::into_inner);
+            }
+            seen = self.number.load(Ordering::Relaxed);
+            if self.closing.load(Ordering::Relaxed) {
+                return;
+            }
+            let (job, count) = (round.job, round.count);
+            drop(round);
+            if let Some(Job(job)) = job {
+                // SAFETY: the caller of `for_each` waits until this helper has left the round, and keeps the job so long.
+                let job = unsafe { &*job };
+                self.work(count, job);
+            }
+            let mut round = self.round();
+            round.busy -= 1;
+            if round.busy == 0 {
+                self.ends.notify_one();
+            }
+        }
+    }
+}
+
+/// A number of threads, the caller's among them.
+pub struct Threads {
+    floor: Arc<Floor>,
+    helpers: Vec<JoinHandle<()>>,
+    /// Held through a round: a second caller, or a job that calls again, works alone.
+    caller: Mutex<()>,
+}
+
+impl std::fmt::Debug for Threads {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Threads({})", self.count())
+    }
+}
+
+impl Threads {
+    /// Starts `count` − 1 helpers; 1 is the caller alone.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for none or more than [`MOST_THREADS`], or if the system refuses a thread.
+    pub fn start(count: usize) -> Result<Self> {
+        if !(1..=MOST_THREADS).contains(&count) {
+            let problem = format!("{count} is outside 1 to {MOST_THREADS}");
+            return Err(Error::setting(
+                "threads",
+                problem,
+                "choose a value in that range",
+            ));
+        }
+        let mut threads = Self {
+            floor: Arc::default(),
+            helpers: Vec::with_capacity(count - 1),
+            caller: Mutex::new(()),
+        };
+        for number in 1..count {
+            let floor = Arc::clone(&threads.floor);
+            let helper = Builder::new()
+                .name(format!("propagation-{number}"))
+                .spawn(move || floor.help())
+                .map_err(|error| {
+                    Error::setting("threads", error.to_string(), "choose fewer threads")
+                })?;
+            threads.helpers.push(helper);
+        }
+        Ok(threads)
+    }
+
+    fn share_out(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
+        let floor = &*self.floor;
+        // SAFETY: only the lifetime changes; this function does not return before every helper has left the round.
+        let lasting: *const (dyn Fn(usize) + Sync) = unsafe { std::mem::transmute(job) };
+        {
+            let mut round = floor.round();
+            round.job = Some(Job(lasting));
+            round.count = count;
+            round.busy = self.helpers.len();
+            floor.next.store(0, Ordering::Relaxed);
+            floor.number.fetch_add(1, Ordering::Relaxed);
+        }
+        floor.begins.notify_all();
+        floor.work(count, job);
+        let mut round = floor.round();
+        while round.busy > 0 {
+            round = floor
+                .ends
+                .wait(round)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+        round.job = None;
+        let panic = round.panic.take();
+        drop(round);
+        if let Some(panic) = panic {
+            resume_unwind(panic);
+        }
+    }
+}
+
+/// The first item of a list that threads take items of.
+struct First<T>(*mut T);
+
+// SAFETY: every index is handed out once, so no two threads have the same item; items may change threads.
+unsafe impl<T: Send> Sync for First<T> {}
+
+impl<T> First<T> {
+    /// # Safety
+    /// `index` is below the list's length, and nobody else has that item.
+    #[expect(
+        clippy::mut_from_ref,
+        reason = "each index is asked for once, so no two references meet"
+    )]
+    unsafe fn item(&self, index: usize) -> &mut T {
+        // SAFETY: the index lies in the list, as the caller promises.
+        let item = unsafe { self.0.add(index) };
+        // SAFETY: nobody else has the item, as the caller promises; it lives as long as the round.
+        unsafe { &mut *item }
+    }
+}
+
+impl Workers for Threads {
+    fn count(&self) -> usize {
+        self.helpers.len() + 1
+    }
+
+    fn for_each<T: Send>(&self, items: &mut [T], job: impl Fn(usize, &mut T) + Sync) {
+        let busy = self.caller.try_lock();
+        let alone = busy.is_err() || self.helpers.is_empty() || items.len() < 2;
+        if alone {
+            for (index, item) in items.iter_mut().enumerate() {
+                job(index, item);
+            }
+            return;
+        }
+        let first = First(items.as_mut_ptr());
+        self.share_out(items.len(), &|index| {
+            // SAFETY: `Floor::work` hands out each index below the length once.
+            job(index, unsafe { first.item(index) });
+        });
+    }
+}
+
+impl Drop for Threads {
+    fn drop(&mut self) {
+        {
+            let _round = self.floor.round();
+            self.floor.closing.store(true, Ordering::Relaxed);
+            self.floor.number.fetch_add(1, Ordering::Relaxed);
+        }
+        self.floor.begins.notify_all();
+        for helper in self.helpers.drain(..) {
+            // Jobs' panics are caught, so a helper ends well.
+            let _ = helper.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_item_is_visited_once_by_any_number_of_threads() {
+        for count in [1, 2, 3, 5] {
+            let threads = Threads::start(count).unwrap();
+            for length in [0usize, 1, 2, 7, 100] {
+                let mut items = vec![0usize; length];
+                for _ in 0..50 {
+                    threads.for_each(&mut items, |index, item| *item += index + 1);
+                }
+                let expected: Vec<usize> = (0..length).map(|i| 50 * (i + 1)).collect();
+                assert_eq!(items, expected, "{count} threads");
+            }
+        }
+    }
+
+    #[test]
+    fn a_panic_reaches_the_caller_and_the_threads_go_on() {
+        let threads = Threads::start(3).unwrap();
+        let mut items = [0; 20];
+        let outcome = catch_unwind(AssertUnwindSafe(|| {
+            threads.for_each(&mut items, |index, item| {
+                assert_ne!(index, 7, "the seventh fails");
+                *item = 1;
+            });
+        }));
+        assert!(outcome.is_err());
+        assert_eq!(items.iter().sum::<i32>(), 19);
+        threads.for_each(&mut items, |_, item| *item = 2);
+        assert_eq!(items, [2; 20]);
+    }
+
+    #[test]
+    fn a_job_may_ask_again() {
+        let threads = Threads::start(2).unwrap();
+        let mut items = [[0; 3]; 4];
+        threads.for_each(&mut items, |_, row| {
+            threads.for_each(row, |_, item| *item += 1)
+        });
+        assert_eq!(items, [[1; 3]; 4]);
+    }
+
+    #[test]
+    fn no_threads_are_refused() {
+        assert!(Threads::start(0).is_err());
+        assert!(Threads::start(MOST_THREADS + 1).is_err());
+    }
+}

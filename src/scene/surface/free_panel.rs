@@ -1,0 +1,255 @@
+//! Small panels with free edges: which they are, how large, and how far a point of them is from where they end.
+//!
+//! A reflector under a ceiling, a board, one facet of a column: a wave reflects from them as from a mirror only above a
+//! frequency that their size sets, and a path that slides over their edge fades. The wall of a room, however small, is
+//! continued by its neighbours on the side it reflects to: it is none of these.
+
+use glam::{DVec3, Vec3};
+
+use super::super::weld::sorted_edges;
+use super::{SurfaceSet, panel};
+use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Bvh, Ray};
+
+/// How far from an edge is looked for what continues the panel there, in metres: a wall may miss its neighbour by as
+/// much and share no corner with it.
+const REACH_M: f32 = 0.02;
+
+/// Places along an edge where that is done, as shares of its length.
+const PLACES: [f32; 3] = [0.2, 0.5, 0.8];
+
+/// Share of a panel's border that is free on a side before the panel counts as standing free there.
+const FREE_SHARE: f64 = 0.5;
+
+/// How far outside a point may be, in metres; see [`super::INSIDE_TOLERANCE_M`].
+const MARGIN_M: f64 = 1e-4;
+
+/// A piece of border: its ends, and whether nothing continues the panel there on the normal's side and on the other.
+#[derive(Debug, Clone, Copy)]
+struct Border {
+    ends: [Vec3; 2],
+    free: [bool; 2],
+}
+
+/// One connected piece of a surface.
+#[derive(Debug, Clone)]
+struct Piece {
+    surface: u32,
+    area_m2: f64,
+    triangles: Vec<[Vec3; 3]>,
+    borders: Vec<Border>,
+    free: [bool; 2],
+}
+
+/// A small panel at one of its points, seen from one side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FreePanel {
+    /// Area in m².
+    pub area_m2: f64,
+    /// Distance in metres to the nearest free edge.
+    pub to_edge_m: f64,
+}
+
+/// All small panels that stand free on at least one side, by surface.
+#[derive(Debug, Clone, Default)]
+pub struct FreePanels {
+    pieces: Vec<Piece>,
+    /// Where each surface's pieces begin; one more closes the list.
+    first: Vec<u32>,
+}
+
+impl FreePanels {
+    /// Of a mesh in local coordinates and its tree; only panels up to `largest_m2`.
+    pub(in super::super) fn build(
+        vertices: &[Vec3],
+        triangles: &[[u32; 3]],
+        set: &SurfaceSet,
+        bvh: &Bvh,
+        largest_m2: f64,
+    ) -> Self {
+        let roots = panel::roots(triangles, &set.triangle_surface);
+        let mut members: Vec<u32> = (0..triangles.len() as u32)
+            .filter(|&t| set.is_panel(t))
+            .collect();
+        members.sort_unstable_by_key(|&t| (set.triangle_surface[t as usize], roots[t as usize], t));
+        let mut place = vec![u32::MAX; triangles.len()];
+        let mut pieces: Vec<Piece> = Vec::new();
+        for same in members.chunk_by(|&a, &b| roots[a as usize] == roots[b as usize]) {
+            let corners = |t: &u32| triangles[*t as usize].map(|v| vertices[v as usize]);
+            let area_m2 = same.iter().map(|t| area_m2(corners(t))).sum();
+            if area_m2 > largest_m2 {
+                continue;
+            }
+            for &t in same {
+                place[t as usize] = pieces.len() as u32;
+            }
+            pieces.push(Piece {
+                surface: set.triangle_surface[same[0] as usize],
+                area_m2,
+                triangles: same.iter().map(corners).collect(),
+                borders: Vec::new(),
+                free: [false; 2],
+            });
+        }
+        for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
+            for &(_, edge) in same {
+                let (triangle, side) = (edge / 3, edge as usize % 3);
+                let Some(piece) = pieces.get_mut(place[triangle as usize] as usize) else {
+                    continue;
+                };
+                let others = || same.iter().map(|(_, e)| e / 3).filter(|&t| t != triangle);
+                if others().any(|t| set.triangle_surface[t as usize] == piece.surface) {
+                    continue;
+                }
+                let corners = triangles[triangle as usize].map(|v| vertices[v as usize]);
+                let ends = [corners[side], corners[(side + 1) % 3]];
+                let normal = set.surfaces[piece.surface as usize].normal.as_vec3();
+                piece.borders.push(Border {
+                    ends,
+                    free: free_sides(bvh, ends, corners[(side + 2) % 3], normal),
+                });
+            }
+        }
+        for piece in &mut pieces {
+            let length_m = |border: &&Border| f64::from(border.ends[0].distance(border.ends[1]));
+            let whole_m: f64 = piece.borders.iter().map(|b| length_m(&b)).sum();
+            piece.free = [0, 1].map(|side| {
+                let free = piece.borders.iter().filter(|b| b.free[side]);
+                free.map(|b| length_m(&b)).sum::<f64>() > FREE_SHARE * whole_m
+            });
+        }
+        pieces.retain(|piece| piece.free != [false; 2]);
+        let mut first = vec![0; set.surfaces.len() + 1];
+        for piece in &pieces {
+            first[piece.surface as usize + 1] += 1;
+        }
+        for surface in 0..set.surfaces.len() {
+            first[surface + 1] += first[surface];
+        }
+        Self { pieces, first }
+    }
+
+    /// The small free panel that a point of a surface lies on, seen from the normal's side or from the other.
+    pub fn at(
+        &self,
+        set: &SurfaceSet,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+    ) -> Option<FreePanel> {
+        let range =
+            self.first[surface as usize] as usize..self.first[surface as usize + 1] as usize;
+        let side = usize::from(!in_front);
+        let normal = set.surfaces[surface as usize].normal;
+        let piece = self.pieces[range].iter().find(|piece| {
+            piece.free[side] && piece.triangles.iter().any(|t| holds(*t, normal, point))
+        })?;
+        let free = piece.borders.iter().filter(|border| border.free[side]);
+        Some(FreePanel {
+            area_m2: piece.area_m2,
+            to_edge_m: free
+                .map(|border| distance_m(border.ends.map(Vec3::as_dvec3), point))
+                .fold(f64::INFINITY, f64::min),
+        })
+    }
+
+    /// Number of panels.
+    pub fn len(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+}
+
+/// Whether nothing continues a panel over an edge, on the normal's side and on the other: nothing in its plane beyond,
+/// and nothing that rises from there.
+fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2] {
+    let along = ends[1] - ends[0];
+    let across = normal.cross(along).normalize_or_zero();
+    let outward = -across * across.dot(inner - ends[0]).signum();
+    let met = |from: Vec3, to: Vec3| bvh.any_hit(&Ray::between(from, to), [NO_GROUP; 2]);
+    let most = |continued: &dyn Fn(Vec3) -> bool| {
+        let count = PLACES
+            .iter()
+            .filter(|share| continued(ends[0] + along * **share));
+        2 * count.count() > PLACES.len()
+    };
+    let up = normal * REACH_M;
+    let beyond = most(&|at| {
+        let at = at + outward * (0.5 * REACH_M);
+        met(at + up, at - up)
+    });
+    [up, -up].map(|lift| {
+        let rises = most(&|at| {
+            let at = at + lift;
+            met(at - outward * REACH_M, at + outward * REACH_M)
+        });
+        !beyond && !rises
+    })
+}
+
+fn area_m2([a, b, c]: [Vec3; 3]) -> f64 {
+    0.5 * (b - a).as_dvec3().cross((c - a).as_dvec3()).length()
+}
+
+/// Whether a point of a triangle's plane lies in it.
+fn holds(corners: [Vec3; 3], normal: DVec3, point: DVec3) -> bool {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let turn = (b - a).cross(c - a).dot(normal).signum();
+    [(a, b), (b, c), (c, a)].iter().all(|&(from, to)| {
+        let inward = normal.cross(to - from) * turn;
+        inward.dot(point - from) >= -MARGIN_M * inward.length()
+    })
+}
+
+/// Distance of a point from a segment in metres.
+fn distance_m([from, to]: [DVec3; 2], point: DVec3) -> f64 {
+    let along = to - from;
+    let share = (point - from).dot(along) / along.length_squared().max(1e-12);
+    point.distance(from + along * share.clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
+
+    fn commit(mesh: &TriangleMesh) -> Scene {
+        Scene::commit(mesh, &MaterialTable::built_in(), &SceneSettings::default()).expect("commits")
+    }
+
+    #[test]
+    fn the_walls_of_a_room_are_not_free_and_a_board_is() {
+        let mut mesh = procedural::shoebox(Vec3::new(4.0, 2.5, 3.0), "concrete");
+        let room = commit(&mesh);
+        let centre = room.to_local(Vec3::new(2.0, 1.25, 1.5));
+        for (number, wall) in room.surfaces().iter().enumerate() {
+            let height_m = wall.distance_m(centre);
+            let point = centre - height_m * wall.normal;
+            let seen = |in_front: bool| room.free_panel_at(number as u32, point, in_front);
+            // From inside a wall goes on round the corner; from outside the room is a box.
+            assert!(seen(height_m > 0.0).is_none() && seen(height_m < 0.0).is_some());
+        }
+        let first = mesh.vertices.len() as u32;
+        for (x, z) in [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0), (1.0, 2.0)] {
+            mesh.vertices.push(Vec3::new(x, 2.0, z));
+        }
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            mesh.triangles.push(corners.map(|c| first + c));
+            mesh.triangle_materials.push(0);
+        }
+        let scene = commit(&mesh);
+        assert_eq!(scene.free_panels().len(), 1 + room.free_panels().len());
+        let board = (0..scene.surfaces().len() as u32)
+            .find(|&s| (scene.surface(s).area_m2 - 1.0).abs() < 1e-6)
+            .expect("the board");
+        let local = |x: f32| scene.to_local(Vec3::new(x, 2.0, 1.5));
+        let told = scene.free_panel_at(board, local(1.2), true).expect("on it");
+        assert!((told.area_m2 - 1.0).abs() < 1e-6 && (told.to_edge_m - 0.2).abs() < 1e-5);
+        assert!(scene.free_panel_at(board, local(2.1), true).is_none());
+    }
+}

@@ -1,0 +1,346 @@
+//! What a user can get wrong ends in one line that names the place and says what to do, with exit code 2, and leaves no
+//! partial output.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use hound::{SampleFormat, WavSpec, WavWriter};
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, text).expect("written");
+        path
+    }
+
+    /// A tetrahedron, around the place 0.5, 0.5, 0.5.
+    fn room(&self) -> PathBuf {
+        let text = "usemtl plaster\nv 0 0 0\nv 6 0 0\nv 0 6 0\nv 0 0 6\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n";
+        self.write("room.obj", text)
+    }
+
+    fn wav(&self, name: &str, channels: u16, bits_per_sample: u16) -> PathBuf {
+        let spec = WavSpec {
+            channels,
+            sample_rate: 44_100,
+            bits_per_sample,
+            sample_format: SampleFormat::Int,
+        };
+        let mut writer = WavWriter::create(self.path(name), spec).expect("a WAV");
+        for n in 0..4410 * i32::from(channels) {
+            writer.write_sample((n * 37 % 199) - 99).expect("a sample");
+        }
+        writer.finalize().expect("a whole WAV");
+        self.path(name)
+    }
+}
+
+fn foresound(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_foresound"))
+        .args(arguments)
+        .output()
+        .expect("the program runs")
+}
+
+/// Exit code 2, nothing on standard output, and a last line on standard error that has all `parts`.
+fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = foresound(arguments);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+    assert!(
+        output.stdout.is_empty(),
+        "{arguments:?}: {}",
+        String::from_utf8_lossy(&output.stdout)
+    );
+    let errors: Vec<&str> = text
+        .lines()
+        .filter(|line| !line.starts_with("note: "))
+        .collect();
+    assert_eq!(errors.len(), 1, "{arguments:?}: {text}");
+    for part in parts {
+        assert!(
+            errors[0].contains(part),
+            "{arguments:?}: {:?} lacks {part:?}",
+            errors[0]
+        );
+    }
+    assert!(!text.contains("panicked"), "{text}");
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a plain path")
+}
+
+#[test]
+fn a_scene_that_is_none_is_refused_with_its_place() {
+    let folder = Folder::new();
+    refused(
+        &["inspect", text(&folder.path("gone.obj"))],
+        &["gone.obj", ";"],
+    );
+    refused(
+        &["inspect", text(folder.0.path())],
+        &[text(folder.0.path()), ";"],
+    );
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    for (name, body, place) in [
+        ("broken.obj", "v 0 zero 0\nf 1 2 3\n", "broken.obj:1"),
+        (
+            "index.obj",
+            &*format!("{vertices}f 1 2 3\nf 1 2 9\n"),
+            "index.obj:6",
+        ),
+        ("zero.obj", &*format!("{vertices}f 0 1 2\n"), "zero.obj:5"),
+        (
+            "nan.obj",
+            &*format!("v nan 0 0\n{vertices}f 1 2 3\nf 2 3 4\n"),
+            "nan.obj:1",
+        ),
+        ("empty.obj", "", "empty.obj"),
+        ("faceless.obj", vertices, "faceless.obj"),
+        ("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "one.obj"),
+        (
+            "far.obj",
+            "v 0 0 0\nv 1e9 0 0\nv 0 1e9 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n",
+            "far.obj",
+        ),
+        ("binary.obj", "\0\u{1}\u{2}v 1", "binary.obj"),
+    ] {
+        let path = folder.write(name, body);
+        refused(&["inspect", text(&path)], &[place, ";"]);
+    }
+    let room = folder.room();
+    for (option, value) in [
+        ("--scale", "0"),
+        ("--scale", "nan"),
+        ("--scale", "-1"),
+        ("--up", "w"),
+    ] {
+        refused(&["inspect", text(&room), option, value], &[";"]);
+    }
+}
+
+#[test]
+fn materials_that_are_none_are_refused_with_their_line() {
+    let folder = Folder::new();
+    let room = folder.room();
+    for (name, body, place) in [
+        ("syntax.toml", "[materials.plaster\n", "syntax.toml:1"),
+        (
+            "seven.toml",
+            "[materials.plaster]\nabsorption = [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]\n",
+            "seven.toml:2",
+        ),
+        (
+            "range.toml",
+            "[materials.plaster]\nabsorption = 1.5\n",
+            "range.toml:2",
+        ),
+        (
+            "nan.toml",
+            "[materials.plaster]\nabsorption = nan\n",
+            "nan.toml:2",
+        ),
+        (
+            "key.toml",
+            "[materials.plaster]\nabsorbtion = 0.1\n",
+            "key.toml",
+        ),
+    ] {
+        let path = folder.write(name, body);
+        refused(
+            &["inspect", text(&room), "--materials", text(&path)],
+            &[place, ";"],
+        );
+    }
+    refused(
+        &[
+            "inspect",
+            text(&room),
+            "--materials",
+            text(&folder.path("gone.toml")),
+        ],
+        &["gone.toml", ";"],
+    );
+}
+
+#[test]
+fn sounds_listeners_and_outputs_that_are_none_are_refused() {
+    let folder = Folder::new();
+    let room = folder.room();
+    let voice = folder.wav("voice.wav", 1, 16);
+    let out = folder.path("out.wav");
+    let good = format!("0.5,0.5,0.5={}", text(&voice));
+    let render = |source: &str, listener: &str, more: &[&str], parts: &[&str]| {
+        let mut arguments = vec![
+            "render",
+            "--scene",
+            text(&room),
+            "--source",
+            source,
+            "--listener",
+            listener,
+            "--out",
+            text(&out),
+        ];
+        arguments.extend(more);
+        refused(&arguments, parts);
+        assert!(!out.exists(), "{arguments:?} left a file");
+    };
+    for source in [
+        "voice.wav",
+        "1,2=voice.wav",
+        "1,2,x=voice.wav",
+        "1,2,nan=voice.wav",
+        "1,2,3=",
+    ] {
+        render(source, "1,1,1", &[], &["--source", ";"]);
+    }
+    for (name, channels, bits) in [("stereo.wav", 2, 16), ("eight.wav", 1, 8)] {
+        let sound = folder.wav(name, channels, bits);
+        render(
+            &format!("1,1,1={}", text(&sound)),
+            "1,1,1",
+            &[],
+            &[name, ";"],
+        );
+    }
+    let noise = folder.write("noise.wav", "this is no sound");
+    render(
+        &format!("1,1,1={}", text(&noise)),
+        "1,1,1",
+        &[],
+        &["noise.wav", ";"],
+    );
+    render(
+        &format!("1,1,1={}", text(&folder.path("gone.wav"))),
+        "1,1,1",
+        &[],
+        &["gone.wav", ";"],
+    );
+    render(&good, "1,1", &[], &[";"]);
+    render(&good, "1,inf,1", &[], &["--listener", ";"]);
+    for (name, body, place) in [
+        ("columns.csv", "a,b\n1,2\n", "columns.csv:2"),
+        ("order.csv", "t,x,y,z\n0,1,1,1\n0,1,1,1\n", "order.csv:3"),
+        ("word.csv", "t,x,y,z\n0,1,1,one\n", "word.csv:2"),
+        ("nan.csv", "t,x,y,z\n0,1,nan,1\n", "nan.csv:2"),
+        ("none.csv", "t,x,y,z\n", "none.csv"),
+    ] {
+        let path = folder.write(name, body);
+        render(&good, text(&path), &[], &[place, ";"]);
+    }
+    for (option, value) in [
+        ("--schedule", "later"),
+        ("--predictor", "oracle"),
+        ("--rate", "8000"),
+        ("--graphics-rate", "0"),
+        ("--seconds", "-1"),
+        ("--seconds", "nan"),
+        ("--level", "5000"),
+        ("--level", "few"),
+    ] {
+        render(&good, "1,1,1", &[option, value], &[";"]);
+    }
+    let inside_a_file = format!("{}/out.wav", text(&voice));
+    refused(
+        &[
+            "render",
+            "--scene",
+            text(&room),
+            "--source",
+            &good,
+            "--listener",
+            "1,1,1",
+            "--out",
+            &inside_a_file,
+        ],
+        &["voice.wav", "folder"],
+    );
+    refused(&["demo", "--out", &inside_a_file], &["voice.wav", "folder"]);
+    refused(&["validate", "--law", "murphy"], &["murphy", "shoebox"]);
+    refused(&["sing"], &["sing"]);
+    refused(&["render"], &["--scene"]);
+}
+
+#[test]
+fn a_users_files_become_a_sound() {
+    let folder = Folder::new();
+    let (room, voice, out) = (
+        folder.room(),
+        folder.wav("voice.wav", 1, 16),
+        folder.path("new/out.wav"),
+    );
+    let walk = folder.write(
+        "walk.csv",
+        "t, x, y, z, yaw\n0, 0.5, 0.5, 0.5, 0\n0.3, 1.0, 0.8, 0.6, 90\n",
+    );
+    let source = format!("1.2,1.1,0.9={}", text(&voice));
+    let arguments = [
+        "render",
+        "--scene",
+        text(&room),
+        "--source",
+        &source,
+        "--listener",
+        text(&walk),
+    ];
+    let output = foresound(&[&arguments[..], &["--out", text(&out), "--json"]].concat());
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert!(
+        json["paths_p50"].as_u64().is_some_and(|paths| paths > 1),
+        "{json}"
+    );
+    let reader = hound::WavReader::open(&out).expect("a WAV");
+    assert_eq!(
+        (reader.spec().channels, reader.spec().sample_rate),
+        (2, 44_100)
+    );
+    let loudest = reader
+        .into_samples::<f32>()
+        .map(|s| s.expect("a sample").abs())
+        .fold(0.0, f32::max);
+    assert!(loudest > 1e-4 && loudest <= 1.0, "{loudest}");
+    assert_eq!(
+        fs::read_dir(folder.path("new")).expect("a folder").count(),
+        1,
+        "no partial file is left"
+    );
+}
+
+#[test]
+fn unknown_materials_are_reported() {
+    let folder = Folder::new();
+    let room = folder.write(
+        "odd.obj",
+        "usemtl unobtainium\nv 0 0 0\nv 6 0 0\nv 0 6 0\nv 0 0 6\nf 1 2 3\nf 1 3 4\n",
+    );
+    let output = foresound(&["inspect", text(&room), "--json"]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("unobtainium"));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(json["defaulted_materials"][0], "unobtainium");
+    assert_eq!(
+        (json["triangles"].as_u64(), json["surfaces"].as_u64()),
+        (Some(2), Some(2))
+    );
+    assert_eq!(
+        (json["edges"].as_u64(), json["closed"].as_bool()),
+        (Some(5), Some(false))
+    );
+}

@@ -1,0 +1,263 @@
+//! Oracle: an update in the plainest way. Every candidate of every source is unfolded and cast in full, on lists that
+//! are searched from end to end; canonical forms are the least of all orders that swaps of neighbours reach.
+
+use std::sync::Arc;
+
+use foresound::geometry::Ray;
+use foresound::geometry::bvh::NO_GROUP;
+use foresound::propagation::diffraction::{self, Spot};
+use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
+use foresound::propagation::late::{LateEstimator, SourceRays};
+use foresound::propagation::neighbours::fill_up;
+use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, mix, rotation};
+use foresound::propagation::sequence::Sequence;
+use foresound::propagation::sequence_set::SequenceSet;
+use foresound::propagation::{MAX_BENDS, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
+use glam::DVec3;
+
+use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
+
+struct Memory {
+    id: SourceId,
+    late: LateEstimator,
+    cache: Vec<(Sequence, u64)>,
+}
+
+/// A propagator without a care for time.
+pub struct PlainPropagator {
+    scene: Arc<Scene>,
+    settings: PropagationSettings,
+    update: u64,
+    memories: Vec<Memory>,
+}
+
+impl PlainPropagator {
+    pub fn new(scene: Arc<Scene>, settings: PropagationSettings) -> Self {
+        Self {
+            scene,
+            settings,
+            update: 0,
+            memories: Vec::new(),
+        }
+    }
+
+    pub fn update(&mut self, listener: &ListenerPose, sources: &[SourcePose]) -> PathSet {
+        let guide = self.guide(listener);
+        self.memories
+            .retain(|memory| sources.iter().any(|pose| pose.id == memory.id));
+        let mut result = PathSet {
+            update: self.update,
+            listener: *listener,
+            sources: sources.to_vec(),
+            ..PathSet::default()
+        };
+        for pose in sources {
+            self.source(listener, pose, &guide, &mut result);
+        }
+        result.paths.sort_by_key(|path| path.id);
+        self.update += 1;
+        result
+    }
+
+    fn guide(&self, listener: &ListenerPose) -> Vec<Sequence> {
+        let scene = &*self.scene;
+        let turn = rotation(self.update, self.settings.seed);
+        let mut found = Vec::new();
+        for index in 0..self.settings.guide_rays {
+            let direction = turn * fibonacci_direction(index, self.settings.guide_rays);
+            let mut ray = Ray::new(scene.to_local(listener.position).as_vec3(), direction);
+            let mut met = Vec::new();
+            while met.len() < self.settings.depth {
+                let last = met.first().copied().unwrap_or(NO_GROUP);
+                let Some(hit) = scene.bvh().closest_hit(&ray, [last, NO_GROUP]) else {
+                    break;
+                };
+                if !scene.is_panel(hit.triangle) {
+                    break;
+                }
+                met.insert(0, hit.group);
+                add(&mut found, least_order(scene, &met));
+                let normal = scene.surface(hit.group).normal.as_vec3();
+                let onward = ray.direction - 2.0 * normal.dot(ray.direction) * normal;
+                ray = Ray::new(ray.at(hit.t), onward);
+            }
+        }
+        // Which candidates there are is not the oracle's to say.
+        let mut set = SequenceSet::with_capacity(1 << 14);
+        for sequence in found {
+            set.insert(sequence);
+        }
+        fill_up(scene, self.update, self.settings.depth, &mut set);
+        set.entries().to_vec()
+    }
+
+    fn source(
+        &mut self,
+        listener: &ListenerPose,
+        pose: &SourcePose,
+        guide: &[Sequence],
+        result: &mut PathSet,
+    ) {
+        let scene = Arc::clone(&self.scene);
+        let (settings, update) = (self.settings, self.update);
+        let (ear, origin) = (
+            scene.to_local(listener.position),
+            scene.to_local(pose.position),
+        );
+        if !self.memories.iter().any(|memory| memory.id == pose.id) {
+            self.memories.push(Memory {
+                id: pose.id,
+                late: LateEstimator::default(),
+                cache: Vec::new(),
+            });
+        }
+        let memory = self.memories.iter_mut().find(|memory| memory.id == pose.id);
+        let memory = memory.expect("just made");
+        let own_seed = mix(u64::from(pose.id.bits()));
+        let rays = SourceRays {
+            origin,
+            listener: ear,
+            pose: *pose,
+            turn: rotation(update, settings.seed ^ own_seed),
+            rotation: update % ROTATIONS,
+            count: settings.source_rays,
+            depth: settings.depth,
+            seed: mix(settings.seed) ^ own_seed,
+        };
+        let mut met = SequenceSet::with_capacity(1 << 16);
+        memory.late.trace(&scene, &rays, &mut met, &mut 0);
+        result.late.push(memory.late.estimate(&scene, pose.id));
+        let mut candidates = guide.to_vec();
+        for sequence in met.entries() {
+            add(&mut candidates, *sequence);
+        }
+        for (sequence, _) in &memory.cache {
+            add(&mut candidates, *sequence);
+        }
+        let nearest_m = pose.settings.nearest_m(f64::from(settings.nearest_m));
+        // Bent paths are no list to search: the same function, and what it is worth is the law `edge`'s to say.
+        let spot = Spot::of(pose, listener.position, f64::from(settings.nearest_m));
+        let paths = &mut result.paths;
+        let mut give = |path| paths.push(path);
+        let edges = diffraction::update(&scene, &spot, settings.bends, &mut 0, &mut give);
+        let edges = edges.as_slice().iter();
+        result
+            .direct_edges
+            .extend(edges.map(|edge| (pose.id, *edge)));
+        let mut valid = Vec::new();
+        for sequence in &candidates {
+            if sequence.len() > settings.depth {
+                continue;
+            }
+            let image = mirror_listener(&scene, sequence, ear);
+            let found = unfold(&scene, sequence, origin, image)
+                .filter(|path| is_clear(&scene, path, origin, ear, &mut 0));
+            let Some(path) = found else { continue };
+            valid.push((*sequence, update));
+            result.paths.push(Path {
+                id: sequence.path_id(&scene, pose.id),
+                source: pose.id,
+                order: path.order as u8,
+                bends: 0,
+                surfaces: path.surfaces,
+                edges: [0; MAX_BENDS],
+                points: path.points.map(|p| scene.to_world(p)),
+                image: scene.to_world(path.image),
+                length_m: path.length_m as f32,
+                amplitude: amplitude::reflected(&scene, &path, nearest_m),
+            });
+        }
+        for (sequence, seen) in &memory.cache {
+            let renewed = valid.iter().any(|(s, _)| s == sequence);
+            if !renewed && update - seen < settings.cache_updates {
+                valid.push((*sequence, *seen));
+            }
+        }
+        assert!(
+            valid.len() <= settings.cache_capacity,
+            "the oracle has no bound"
+        );
+        memory.cache = valid;
+    }
+}
+
+fn add(list: &mut Vec<Sequence>, sequence: Sequence) {
+    if !list.contains(&sequence) {
+        list.push(sequence);
+    }
+}
+
+/// The lexicographically least of all orders that swaps of perpendicular neighbours reach.
+pub fn least_order(scene: &Scene, surfaces: &[u32]) -> Sequence {
+    let mut orders = vec![surfaces.to_vec()];
+    let mut place = 0;
+    while place < orders.len() {
+        for i in 1..surfaces.len() {
+            let mut swapped = orders[place].clone();
+            let [a, b] = [swapped[i - 1], swapped[i]].map(|s| scene.surface(s).normal);
+            swapped.swap(i - 1, i);
+            if a.dot(b).abs() < 1e-4 && !orders.contains(&swapped) {
+                orders.push(swapped);
+            }
+        }
+        place += 1;
+    }
+    let least = orders.iter().min().expect("at least its own order");
+    // Already canonical, so this only changes the type.
+    Sequence::canonical(scene, least)
+}
+
+/// The path along a sequence, every order of its class tried in turn.
+fn unfold(
+    scene: &Scene,
+    sequence: &Sequence,
+    source: DVec3,
+    listener_image: DVec3,
+) -> Option<ImagePath> {
+    let mut path = ImagePath {
+        surfaces: [0; MAX_ORDER],
+        points: [DVec3::ZERO; MAX_ORDER],
+        cosines: [0.0; MAX_ORDER],
+        order: 0,
+        length_m: source.distance(listener_image),
+        image: source,
+    };
+    descend(scene, *sequence, source, listener_image, &mut path).then_some(())?;
+    for step in 0..path.order {
+        path.image = scene.surface(path.surfaces[step]).mirror(path.image);
+    }
+    Some(path)
+}
+
+fn descend(scene: &Scene, rest: Sequence, from: DVec3, image: DVec3, path: &mut ImagePath) -> bool {
+    if rest.is_empty() {
+        return true;
+    }
+    let line = image - from;
+    let step = path.order;
+    for (place, &index) in rest.surfaces().iter().enumerate() {
+        if place > 0 && !rest.can_lead(scene, place) {
+            continue;
+        }
+        let surface = scene.surface(index);
+        let here = surface.distance_m(from);
+        let there = surface.distance_m(image);
+        if here * there >= 0.0 || here.abs() < 1e-6 || there.abs() < 1e-6 {
+            continue;
+        }
+        let point = from + line * (here / (here - there));
+        if !scene.reflects_at(index, point) {
+            continue;
+        }
+        path.surfaces[step] = index;
+        path.points[step] = point;
+        path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
+        path.order = step + 1;
+        let next = surface.mirror(image);
+        if descend(scene, rest.without(place), point, next, path) {
+            return true;
+        }
+        path.order = step;
+    }
+    false
+}
