@@ -1,7 +1,7 @@
 //! Oracle: sound around an infinite rigid wedge, exactly, by numerical integration in `f64`.
 //!
-//! The impulse response of [BIOT57] in Medwin's notation ([MEDWIN81]), Fourier-transformed along the path of steepest
-//! descent as in [HADDEN81]: with R the length of the path and cosh y = (R² − r² − r'² − z²)/(2 r r'),
+//! The impulse response of \[BIOT57\] in Medwin's notation (\[MEDWIN81\]), Fourier-transformed along the path of steepest
+//! descent as in \[HADDEN81\]: with R the length of the path and cosh y = (R² − r² − r'² − z²)/(2 r r'),
 //! p = −1/(2 n π) ∫ Σ β_i(y) e^(−jkR)/R dy, β_i = sin(φ_i/n)/(cosh(y/n) − cos(φ_i/n)), φ_i = π ± φ ± φ',
 //! taken along R = R₀ − j t²: no oscillation is left, only e^(−k t²). Shares no code with the crate.
 

@@ -118,7 +118,7 @@ fn places(n: f64, radii_m: [f64; 2], along_m: f64) -> Vec<oracle::Wedge> {
     places
 }
 
-/// The kernel behind a sheet, 10° and more in its shadow, against the formula of [KURZE71] for a thin screen. Nearer to
+/// The kernel behind a sheet, 10° and more in its shadow, against the formula of \[KURZE71\] for a thin screen. Nearer to
 /// the boundary the formula itself is up to 3 dB off the exact solution.
 fn chart_rows() -> Vec<Row> {
     let mut worst = 0f64;

@@ -106,8 +106,11 @@ impl OneBend {
         let bend = line.bend(from, to)?;
         let detour_m = (bend.length_m() - from.distance(to)).max(0.0);
         let left = fade_out(detour_m);
+        if left <= 0.0 {
+            return None;
+        }
         let (incident, reflected) = bent::around(scene, line, &bend, bent::distance_m(&bend));
-        (left > 0.0).then_some(Self {
+        Some(Self {
             edge,
             bend,
             incident: incident.map(|wave| wave * left),

@@ -1,6 +1,6 @@
 //! Ways that bend twice: around both edges of a thick wall, out of one doorway and into the next.
 //!
-//! Each bend is a wedge on its own and their factors multiply. The distance parameters are [PIERCE74]'s: the bend that
+//! Each bend is a wedge on its own and their factors multiply. The distance parameters are \[PIERCE74\]'s: the bend that
 //! turns more sees the whole rest of the way on its other side, the lesser one only the leg between the two, which is
 //! the same when source and listener change places. Along a face that both edges share the wave and its reflection
 //! are one, hence half of each product.

@@ -107,8 +107,11 @@ fn pair(
         let Some(hits) = ends_seen(scene, &ends, stand) else {
             continue;
         };
-        let (incident, reflected) = bent::around(scene, edge, &bend, bent::distance_m(&bend));
         let left = fade_out(found.length_m - a.image.distance(b.image));
+        if left <= 0.0 {
+            continue;
+        }
+        let (incident, reflected) = bent::around(scene, edge, &bend, bent::distance_m(&bend));
         let mut gains: [f64; BANDS] =
             std::array::from_fn(|k| bent::signed(incident[k] + reflected[k]) * left);
         for end in &ends {

@@ -1,9 +1,9 @@
 //! What a wedge does to a wave: the uniform theory of diffraction.
 //!
 //! Pure arithmetic, any thread, bounded. Takes angles and lengths, gives the diffracted field as a share of the free
-//! field over the same length. Follows [KOUYOUMJIAN74] for a rigid wedge, rewritten without its poles: with
+//! field over the same length. Follows \[KOUYOUMJIAN74\] for a rigid wedge, rewritten without its poles: with
 //! ε = π ± β − 2πnN each term cot(ε/2n) F(kLa) D is cos(ε/2n) sin(ε/2)/sin(ε/2n) times the transition function, finite
-//! everywhere, and the lengths cancel to 1/(s + s'). Faces that absorb scale their own reflected term ([LUEBBERS84];
+//! everywhere, and the lengths cancel to 1/(s + s'). Faces that absorb scale their own reflected term (\[LUEBBERS84\];
 //! its angle is chosen so that source and listener may change places, which his is not).
 
 use std::f64::consts::PI;

@@ -73,6 +73,7 @@ impl LateEstimator {
         slot.filled = true;
         slot.curve = DecayCurve::default();
         slot.arrivals.clear();
+        slot.arrivals.reserve(connection::SHADOW_RAYS);
         self.candidates.clear();
         source_rays::follow(
             scene,

@@ -1,7 +1,7 @@
 //! Edges that sound bends around: found once at commit, asked for by place afterwards.
 //!
 //! Control side to build, wait-free to ask: queries allocate nothing and are bounded by the number of edges. Own, after
-//! the description of edge visibility in [SCHISSLER14].
+//! the description of edge visibility in \[SCHISSLER14\].
 
 mod edge;
 mod find;
