@@ -1,6 +1,5 @@
 //! Laws of the propagation stage, against oracles that share no code with it.
 
-#[allow(unreachable_pub, reason = "shared by several tests")]
 mod reference;
 
 use std::sync::Arc;
@@ -310,6 +309,7 @@ fn an_effect_that_is_off_is_not_there() {
     for pose in &mut sources {
         pose.settings.effects = Effects {
             reflections: false,
+            diffraction: false,
             transmission: false,
             ..Effects::default()
         };

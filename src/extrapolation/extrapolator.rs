@@ -8,7 +8,7 @@ use super::hold::Hold;
 use super::linear::Linear;
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
-use crate::propagation::direct::direct_path_of;
+use crate::propagation::diffraction::{Spot, direct_field};
 use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path, PathSet};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -106,11 +106,14 @@ impl Extrapolator {
         let mut rays = 0;
         result.paths.clear();
         for pose in sources {
-            let to = listener.position;
-            let direct = direct_path_of(&self.scene, pose, to, self.nearest_m, &mut rays);
-            result
-                .paths
-                .extend(direct.map(|path| self.direct_now(&path, listener)));
+            let spot = Spot::of(pose, listener.position, self.nearest_m);
+            let edges = self.current.direct_edges.iter();
+            let edges = edges
+                .filter(|(id, _)| *id == pose.id)
+                .map(|(_, edge)| *edge);
+            direct_field(&self.scene, &spot, edges, &mut rays, &mut |path| {
+                result.paths.push(self.direct_now(&path, listener));
+            });
         }
         rays += self.reflected_now(listener, sources, &mut result.paths);
         result.paths.sort_unstable_by_key(|path| path.id);

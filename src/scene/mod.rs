@@ -5,6 +5,7 @@
 mod cells;
 pub mod commit;
 pub mod committed;
+pub mod edges;
 pub mod layout;
 mod material_entry;
 pub mod materials;
@@ -19,6 +20,7 @@ pub mod weld;
 
 pub use commit::{CommittedMesh, commit_mesh};
 pub use committed::{Scene, SceneSettings};
+pub use edges::{Edge, EdgeSet};
 pub use layout::{NamedSource, SceneLayout, Walk};
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;

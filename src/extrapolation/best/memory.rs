@@ -7,7 +7,7 @@
 use super::candidate::Candidate;
 use super::history::Word;
 use super::{BestSettings, Now};
-use crate::propagation::PathSet;
+use crate::propagation::{Path, PathSet};
 
 /// Candidates kept at most, over all sources: a full memory drops those that updates no longer name.
 const CAPACITY: usize = 32_768;
@@ -34,7 +34,7 @@ impl Memory {
         self.updates += 1;
         self.next.clear();
         let mut old = self.candidates.iter().peekable();
-        for path in update.paths.iter().filter(|path| !path.is_direct()) {
+        for path in update.paths.iter().filter(is_reflected) {
             while let Some(absent) = old.next_if(|candidate| candidate.path.id < path.id) {
                 let kept = absent_from_update(absent, word, self.updates, settings);
                 self.next
@@ -77,4 +77,9 @@ fn absent_from_update(
         (kept.open, kept.tested) = (false, Some(word.frame));
     }
     Some(kept)
+}
+
+/// Whether a path reflects and does nothing else: what mirrors can follow.
+fn is_reflected(path: &&Path) -> bool {
+    path.order > 0 && path.bends == 0
 }
