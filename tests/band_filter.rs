@@ -5,7 +5,6 @@ use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::generation::{BandCorrection, BandFilter};
 use foresound::simd::F32x8;
 
-#[allow(unreachable_pub, reason = "shared by several tests")]
 mod reference;
 use reference::{crossover, dft};
 

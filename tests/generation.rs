@@ -10,7 +10,6 @@ use foresound::propagation::PathId;
 use foresound::scene::SourceId;
 use glam::{Quat, Vec3};
 
-#[allow(unreachable_pub, reason = "shared by several tests")]
 mod reference;
 use reference::synthetic_hrtf;
 

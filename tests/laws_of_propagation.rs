@@ -1,6 +1,5 @@
 //! Laws of the propagation stage, against oracles that share no code with it.
 
-#[allow(unreachable_pub, reason = "shared by several tests")]
 mod reference;
 
 use std::sync::Arc;

@@ -2,7 +2,6 @@
 //!
 //! That all instruction sets say the same stands in `one_answer.rs`.
 
-#[allow(unreachable_pub, reason = "shared by several tests")]
 mod reference;
 
 use foresound::geometry::bvh::NO_GROUP;

@@ -1,6 +1,6 @@
 //! When propagation runs and when its results are heard, on a virtual clock that counts graphics frames.
 //!
-//! Source: the paper's section III-B and Figure 2 for the asynchronous schedule, [18] there for the synchronous one.
+//! Source: the paper's section III-B and Figure 2 for the asynchronous schedule, its reference 18 for the synchronous one.
 
 use super::lead::Predicted;
 use crate::error::{Error, Result};

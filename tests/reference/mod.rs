@@ -1,5 +1,9 @@
 //! Slow oracles in `f64`, written apart from the crate, and synthetic data.
-#![allow(dead_code, reason = "each test uses the oracle it needs")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "each test uses the oracle it needs"
+)]
 
 pub mod crossover;
 pub mod dft;
