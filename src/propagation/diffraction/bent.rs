@@ -53,8 +53,15 @@ pub fn taken_away(scene: &Scene, edge: &Edge) -> BandArray {
 }
 
 /// The wave around one edge, relative to the free field over the same length and with that length's delay taken out:
-/// what continues the incoming wave, and what continues its reflections in the edge's faces. `distance_m` is L.
-pub fn around(scene: &Scene, edge: &Edge, bend: &Bend, distance_m: f64) -> (Wave, Wave) {
+/// what continues the incoming wave, and what continues its reflections in the edge's faces. `distance_m` is L;
+/// `beside_transmission` says whether what comes through the wall is heard besides ([`taken_away`]).
+pub fn around(
+    scene: &Scene,
+    edge: &Edge,
+    bend: &Bend,
+    distance_m: f64,
+    beside_transmission: bool,
+) -> (Wave, Wave) {
     let angles = WedgeAngles {
         n: edge.n,
         incoming: bend.incoming,
@@ -65,7 +72,10 @@ pub fn around(scene: &Scene, edge: &Edge, bend: &Bend, distance_m: f64) -> (Wave
         let reflectance = scene.reflectance(edge.faces[side]);
         reflectance.factor(cosines[side] as f32)
     });
-    let taken = taken_away(scene, edge);
+    let taken = match beside_transmission {
+        true => taken_away(scene, edge),
+        false => [1.0; BANDS],
+    };
     let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
     for (b, wavenumber) in wavenumbers(scene).into_iter().enumerate() {
         let wave = angles.diffracted(wavenumber, distance_m);

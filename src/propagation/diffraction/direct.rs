@@ -1,7 +1,8 @@
 //! The direct field: the straight path and those that bend once, computed together.
 //!
 //! The same function serves the propagation update and every graphics frame between two, so it casts two rays an edge
-//! and no more, allocates nothing, and takes the edges from outside. See [`super`] for how the parts join.
+//! and no more, allocates nothing, and takes the edges from outside: an update all that are near, a frame those that the
+//! last updates found. See [`super`] for how the parts join.
 
 use std::f64::consts::PI;
 
@@ -9,7 +10,7 @@ use glam::Vec3;
 
 use super::bent::{self, Course, Wave};
 use super::complex::Complex;
-use super::{LONGEST_DETOUR_M, WEAKEST, fade_out, smooth};
+use super::{WEAKEST, fade_out, smooth};
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::amplitude::{direct_by_source, free_field};
 use crate::propagation::direct::{direct_path, direct_path_of};
@@ -63,31 +64,25 @@ impl DirectEdges {
     pub fn as_slice(&self) -> &[u32] {
         &self.edges[..self.count]
     }
+
+    fn is_full(&self) -> bool {
+        self.count == MOST_DIRECT_EDGES
+    }
+
+    fn push(&mut self, edge: u32) {
+        self.edges[self.count] = edge;
+        self.count += 1;
+    }
 }
 
-/// Edges that sound bends around on its way from a source to a listener: both ends see the bend, and what comes of it is
-/// above [`WEAKEST`]. A full list leaves the longer ways out.
-pub fn find_edges(scene: &Scene, spot: &Spot, rays: &mut u64) -> DirectEdges {
-    let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-    let straight_m = from.distance(to);
-    let near = scene.edges().bends(from, to, straight_m + LONGEST_DETOUR_M);
-    let mut result = DirectEdges::default();
-    for found in near.as_slice() {
-        if result.count == MOST_DIRECT_EDGES {
-            break;
-        }
-        let Some(wave) = OneBend::of(scene, spot, found.edge) else {
-            continue;
-        };
-        let reaches = straight_m.max(spot.nearest_m) / wave.bend.length_m().max(spot.nearest_m);
-        let audible = (0..BANDS)
-            .any(|b| (wave.incident[b].abs() + wave.reflected[b].abs()) * reaches > WEAKEST);
-        if audible && wave.is_clear(scene, spot, rays) {
-            result.edges[result.count] = found.edge;
-            result.count += 1;
-        }
-    }
-    result
+/// What the direct field of one source has shown.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DirectField {
+    /// Whether source and listener see each other, or nothing of this source is to bend: no need to look for longer
+    /// ways then.
+    pub visible: bool,
+    /// Edges that it bends around: both ends see the bend, and what comes of it is above [`WEAKEST`].
+    pub edges: DirectEdges,
 }
 
 /// One way over one edge.
@@ -109,7 +104,9 @@ impl OneBend {
         if left <= 0.0 {
             return None;
         }
-        let (incident, reflected) = bent::around(scene, line, &bend, bent::distance_m(&bend));
+        let beside_transmission = spot.source.settings.effects.transmission;
+        let length_m = bent::distance_m(&bend);
+        let (incident, reflected) = bent::around(scene, line, &bend, length_m, beside_transmission);
         Some(Self {
             edge,
             bend,
@@ -117,6 +114,10 @@ impl OneBend {
             reflected: reflected.map(|wave| wave * left),
             detour_m,
         })
+    }
+
+    fn is_audible(&self, reaches: f64) -> bool {
+        (0..BANDS).any(|b| (self.incident[b].abs() + self.reflected[b].abs()) * reaches > WEAKEST)
     }
 
     fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
@@ -132,44 +133,53 @@ impl OneBend {
     }
 }
 
-/// Gives the straight path, seen or through walls, and the paths that bend around one of `edges`. Adds the rays it cast
-/// to `rays`; returns whether source and listener see each other (or whether nothing of this source is to
-/// bend).
+/// Gives the straight path, seen or through walls, and the paths that bend around one of `edges`, which come in the order
+/// of the ways' lengths: the first [`MOST_DIRECT_EDGES`] that are seen from both ends and heard count. Adds the rays it
+/// cast to `rays`.
 ///
 /// # Real-time
-/// Allocates nothing. One ray for the straight path, more behind walls, and two for each edge.
+/// Allocates nothing. One ray for the straight path, more behind walls, and up to two for each edge of the list.
 pub fn direct_field(
     scene: &Scene,
     spot: &Spot,
     edges: impl Iterator<Item = u32>,
     rays: &mut u64,
     give: &mut impl FnMut(Path),
-) -> bool {
+) -> DirectField {
     let effects = spot.source.settings.effects;
+    let mut found = DirectField {
+        visible: true,
+        ..DirectField::default()
+    };
     if !effects.diffraction {
         let straight = direct_path_of(scene, &spot.source, spot.to, spot.nearest_m, rays);
         straight.into_iter().for_each(give);
-        return true;
+        return found;
     }
     let id = spot.source.id;
     let mut straight = direct_path(scene, id, spot.from, spot.to, spot.nearest_m, rays);
     let straight_m = scene.to_local(spot.from).distance(scene.to_local(spot.to));
     let free = free_field(scene, straight_m, spot.nearest_m);
     // A wall that takes nothing away is none.
-    let visible = straight.is_some_and(|path| path.amplitude == free);
-    if !effects.direct || !(visible || effects.transmission) {
+    found.visible = straight.is_some_and(|path| path.amplitude == free);
+    if !effects.direct || !(found.visible || effects.transmission) {
         straight = None;
     }
-    let joins = visible && straight.is_some();
+    let joins = found.visible && straight.is_some();
     let wavenumbers = bent::wavenumbers(scene);
     let mut gain = [Complex::ONE; BANDS];
     for edge in edges {
+        if found.edges.is_full() {
+            break;
+        }
         let Some(wave) = OneBend::of(scene, spot, edge) else {
             continue;
         };
-        if !wave.is_clear(scene, spot, rays) {
+        let reaches = straight_m.max(spot.nearest_m) / wave.bend.length_m().max(spot.nearest_m);
+        if !wave.is_audible(reaches) || !wave.is_clear(scene, spot, rays) {
             continue;
         }
+        found.edges.push(edge);
         let bent_free = free_field(scene, wave.bend.length_m(), spot.nearest_m);
         let mut gains: BandArray = [0.0; BANDS];
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
@@ -183,7 +193,6 @@ pub fn direct_field(
             let apart = wave.incident[b] * (1.0 - joined) + wave.reflected[b] * (1.0 - follows);
             gains[b] = bent::signed(apart) as f32;
         }
-        let reaches = straight_m.max(spot.nearest_m) / wave.bend.length_m().max(spot.nearest_m);
         if gains.iter().any(|g| f64::from(g.abs()) * reaches > WEAKEST) {
             let course = Course {
                 stops: &[Stop::Edge(edge)],
@@ -195,7 +204,7 @@ pub fn direct_field(
         }
     }
     if let Some(path) = &mut straight {
-        if visible {
+        if found.visible {
             for (value, factor) in path.amplitude.iter_mut().zip(gain) {
                 // Bright fringes beside a shadow reach +1.4 dB; a source within its nearest distance gets no louder.
                 *value = (*value * factor.abs() as f32).min(1.0 / spot.nearest_m as f32);
@@ -204,5 +213,5 @@ pub fn direct_field(
         direct_by_source(&mut path.amplitude, &spot.source, spot.to - spot.from);
         give(*path);
     }
-    visible
+    found
 }

@@ -7,8 +7,6 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
-
 use super::bent::{self, Course};
 use super::direct::Spot;
 use super::wedge::WedgeAngles;
@@ -36,8 +34,8 @@ const LEAST_LEG_M: f64 = 0.02;
 const IN_FACE: f64 = 1e-2;
 
 /// A way over two edges.
-#[derive(Clone, Copy)]
-struct Way {
+#[derive(Debug, Clone, Copy)]
+pub struct Way {
     edges: [u32; 2],
     bends: [Bend; 2],
     length_m: f64,
@@ -52,9 +50,7 @@ pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Pa
     let near = edges.first_bends(from, to, straight_m + LONGEST_DETOUR_M);
     for found in near.as_slice() {
         for &second in edges.neighbours(found.edge) {
-            if let Some(way) = way(scene, [found.edge, second], from, to)
-                && way.length_m < straight_m + LONGEST_DETOUR_M
-            {
+            if let Some(way) = Way::over(scene, [found.edge, second], spot) {
                 insert(&mut tried, way);
             }
         }
@@ -64,17 +60,10 @@ pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Pa
         if count == MOST_DOUBLE {
             break;
         }
-        let gains = gains(scene, way).map(|g| (g * fade_out(way.length_m - straight_m)) as f32);
-        let reach = straight_m.max(spot.nearest_m) / way.length_m;
-        let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
-        if audible && is_clear(scene, way, from, to, rays) {
-            let course = Course {
-                stops: &way.edges.map(Stop::Edge),
-                points: &way.bends.map(|bend| bend.apex),
-                length_m: way.length_m,
-                heard_at: way.bends[1].apex,
-            };
-            give(bent::path(scene, spot, &course, &gains));
+        if let Some(path) = way.path(scene, spot)
+            && way.is_clear(scene, spot, rays)
+        {
+            give(path);
             count += 1;
         }
     }
@@ -90,41 +79,79 @@ fn insert(tried: &mut [Option<Way>; MOST_TRIED], new: Way) {
     }
 }
 
-/// The shortest way over two edges in this order, if it bends within their ends and stays in the air of both.
-fn way(scene: &Scene, edges: [u32; 2], from: DVec3, to: DVec3) -> Option<Way> {
-    let [a, b] = edges.map(|edge| scene.edges().get(edge));
-    a.angle_of(from)?;
-    b.angle_of(to)?;
-    let mut second = b.at(b.apex_m(from, to));
-    let mut first = a.at(a.apex_m(from, second));
-    for _ in 0..MOST_ROUNDS {
-        let next = b.at(b.apex_m(first, to));
-        first = a.at(a.apex_m(from, next));
-        let moved_m = next.distance(second);
-        second = next;
-        if moved_m < SETTLED_M {
-            break;
+impl Way {
+    /// The shortest way over two edges in this order, if it bends within their ends, stays in the air of both and is not
+    /// too long.
+    pub fn over(scene: &Scene, edges: [u32; 2], spot: &Spot) -> Option<Self> {
+        let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
+        let [a, b] = edges.map(|edge| scene.edges().get(edge));
+        a.angle_of(from)?;
+        b.angle_of(to)?;
+        let mut second = b.at(b.apex_m(from, to));
+        let mut first = a.at(a.apex_m(from, second));
+        for _ in 0..MOST_ROUNDS {
+            let next = b.at(b.apex_m(first, to));
+            first = a.at(a.apex_m(from, next));
+            let moved_m = next.distance(second);
+            second = next;
+            if moved_m < SETTLED_M {
+                break;
+            }
         }
+        if first.distance(second) < LEAST_LEG_M {
+            return None;
+        }
+        let mut bends = [a.bend(from, second)?, b.bend(first, to)?];
+        if share_face([a, b]) {
+            // The leg between lies in the face but for rounding.
+            bends[0].outgoing = on_face(a, bends[0].outgoing);
+            bends[1].incoming = on_face(b, bends[1].incoming);
+        }
+        let length_m = bends[0].before_m + first.distance(second) + bends[1].after_m;
+        (length_m < from.distance(to) + LONGEST_DETOUR_M).then_some(Self {
+            edges,
+            bends,
+            length_m,
+        })
     }
-    if first.distance(second) < LEAST_LEG_M {
-        return None;
+
+    /// Its path, if that is above [`WEAKEST`]. Says nothing of what stands in between.
+    pub fn path(&self, scene: &Scene, spot: &Spot) -> Option<Path> {
+        let straight_m = scene.to_local(spot.from).distance(scene.to_local(spot.to));
+        let left = fade_out(self.length_m - straight_m);
+        let gains = gains(scene, spot, self).map(|gain| (gain * left) as f32);
+        let reach = straight_m.max(spot.nearest_m) / self.length_m;
+        let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
+        audible.then(|| {
+            let course = Course {
+                stops: &self.edges.map(Stop::Edge),
+                points: &self.bends.map(|bend| bend.apex),
+                length_m: self.length_m,
+                heard_at: self.bends[1].apex,
+            };
+            bent::path(scene, spot, &course, &gains)
+        })
     }
-    let mut bends = [a.bend(from, second)?, b.bend(first, to)?];
-    if share_face([a, b]) {
-        // The leg between lies in the face but for rounding.
-        bends[0].outgoing = on_face(a, bends[0].outgoing);
-        bends[1].incoming = on_face(b, bends[1].incoming);
+
+    /// Whether nothing stands on the way. Adds the rays it cast, three at most, to `rays`.
+    pub fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
+        let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
+        let [a, b] = self.edges.map(|edge| scene.edges().get(edge));
+        let (first, second) = (
+            bent::stand(a, self.bends[0].apex),
+            bent::stand(b, self.bends[1].apex),
+        );
+        // The leg between may run along a face that both have.
+        let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
+        let along = shared.map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
+        bent::sees(scene, second, to, b.faces, rays)
+            && bent::sees(scene, from, first, a.faces, rays)
+            && bent::sees(scene, first, second, along, rays)
     }
-    let length_m = bends[0].before_m + first.distance(second) + bends[1].after_m;
-    Some(Way {
-        edges,
-        bends,
-        length_m,
-    })
 }
 
 /// Signed band gains of a way relative to the free field over its length.
-fn gains(scene: &Scene, way: &Way) -> [f64; BANDS] {
+fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
     let edges = way.edges.map(|edge| scene.edges().get(edge));
     let [before_m, between_m, after_m] = [
         way.bends[0].before_m,
@@ -149,8 +176,17 @@ fn gains(scene: &Scene, way: &Way) -> [f64; BANDS] {
     } else {
         [narrow[0], wide[1]]
     };
+    // Of one wall's share that is heard through it there is nothing to take away twice.
+    let through = spot.source.settings.effects.transmission;
+    let beside_transmission = [through, through && !share_face(edges)];
     let [first, second] = [0, 1].map(|i| {
-        let (incident, reflected) = bent::around(scene, edges[i], &way.bends[i], distances[i]);
+        let (incident, reflected) = bent::around(
+            scene,
+            edges[i],
+            &way.bends[i],
+            distances[i],
+            beside_transmission[i],
+        );
         std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
     });
     // A wedge already halves a wave that comes or goes along a face, once at each edge; what leaves the first along the
@@ -180,18 +216,4 @@ fn on_face(edge: &Edge, angle: f64) -> f64 {
 /// Whether a way leaves along one of an edge's faces.
 fn runs_along(edge: &Edge, angle: f64) -> bool {
     angle < 1e-6 || edge.n * PI - angle < 1e-6
-}
-
-fn is_clear(scene: &Scene, way: &Way, from: DVec3, to: DVec3, rays: &mut u64) -> bool {
-    let [a, b] = way.edges.map(|edge| scene.edges().get(edge));
-    let (first, second) = (
-        bent::stand(a, way.bends[0].apex),
-        bent::stand(b, way.bends[1].apex),
-    );
-    // The leg between may run along a face that both have.
-    let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
-    let along = shared.map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
-    bent::sees(scene, second, to, b.faces, rays)
-        && bent::sees(scene, from, first, a.faces, rays)
-        && bent::sees(scene, first, second, along, rays)
 }

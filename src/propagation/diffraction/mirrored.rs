@@ -8,11 +8,12 @@ use glam::DVec3;
 use super::bent::{self, Course};
 use super::direct::Spot;
 use super::{LONGEST_DETOUR_M, WEAKEST, fade_out};
-use crate::acoustics::BANDS;
+use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::path::Path;
 use crate::propagation::sequence::Stop;
 use crate::scene::Scene;
+use crate::scene::edges::Bend;
 
 /// Most paths of one source that bend once and are reflected.
 pub const MOST_MIRRORED: usize = 12;
@@ -27,7 +28,7 @@ const MIRRORS_AT_BOTH: usize = 3;
 const EDGES: usize = 6;
 
 /// A point seen directly or in a mirror.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Seen {
     real: DVec3,
     /// Where it seems to be.
@@ -35,15 +36,21 @@ struct Seen {
     mirror: Option<u32>,
 }
 
+impl Seen {
+    fn of(scene: &Scene, real: DVec3, mirror: Option<u32>) -> Self {
+        Self {
+            real,
+            image: mirror.map_or(real, |surface| scene.surface(surface).mirror(real)),
+            mirror,
+        }
+    }
+}
+
 /// Gives the paths with one bend and one or two reflections, at most [`MOST_MIRRORED`].
 pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Path)) {
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
     let (before, after) = (mirrors(scene, from), mirrors(scene, to));
-    let seen = |real: DVec3, mirror: Option<u32>| Seen {
-        real,
-        image: mirror.map_or(real, |surface| scene.surface(surface).mirror(real)),
-        mirror,
-    };
+    let seen = |real: DVec3, mirror: Option<u32>| Seen::of(scene, real, mirror);
     let mut left = MOST_MIRRORED;
     let mut try_pair = |a: Seen, b: Seen| {
         if left > 0 {
@@ -88,70 +95,140 @@ fn pair(
     rays: &mut u64,
     give: &mut impl FnMut(Path),
 ) -> usize {
-    let [a, b] = ends;
-    let (straight_m, longest_m) = (
-        a.real.distance(b.real),
-        a.image.distance(b.image) + LONGEST_DETOUR_M,
-    );
+    let [a, b] = ends.map(|end| end.image);
     let mut count = 0;
-    let near = scene.edges().bends(a.image, b.image, longest_m);
+    let near = scene.edges().bends(a, b, a.distance(b) + LONGEST_DETOUR_M);
     for found in near.as_slice().iter().take(EDGES) {
         if count == most {
             break;
         }
-        let edge = scene.edges().get(found.edge);
-        let Some(bend) = edge.bend(a.image, b.image) else {
+        let Some(way) = Mirrored::between(scene, ends, found.edge) else {
             continue;
         };
-        let stand = bent::stand(edge, bend.apex);
-        let Some(hits) = ends_seen(scene, &ends, stand) else {
-            continue;
-        };
-        let left = fade_out(found.length_m - a.image.distance(b.image));
-        if left <= 0.0 {
-            continue;
-        }
-        let (incident, reflected) = bent::around(scene, edge, &bend, bent::distance_m(&bend));
-        let mut gains: [f64; BANDS] =
-            std::array::from_fn(|k| bent::signed(incident[k] + reflected[k]) * left);
-        for end in &ends {
-            if let Some(surface) = end.mirror {
-                let plane = scene.surface(surface);
-                let way = (end.image - bend.apex).normalize_or_zero();
-                let cosine = plane.normal.dot(way).abs() as f32;
-                let factor = scene.reflectance(surface).factor(cosine);
-                for (gain, f) in gains.iter_mut().zip(factor) {
-                    *gain *= f64::from(f);
-                }
-            }
-        }
-        let reach = straight_m.max(spot.nearest_m) / found.length_m;
-        if !gains.iter().any(|g| g.abs() * reach > WEAKEST) {
-            continue;
-        }
-        let clear = (0..2).all(|end| match (hits[end], ends[end].mirror) {
-            (Some(hit), Some(surface)) => {
-                bent::sees(scene, hit, stand, [surface, edge.faces[0]], rays)
-                    && bent::sees(scene, ends[end].real, hit, [surface, NO_GROUP], rays)
-            }
-            _ => bent::sees(scene, ends[end].real, stand, edge.faces, rays),
-        });
-        if clear {
-            let gains = gains.map(|g| g as f32);
-            give(course(
-                scene,
-                spot,
-                &ends,
-                &hits,
-                found.edge,
-                bend.apex,
-                found.length_m,
-                &gains,
-            ));
+        if let Some(path) = way.path(scene, spot)
+            && way.is_clear(scene, rays)
+        {
+            give(path);
             count += 1;
         }
     }
     count
+}
+
+/// A way over one edge with a reflection before it, behind it, or both.
+#[derive(Debug, Clone, Copy)]
+pub struct Mirrored {
+    ends: [Seen; 2],
+    hits: [Option<DVec3>; 2],
+    edge: u32,
+    bend: Bend,
+    /// Where sight lines to the bend end.
+    stand: DVec3,
+}
+
+impl Mirrored {
+    /// The way over an edge with a mirror before it and one behind it, if it bends within the edge's ends and meets both
+    /// mirrors within theirs.
+    pub fn over(scene: &Scene, edge: u32, mirrors: [Option<u32>; 2], spot: &Spot) -> Option<Self> {
+        let places = [spot.from, spot.to].map(|place| scene.to_local(place));
+        let ends = [0, 1].map(|end| Seen::of(scene, places[end], mirrors[end]));
+        Self::between(scene, ends, edge)
+    }
+
+    fn between(scene: &Scene, ends: [Seen; 2], edge: u32) -> Option<Self> {
+        let line = scene.edges().get(edge);
+        let bend = line.bend(ends[0].image, ends[1].image)?;
+        let stand = bent::stand(line, bend.apex);
+        let way = Self {
+            hits: ends_seen(scene, &ends, stand)?,
+            ends,
+            edge,
+            bend,
+            stand,
+        };
+        (way.left() > 0.0).then_some(way)
+    }
+
+    /// What the length of its detour leaves of it.
+    fn left(&self) -> f64 {
+        let [a, b] = self.ends.map(|end| end.image);
+        fade_out(self.bend.length_m() - a.distance(b))
+    }
+
+    /// Its path, if that is above [`WEAKEST`]. Says nothing of what stands in between.
+    pub fn path(&self, scene: &Scene, spot: &Spot) -> Option<Path> {
+        let gains = self.gains(scene);
+        let straight_m = self.ends[0].real.distance(self.ends[1].real);
+        let reach = straight_m.max(spot.nearest_m) / self.bend.length_m();
+        let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
+        audible.then(|| self.course(scene, spot, &gains))
+    }
+
+    /// Signed band gains relative to the free field over its length.
+    fn gains(&self, scene: &Scene) -> BandArray {
+        let line = scene.edges().get(self.edge);
+        let length_m = bent::distance_m(&self.bend);
+        // No reflection is followed through walls, so a wall takes all of one away.
+        let (incident, reflected) = bent::around(scene, line, &self.bend, length_m, false);
+        let left = self.left();
+        let mut gains: [f64; BANDS] =
+            std::array::from_fn(|b| bent::signed(incident[b] + reflected[b]) * left);
+        for end in &self.ends {
+            let Some(surface) = end.mirror else {
+                continue;
+            };
+            let way = (end.image - self.bend.apex).normalize_or_zero();
+            let cosine = scene.surface(surface).normal.dot(way).abs() as f32;
+            let factor = scene.reflectance(surface).factor(cosine);
+            for (gain, f) in gains.iter_mut().zip(factor) {
+                *gain *= f64::from(f);
+            }
+        }
+        gains.map(|gain| gain as f32)
+    }
+
+    /// Whether nothing stands on the way. Adds the rays it cast, four at most, to `rays`.
+    pub fn is_clear(&self, scene: &Scene, rays: &mut u64) -> bool {
+        let faces = scene.edges().get(self.edge).faces;
+        (0..2).all(|end| {
+            let Seen { real, mirror, .. } = self.ends[end];
+            match (self.hits[end], mirror) {
+                (Some(hit), Some(surface)) => {
+                    bent::sees(scene, hit, self.stand, [surface, faces[0]], rays)
+                        && bent::sees(scene, real, hit, [surface, NO_GROUP], rays)
+                }
+                _ => bent::sees(scene, real, self.stand, faces, rays),
+            }
+        })
+    }
+
+    fn course(&self, scene: &Scene, spot: &Spot, gains: &BandArray) -> Path {
+        let apex = self.bend.apex;
+        let mut stops = [Stop::Edge(self.edge); 3];
+        let mut points = [apex; 3];
+        let mut count = 0;
+        let mut add = |stop, point| {
+            (stops[count], points[count]) = (stop, point);
+            count += 1;
+        };
+        let reflection = |end: usize| self.ends[end].mirror.zip(self.hits[end]);
+        if let Some((surface, hit)) = reflection(0) {
+            add(Stop::Surface(surface), hit);
+        }
+        add(Stop::Edge(self.edge), apex);
+        let mut heard_at = apex;
+        if let Some((surface, hit)) = reflection(1) {
+            add(Stop::Surface(surface), hit);
+            heard_at = hit;
+        }
+        let course = Course {
+            stops: &stops[..count],
+            points: &points[..count],
+            length_m: self.bend.length_m(),
+            heard_at,
+        };
+        bent::path(scene, spot, &course, gains)
+    }
 }
 
 /// Reflection points between each end and a bend; none at all if a mirror does not reach there.
@@ -170,40 +247,4 @@ fn ends_seen(scene: &Scene, ends: &[Seen; 2], stand: DVec3) -> Option<[Option<DV
         }
     }
     Some(hits)
-}
-
-#[expect(clippy::too_many_arguments, reason = "the parts of one path")]
-fn course(
-    scene: &Scene,
-    spot: &Spot,
-    ends: &[Seen; 2],
-    hits: &[Option<DVec3>; 2],
-    edge: u32,
-    apex: DVec3,
-    length_m: f64,
-    gains: &[f32; BANDS],
-) -> Path {
-    let mut stops = [Stop::Edge(edge); 3];
-    let mut points = [apex; 3];
-    let mut count = 0;
-    let mut add = |stop, point| {
-        (stops[count], points[count]) = (stop, point);
-        count += 1;
-    };
-    if let (Some(surface), Some(hit)) = (ends[0].mirror, hits[0]) {
-        add(Stop::Surface(surface), hit);
-    }
-    add(Stop::Edge(edge), apex);
-    let mut heard_at = apex;
-    if let (Some(surface), Some(hit)) = (ends[1].mirror, hits[1]) {
-        add(Stop::Surface(surface), hit);
-        heard_at = hit;
-    }
-    let course = Course {
-        stops: &stops[..count],
-        points: &points[..count],
-        length_m,
-        heard_at,
-    };
-    bent::path(scene, spot, &course, gains)
 }

@@ -23,14 +23,17 @@ pub mod direct;
 pub mod double;
 pub mod mirrored;
 pub mod transition;
+pub mod way;
 pub mod wedge;
 
-pub use direct::{DirectEdges, MOST_DIRECT_EDGES, Spot, direct_field};
+pub use direct::{DirectEdges, DirectField, MOST_DIRECT_EDGES, Spot, direct_field};
 pub use double::MOST_DOUBLE;
 pub use mirrored::MOST_MIRRORED;
+pub use way::{BentCourse, BentWay};
 
 use super::path::Path;
 use crate::scene::Scene;
+use crate::scene::edges::NearEdges;
 
 /// Longest detour over an edge in metres: 36 wavelengths at 1 kHz, where less than 5 % of the wave is left behind a
 /// screen. Paths fade out over the last quarter of it.
@@ -51,13 +54,16 @@ pub fn update(
 ) -> DirectEdges {
     let effects = spot.source.settings.effects;
     let bends = if effects.diffraction { bends } else { 0 };
-    let edges = if bends > 0 {
-        direct::find_edges(scene, spot, rays)
-    } else {
-        DirectEdges::default()
+    let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
+    let near = match bends {
+        0 => NearEdges::default(),
+        _ => {
+            let longest_m = from.distance(to) + LONGEST_DETOUR_M;
+            scene.edges().bends(from, to, longest_m)
+        }
     };
-    let listed = edges.as_slice().iter().copied();
-    let visible = direct_field(scene, spot, listed, rays, give);
+    let listed = near.as_slice().iter().map(|found| found.edge);
+    let DirectField { visible, edges } = direct_field(scene, spot, listed, rays, give);
     if visible || bends == 0 {
         return edges;
     }

@@ -144,7 +144,25 @@ impl EdgeSet {
         })
     }
 
-    /// The same for ways that may bend again before they end: only `from` must lie outside the wedge, and a bend beyond
+    /// The same, asked of some edges only, each of which may come more than once.
+    pub fn bends_over(
+        &self,
+        edges: impl Iterator<Item = u32>,
+        from: DVec3,
+        to: DVec3,
+    ) -> NearEdges {
+        let mut near = NearEdges::default();
+        for edge in edges {
+            let known = near.as_slice().iter().any(|found| found.edge == edge);
+            if let Some(bend) = self.get(edge).bend(from, to).filter(|_| !known) {
+                let length_m = bend.length_m();
+                near.insert(NearEdge { edge, length_m });
+            }
+        }
+        near
+    }
+
+    /// The same as [`Self::bends`] for ways that may bend again before they end: only `from` must lie outside the wedge, and a bend beyond
     /// an edge's end counts as one at its end.
     pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
         self.nearest(from, to, longest_m, |edge| {
