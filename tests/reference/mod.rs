@@ -5,6 +5,7 @@
     reason = "each test uses the oracle it needs"
 )]
 
+pub mod boundary_elements;
 pub mod crossover;
 pub mod dft;
 pub mod shoebox;

@@ -122,15 +122,18 @@ pub fn size(a: Pair) -> f64 {
     a.0.hypot(a.1)
 }
 
-fn turn(phase: f64) -> Pair {
+/// A number of size one.
+pub fn turn(phase: f64) -> Pair {
     (phase.cos(), phase.sin())
 }
 
-fn times(a: Pair, b: Pair) -> Pair {
+/// Product.
+pub fn times(a: Pair, b: Pair) -> Pair {
     (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
 }
 
-fn over(a: Pair, b: Pair) -> Pair {
+/// Quotient.
+pub fn over(a: Pair, b: Pair) -> Pair {
     let d = b.0 * b.0 + b.1 * b.1;
     ((a.0 * b.0 + a.1 * b.1) / d, (a.1 * b.0 - a.0 * b.1) / d)
 }

@@ -8,6 +8,7 @@ use super::complex::Complex;
 use super::direct::Spot;
 use super::wedge::WedgeAngles;
 use crate::acoustics::bands::CENTRES_HZ;
+use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::propagation::amplitude::{direct_by_source, free_field};
@@ -68,10 +69,7 @@ pub fn around(
         outgoing: bend.outgoing,
     };
     let cosines = angles.face_cosines(bend.sin_edge);
-    let [first, second] = [0, 1].map(|side| {
-        let reflectance = scene.reflectance(edge.faces[side]);
-        reflectance.factor(cosines[side] as f32)
-    });
+    let faces = edge.faces.map(|face| scene.reflectance(face));
     let taken = match beside_transmission {
         true => taken_away(scene, edge),
         false => [1.0; BANDS],
@@ -81,10 +79,25 @@ pub fn around(
     for (b, wavenumber) in wavenumbers(scene).into_iter().enumerate() {
         let wave = terms.diffracted(wavenumber * distance_m);
         incident[b] = wave.incident * f64::from(taken[b]);
-        reflected[b] =
-            wave.first_face * f64::from(first[b]) + wave.second_face * f64::from(second[b]);
+        let [first, second] =
+            [0, 1].map(|side| near_face(faces[side], b, cosines[side], wavenumber * distance_m));
+        reflected[b] = wave.first_face * first + wave.second_face * second;
     }
     (incident, reflected)
+}
+
+/// Reflection factor of a spherical wave at an angle given by its cosine, k times the distance parameter away: the plane
+/// wave's, R, but where a wave runs along a face for some wavelengths only the face hardly weakens it, while R of any
+/// impedance is −1 there.
+///
+/// Weyl and van der Pol's Q = R + (1 − R) F(w), w = ½ k L (cos θ + 1/ζ)² (\[ATTENBOROUGH88\]), adapted: in place of the
+/// boundary loss F its size, 1 − √(πw) for small w and 1/2w for large, in one fraction.
+fn near_face(face: &Reflectance, band: usize, cosine: f64, kl: f64) -> f64 {
+    let impedance = f64::from(face.impedance[band]);
+    let plane = (impedance * cosine - 1.0) / (impedance * cosine + 1.0);
+    let w = 0.5 * kl * (cosine + 1.0 / impedance).powi(2);
+    let loss = 1.0 / (1.0 + (PI * w).sqrt() + 2.0 * w);
+    (plane + (1.0 - plane) * loss) * f64::from(face.residue[band])
 }
 
 /// L = s s' sin²β₀ / (s + s') of a single bend.
