@@ -5,7 +5,9 @@
 mod cells;
 pub mod commit;
 pub mod committed;
+pub mod directivity;
 pub mod layout;
+pub mod layout_source;
 mod material_entry;
 pub mod materials;
 pub mod mesh;
@@ -19,11 +21,13 @@ pub mod weld;
 
 pub use commit::{CommittedMesh, commit_mesh};
 pub use committed::{Scene, SceneSettings};
-pub use layout::{NamedSource, SceneLayout, Walk};
+pub use directivity::{Directivity, DirectivityTable};
+pub use layout::{SceneLayout, Walk};
+pub use layout_source::NamedSource;
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;
 pub use obj::{ObjFile, ObjOptions, UpAxis, load_obj};
 pub use pose::{ListenerPose, SourceId, SourcePose};
-pub use source::{Directivity, Effects, SourceSettings};
+pub use source::{Effects, SourceSettings};
 pub use surface::{Surface, SurfaceSet};
 pub use weld::{IntakeReport, clean};

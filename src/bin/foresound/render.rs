@@ -25,10 +25,10 @@ pub(crate) struct Arguments {
     scene: PathBuf,
     #[command(flatten)]
     intake: SceneArguments,
-    /// A sound and its place in metres, +y up; may be given many times.
+    /// A sound and its place in metres, +y up, or a source's name in the scene's TOML file; may be given many times.
     #[arg(
         long = "source",
-        value_name = "x,y,z=voice.wav",
+        value_name = "x,y,z|NAME=voice.wav",
         required = true,
         allow_hyphen_values = true
     )]
@@ -138,10 +138,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     tell(&loaded.notes);
     let mut sounds = Vec::with_capacity(sources.len());
-    for source in sources {
+    for (slot, source) in sources.iter().enumerate() {
+        let pose = source.place.pose(slot, loaded.layout.as_ref())?;
         let clip = load_sound(&source.file, arguments.rate)?;
         sounds.push(Sound {
-            position: source.position,
+            source: pose,
             clip,
             looped: arguments.looped,
         });

@@ -7,15 +7,14 @@ use foresound::evaluation::clip::Clip;
 use foresound::generation::Hrtf;
 use foresound::propagation::PathSet;
 use foresound::runtime::{OfflineRenderer, OfflineReport, OfflineSettings, Poses};
-use foresound::scene::{Scene, SourceId, SourcePose};
-use glam::Vec3;
+use foresound::scene::{Scene, SourcePose};
 
 use crate::listener_path::ListenerPath;
 use crate::progress::Progress;
 
-/// A sound at a place.
+/// A sound and the source that it comes from.
 pub(crate) struct Sound {
-    pub(crate) position: Vec3,
+    pub(crate) source: SourcePose,
     pub(crate) clip: Clip,
     pub(crate) looped: bool,
 }
@@ -25,6 +24,7 @@ pub(crate) struct Session<'a> {
     pub(crate) what: &'static str,
     pub(crate) scene: &'a Arc<Scene>,
     pub(crate) hrtf: &'a Arc<Hrtf>,
+    /// Under the handles of slots 0, 1, 2, …
     pub(crate) sounds: &'a [Sound],
     pub(crate) listener: &'a ListenerPath,
     pub(crate) duration_s: f64,
@@ -49,10 +49,7 @@ impl Session<'_> {
         let frames = (self.duration_s * self.settings.graphics_rate_hz).ceil() as u64;
         let mut progress = Progress::new(self.what, frames);
         let mut poses = Poses::default();
-        for (slot, sound) in self.sounds.iter().enumerate() {
-            let id = SourceId::new(slot as u16, 0);
-            poses.sources.push(SourcePose::at(id, sound.position));
-        }
+        poses.sources.extend(self.sounds.iter().map(|s| s.source));
         let mut signal = |slot: usize, from: u64, samples: &mut [f32]| {
             let sound = &self.sounds[slot];
             if sound.looped {
