@@ -309,6 +309,7 @@ fn an_effect_that_is_off_is_not_there() {
     for pose in &mut sources {
         pose.settings.effects = Effects {
             reflections: false,
+            diffraction: false,
             transmission: false,
             ..Effects::default()
         };

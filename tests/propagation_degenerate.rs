@@ -19,6 +19,7 @@ const SETTINGS: PropagationSettings = PropagationSettings {
     cache_updates: 16,
     cache_capacity: 256,
     nearest_m: 0.3,
+    bends: 2,
 };
 
 /// Three updates; what cannot be committed is refused, which is well too.

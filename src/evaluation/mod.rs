@@ -8,6 +8,7 @@ pub mod canvas;
 pub mod cells;
 pub mod clip;
 pub mod colormap;
+pub mod edge_figure;
 pub mod floor_plan;
 pub mod lettering;
 pub mod mel;

@@ -2,18 +2,19 @@
 
 use std::sync::Arc;
 
-use super::best::{Best, Now};
+use super::best::{Best, Now, late_now};
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::hold::Hold;
 use super::linear::Linear;
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
-use crate::propagation::direct::direct_path_of;
+use crate::propagation::diffraction::{Spot, direct_field};
 use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path, PathSet};
-use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use crate::scene::edges::NearEdges;
+use crate::scene::{ListenerPose, Scene, SourcePose};
 
-/// How reflected paths are continued.
+/// How paths are continued that are not part of the direct field.
 enum Rule {
     /// Each path of the newest update by itself.
     PathByPath(Box<dyn Predictor>),
@@ -35,6 +36,9 @@ impl Continuation {
     }
 }
 
+/// Sources that there is room for at first.
+const SOURCES_AT_FIRST: usize = 64;
+
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
 /// # Real-time
@@ -46,6 +50,10 @@ pub struct Extrapolator {
     current: PathSet,
     previous: PathSet,
     matches: Vec<Option<u32>>,
+    /// Of each source of the present graphics frame whether the listener does not see it.
+    shadowed: Vec<bool>,
+    /// The late fields of the present graphics frame.
+    late: Vec<LateSource>,
     level: u32,
     frames_since_update: u32,
     updates: u64,
@@ -62,6 +70,8 @@ impl Extrapolator {
             current: PathSet::default(),
             previous: PathSet::default(),
             matches: Vec::new(),
+            shadowed: Vec::with_capacity(SOURCES_AT_FIRST),
+            late: Vec::with_capacity(SOURCES_AT_FIRST),
             level: 0,
             frames_since_update: 0,
             updates: 0,
@@ -105,23 +115,27 @@ impl Extrapolator {
     ) -> u64 {
         let mut rays = 0;
         result.paths.clear();
+        self.shadowed.clear();
         for pose in sources {
-            let to = listener.position;
-            let direct = direct_path_of(&self.scene, pose, to, self.nearest_m, &mut rays);
-            result
-                .paths
-                .extend(direct.map(|path| self.direct_now(&path, listener)));
+            let spot = Spot::of(pose, listener.position, self.nearest_m);
+            let edges = self.direct_edges(&spot);
+            let listed = edges.as_slice().iter().map(|found| found.edge);
+            let field = direct_field(&self.scene, &spot, listed, &mut rays, &mut |path| {
+                result.paths.push(self.direct_now(&path, listener));
+            });
+            self.shadowed.push(!field.visible);
         }
-        rays += self.reflected_now(listener, sources, &mut result.paths);
+        rays += self.continued_now(listener, sources, &mut result.paths);
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
-        result.decay_time_s = common_decay(&self.current.late);
+        self.late_now(listener, sources);
+        result.decay_time_s = common_decay(&self.late);
         result.late.clear();
         let wanted = |late: &LateSource| {
             let own = sources.iter().find(|pose| pose.id == late.source);
             own.is_some_and(|pose| pose.settings.effects.late)
         };
-        for late in self.current.late.iter().filter(|late| wanted(late)) {
+        for late in self.late.iter().filter(|late| wanted(late)) {
             let steps = tail_steps(late, &result.decay_time_s);
             result.late.extend(steps.map(|step| LateSend {
                 source: late.source,
@@ -133,8 +147,20 @@ impl Extrapolator {
         rays
     }
 
-    /// Adds the reflected paths; gives the number of rays cast.
-    fn reflected_now(
+    /// The edges that the last two updates name for a source, shortest way first: one of them was computed for a place
+    /// before this one, the other, as it may be, for a place behind it.
+    fn direct_edges(&self, spot: &Spot) -> NearEdges {
+        let named = self.current.direct_edges.iter();
+        let named = named
+            .chain(&self.previous.direct_edges)
+            .filter(|(id, _)| *id == spot.source.id)
+            .map(|(_, edge)| *edge);
+        let [from, to] = [spot.from, spot.to].map(|place| self.scene.to_local(place));
+        self.scene.edges().bends_over(named, from, to)
+    }
+
+    /// Adds the reflected paths, and the bent ones that are not part of the direct field; gives the number of rays cast.
+    fn continued_now(
         &mut self,
         listener: &ListenerPose,
         sources: &[SourcePose],
@@ -147,15 +173,11 @@ impl Extrapolator {
                     scene: &self.scene,
                     listener,
                     sources,
+                    shadowed: &self.shadowed,
                     nearest_m: self.nearest_m,
                 };
                 let is_new = self.updates > 0 && self.frames_since_update == 0;
-                let rays = best.frame(is_new.then_some(&self.current), &now, paths);
-                // What a source has just been told to leave out is still remembered.
-                if !sources.iter().all(|pose| pose.settings.effects.reflections) {
-                    paths.retain(|path| path.order == 0 || reflects(sources, path.source));
-                }
-                return rays;
+                return best.frame(is_new.then_some(&self.current), &now, paths);
             }
         };
         let at = FrameContext {
@@ -165,7 +187,7 @@ impl Extrapolator {
             level: self.level,
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            if current.is_direct() || !reflects(sources, current.source) {
+            if current.is_revalidated() || !is_wanted(sources, current) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -176,6 +198,26 @@ impl Extrapolator {
             paths.push(predictor.predict(&tracked, &at));
         }
         0
+    }
+
+    /// The late field of every source of the newest update: as that has it, or as it is by now.
+    fn late_now(&mut self, listener: &ListenerPose, sources: &[SourcePose]) {
+        self.late.clear();
+        if let Rule::PathByPath(_) = self.continuation.0 {
+            self.late.extend_from_slice(&self.current.late);
+            return;
+        }
+        let now = Now {
+            scene: &self.scene,
+            listener,
+            sources,
+            shadowed: &self.shadowed,
+            nearest_m: self.nearest_m,
+        };
+        let (current, previous) = (&self.current, &self.previous);
+        let each = current.late.iter();
+        self.late
+            .extend(each.map(|late| late_now(current, previous, late, &now)));
     }
 
     fn direct_now(&self, path: &Path, listener: &ListenerPose) -> FramePath {
@@ -193,9 +235,13 @@ impl Extrapolator {
     }
 }
 
-/// Whether a source is there and its reflections are wanted.
-fn reflects(sources: &[SourcePose], id: SourceId) -> bool {
-    sources
-        .iter()
-        .any(|pose| pose.id == id && pose.settings.effects.reflections)
+/// Whether a path's source is there and may be heard that way: what a source has just been told to leave out is still
+/// in the last update.
+pub(super) fn is_wanted(sources: &[SourcePose], path: &Path) -> bool {
+    sources.iter().any(|pose| {
+        let effects = pose.settings.effects;
+        pose.id == path.source
+            && (path.order == 0 || effects.reflections)
+            && (path.bends == 0 || effects.diffraction)
+    })
 }

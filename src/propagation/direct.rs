@@ -5,7 +5,7 @@
 use glam::{DVec3, Vec3};
 
 use super::amplitude::{direct_by_source, free_field};
-use super::path::{MAX_ORDER, Path};
+use super::path::{MAX_BENDS, MAX_ORDER, Path};
 use super::sequence::Sequence;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
@@ -42,7 +42,9 @@ pub fn direct_path(
         id: Sequence::default().path_id(scene, source),
         source,
         order: 0,
+        bends: 0,
         surfaces: [0; MAX_ORDER],
+        edges: [0; MAX_BENDS],
         points: [Vec3::ZERO; MAX_ORDER],
         image: from,
         length_m: length_m as f32,

@@ -8,6 +8,7 @@
 pub mod amplitude;
 mod cache;
 mod candidates;
+pub mod diffraction;
 pub mod direct;
 pub mod discovery;
 pub mod finite_panel;
@@ -24,7 +25,7 @@ mod source_task;
 pub mod update;
 pub mod workers;
 
-pub use path::{LATE_STEPS, LateSource, MAX_ORDER, Path, PathId, PathSet};
+pub use path::{LATE_STEPS, LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
 pub use settings::PropagationSettings;
 pub use update::Propagator;
 pub use workers::{Serial, Workers};

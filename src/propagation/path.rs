@@ -8,6 +8,9 @@ use crate::scene::{ListenerPose, SourceId, SourcePose};
 /// Highest reflection order of a discrete path (the paper's depth).
 pub const MAX_ORDER: usize = 4;
 
+/// Most edges that one path bends around.
+pub const MAX_BENDS: usize = 2;
+
 /// Identity of a path across updates: source and canonical surface sequence, folded into 64 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct PathId(pub u64);
@@ -19,13 +22,18 @@ pub struct Path {
     pub id: PathId,
     /// The source it starts at.
     pub source: SourceId,
-    /// Number of reflections; 0 is the direct path.
+    /// Number of reflections; 0 is the direct path, or one that bends around edges only.
     pub order: u8,
+    /// Number of edges that it bends around, 0 to [`MAX_BENDS`]; together with `order` at most [`MAX_ORDER`].
+    pub bends: u8,
     /// Indices of the reflecting surfaces from source to listener; the first `order` count.
     pub surfaces: [u32; MAX_ORDER],
-    /// Reflection points in metres, from source to listener; the first `order` count.
+    /// Numbers of the edges in [`crate::scene::Scene::edges`] from source to listener; the first `bends` count.
+    pub edges: [u32; MAX_BENDS],
+    /// Reflection points and bends in metres, from source to listener; the first `order` + `bends` count.
     pub points: [Vec3; MAX_ORDER],
-    /// Position of the image source in metres: the listener hears the path from there.
+    /// Position of the image source in metres: the listener hears the path from there. Of a bent path: as far off as
+    /// the path is long, in the direction of its last bend or what reflects it after that.
     pub image: Vec3,
     /// Length in metres.
     pub length_m: f32,
@@ -36,7 +44,19 @@ pub struct Path {
 impl Path {
     /// Whether this is the direct path.
     pub fn is_direct(&self) -> bool {
-        self.order == 0
+        self.order == 0 && self.bends == 0
+    }
+
+    /// Whether this path is computed anew in every graphics frame instead of being continued from its last update: the
+    /// direct path and those that bend once on their way and do nothing else
+    /// ([`crate::propagation::diffraction::direct_field`]).
+    pub fn is_revalidated(&self) -> bool {
+        self.order == 0 && self.bends <= 1
+    }
+
+    /// The edges it bends around, from source to listener.
+    pub fn edges(&self) -> &[u32] {
+        &self.edges[..usize::from(self.bends)]
     }
 
     /// The reflecting surfaces from source to listener.
@@ -44,9 +64,9 @@ impl Path {
         &self.surfaces[..usize::from(self.order)]
     }
 
-    /// The reflection points from source to listener.
+    /// The reflection points and bends from source to listener.
     pub fn points(&self) -> &[Vec3] {
-        &self.points[..usize::from(self.order)]
+        &self.points[..usize::from(self.order + self.bends)]
     }
 }
 
@@ -95,6 +115,9 @@ pub struct PathSet {
     pub sources: Vec<SourcePose>,
     /// Valid paths, sorted by [`Path::id`].
     pub paths: Vec<Path>,
+    /// Edges near which each source's direct field is to be looked at in every graphics frame, in the order of
+    /// [`Self::sources`], nearest first.
+    pub direct_edges: Vec<(SourceId, u32)>,
     /// Late reverb, one entry a source, in the order of [`Self::sources`].
     pub late: Vec<LateSource>,
     /// Rays cast for it.

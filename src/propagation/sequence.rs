@@ -20,8 +20,9 @@ pub struct Sequence {
 /// Planes whose normals' cosine is below this commute: 0.006°, far beyond what merging of surfaces leaves.
 const COMMUTING_COSINE: f64 = 1e-4;
 
-/// What a symbol of a path's identity stands for; transmissions and edges follow.
+/// What a symbol of a path's identity stands for.
 const REFLECTION: u64 = 0;
+const EDGE: u64 = 1;
 
 impl Sequence {
     /// The canonical form of surfaces given from source to listener; at most [`MAX_ORDER`] count.
@@ -79,12 +80,8 @@ impl Sequence {
     /// Identity of the path that a source's sound takes along this sequence. Made of the surfaces' stable keys, so that
     /// it outlives a scene's reload.
     pub fn path_id(&self, scene: &Scene, source: SourceId) -> PathId {
-        let mut hash = u64::from(source.bits()) ^ 0x6a09_e667_f3bc_c908;
-        for &surface in self.surfaces() {
-            let symbol = REFLECTION << 62 | scene.surface(surface).key >> 2;
-            hash = (hash.rotate_left(5) ^ symbol).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        }
-        PathId(hash ^ hash >> 32)
+        let key = |&surface: &u32| REFLECTION << 62 | scene.surface(surface).key >> 2;
+        fold(source, self.surfaces().iter().map(key))
     }
 
     /// A well-spread number of the surfaces' indices.
@@ -96,6 +93,33 @@ impl Sequence {
         }
         hash ^ hash >> 29
     }
+}
+
+/// One thing that a path meets on its way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// Reflection in a surface.
+    Surface(u32),
+    /// Bend around an edge.
+    Edge(u32),
+}
+
+/// Identity of the path along these stops, from source to listener. One without edges has the identity that its
+/// canonical sequence gives it.
+pub fn bent_path_id(scene: &Scene, source: SourceId, stops: impl Iterator<Item = Stop>) -> PathId {
+    let key = |stop| match stop {
+        Stop::Surface(surface) => REFLECTION << 62 | scene.surface(surface).key >> 2,
+        Stop::Edge(edge) => EDGE << 62 | scene.edges().get(edge).key >> 2,
+    };
+    fold(source, stops.map(key))
+}
+
+fn fold(source: SourceId, symbols: impl Iterator<Item = u64>) -> PathId {
+    let mut hash = u64::from(source.bits()) ^ 0x6a09_e667_f3bc_c908;
+    for symbol in symbols {
+        hash = (hash.rotate_left(5) ^ symbol).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+    PathId(hash ^ hash >> 32)
 }
 
 fn commute(a: DVec3, b: DVec3) -> bool {

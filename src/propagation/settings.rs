@@ -1,6 +1,6 @@
 //! What propagation may spend, and where its limits are.
 
-use super::path::MAX_ORDER;
+use super::path::{MAX_BENDS, MAX_ORDER};
 use crate::error::{Error, Result};
 
 /// What propagation may spend, and where its limits are.
@@ -20,7 +20,10 @@ pub struct PropagationSettings {
     pub cache_capacity: usize,
     /// Distance in metres below which a source gets no louder.
     pub nearest_m: f32,
+    /// Most edges that one path bends around, 0 to [`MAX_BENDS`]; 0 is sound without diffraction.
+    pub bends: usize,
 }
+
 impl Default for PropagationSettings {
     fn default() -> Self {
         Self {
@@ -31,6 +34,7 @@ impl Default for PropagationSettings {
             cache_updates: 16,
             cache_capacity: 2048,
             nearest_m: 0.3,
+            bends: MAX_BENDS,
         }
     }
 }
@@ -51,6 +55,7 @@ impl PropagationSettings {
         range("guide_rays", self.guide_rays.into(), 1, 65_536)?;
         range("source_rays", self.source_rays.into(), 1, 65_536)?;
         range("depth", self.depth as u64, 0, MAX_ORDER as u64)?;
+        range("bends", self.bends as u64, 0, MAX_BENDS as u64)?;
         range("cache_capacity", self.cache_capacity as u64, 1, 65_536)?;
         if self.nearest_m.is_finite() && self.nearest_m > 0.0 {
             return Ok(());

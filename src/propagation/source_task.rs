@@ -1,4 +1,4 @@
-//! One source's part of an update: source rays, direct path, validation of candidates. Depends on no other source, so
+//! One source's part of an update: source rays, direct field, bent paths, validation of candidates. Depends on no other source, so
 //! that sources can be spread over threads.
 
 use glam::DVec3;
@@ -6,11 +6,11 @@ use glam::DVec3;
 use super::amplitude;
 use super::cache::SequenceCache;
 use super::candidates::{Candidates, image_for_one};
-use super::direct::direct_path_of;
+use super::diffraction::{self, DirectEdges, Spot};
 use super::image_source::unfold;
 use super::late::{LateEstimator, SourceRays};
 use super::occluders::Occluders;
-use super::path::{LateSource, Path};
+use super::path::{LateSource, MAX_BENDS, Path};
 use super::sampling::{ROTATIONS, mix, rotation};
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
@@ -53,6 +53,8 @@ pub(super) struct SourceTask {
     likely: Vec<(u32, DVec3)>,
     /// Valid paths in no order that means anything.
     pub(super) paths: Vec<Path>,
+    /// Edges that its direct field is followed at until the next update.
+    pub(super) direct_edges: DirectEdges,
     pub(super) late_source: Option<LateSource>,
     pub(super) rays: u64,
 }
@@ -70,6 +72,7 @@ impl SourceTask {
             own: SequenceSet::with_capacity(own),
             likely: Vec::with_capacity(candidates),
             paths: Vec::with_capacity(PATHS_AT_FIRST),
+            direct_edges: DirectEdges::default(),
             late_source: None,
             rays: 0,
         }
@@ -93,6 +96,7 @@ impl SourceTask {
         let origin = shared.scene.to_local(pose.position);
         self.rays = 0;
         self.paths.clear();
+        self.direct_edges = DirectEdges::default();
         self.trace(shared, pose, origin);
         let within_reach =
             |place: DVec3| place.abs().max_element() < FARTHEST_M && place.is_finite();
@@ -103,17 +107,16 @@ impl SourceTask {
         self.cache.turn(shared.update, most);
     }
 
-    /// The direct path and all reflected ones.
+    /// The direct path, bent and reflected ones.
     fn find_paths(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
         let otherwise_m = f64::from(shared.settings.nearest_m);
-        let to = shared.listener.position;
-        self.paths.extend(direct_path_of(
-            shared.scene,
-            pose,
-            to,
-            otherwise_m,
-            &mut self.rays,
-        ));
+        let spot = Spot::of(pose, shared.listener.position, otherwise_m);
+        let bends = shared.settings.bends;
+        let paths = &mut self.paths;
+        self.direct_edges =
+            diffraction::update(shared.scene, &spot, bends, &mut self.rays, &mut |path| {
+                paths.push(path);
+            });
         if pose.settings.effects.reflections {
             self.validate(shared, pose, origin);
         }
@@ -201,7 +204,9 @@ impl SourceTask {
             id: sequence.path_id(scene, self.id),
             source: self.id,
             order: path.order as u8,
+            bends: 0,
             surfaces: path.surfaces,
+            edges: [0; MAX_BENDS],
             points: path.points.map(|p| scene.to_world(p)),
             image: scene.to_world(path.image),
             length_m: path.length_m as f32,

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::candidates::Candidates;
+use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
 use super::neighbours::{CANDIDATES, fill_up};
 use super::path::{PathId, PathSet};
@@ -215,6 +216,14 @@ impl Propagator {
         let path =
             |&(_, task, place): &(PathId, u32, u32)| tasks[task as usize].paths[place as usize];
         result.paths.extend(self.order.iter().map(path));
+        result.direct_edges.clear();
+        result.direct_edges.reserve(tasks.len() * MOST_DIRECT_EDGES);
+        for (pose, task) in sources.iter().zip(tasks) {
+            let edges = task.direct_edges.as_slice().iter();
+            result
+                .direct_edges
+                .extend(edges.map(|edge| (pose.id, *edge)));
+        }
         result.late.clear();
         result
             .late

@@ -7,6 +7,7 @@
 use glam::{DVec3, Vec3};
 
 use super::commit::{CommittedMesh, commit_mesh};
+use super::edges::EdgeSet;
 use super::materials::MaterialTable;
 use super::mesh::TriangleMesh;
 use super::surface::Surface;
@@ -51,6 +52,7 @@ impl Default for SceneSettings {
 pub struct Scene {
     mesh: CommittedMesh,
     bvh: Bvh,
+    edges: EdgeSet,
     reflectances: Vec<Reflectance>,
     transmission_factors: Vec<BandArray>,
     speed_of_sound_m_s: f64,
@@ -83,6 +85,13 @@ impl Scene {
             &mesh.triangles,
             &mesh.surfaces.triangle_surface,
         );
+        let edges = EdgeSet::build(
+            &mesh.vertices,
+            &mesh.triangles,
+            &mesh.surfaces,
+            mesh.centre,
+            &bvh,
+        );
         let free_panels = FreePanels::build(
             &mesh.vertices,
             &mesh.triangles,
@@ -92,6 +101,7 @@ impl Scene {
         );
         Ok(Self {
             bvh,
+            edges,
             free_panels,
             reflectances: mesh.materials.iter().map(Reflectance::of).collect(),
             transmission_factors: mesh
@@ -122,6 +132,12 @@ impl Scene {
     #[inline]
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// Edges that sound bends around, in local coordinates.
+    #[inline]
+    pub fn edges(&self) -> &EdgeSet {
+        &self.edges
     }
 
     /// All surfaces.
@@ -244,6 +260,6 @@ impl Scene {
 
     /// Memory that the scene occupies, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        self.bvh.memory_bytes() + self.mesh.memory_bytes()
+        self.bvh.memory_bytes() + self.mesh.memory_bytes() + self.edges.memory_bytes()
     }
 }

@@ -10,3 +10,4 @@ pub mod dft;
 pub mod shoebox;
 pub mod synthetic_hrtf;
 pub mod visibility;
+pub mod wedge;

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
-use foresound::propagation::direct::direct_path;
+use foresound::propagation::diffraction::{self, Spot};
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
 use foresound::propagation::late::{LateEstimator, SourceRays};
 use foresound::propagation::neighbours::fill_up;
 use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, mix, rotation};
 use foresound::propagation::sequence::Sequence;
 use foresound::propagation::sequence_set::SequenceSet;
-use foresound::propagation::{MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
+use foresound::propagation::{MAX_BENDS, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
 use glam::DVec3;
 
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -135,9 +135,15 @@ impl PlainPropagator {
             add(&mut candidates, *sequence);
         }
         let nearest_m = pose.settings.nearest_m(f64::from(settings.nearest_m));
-        let (from, to) = (pose.position, listener.position);
-        let direct = direct_path(&scene, pose.id, from, to, nearest_m, &mut 0);
-        result.paths.extend(direct);
+        // Bent paths are no list to search: the same function, and what it is worth is the law `edge`'s to say.
+        let spot = Spot::of(pose, listener.position, f64::from(settings.nearest_m));
+        let paths = &mut result.paths;
+        let mut give = |path| paths.push(path);
+        let edges = diffraction::update(&scene, &spot, settings.bends, &mut 0, &mut give);
+        let edges = edges.as_slice().iter();
+        result
+            .direct_edges
+            .extend(edges.map(|edge| (pose.id, *edge)));
         let mut valid = Vec::new();
         for sequence in &candidates {
             if sequence.len() > settings.depth {
@@ -152,7 +158,9 @@ impl PlainPropagator {
                 id: sequence.path_id(&scene, pose.id),
                 source: pose.id,
                 order: path.order as u8,
+                bends: 0,
                 surfaces: path.surfaces,
+                edges: [0; MAX_BENDS],
                 points: path.points.map(|p| scene.to_world(p)),
                 image: scene.to_world(path.image),
                 length_m: path.length_m as f32,

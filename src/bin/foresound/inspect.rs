@@ -35,6 +35,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "open_edges": report.open_edges,
             "non_manifold_edges": report.non_manifold_edges,
             "closed": report.closed,
+            "diffracting_edges": scene.edges().len(),
             "triangles_in": report.triangles_in,
             "dropped_non_finite": report.dropped_non_finite,
             "dropped_degenerate": report.dropped_degenerate,
@@ -63,6 +64,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         "  edges       {}: {} open, {} shared by more than two; {closed}",
         report.edges, report.open_edges, report.non_manifold_edges
     );
+    println!("  diffracting {} edges", scene.edges().len());
     println!("  welded      {} vertices", report.vertices_welded);
     println!("  bounds      {min} to {max} m, size {}", max - min);
     println!("  memory      {:.1} MB", scene.memory_bytes() as f64 / 1e6);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use foresound::evaluation::edge_figure::draw_edge_figure;
 use foresound::evaluation::validate::{late_figures, law_names, measure};
 use foresound::{Error, Result};
 use serde_json::json;
@@ -69,6 +70,9 @@ fn write_figures(folder: &Path) -> Result<()> {
         .map_err(|error| Error::file(folder, error, "choose a folder that can be written"))?;
     let mut files = Vec::new();
     files.extend(late_figures::write(folder)?);
+    let edge = folder.join("edge.png");
+    draw_edge_figure()?.save_png(&edge)?;
+    files.push(edge);
     for file in files {
         eprintln!("{}", file.display());
     }

@@ -2,6 +2,8 @@
 
 pub mod air;
 pub mod decay;
+pub mod edge;
+pub(in crate::evaluation) mod edge_scene;
 pub mod joining;
 pub mod late_figures;
 pub mod recall;
@@ -57,13 +59,14 @@ impl Row {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 7] = [
+const LAWS: [(&str, Law); 8] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
     ("joining", joining::rows),
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
+    ("edge", edge::rows),
     ("transmission", transmission::rows),
 ];
 

@@ -108,7 +108,10 @@ impl Ground {
                 .map(|&s| self.plane_of[s as usize])
                 .collect()
         };
-        let reflected = set.paths.iter().filter(|path| !path.is_direct());
+        let reflected = set
+            .paths
+            .iter()
+            .filter(|path| path.order > 0 && path.bends == 0);
         reflected.map(|path| planes(path.surfaces())).collect()
     }
 }

@@ -5,10 +5,11 @@ use super::super::predictor::as_of_update;
 use super::{BestSettings, Now};
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::amplitude::{free_field, reflected};
+use crate::propagation::diffraction::{BentCourse, BentWay};
 use crate::propagation::image_source::{ImagePath, mirror_listener, unfold};
 use crate::propagation::sequence::Sequence;
 use crate::propagation::{Path, PathSet};
-use crate::scene::{ListenerPose, Scene, SourceId};
+use crate::scene::{ListenerPose, Scene};
 use glam::DVec3;
 
 /// Difference in metres between a path's length and what its surfaces give, above which it is no image-source path.
@@ -24,12 +25,10 @@ pub struct Candidate {
     pub path: Path,
     /// The listener of that update.
     pub listener: ListenerPose,
-    /// The path's surfaces in canonical order.
-    pub sequence: Sequence,
+    /// What the path can be computed from.
+    pub course: Course,
     /// What the update's amplitude is to the analytic one at its own poses: 1 where nothing else is modelled.
     pub residual: BandArray,
-    /// Whether surfaces alone give the path; else it is held as the update has it.
-    pub analytic: bool,
     /// Whether nothing blocks it, as of frame [`Self::tested`].
     pub open: bool,
     /// The graphics frame whose visibility is known; `None` before the first test.
@@ -38,13 +37,28 @@ pub struct Candidate {
     pub valid_in: u64,
 }
 
+/// What a path can be computed from anew.
+#[derive(Debug, Clone, Copy)]
+pub enum Course {
+    /// Surfaces alone, in canonical order.
+    Mirrors(Sequence),
+    /// Edges, and surfaces before or behind them.
+    Bends(BentCourse),
+    /// Nothing that is known here: it is held as the update has it.
+    Unknown,
+}
+
 /// How a candidate stands in one graphics frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Standing {
-    /// What is heard if nothing blocks it; `None` if a point has left its surface.
-    pub path: Option<FramePath>,
-    /// Geometry to cast rays along.
-    pub image: Option<ImagePath>,
+pub enum Standing {
+    /// Nothing of it is to be heard: a point has left its surface, its source has gone or, for a bent path, is seen.
+    Out,
+    /// Heard like this if nothing blocks it, and nothing to cast rays along.
+    Path(FramePath),
+    /// A reflected path: heard like this if nothing blocks it.
+    Image(FramePath, ImagePath),
+    /// A bent path.
+    Bent(BentWay),
 }
 
 impl Candidate {
@@ -53,13 +67,16 @@ impl Candidate {
         let mut candidate = Self {
             path: *path,
             listener: update.listener,
-            sequence: Sequence::canonical(scene, path.surfaces()),
+            course: Course::Unknown,
             residual: [1.0; BANDS],
-            analytic: false,
             open: true,
             tested: None,
             valid_in: 0,
         };
+        if let Some(bent) = BentCourse::of(scene, path) {
+            candidate.course = Course::Bends(bent);
+            return candidate;
+        }
         let source = update.sources.iter().find(|pose| pose.id == path.source);
         let Some(source) = source else {
             return candidate;
@@ -68,11 +85,12 @@ impl Candidate {
             scene.to_local(source.position),
             scene.to_local(update.listener.position),
         );
-        let image = trace(scene, &candidate.sequence, from, ear);
+        let sequence = Sequence::canonical(scene, path.surfaces());
+        let image = trace(scene, &sequence, from, ear);
         let same =
             |found: &ImagePath| (found.length_m - f64::from(path.length_m)).abs() < FOREIGN_M;
         if let Some(found) = image.filter(same) {
-            candidate.analytic = true;
+            candidate.course = Course::Mirrors(sequence);
             let analytic = reflected(scene, &found, nearest_m);
             for b in 0..BANDS {
                 if analytic[b].abs() > NO_LEVEL {
@@ -83,32 +101,51 @@ impl Candidate {
         candidate
     }
 
-    /// Where it comes from, how late and how loud it is in the graphics frame `now`, whatever may block it.
+    /// How it stands in the graphics frame `now`, whatever may block it.
     pub(super) fn stand(&self, now: &Now<'_>, settings: &BestSettings) -> Standing {
-        let nothing = Standing {
-            path: None,
-            image: None,
+        let Some(spot) = now.spot(self.path.source) else {
+            return Standing::Out;
         };
-        let Some(from) = position_of(now, self.path.source) else {
-            return nothing;
+        let sequence = match self.course {
+            Course::Unknown => return Standing::Path(self.held(now)),
+            // An update leaves these out where the direct path is seen.
+            Course::Bends(_) if !now.is_shadowed(self.path.source) => return Standing::Out,
+            Course::Bends(_) if !settings.exact_geometry => {
+                return Standing::Path(self.held(now));
+            }
+            Course::Bends(course) => {
+                return course
+                    .way(now.scene, &spot)
+                    .map_or(Standing::Out, Standing::Bent);
+            }
+            Course::Mirrors(sequence) => sequence,
         };
-        let held = || as_of_update(&self.path, &self.listener, now.scene);
-        if !self.analytic {
-            return Standing {
-                path: Some(held()),
-                ..nothing
-            };
+        let from = now.scene.to_local(spot.from);
+        let ear = now.scene.to_local(spot.to);
+        match trace(now.scene, &sequence, from, ear) {
+            Some(image) if !settings.exact_geometry => Standing::Image(self.held(now), image),
+            Some(image) => Standing::Image(self.exact(&image, now), image),
+            None if settings.drop_outside => Standing::Out,
+            None if !settings.exact_geometry => Standing::Path(self.held(now)),
+            None => Standing::Path(self.unbounded(from, ear, now)),
         }
-        let ear = now.scene.to_local(now.listener.position);
-        let image = trace(now.scene, &self.sequence, from, ear);
-        let path = match &image {
-            Some(_) if !settings.exact_geometry => Some(held()),
-            Some(found) => Some(self.exact(found, now)),
-            None if settings.drop_outside => None,
-            None if !settings.exact_geometry => Some(held()),
-            None => Some(self.unbounded(from, ear, now)),
-        };
-        Standing { path, image }
+    }
+
+    /// What is heard of it while it is open.
+    pub(super) fn heard(&self, standing: &Standing, now: &Now<'_>) -> Option<FramePath> {
+        match standing {
+            Standing::Out => None,
+            Standing::Path(path) | Standing::Image(path, _) => Some(*path),
+            Standing::Bent(way) => {
+                let path = way.path(now.scene, &now.spot(self.path.source)?)?;
+                Some(as_of_update(&path, now.listener, now.scene))
+            }
+        }
+    }
+
+    /// As the update has it.
+    fn held(&self, now: &Now<'_>) -> FramePath {
+        as_of_update(&self.path, &self.listener, now.scene)
     }
 
     /// Exact for an image-source path: length, air, spreading, angles and direction of this frame.
@@ -148,12 +185,6 @@ impl Candidate {
     pub fn energy(&self) -> f32 {
         self.path.amplitude.iter().map(|a| a * a).sum()
     }
-}
-
-/// The place of a source in local coordinates, if it is still there.
-pub(super) fn position_of(now: &Now<'_>, source: SourceId) -> Option<DVec3> {
-    let pose = now.sources.iter().find(|pose| pose.id == source)?;
-    Some(now.scene.to_local(pose.position))
 }
 
 fn trace(scene: &Scene, sequence: &Sequence, from: DVec3, ear: DVec3) -> Option<ImagePath> {

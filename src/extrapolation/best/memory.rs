@@ -4,7 +4,7 @@
 //! of a later graphics frame than the candidate's own last test; what it says for a pose where the listener never was
 //! is a hint. Candidates that it does not name are kept for some updates, closed or open.
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, Course};
 use super::history::Word;
 use super::{BestSettings, Now};
 use crate::propagation::PathSet;
@@ -34,9 +34,9 @@ impl Memory {
         self.updates += 1;
         self.next.clear();
         let mut old = self.candidates.iter().peekable();
-        for path in update.paths.iter().filter(|path| !path.is_direct()) {
+        for path in update.paths.iter().filter(|path| !path.is_revalidated()) {
             while let Some(absent) = old.next_if(|candidate| candidate.path.id < path.id) {
-                let kept = absent_from_update(absent, word, self.updates, settings);
+                let kept = absent_from_update(absent, now, word, self.updates, settings);
                 self.next
                     .extend(kept.filter(|_| self.next.len() < CAPACITY));
             }
@@ -53,7 +53,7 @@ impl Memory {
             self.next.push(candidate);
         }
         for absent in old {
-            let kept = absent_from_update(absent, word, self.updates, settings);
+            let kept = absent_from_update(absent, now, word, self.updates, settings);
             self.next
                 .extend(kept.filter(|_| self.next.len() < CAPACITY));
         }
@@ -64,15 +64,21 @@ impl Memory {
 /// What becomes of a candidate that an update does not name.
 fn absent_from_update(
     candidate: &Candidate,
+    now: &Now<'_>,
     word: Word,
     updates: u64,
     settings: &BestSettings,
 ) -> Option<Candidate> {
     let age = updates - candidate.valid_in;
-    if age > u64::from(settings.remembered_updates) || !candidate.analytic {
+    if age > u64::from(settings.remembered_updates) || matches!(candidate.course, Course::Unknown) {
         return None;
     }
     let mut kept = *candidate;
+    // Where the direct path is seen no update looks for longer bends, so it has not said anything.
+    if matches!(kept.course, Course::Bends(_)) && !now.is_shadowed(kept.path.source) {
+        kept.tested = None;
+        return Some(kept);
+    }
     if word.binding && kept.tested <= Some(word.frame) {
         (kept.open, kept.tested) = (false, Some(word.frame));
     }

@@ -1,6 +1,7 @@
 //! The predictor `best`: exact geometry in every graphics frame, visibility by a few rays.
 //!
-//! Runs on the sound thread. Takes updates as they arrive, gives the reflected paths of each graphics frame. Bounded by
+//! Runs on the sound thread. Takes updates as they arrive, gives the reflected and bent paths of each graphics frame
+//! (less the direct field's, which every predictor has anew). Bounded by
 //! the number of candidates and by [`BestSettings::rays_per_source`]; allocates only while there are more candidates
 //! than ever before. Own work, after the measurements that ARCHITECTURE.md tells of: between two updates the stale delay
 //! of a path does the most harm, its stale visibility comes second, its amplitude last.
@@ -8,19 +9,24 @@
 //! - [`candidate`]: one path as it stands now, from its surfaces and today's poses;
 //! - [`memory`]: candidates from update to update, and whose word on visibility counts;
 //! - [`history`]: where the listener was, so that an update's word can be dated;
-//! - [`rays`]: which candidates are asked whether something blocks them.
+//! - [`rays`]: which candidates are asked whether something blocks them;
+//! - `tail`: the late field between two updates.
 
 pub mod candidate;
 pub mod history;
 pub mod memory;
 pub mod rays;
 pub mod settings;
+mod tail;
 
+use super::extrapolator::is_wanted;
 use super::frame::FramePath;
 use crate::propagation::PathSet;
-use crate::scene::{ListenerPose, Scene, SourcePose};
+use crate::propagation::diffraction::Spot;
+use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 pub use settings::{BestSettings, Lead};
+pub(super) use tail::late_now;
 
 use candidate::Standing;
 use history::History;
@@ -33,7 +39,22 @@ pub(super) struct Now<'a> {
     pub(super) scene: &'a Scene,
     pub(super) listener: &'a ListenerPose,
     pub(super) sources: &'a [SourcePose],
+    /// Of each source whether the listener does not see it.
+    pub(super) shadowed: &'a [bool],
     pub(super) nearest_m: f64,
+}
+
+impl Now<'_> {
+    /// A source and the listener as they are, if the source is still there.
+    fn spot(&self, source: SourceId) -> Option<Spot> {
+        let pose = self.sources.iter().find(|pose| pose.id == source)?;
+        Some(Spot::of(pose, self.listener.position, self.nearest_m))
+    }
+
+    fn is_shadowed(&self, source: SourceId) -> bool {
+        let mut each = self.sources.iter().zip(self.shadowed);
+        each.any(|(pose, shadowed)| pose.id == source && *shadowed)
+    }
 }
 
 /// State of the predictor.
@@ -59,7 +80,7 @@ impl Best {
         }
     }
 
-    /// Adds the reflected paths of a graphics frame to `paths`, in the order of their identities; `arrived` is the update
+    /// Adds the paths of a graphics frame to `paths` that are not part of the direct field; `arrived` is the update
     /// that is used from this frame on, if there is one. Gives the number of rays cast.
     pub(super) fn frame(
         &mut self,
@@ -88,11 +109,10 @@ impl Best {
             &self.standings,
             now,
         );
-        for (candidate, standing) in candidates.iter_mut().zip(&self.standings) {
-            if let Some(frame_path) = standing.path.filter(|_| candidate.open) {
-                paths.push(frame_path);
-            }
-        }
+        let open = candidates.iter().zip(&self.standings);
+        let open =
+            open.filter(|(candidate, _)| candidate.open && is_wanted(now.sources, &candidate.path));
+        paths.extend(open.filter_map(|(candidate, standing)| candidate.heard(standing, now)));
         self.frame += 1;
         rays
     }

@@ -4,8 +4,10 @@
 //! never asked comes before one that was.
 
 use super::Now;
-use super::candidate::{Candidate, Standing, position_of};
+use super::candidate::{Candidate, Standing};
+use crate::propagation::diffraction::{Spot, way};
 use crate::propagation::image_source::is_clear;
+use crate::scene::Scene;
 
 /// Graphics frames that a candidate counts as unasked for if it never was asked.
 const NEVER_FRAMES: u64 = 64;
@@ -29,7 +31,8 @@ impl Inspection {
     ) -> u64 {
         self.queue.clear();
         for (index, (candidate, standing)) in candidates.iter().zip(standings).enumerate() {
-            if standing.image.is_none() || candidate.tested == Some(frame) {
+            let has_way = matches!(standing, Standing::Image(..) | Standing::Bent(_));
+            if !has_way || candidate.tested == Some(frame) {
                 continue;
             }
             let age = candidate
@@ -49,25 +52,40 @@ impl Inspection {
             self.queue.truncate(most);
         }
         self.queue.sort_unstable_by(urgent);
-        let ear = now.scene.to_local(now.listener.position);
         let mut rays = 0;
         for &(_, index) in &self.queue {
             let candidate = &mut candidates[index as usize];
-            let Some(image) = &standings[index as usize].image else {
-                continue;
-            };
-            if rays + image.order as u64 + 1 > budget {
+            let standing = &standings[index as usize];
+            if rays + most_rays(standing) > budget {
                 break;
             }
-            let Some(from) = position_of(now, candidate.path.source) else {
+            let Some(spot) = now.spot(candidate.path.source) else {
                 continue;
             };
-            candidate.open = is_clear(now.scene, image, from, ear, &mut rays);
+            candidate.open = is_open(standing, &spot, now.scene, &mut rays);
             candidate.tested = Some(frame);
             if candidate.open {
                 candidate.valid_in = updates;
             }
         }
         rays
+    }
+}
+
+/// Rays that a look along a way takes at most.
+fn most_rays(standing: &Standing) -> u64 {
+    match standing {
+        Standing::Image(_, image) => image.order as u64 + 1,
+        Standing::Bent(_) => way::MOST_RAYS,
+        Standing::Path(_) | Standing::Out => 0,
+    }
+}
+
+fn is_open(standing: &Standing, spot: &Spot, scene: &Scene, rays: &mut u64) -> bool {
+    let [from, ear] = [spot.from, spot.to].map(|place| scene.to_local(place));
+    match standing {
+        Standing::Image(_, image) => is_clear(scene, image, from, ear, rays),
+        Standing::Bent(way) => way.is_clear(scene, spot, rays),
+        Standing::Path(_) | Standing::Out => true,
     }
 }

@@ -1,12 +1,16 @@
 //! From a bounce to the listener: which bounces are looked at, and what arrives.
 //!
 //! Every bounce knows what it would send to the listener by Lambert's law if nothing stood in between; a fixed number
-//! of shadow rays asks whether something does, given to bounces in proportion to what they would send (systematic
-//! sampling, \[COCHRAN77\] 9A.2), so that the sum stays right and a strong bounce is never missed.
+//! of shadow rays asks whether something does, given to bounces in proportion to what they may send (systematic
+//! sampling, \[COCHRAN77\] 9A.2), so that the sum stays right and a strong bounce is hardly ever missed.
+//!
+//! What is chosen depends on the listener's place to `CELL_M` only, and what a chosen bounce sends is computed anew for
+//! wherever the listener is when the sum is asked for. So the sum is a smooth function of the place, and not of how many
+//! updates the listener took to get there.
 
 use glam::Vec3;
 
-use crate::acoustics::{BANDS, BandArray};
+use crate::acoustics::BandArray;
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
@@ -17,6 +21,12 @@ pub const SHADOW_RAYS: usize = 64;
 /// Radius in metres over which a bounce is spread, so that a listener who stands beside one does not hear it alone.
 const SPREAD_M: f32 = 0.7;
 
+/// Width in metres of the cells in which the same bounces are chosen.
+const CELL_M: f32 = 2.0;
+
+/// Radius in metres over which a bounce is spread for the choice: a listener is up to 1.7 m from the cell's centre.
+const CHOICE_SPREAD_M: f32 = 1.5;
+
 /// Energy that a bounce has for the tail.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Candidate {
@@ -24,39 +34,59 @@ pub(super) struct Candidate {
     /// Unit normal on the side that sound leaves to.
     pub(super) normal: Vec3,
     pub(super) surface: u32,
-    /// Way from the source, then to the listener.
+    /// Way from the source.
     pub(super) length_m: f32,
-    /// Energy leaving, then arriving.
+    /// Energy leaving, without air.
     pub(super) energy: BandArray,
-    /// Sum over the bands.
+    /// What it may send to a listener, over all bands: what it is chosen by.
     pub(super) weight: f32,
     /// Beyond the depth of discrete paths.
     pub(super) is_far: bool,
 }
 
 impl Candidate {
-    /// From what leaves to what arrives: Lambert's cosine law over the way to the listener, with air.
-    pub(super) fn weigh(&mut self, scene: &Scene, listener: Vec3, gain: f32) {
-        let way = listener - self.point;
-        let distance_m = way.length();
-        let cosine = self.normal.dot(way) / distance_m.max(1e-6);
-        let spread = distance_m * distance_m + SPREAD_M * SPREAD_M;
-        let kernel = gain * cosine.max(0.0) / (std::f32::consts::PI * spread);
-        self.length_m += distance_m;
-        for (energy, m) in self.energy.iter_mut().zip(scene.air_np_per_m()) {
-            *energy *= kernel * (-2.0 * m * self.length_m).exp();
+    /// Takes in what the bounce stands for, and what it may send to a listener thereabouts.
+    pub(super) fn weigh(&mut self, listener: Vec3, gain: f32) {
+        for energy in &mut self.energy {
+            *energy *= gain;
         }
-        self.weight = self.energy.iter().sum();
+        let cell = (listener / CELL_M).floor() * CELL_M + 0.5 * CELL_M;
+        let spread = self.point.distance_squared(cell) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
+        self.weight = self.energy.iter().sum::<f32>() / spread;
     }
 }
 
-/// Energy that arrives at the listener at one moment.
+/// A bounce whose sound arrives at the listener.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
-    /// Seconds from emission.
-    pub(super) delay_s: f64,
-    /// Relative to the free field's at 1 m, one a band.
-    pub(super) energy: BandArray,
+    point: Vec3,
+    normal: Vec3,
+    /// Way from the source to the bounce.
+    before_m: f32,
+    /// Way from there to where the listener was when it was looked at.
+    after_m: f32,
+    /// Energy leaving, one a band, less what the air over both ways takes.
+    energy: BandArray,
+}
+
+impl Arrival {
+    /// Seconds from emission, and energy relative to the free field's at 1 m: Lambert's cosine law over the way to the
+    /// listener, with air.
+    pub(super) fn at(&self, scene: &Scene, listener: Vec3) -> (f64, BandArray) {
+        let way = listener - self.point;
+        let after_m = way.length();
+        let cosine = self.normal.dot(way).max(0.0) / after_m.max(1e-6);
+        let kernel = cosine / (std::f32::consts::PI * (after_m * after_m + SPREAD_M * SPREAD_M));
+        let further_m = after_m - self.after_m;
+        let mut energy = self.energy;
+        for (energy, m) in energy.iter_mut().zip(scene.air_np_per_m()) {
+            // The exponential's first terms, never below nothing: it is a matter of a few metres.
+            let x = 2.0 * m * further_m;
+            *energy *= kernel / (1.0 + x + 0.5 * x * x);
+        }
+        let length_m = f64::from(self.before_m + after_m);
+        (length_m / scene.speed_of_sound_m_s(), energy)
+    }
 }
 
 /// Looks from bounces to the listener. Adds the rays it cast to `rays`.
@@ -93,12 +123,17 @@ pub(super) fn connect(
                 continue;
             }
             let gain = (marks * stride / f64::from(candidate.weight)) as f32;
+            let after_m = candidate.point.distance(listener);
+            let length_m = candidate.length_m + after_m;
             let mut energy = candidate.energy;
-            for value in energy.iter_mut().take(BANDS) {
-                *value *= gain;
+            for (energy, m) in energy.iter_mut().zip(scene.air_np_per_m()) {
+                *energy *= gain * (-2.0 * m * length_m).exp();
             }
             arrivals.push(Arrival {
-                delay_s: f64::from(candidate.length_m) / scene.speed_of_sound_m_s(),
+                point: candidate.point,
+                normal: candidate.normal,
+                before_m: candidate.length_m,
+                after_m,
                 energy,
             });
         }

@@ -16,9 +16,12 @@ pub const LATE_STEPS_FREE_TIMES: [f64; LATE_STEPS] = [0.0, 2.0, 5.0, 10.0];
 /// Until when the last step's arrivals are looked at, in mean free times; rays with 32 bounces come so far.
 const LAST_FREE_TIME: f64 = 20.0;
 
+/// Over how many mean free times an arrival changes from one step to the next, so that a walk does not make it jump.
+const CHANGE_FREE_TIMES: f64 = 1.0;
+
 /// Sums arrivals into the steps of `late`; `updates` is how many updates' arrivals they are.
-pub(super) fn gather<'a>(
-    arrivals: impl Iterator<Item = (f64, &'a BandArray)>,
+pub(super) fn gather(
+    arrivals: impl Iterator<Item = (f64, BandArray)>,
     updates: usize,
     late: &mut LateSource,
 ) {
@@ -26,11 +29,21 @@ pub(super) fn gather<'a>(
     let mut sums = [[0.0f64; BANDS]; LATE_STEPS];
     for (since_s, energy) in arrivals {
         let at = since_s / free_time_s;
-        if at < LAST_FREE_TIME {
-            let step = LATE_STEPS_FREE_TIMES.iter().rposition(|start| at >= *start);
-            let step = &mut sums[step.unwrap_or(0)];
-            for b in 0..BANDS {
-                step[b] += f64::from(energy[b]);
+        let beyond = |start: f64| ((at - start) / CHANGE_FREE_TIMES + 0.5).clamp(0.0, 1.0);
+        for (step, sum) in sums.iter_mut().enumerate() {
+            let first = if step == 0 {
+                1.0
+            } else {
+                beyond(LATE_STEPS_FREE_TIMES[step])
+            };
+            let next = LATE_STEPS_FREE_TIMES
+                .get(step + 1)
+                .unwrap_or(&LAST_FREE_TIME);
+            let share = first - beyond(*next);
+            if share > 0.0 {
+                for (sum, energy) in sum.iter_mut().zip(&energy) {
+                    *sum += share * f64::from(*energy);
+                }
             }
         }
     }

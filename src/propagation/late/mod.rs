@@ -23,6 +23,8 @@ pub mod source_rays;
 pub use envelope::{TailStep, common_decay, tail_steps};
 pub use source_rays::SourceRays;
 
+use glam::Vec3;
+
 use super::path::LateSource;
 use super::sampling::ROTATIONS;
 use super::sequence_set::SequenceSet;
@@ -36,8 +38,6 @@ struct Slot {
     filled: bool,
     curve: DecayCurve,
     arrivals: Vec<Arrival>,
-    /// Seconds from source to listener along the straight line.
-    nearest_s: f64,
 }
 
 /// Running estimate of one source's late field.
@@ -47,6 +47,8 @@ pub struct LateEstimator {
     candidates: Vec<Candidate>,
     /// The newest straight line's time.
     nearest_s: f64,
+    /// The newest place of the listener, local coordinates.
+    listener: Vec3,
 }
 
 impl Default for LateEstimator {
@@ -55,6 +57,7 @@ impl Default for LateEstimator {
             slots: vec![Slot::default(); ROTATIONS as usize],
             candidates: Vec::new(),
             nearest_s: 0.0,
+            listener: Vec3::ZERO,
         }
     }
 }
@@ -93,11 +96,11 @@ impl LateEstimator {
             &mut slot.arrivals,
             rays,
         );
-        slot.nearest_s = from.origin.distance(from.listener) / scene.speed_of_sound_m_s();
-        self.nearest_s = slot.nearest_s;
+        self.nearest_s = from.origin.distance(from.listener) / scene.speed_of_sound_m_s();
+        self.listener = from.listener.as_vec3();
     }
 
-    /// The estimate over the last sixteen updates.
+    /// The estimate over the last sixteen updates, for the listener of the last.
     pub fn estimate(&self, scene: &Scene, source: SourceId) -> LateSource {
         let mut curve = DecayCurve::default();
         let filled = || self.slots.iter().filter(|slot| slot.filled);
@@ -113,12 +116,13 @@ impl LateEstimator {
             decay_time_s: decay.decay_time_s,
             ..LateSource::silent(source)
         };
-        // An arrival belongs to the time since the first sound could be there, as that was in its own update.
+        // An arrival belongs to the time since the first sound could be there.
         let arrivals = filled().flat_map(|slot| {
-            let nearest_s = slot.nearest_s;
-            slot.arrivals
-                .iter()
-                .map(move |a| (a.delay_s - nearest_s, &a.energy))
+            let arrivals = slot.arrivals.iter();
+            arrivals.map(|arrival| {
+                let (delay_s, energy) = arrival.at(scene, self.listener);
+                (delay_s - self.nearest_s, energy)
+            })
         });
         envelope::gather(arrivals, filled().count(), &mut late);
         late

@@ -92,7 +92,7 @@ pub(super) fn follow(
                     for (energy, factor) in candidate.energy.iter_mut().zip(directivity) {
                         *energy *= factor * factor;
                     }
-                    candidate.weigh(scene, from.listener.as_vec3(), gain);
+                    candidate.weigh(from.listener.as_vec3(), gain);
                     candidates.push(candidate);
                 }
                 None => break,

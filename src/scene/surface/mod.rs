@@ -7,8 +7,8 @@
 pub mod free_panel;
 mod grid;
 mod group;
-mod key;
-mod panel;
+pub(super) mod key;
+pub(super) mod panel;
 
 use glam::{DVec3, Vec3};
 

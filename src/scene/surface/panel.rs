@@ -25,9 +25,7 @@ pub(super) fn large_enough(
 
 /// The first triangle of each triangle's connected piece of its surface.
 pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32> {
-    let mut pieces = Pieces {
-        parents: (0..triangles.len() as u32).collect(),
-    };
+    let mut pieces = Pieces::new(triangles.len());
     for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
         // Rarely more than two; of those of one surface each is united with the first.
         for (place, (_, edge)) in same.iter().enumerate() {
@@ -45,12 +43,20 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
 }
 
 /// Union-find; the lower number is the root.
-struct Pieces {
+pub(in crate::scene) struct Pieces {
     parents: Vec<u32>,
 }
 
 impl Pieces {
-    fn root(&mut self, mut number: u32) -> u32 {
+    /// `count` things, each alone.
+    pub(in crate::scene) fn new(count: usize) -> Self {
+        Self {
+            parents: (0..count as u32).collect(),
+        }
+    }
+
+    /// The lowest number of the thing's piece.
+    pub(in crate::scene) fn root(&mut self, mut number: u32) -> u32 {
         while self.parents[number as usize] != number {
             let above = self.parents[self.parents[number as usize] as usize];
             self.parents[number as usize] = above;
@@ -59,7 +65,8 @@ impl Pieces {
         number
     }
 
-    fn unite(&mut self, a: u32, b: u32) {
+    /// Makes two pieces one.
+    pub(in crate::scene) fn unite(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }

@@ -1,0 +1,159 @@
+//! What all bent paths have in common: sight lines to an edge, the wave around it, the path that comes of it.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use super::complex::Complex;
+use super::direct::Spot;
+use super::wedge::WedgeAngles;
+use crate::acoustics::bands::CENTRES_HZ;
+use crate::acoustics::{BANDS, BandArray};
+use crate::geometry::Ray;
+use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::path::{MAX_BENDS, MAX_ORDER, Path};
+use crate::propagation::sequence::{Stop, bent_path_id};
+use crate::scene::Scene;
+use crate::scene::edges::{Bend, Edge};
+
+/// One complex value a band.
+pub type Wave = [Complex; BANDS];
+
+/// How far in front of an edge, in the middle of its air, sight lines end, in metres: a third surface that touches the
+/// edge does not hide it, and nothing that one could hear passes between.
+const CLEARANCE_M: f64 = 1e-3;
+
+/// Where sight lines to a bend end.
+pub fn stand(edge: &Edge, apex: DVec3) -> DVec3 {
+    apex + CLEARANCE_M * edge.outward()
+}
+
+/// Whether nothing outside two surfaces lies between two points. Adds the ray to `rays`.
+pub fn sees(scene: &Scene, from: DVec3, to: DVec3, ignored: [u32; 2], rays: &mut u64) -> bool {
+    *rays += 1;
+    let line = Ray::between(from.as_vec3(), to.as_vec3());
+    !scene.bvh().any_hit(&line, ignored)
+}
+
+/// Wavenumbers of the band centres in rad/m.
+pub fn wavenumbers(scene: &Scene) -> [f64; BANDS] {
+    CENTRES_HZ.map(|hz| 2.0 * PI * hz / scene.speed_of_sound_m_s())
+}
+
+/// Share of a wave that the wall behind an edge takes away: 1 less what comes through its faces.
+pub fn taken_away(scene: &Scene, edge: &Edge) -> BandArray {
+    let [a, b] = edge.faces;
+    let through = scene.transmission_factor(a);
+    // In through one face and out through the other of the same material is one wall.
+    if scene.surface(a).material == scene.surface(b).material {
+        return through.map(|t| 1.0 - t);
+    }
+    let other = scene.transmission_factor(b);
+    std::array::from_fn(|band| 1.0 - through[band] * other[band])
+}
+
+/// The wave around one edge, relative to the free field over the same length and with that length's delay taken out:
+/// what continues the incoming wave, and what continues its reflections in the edge's faces. `distance_m` is L;
+/// `beside_transmission` says whether what comes through the wall is heard besides ([`taken_away`]).
+pub fn around(
+    scene: &Scene,
+    edge: &Edge,
+    bend: &Bend,
+    distance_m: f64,
+    beside_transmission: bool,
+) -> (Wave, Wave) {
+    let angles = WedgeAngles {
+        n: edge.n,
+        incoming: bend.incoming,
+        outgoing: bend.outgoing,
+    };
+    let cosines = angles.face_cosines(bend.sin_edge);
+    let [first, second] = [0, 1].map(|side| {
+        let reflectance = scene.reflectance(edge.faces[side]);
+        reflectance.factor(cosines[side] as f32)
+    });
+    let taken = match beside_transmission {
+        true => taken_away(scene, edge),
+        false => [1.0; BANDS],
+    };
+    let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
+    for (b, wavenumber) in wavenumbers(scene).into_iter().enumerate() {
+        let wave = angles.diffracted(wavenumber, distance_m);
+        incident[b] = wave.incident * f64::from(taken[b]);
+        reflected[b] =
+            wave.first_face * f64::from(first[b]) + wave.second_face * f64::from(second[b]);
+    }
+    (incident, reflected)
+}
+
+/// L = s s' sin²β₀ / (s + s') of a single bend.
+pub fn distance_m(bend: &Bend) -> f64 {
+    bend.before_m * bend.after_m / bend.length_m() * bend.sin_edge.powi(2)
+}
+
+/// The signed size of a wave. Its phase is near 0 to −45° behind a boundary and 180° to 135° before it, so the sign of
+/// its part along −22.5° tells the sides apart; where a wave is neither it fades instead of jumping.
+pub fn signed(wave: Complex) -> f64 {
+    let size = wave.abs();
+    if size < 1e-12 {
+        return 0.0;
+    }
+    let along = (wave * Complex::turn(PI / 8.0)).re / size;
+    size * (4.0 * along).clamp(-1.0, 1.0)
+}
+
+/// Reflections and bends of a path, from source to listener.
+pub struct Course<'a> {
+    /// What the path meets.
+    pub stops: &'a [Stop],
+    /// Where, in local coordinates.
+    pub points: &'a [DVec3],
+    /// Its length in metres.
+    pub length_m: f64,
+    /// Where the listener hears it from: the last point, or where the last bend is seen in the mirrors after it.
+    pub heard_at: DVec3,
+}
+
+/// A path of given band gains relative to the free field over its length.
+pub fn path(scene: &Scene, spot: &Spot, course: &Course<'_>, gains: &BandArray) -> Path {
+    let mut amplitude = free_field(scene, course.length_m, spot.nearest_m);
+    for (value, gain) in amplitude.iter_mut().zip(gains) {
+        *value *= gain;
+    }
+    if let Some(first) = course.points.first() {
+        let departure = (*first - scene.to_local(spot.from)).as_vec3();
+        direct_by_source(&mut amplitude, &spot.source, departure);
+    }
+    let (mut surfaces, mut edges) = ([0; MAX_ORDER], [0; MAX_BENDS]);
+    let (mut order, mut bends) = (0, 0);
+    for stop in course.stops {
+        match *stop {
+            Stop::Surface(surface) => {
+                surfaces[order] = surface;
+                order += 1;
+            }
+            Stop::Edge(edge) => {
+                edges[bends] = edge;
+                bends += 1;
+            }
+        }
+    }
+    let mut points = [Vec3::ZERO; MAX_ORDER];
+    for (slot, point) in points.iter_mut().zip(course.points) {
+        *slot = scene.to_world(*point);
+    }
+    let ear = scene.to_local(spot.to);
+    let towards = (course.heard_at - ear).normalize_or_zero();
+    Path {
+        id: bent_path_id(scene, spot.source.id, course.stops.iter().copied()),
+        source: spot.source.id,
+        order: order as u8,
+        bends: bends as u8,
+        surfaces,
+        edges,
+        points,
+        image: scene.to_world(ear + towards * course.length_m),
+        length_m: course.length_m as f32,
+        amplitude,
+    }
+}

@@ -1,0 +1,217 @@
+//! The direct field: the straight path and those that bend once, computed together.
+//!
+//! The same function serves the propagation update and every graphics frame between two, so it casts two rays an edge
+//! and no more, allocates nothing, and takes the edges from outside: an update all that are near, a frame those that the
+//! last updates found. See [`super`] for how the parts join.
+
+use std::f64::consts::PI;
+
+use glam::Vec3;
+
+use super::bent::{self, Course, Wave};
+use super::complex::Complex;
+use super::{WEAKEST, fade_out, smooth};
+use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::direct::{direct_path, direct_path_of};
+use crate::propagation::path::Path;
+use crate::propagation::sequence::Stop;
+use crate::scene::edges::Bend;
+use crate::scene::{Scene, SourcePose};
+
+/// Most edges that the direct field of one source is followed at.
+pub const MOST_DIRECT_EDGES: usize = 6;
+
+/// Detour in radians at a band's centre up to which direct and bent wave are one, and from which they are two.
+const ONE_WAVE: f64 = PI;
+const TWO_WAVES: f64 = 2.0 * PI;
+
+/// A source and where it is heard, in world coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// The source, its place and its settings.
+    pub source: SourcePose,
+    /// Where it is.
+    pub from: Vec3,
+    /// Where the listener is.
+    pub to: Vec3,
+    /// Distance in metres below which a source gets no louder.
+    pub nearest_m: f64,
+}
+
+impl Spot {
+    /// A source heard at a place; `otherwise_m` is the distance below which sources get no louder that do not say
+    /// themselves.
+    pub fn of(source: &SourcePose, to: Vec3, otherwise_m: f64) -> Self {
+        Self {
+            source: *source,
+            from: source.position,
+            to,
+            nearest_m: source.settings.nearest_m(otherwise_m),
+        }
+    }
+}
+
+/// Edges that matter to the direct field, the shortest way first.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DirectEdges {
+    edges: [u32; MOST_DIRECT_EDGES],
+    count: usize,
+}
+
+impl DirectEdges {
+    /// The edges' numbers.
+    pub fn as_slice(&self) -> &[u32] {
+        &self.edges[..self.count]
+    }
+
+    fn is_full(&self) -> bool {
+        self.count == MOST_DIRECT_EDGES
+    }
+
+    fn push(&mut self, edge: u32) {
+        self.edges[self.count] = edge;
+        self.count += 1;
+    }
+}
+
+/// What the direct field of one source has shown.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DirectField {
+    /// Whether source and listener see each other, or nothing of this source is to bend: no need to look for longer
+    /// ways then.
+    pub visible: bool,
+    /// Edges that it bends around: both ends see the bend, and what comes of it is above [`WEAKEST`].
+    pub edges: DirectEdges,
+}
+
+/// One way over one edge.
+struct OneBend {
+    edge: u32,
+    bend: Bend,
+    incident: Wave,
+    reflected: Wave,
+    detour_m: f64,
+}
+
+impl OneBend {
+    fn of(scene: &Scene, spot: &Spot, edge: u32) -> Option<Self> {
+        let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
+        let line = scene.edges().get(edge);
+        let bend = line.bend(from, to)?;
+        let detour_m = (bend.length_m() - from.distance(to)).max(0.0);
+        let left = fade_out(detour_m);
+        if left <= 0.0 {
+            return None;
+        }
+        let beside_transmission = spot.source.settings.effects.transmission;
+        let length_m = bent::distance_m(&bend);
+        let (incident, reflected) = bent::around(scene, line, &bend, length_m, beside_transmission);
+        Some(Self {
+            edge,
+            bend,
+            incident: incident.map(|wave| wave * left),
+            reflected: reflected.map(|wave| wave * left),
+            detour_m,
+        })
+    }
+
+    fn is_audible(&self, reaches: f64) -> bool {
+        (0..BANDS).any(|b| (self.incident[b].abs() + self.reflected[b].abs()) * reaches > WEAKEST)
+    }
+
+    fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
+        let line = scene.edges().get(self.edge);
+        let stand = bent::stand(line, self.bend.apex);
+        let mut sees = |place| bent::sees(scene, scene.to_local(place), stand, line.faces, rays);
+        sees(spot.to) && sees(spot.from)
+    }
+
+    /// Share of the incident wave that goes with the direct path in a band, if that is seen.
+    fn joined(&self, wavenumber: f64) -> f64 {
+        1.0 - smooth((wavenumber * self.detour_m - ONE_WAVE) / (TWO_WAVES - ONE_WAVE))
+    }
+}
+
+/// Gives the straight path, seen or through walls, and the paths that bend around one of `edges`, which come in the order
+/// of the ways' lengths: the first [`MOST_DIRECT_EDGES`] that are seen from both ends and heard count. Adds the rays it
+/// cast to `rays`.
+///
+/// # Real-time
+/// Allocates nothing. One ray for the straight path, more behind walls, and up to two for each edge of the list.
+pub fn direct_field(
+    scene: &Scene,
+    spot: &Spot,
+    edges: impl Iterator<Item = u32>,
+    rays: &mut u64,
+    give: &mut impl FnMut(Path),
+) -> DirectField {
+    let effects = spot.source.settings.effects;
+    let mut found = DirectField {
+        visible: true,
+        ..DirectField::default()
+    };
+    if !effects.diffraction {
+        let straight = direct_path_of(scene, &spot.source, spot.to, spot.nearest_m, rays);
+        straight.into_iter().for_each(give);
+        return found;
+    }
+    let id = spot.source.id;
+    let mut straight = direct_path(scene, id, spot.from, spot.to, spot.nearest_m, rays);
+    let straight_m = scene.to_local(spot.from).distance(scene.to_local(spot.to));
+    let free = free_field(scene, straight_m, spot.nearest_m);
+    // A wall that takes nothing away is none.
+    found.visible = straight.is_some_and(|path| path.amplitude == free);
+    if !effects.direct || !(found.visible || effects.transmission) {
+        straight = None;
+    }
+    let joins = found.visible && straight.is_some();
+    let wavenumbers = bent::wavenumbers(scene);
+    let mut gain = [Complex::ONE; BANDS];
+    for edge in edges {
+        if found.edges.is_full() {
+            break;
+        }
+        let Some(wave) = OneBend::of(scene, spot, edge) else {
+            continue;
+        };
+        let reaches = straight_m.max(spot.nearest_m) / wave.bend.length_m().max(spot.nearest_m);
+        if !wave.is_audible(reaches) || !wave.is_clear(scene, spot, rays) {
+            continue;
+        }
+        found.edges.push(edge);
+        let bent_free = free_field(scene, wave.bend.length_m(), spot.nearest_m);
+        let mut gains: BandArray = [0.0; BANDS];
+        for (b, &wavenumber) in wavenumbers.iter().enumerate() {
+            let joined = if joins { wave.joined(wavenumber) } else { 0.0 };
+            let reach = f64::from(bent_free[b]) / f64::from(free[b]).max(1e-30);
+            // The faces' part follows as far as the incident wave is near its own boundary, where it is a half.
+            let near = (2.0 * wave.incident[b].abs()).min(1.0);
+            let follows = joined * near * near;
+            let together = wave.incident[b] * joined + wave.reflected[b] * follows;
+            gain[b] += together * Complex::turn(-wavenumber * wave.detour_m) * reach;
+            let apart = wave.incident[b] * (1.0 - joined) + wave.reflected[b] * (1.0 - follows);
+            gains[b] = bent::signed(apart) as f32;
+        }
+        if gains.iter().any(|g| f64::from(g.abs()) * reaches > WEAKEST) {
+            let course = Course {
+                stops: &[Stop::Edge(edge)],
+                points: &[wave.bend.apex],
+                length_m: wave.bend.length_m(),
+                heard_at: wave.bend.apex,
+            };
+            give(bent::path(scene, spot, &course, &gains));
+        }
+    }
+    if let Some(path) = &mut straight {
+        if found.visible {
+            for (value, factor) in path.amplitude.iter_mut().zip(gain) {
+                // Bright fringes beside a shadow reach +1.4 dB; a source within its nearest distance gets no louder.
+                *value = (*value * factor.abs() as f32).min(1.0 / spot.nearest_m as f32);
+            }
+        }
+        direct_by_source(&mut path.amplitude, &spot.source, spot.to - spot.from);
+        give(*path);
+    }
+    found
+}

@@ -1,0 +1,219 @@
+//! Ways that bend twice: around both edges of a thick wall, out of one doorway and into the next.
+//!
+//! Each bend is a wedge on its own and their factors multiply. The distance parameters are \[PIERCE74\]'s: the bend that
+//! turns more sees the whole rest of the way on its other side, the lesser one only the leg between the two, which is
+//! the same when source and listener change places. Along a face that both edges share the wave and its reflection
+//! are one, hence half of each product.
+
+use std::f64::consts::PI;
+
+use super::bent::{self, Course};
+use super::direct::Spot;
+use super::wedge::WedgeAngles;
+use super::{LONGEST_DETOUR_M, WEAKEST, fade_out};
+use crate::acoustics::BANDS;
+use crate::propagation::path::Path;
+use crate::propagation::sequence::Stop;
+use crate::scene::Scene;
+use crate::scene::edges::{Bend, Edge};
+
+/// Most paths with two bends from one source.
+pub const MOST_DOUBLE: usize = 4;
+
+/// Ways whose sight lines are tried, shortest first.
+const MOST_TRIED: usize = 16;
+
+/// Rounds in which the two bends find their places, and the step in metres at which they have.
+const MOST_ROUNDS: usize = 100;
+const SETTLED_M: f64 = 1e-5;
+
+/// Shortest leg between two bends in metres.
+const LEAST_LEG_M: f64 = 0.02;
+
+/// A leg between edges of one face lies in it to this angle, in radians: 2 mm of a surface's own unevenness over 0.2 m.
+const IN_FACE: f64 = 1e-2;
+
+/// A way over two edges.
+#[derive(Debug, Clone, Copy)]
+pub struct Way {
+    edges: [u32; 2],
+    bends: [Bend; 2],
+    length_m: f64,
+}
+
+/// Gives the paths that bend around two edges, at most [`MOST_DOUBLE`].
+pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Path)) {
+    let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
+    let straight_m = from.distance(to);
+    let edges = scene.edges();
+    let mut tried: [Option<Way>; MOST_TRIED] = [None; MOST_TRIED];
+    let near = edges.first_bends(from, to, straight_m + LONGEST_DETOUR_M);
+    for found in near.as_slice() {
+        for &second in edges.neighbours(found.edge) {
+            if let Some(way) = Way::over(scene, [found.edge, second], spot) {
+                insert(&mut tried, way);
+            }
+        }
+    }
+    let mut count = 0;
+    for way in tried.iter().flatten() {
+        if count == MOST_DOUBLE {
+            break;
+        }
+        if let Some(path) = way.path(scene, spot)
+            && way.is_clear(scene, spot, rays)
+        {
+            give(path);
+            count += 1;
+        }
+    }
+}
+
+/// Keeps the shortest ways, shortest first.
+fn insert(tried: &mut [Option<Way>; MOST_TRIED], new: Way) {
+    let rank = |way: &Way| (way.length_m, way.edges);
+    let place = tried.partition_point(|old| old.is_some_and(|old| rank(&old) < rank(&new)));
+    if place < MOST_TRIED {
+        tried[place..].rotate_right(1);
+        tried[place] = Some(new);
+    }
+}
+
+impl Way {
+    /// The shortest way over two edges in this order, if it bends within their ends, stays in the air of both and is not
+    /// too long.
+    pub fn over(scene: &Scene, edges: [u32; 2], spot: &Spot) -> Option<Self> {
+        let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
+        let [a, b] = edges.map(|edge| scene.edges().get(edge));
+        a.angle_of(from)?;
+        b.angle_of(to)?;
+        let mut second = b.at(b.apex_m(from, to));
+        let mut first = a.at(a.apex_m(from, second));
+        for _ in 0..MOST_ROUNDS {
+            let next = b.at(b.apex_m(first, to));
+            first = a.at(a.apex_m(from, next));
+            let moved_m = next.distance(second);
+            second = next;
+            if moved_m < SETTLED_M {
+                break;
+            }
+        }
+        if first.distance(second) < LEAST_LEG_M {
+            return None;
+        }
+        let mut bends = [a.bend(from, second)?, b.bend(first, to)?];
+        if share_face([a, b]) {
+            // The leg between lies in the face but for rounding.
+            bends[0].outgoing = on_face(a, bends[0].outgoing);
+            bends[1].incoming = on_face(b, bends[1].incoming);
+        }
+        let length_m = bends[0].before_m + first.distance(second) + bends[1].after_m;
+        (length_m < from.distance(to) + LONGEST_DETOUR_M).then_some(Self {
+            edges,
+            bends,
+            length_m,
+        })
+    }
+
+    /// Its path, if that is above [`WEAKEST`]. Says nothing of what stands in between.
+    pub fn path(&self, scene: &Scene, spot: &Spot) -> Option<Path> {
+        let straight_m = scene.to_local(spot.from).distance(scene.to_local(spot.to));
+        let left = fade_out(self.length_m - straight_m);
+        let gains = gains(scene, spot, self).map(|gain| (gain * left) as f32);
+        let reach = straight_m.max(spot.nearest_m) / self.length_m;
+        let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
+        audible.then(|| {
+            let course = Course {
+                stops: &self.edges.map(Stop::Edge),
+                points: &self.bends.map(|bend| bend.apex),
+                length_m: self.length_m,
+                heard_at: self.bends[1].apex,
+            };
+            bent::path(scene, spot, &course, &gains)
+        })
+    }
+
+    /// Whether nothing stands on the way. Adds the rays it cast, three at most, to `rays`.
+    pub fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
+        let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
+        let [a, b] = self.edges.map(|edge| scene.edges().get(edge));
+        let (first, second) = (
+            bent::stand(a, self.bends[0].apex),
+            bent::stand(b, self.bends[1].apex),
+        );
+        // The leg between may run along a face that both have.
+        let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
+        let along = shared.map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
+        bent::sees(scene, second, to, b.faces, rays)
+            && bent::sees(scene, from, first, a.faces, rays)
+            && bent::sees(scene, first, second, along, rays)
+    }
+}
+
+/// Signed band gains of a way relative to the free field over its length.
+fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
+    let edges = way.edges.map(|edge| scene.edges().get(edge));
+    let [before_m, between_m, after_m] = [
+        way.bends[0].before_m,
+        way.bends[1].before_m,
+        way.bends[1].after_m,
+    ];
+    let whole_m = before_m + between_m + after_m;
+    let sines = way.bends.map(|bend| bend.sin_edge.powi(2));
+    let outer = [before_m, after_m];
+    let wide = [0, 1].map(|i| outer[i] * (whole_m - outer[i]) / whole_m * sines[i]);
+    let narrow = [0, 1].map(|i| outer[i] * between_m / (outer[i] + between_m) * sines[i]);
+    let turn = |i: usize| {
+        let angles = WedgeAngles {
+            n: edges[i].n,
+            incoming: way.bends[i].incoming,
+            outgoing: way.bends[i].outgoing,
+        };
+        angles.bend(1.0, wide[i])
+    };
+    let distances = if turn(0) > turn(1) {
+        [wide[0], narrow[1]]
+    } else {
+        [narrow[0], wide[1]]
+    };
+    // Of one wall's share that is heard through it there is nothing to take away twice.
+    let through = spot.source.settings.effects.transmission;
+    let beside_transmission = [through, through && !share_face(edges)];
+    let [first, second] = [0, 1].map(|i| {
+        let (incident, reflected) = bent::around(
+            scene,
+            edges[i],
+            &way.bends[i],
+            distances[i],
+            beside_transmission[i],
+        );
+        std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
+    });
+    // A wedge already halves a wave that comes or goes along a face, once at each edge; what leaves the first along the
+    // face arrives whole at the second.
+    let along =
+        runs_along(edges[0], way.bends[0].outgoing) && runs_along(edges[1], way.bends[1].incoming);
+    let share = if along { 2.0 } else { 1.0 };
+    std::array::from_fn(|b| bent::signed(first[b] * second[b] * share))
+}
+
+fn share_face([a, b]: [&Edge; 2]) -> bool {
+    a.faces.iter().any(|face| b.faces.contains(face))
+}
+
+/// An angle, or that of a face which it all but is.
+fn on_face(edge: &Edge, angle: f64) -> f64 {
+    let far = edge.n * PI;
+    if angle < IN_FACE {
+        0.0
+    } else if far - angle < IN_FACE {
+        far
+    } else {
+        angle
+    }
+}
+
+/// Whether a way leaves along one of an edge's faces.
+fn runs_along(edge: &Edge, angle: f64) -> bool {
+    angle < 1e-6 || edge.n * PI - angle < 1e-6
+}

@@ -1,0 +1,177 @@
+//! One edge: where it lies, how its faces stand, and how a way bends over it.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+/// A point nearer to an edge's line than this has no angle around it, in metres.
+const ON_EDGE_M: f64 = 1e-4;
+
+/// Angles this far outside the air count as on the face, in radians: rounding, not rock.
+const ON_FACE: f64 = 1e-6;
+
+/// A straight edge between two faces, or at the rim of one. Lengths in metres in the scene's local coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    /// Name across commits: a hash of the faces' keys and the ends.
+    pub key: u64,
+    /// Where it begins.
+    pub origin: DVec3,
+    /// Unit vector along it.
+    pub direction: DVec3,
+    /// Its length.
+    pub length_m: f64,
+    /// Unit vector from the edge into the first face.
+    pub tangent: DVec3,
+    /// Unit normal of the first face, on the air's side: [`Self::direction`] × [`Self::tangent`].
+    pub normal: DVec3,
+    /// Angle of the air around it in units of π, above 1; 2 at the rim of a sheet.
+    pub n: f64,
+    /// Surfaces of its two faces; twice the same at a rim.
+    pub faces: [u32; 2],
+}
+
+/// How a way bends over an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bend {
+    /// Where, in local coordinates.
+    pub apex: DVec3,
+    /// Angle of the incoming way from the first face, radians.
+    pub incoming: f64,
+    /// Angle of the outgoing way from the first face, radians.
+    pub outgoing: f64,
+    /// Length before the edge, metres.
+    pub before_m: f64,
+    /// Length after the edge, metres.
+    pub after_m: f64,
+    /// Sine of the angle between way and edge, the same on both sides.
+    pub sin_edge: f64,
+}
+
+impl Bend {
+    /// Length from end to end in metres.
+    pub fn length_m(&self) -> f64 {
+        self.before_m + self.after_m
+    }
+}
+
+impl Edge {
+    /// The point at a distance from the edge's beginning.
+    pub fn at(&self, along_m: f64) -> DVec3 {
+        self.origin + self.direction * along_m
+    }
+
+    /// Where the shortest way between two points crosses the edge's line, in metres from its beginning: the straight
+    /// line once both half-planes are turned into one.
+    pub fn apex_m(&self, from: DVec3, to: DVec3) -> f64 {
+        let [(a, near), (b, far)] = [from, to].map(|p| {
+            let out = p - self.origin;
+            let along = out.dot(self.direction);
+            (along, (out - along * self.direction).length())
+        });
+        let both = near + far;
+        if both > 0.0 {
+            a + (b - a) * near / both
+        } else {
+            0.5 * (a + b)
+        }
+    }
+
+    /// Angle of a point around the edge from the first face, or none on the edge and inside the wedge.
+    pub fn angle_of(&self, point: DVec3) -> Option<f64> {
+        let out = point - self.origin;
+        let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
+        if x.hypot(y) <= ON_EDGE_M {
+            return None;
+        }
+        let angle = y.atan2(x);
+        let angle = if angle < -ON_FACE {
+            angle + 2.0 * PI
+        } else {
+            angle.max(0.0)
+        };
+        let far = self.n * PI;
+        if angle <= far + ON_FACE {
+            return Some(angle.min(far));
+        }
+        // A hair behind the first face, not almost once around.
+        (angle > 2.0 * PI - ON_FACE).then_some(0.0)
+    }
+
+    /// How the shortest way between two points bends over the edge, if it does so within its ends and both points are
+    /// outside the wedge.
+    pub fn bend(&self, from: DVec3, to: DVec3) -> Option<Bend> {
+        let along = self.apex_m(from, to);
+        if !(0.0..=self.length_m).contains(&along) {
+            return None;
+        }
+        let (incoming, outgoing) = (self.angle_of(from)?, self.angle_of(to)?);
+        let apex = self.at(along);
+        let (before_m, after_m) = (from.distance(apex), apex.distance(to));
+        let cos_edge = (apex - from).dot(self.direction) / before_m;
+        Some(Bend {
+            apex,
+            incoming,
+            outgoing,
+            before_m,
+            after_m,
+            sin_edge: (1.0 - cos_edge * cos_edge).max(0.0).sqrt(),
+        })
+    }
+
+    /// Unit vector from the edge into the middle of the air around it.
+    pub fn outward(&self) -> DVec3 {
+        let (sin, cos) = (0.5 * self.n * PI).sin_cos();
+        self.tangent * cos + self.normal * sin
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corner() -> Edge {
+        // Rock at x > 0, y < 0; the first face looks to +y.
+        Edge {
+            key: 1,
+            origin: DVec3::ZERO,
+            direction: DVec3::NEG_Z,
+            length_m: 4.0,
+            tangent: DVec3::X,
+            normal: DVec3::NEG_Z.cross(DVec3::X) * -1.0,
+            n: 1.5,
+            faces: [0, 1],
+        }
+    }
+
+    #[test]
+    fn angles_run_through_the_air_only() {
+        let edge = corner();
+        assert_eq!(edge.angle_of(DVec3::new(2.0, 0.0, 0.0)), Some(0.0));
+        assert_eq!(edge.angle_of(DVec3::new(2.0, -1e-9, 0.0)), Some(0.0));
+        let far = edge.angle_of(DVec3::new(1e-9, -3.0, 1.0));
+        assert!(far.is_some_and(|a| (a - 1.5 * PI).abs() < 1e-8));
+        assert_eq!(edge.angle_of(DVec3::new(1.0, -1.0, 0.0)), None);
+        assert_eq!(edge.angle_of(DVec3::new(0.0, 0.0, 9.0)), None);
+        assert!(
+            edge.outward()
+                .distance(DVec3::new(-1.0, 1.0, 0.0).normalize())
+                < 1e-12
+        );
+    }
+
+    #[test]
+    fn a_bent_way_keeps_its_angle_to_the_edge() {
+        let edge = corner();
+        let (from, to) = (DVec3::new(2.0, 1.0, -0.5), DVec3::new(-1.0, -3.0, -3.5));
+        let bend = edge.bend(from, to).expect("within the ends");
+        let cosine = |way: DVec3| way.normalize().dot(edge.direction);
+        assert!((cosine(bend.apex - from) - cosine(to - bend.apex)).abs() < 1e-12);
+        // No other point of the edge makes a shorter way.
+        for along in [0.1, 0.9, 2.0, 3.9] {
+            let at = edge.at(along);
+            assert!(from.distance(at) + at.distance(to) >= bend.length_m() - 1e-12);
+        }
+        assert_eq!(edge.bend(from, to + 40.0 * DVec3::NEG_Z), None);
+    }
+}

@@ -1,0 +1,246 @@
+//! Which lines of a mesh are edges that sound bends around.
+//!
+//! Around a line of the mesh its faces stand like the leaves of a book; the widest gap between two neighbours is where
+//! air may be, and if it is wider than a half-turn the line is an edge (a rim has one leaf and a gap of 2π). Winding says
+//! which side is rock only where it can be trusted: in a part of the mesh without open rims. There a gap that both its
+//! faces turn their backs to is rock and no edge. In open parts (sheets, furniture without a bottom) both sides count
+//! as air: an edge too many costs time, since nothing is ever heard from inside rock, and one too few is a hard shadow.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use super::super::surface::SurfaceSet;
+use super::super::surface::key::{distinct, edge_key};
+use super::super::surface::panel::Pieces;
+use super::super::weld::sorted_edges;
+use super::edge::Edge;
+
+/// Shortest edge in metres: nothing shorter throws a shadow of its own below 1 kHz.
+pub const LEAST_LENGTH_M: f64 = 0.3;
+
+/// Least angle in degrees by which the air around an edge exceeds a half-turn.
+pub const LEAST_TURN_DEG: f64 = 5.0;
+
+/// Pieces whose directions differ by less are one line, in degrees.
+const SAME_LINE_DEG: f64 = 0.2;
+
+/// Most edges of a scene, the longest ones: 32,768 of them with their tree and graph take 8 MB.
+const MOST_EDGES: usize = 1 << 15;
+
+/// Part of an edge along one side of a triangle.
+struct Part {
+    vertices: [u32; 2],
+    direction: DVec3,
+    tangent: DVec3,
+    n: f64,
+    faces: [u32; 2],
+}
+
+/// The edges of a mesh, sorted by key.
+pub(super) fn find(
+    vertices: &[Vec3],
+    triangles: &[[u32; 3]],
+    surfaces: &SurfaceSet,
+    centre: DVec3,
+) -> Vec<Edge> {
+    let sides = sorted_edges(triangles);
+    let closed = closed_triangles(&sides, triangles.len());
+    let position = |v: u32| vertices[v as usize].as_dvec3();
+    let mut parts = Vec::new();
+    for same in sides.chunk_by(|a, b| a.0 == b.0) {
+        let surface = |side: u32| surfaces.triangle_surface[(side / 3) as usize];
+        let flat = same.len() == 2 && surface(same[0].1) == surface(same[1].1);
+        if flat || !same.iter().any(|&(_, side)| surfaces.is_panel(side / 3)) {
+            continue;
+        }
+        let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
+        if let Some(part) = part(ends, same, triangles, surfaces, &closed, position) {
+            parts.push(part);
+        }
+    }
+    let mut edges = join(&parts, position);
+    edges.retain(|edge| edge.length_m > LEAST_LENGTH_M);
+    edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
+    edges.truncate(MOST_EDGES);
+    for edge in &mut edges {
+        let faces = edge.faces.map(|face| surfaces.surfaces[face as usize].key);
+        edge.key = edge_key(
+            faces,
+            [edge.at(0.0), edge.at(edge.length_m)].map(|p| p + centre),
+        );
+    }
+    edges.sort_by_key(|edge| edge.key);
+    let keys: Vec<u64> = edges.iter().map(|edge| edge.key).collect();
+    for (edge, key) in edges.iter_mut().zip(distinct(&keys)) {
+        edge.key = key;
+    }
+    edges.sort_by_key(|edge| edge.key);
+    edges
+}
+
+/// Whether each triangle belongs to a connected part of the mesh without rims.
+fn closed_triangles(sides: &[(u64, u32)], count: usize) -> Vec<bool> {
+    let mut pieces = Pieces::new(count);
+    for same in sides.chunk_by(|a, b| a.0 == b.0) {
+        for (_, side) in &same[1..] {
+            pieces.unite(same[0].1 / 3, side / 3);
+        }
+    }
+    let mut open = vec![false; count];
+    for same in sides.chunk_by(|a, b| a.0 == b.0) {
+        if same.len() == 1 {
+            open[pieces.root(same[0].1 / 3) as usize] = true;
+        }
+    }
+    (0..count as u32)
+        .map(|triangle| !open[pieces.root(triangle) as usize])
+        .collect()
+}
+
+/// A leaf of the book: one face at an edge.
+#[derive(Clone, Copy)]
+struct Leaf {
+    /// Angle from the first leaf.
+    angle: f64,
+    /// From the edge into the face.
+    tangent: DVec3,
+    /// Normal by the triangle's winding.
+    normal: DVec3,
+    surface: u32,
+    triangle: u32,
+}
+
+fn part(
+    ends: [u32; 2],
+    sides: &[(u64, u32)],
+    triangles: &[[u32; 3]],
+    surfaces: &SurfaceSet,
+    closed: &[bool],
+    position: impl Fn(u32) -> DVec3,
+) -> Option<Part> {
+    let along = position(ends[1]) - position(ends[0]);
+    let direction = along.try_normalize().map(oriented)?;
+    let mut leaves: Vec<Leaf> = Vec::with_capacity(sides.len());
+    for &(_, side) in sides {
+        let triangle = side / 3;
+        let corners = triangles[triangle as usize].map(&position);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let surface = surfaces.triangle_surface[triangle as usize];
+        // The surface's plane is steadier than a small triangle's.
+        let across = surfaces.surfaces[surface as usize].normal.cross(direction);
+        let third = corners.iter().copied().sum::<DVec3>() / 3.0 - position(ends[0]);
+        let tangent = across.try_normalize()? * 1f64.copysign(across.dot(third));
+        leaves.push(Leaf {
+            angle: 0.0,
+            tangent,
+            normal,
+            surface,
+            triangle,
+        });
+    }
+    let (x, y) = (leaves[0].tangent, direction.cross(leaves[0].tangent));
+    for leaf in &mut leaves[1..] {
+        leaf.angle = leaf
+            .tangent
+            .dot(y)
+            .atan2(leaf.tangent.dot(x))
+            .rem_euclid(2.0 * PI);
+    }
+    leaves.sort_by(|a, b| a.angle.total_cmp(&b.angle).then(a.surface.cmp(&b.surface)));
+    let gap = |i: usize| match leaves.get(i + 1) {
+        Some(next) => next.angle - leaves[i].angle,
+        None => leaves[0].angle + 2.0 * PI - leaves[i].angle,
+    };
+    let widest = (0..leaves.len()).max_by(|&a, &b| gap(a).total_cmp(&gap(b)))?;
+    let (first, second) = (leaves[widest], leaves[(widest + 1) % leaves.len()]);
+    if gap(widest) < PI + LEAST_TURN_DEG.to_radians() {
+        return None;
+    }
+    // One large face throws the shadow; the other may be a door's narrow jamb.
+    let panels = surfaces.is_panel(first.triangle) || surfaces.is_panel(second.triangle);
+    // The air's side of the first face is where angles grow, of the second where they fall.
+    let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
+    let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
+    let rock = closed[first.triangle as usize] && first_looks_away && second_looks_away;
+    (panels && !rock).then_some(Part {
+        vertices: ends,
+        direction,
+        tangent: first.tangent,
+        n: gap(widest) / PI,
+        faces: [first.surface, second.surface],
+    })
+}
+
+/// The one of a direction and its opposite whose first large component of y, x, z is positive.
+fn oriented(direction: DVec3) -> DVec3 {
+    let leading = [direction.y, direction.x, direction.z]
+        .into_iter()
+        .find(|component| component.abs() > 0.1);
+    if leading.is_some_and(|component| component < 0.0) {
+        -direction
+    } else {
+        direction
+    }
+}
+
+/// Joins parts of one line between the same faces that touch.
+fn join(parts: &[Part], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
+    let mut ends: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(2 * parts.len());
+    for (number, part) in parts.iter().enumerate() {
+        for vertex in part.vertices {
+            ends.push((part.faces, vertex, number as u32));
+        }
+    }
+    ends.sort_unstable();
+    let mut pieces = Pieces::new(parts.len());
+    let least = SAME_LINE_DEG.to_radians().cos();
+    for same in ends.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        for (i, &(_, _, a)) in same.iter().enumerate() {
+            for &(_, _, b) in &same[..i] {
+                let (p, q) = (&parts[a as usize], &parts[b as usize]);
+                if p.direction.dot(q.direction) > least && p.tangent.dot(q.tangent) > 0.0 {
+                    pieces.unite(a, b);
+                }
+            }
+        }
+    }
+    let mut groups: Vec<(u32, u32)> = (0..parts.len() as u32)
+        .map(|number| (pieces.root(number), number))
+        .collect();
+    groups.sort_unstable();
+    groups
+        .chunk_by(|a, b| a.0 == b.0)
+        .map(|group| {
+            let points = || {
+                group
+                    .iter()
+                    .flat_map(|&(_, number)| parts[number as usize].vertices)
+            };
+            let along = |v: &u32| position(*v).dot(parts[group[0].0 as usize].direction);
+            let order = |a: &u32, b: &u32| along(a).total_cmp(&along(b));
+            let (low, high) = (points().min_by(order), points().max_by(order));
+            edge(
+                &parts[group[0].0 as usize],
+                low.map(&position),
+                high.map(&position),
+            )
+        })
+        .collect()
+}
+
+fn edge(part: &Part, low: Option<DVec3>, high: Option<DVec3>) -> Edge {
+    let (low, high) = (low.unwrap_or_default(), high.unwrap_or_default());
+    let direction = (high - low).normalize_or(part.direction);
+    let tangent = (part.tangent - part.tangent.dot(direction) * direction).normalize();
+    Edge {
+        key: 0,
+        origin: low,
+        direction,
+        length_m: low.distance(high),
+        tangent,
+        normal: direction.cross(tangent),
+        n: part.n,
+        faces: part.faces,
+    }
+}

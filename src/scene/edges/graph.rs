@@ -1,0 +1,113 @@
+//! Which edges see each other, for ways that bend twice.
+
+use glam::DVec3;
+
+use super::edge::Edge;
+use super::tree::EdgeTree;
+use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Bvh, Ray};
+
+/// Most neighbours of one edge.
+pub const MOST_NEIGHBOURS: usize = 12;
+
+/// Edges farther apart than this bend sound one after the other too weakly to matter, in metres.
+const REACH_M: f64 = 6.0;
+
+/// How far in front of an edge, in the middle of its air, sight lines start and end, in metres.
+const CLEARANCE_M: f64 = 1e-3;
+
+/// Candidates of one edge that are looked at, nearest first.
+const MOST_LOOKED_AT: usize = 32;
+
+/// Neighbour lists of all edges, end to end.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Neighbours {
+    first: Vec<u32>,
+    list: Vec<u32>,
+}
+
+impl Neighbours {
+    pub(super) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh) -> Self {
+        let mut result = Self {
+            first: vec![0],
+            list: Vec::new(),
+        };
+        let mut near: Vec<(f64, u32)> = Vec::new();
+        for (number, edge) in edges.iter().enumerate() {
+            near.clear();
+            let (a, b) = (edge.at(0.0), edge.at(edge.length_m));
+            let (low, high) = (a.min(b) - REACH_M, a.max(b) + REACH_M);
+            tree.walk(|min, max, leaf| {
+                for &other in leaf.iter().filter(|&&o| o as usize != number) {
+                    let (s, t) = closest(edge, &edges[other as usize]);
+                    let apart_m = edge.at(s).distance(edges[other as usize].at(t));
+                    if apart_m < REACH_M && outside(edge, &edges[other as usize]) {
+                        near.push((apart_m, other));
+                    }
+                }
+                min.cmple(high).all() && max.cmpge(low).all()
+            });
+            near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let seen = near
+                .iter()
+                .take(MOST_LOOKED_AT)
+                .filter(|(_, other)| sees(edge, &edges[*other as usize], bvh))
+                .take(MOST_NEIGHBOURS);
+            result.list.extend(seen.map(|(_, other)| *other));
+            result.first.push(result.list.len() as u32);
+        }
+        result
+    }
+
+    pub(super) fn of(&self, number: u32) -> &[u32] {
+        let [first, end] = [0, 1].map(|k| self.first[number as usize + k] as usize);
+        &self.list[first..end]
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(self.first.as_slice()) + size_of_val(self.list.as_slice())
+    }
+}
+
+/// Whether some of each edge lies in the other's air.
+fn outside(a: &Edge, b: &Edge) -> bool {
+    let touches = |e: &Edge, o: &Edge| {
+        [0.1, 0.5, 0.9]
+            .iter()
+            .any(|share| e.angle_of(o.at(share * o.length_m)).is_some())
+    };
+    touches(a, b) && touches(b, a)
+}
+
+/// Where two edges come closest, each in metres from its beginning.
+fn closest(a: &Edge, b: &Edge) -> (f64, f64) {
+    let (u, v, w) = (a.direction, b.direction, a.origin - b.origin);
+    let (cosine, d, e) = (u.dot(v), u.dot(w), v.dot(w));
+    let sine_squared = 1.0 - cosine * cosine;
+    // Parallel edges: the middle of the one.
+    let s = if sine_squared > 1e-9 {
+        (cosine * e - d) / sine_squared
+    } else {
+        0.5 * a.length_m
+    };
+    let t = (e + cosine * s.clamp(0.0, a.length_m)).clamp(0.0, b.length_m);
+    ((cosine * t - d).clamp(0.0, a.length_m), t)
+}
+
+/// Whether any of four sight lines between two edges is free.
+fn sees(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
+    let (s, t) = closest(a, b);
+    let same_way = a.direction.dot(b.direction) >= 0.0;
+    let across = |share: f64| {
+        let other = if same_way { share } else { 1.0 - share };
+        (share * a.length_m, other * b.length_m)
+    };
+    let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
+    [(s, t), across(0.5), across(0.1), across(0.9)]
+        .into_iter()
+        .any(|(s, t)| {
+            let clear = |e: &Edge, along: f64| -> DVec3 { e.at(along) + CLEARANCE_M * e.outward() };
+            let sight = Ray::between(clear(a, s).as_vec3(), clear(b, t).as_vec3());
+            !bvh.any_hit(&sight, [shared.unwrap_or(NO_GROUP), NO_GROUP])
+        })
+}

@@ -1,0 +1,203 @@
+//! Edges that sound bends around: found once at commit, asked for by place afterwards.
+//!
+//! Control side to build, wait-free to ask: queries allocate nothing and are bounded by the number of edges. Own, after
+//! the description of edge visibility in \[SCHISSLER14\].
+
+mod edge;
+mod find;
+mod graph;
+mod tree;
+
+use glam::{DVec3, Vec3};
+
+pub use edge::{Bend, Edge};
+pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
+pub use graph::MOST_NEIGHBOURS;
+
+use super::surface::SurfaceSet;
+use crate::geometry::Bvh;
+use tree::EdgeTree;
+
+/// Most edges that one query gives.
+pub const MOST_NEAR: usize = 24;
+
+/// Most surfaces that bent paths are reflected in.
+pub const MOST_MIRRORS: usize = 256;
+
+/// All edges of a scene, sorted by [`Edge::key`].
+#[derive(Debug, Clone, Default)]
+pub struct EdgeSet {
+    edges: Vec<Edge>,
+    tree: EdgeTree,
+    graph: graph::Neighbours,
+    mirrors: Vec<u32>,
+}
+
+/// An edge that a query found, with the length of the way over it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct NearEdge {
+    /// Number of the edge.
+    pub edge: u32,
+    /// Length in metres from start to edge to end.
+    pub length_m: f64,
+}
+
+/// The answer to a query: the shortest ways first.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NearEdges {
+    found: [NearEdge; MOST_NEAR],
+    count: usize,
+}
+
+impl NearEdges {
+    /// The edges, shortest way first; equally long ones by their number.
+    pub fn as_slice(&self) -> &[NearEdge] {
+        &self.found[..self.count]
+    }
+
+    /// Length that a further way must stay below to be taken.
+    fn bound_m(&self, longest_m: f64) -> f64 {
+        if self.count < MOST_NEAR {
+            longest_m
+        } else {
+            longest_m.min(self.found[MOST_NEAR - 1].length_m)
+        }
+    }
+
+    fn insert(&mut self, new: NearEdge) {
+        let rank = |e: &NearEdge| (e.length_m, e.edge);
+        let place = self.as_slice().partition_point(|e| rank(e) < rank(&new));
+        if place == MOST_NEAR {
+            return;
+        }
+        self.count = (self.count + 1).min(MOST_NEAR);
+        self.found[place..self.count].rotate_right(1);
+        self.found[place] = new;
+    }
+}
+
+impl EdgeSet {
+    /// Finds the edges of a mesh whose vertices lie about `centre`, and which of them see each other.
+    pub(super) fn build(
+        vertices: &[Vec3],
+        triangles: &[[u32; 3]],
+        surfaces: &SurfaceSet,
+        centre: DVec3,
+        bvh: &Bvh,
+    ) -> Self {
+        let edges = find::find(vertices, triangles, surfaces, centre);
+        let tree = EdgeTree::build(&edges);
+        let graph = graph::Neighbours::build(&edges, &tree, bvh);
+        let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)
+            .filter(|&s| surfaces.surfaces[s as usize].panel_triangle_count > 0)
+            .collect();
+        let area_m2 = |s: &u32| surfaces.surfaces[*s as usize].area_m2;
+        mirrors.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
+        mirrors.truncate(MOST_MIRRORS);
+        Self {
+            edges,
+            tree,
+            graph,
+            mirrors,
+        }
+    }
+
+    /// All edges.
+    pub fn as_slice(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Number of edges.
+    pub fn len(&self) -> usize {
+        self.edges.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.edges.is_empty()
+    }
+
+    /// An edge by its number.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[inline]
+    pub fn get(&self, number: u32) -> &Edge {
+        &self.edges[number as usize]
+    }
+
+    /// Edges that an edge sees, at most [`MOST_NEIGHBOURS`], nearest first.
+    pub fn neighbours(&self, number: u32) -> &[u32] {
+        self.graph.of(number)
+    }
+
+    /// The largest surfaces, largest first, at most [`MOST_MIRRORS`]: those worth trying before and behind a bend.
+    pub fn mirrors(&self) -> &[u32] {
+        &self.mirrors
+    }
+
+    /// The [`MOST_NEAR`] shortest ways from one place to another over one edge, none longer than `longest_m`, both
+    /// places outside the wedge and the bend within the edge's ends. Says nothing of what stands in between.
+    pub fn bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
+        self.nearest(from, to, longest_m, |edge| {
+            edge.bend(from, to).map(|bend| bend.length_m())
+        })
+    }
+
+    /// The same, asked of some edges only, each of which may come more than once.
+    pub fn bends_over(
+        &self,
+        edges: impl Iterator<Item = u32>,
+        from: DVec3,
+        to: DVec3,
+    ) -> NearEdges {
+        let mut near = NearEdges::default();
+        for edge in edges {
+            let known = near.as_slice().iter().any(|found| found.edge == edge);
+            if let Some(bend) = self.get(edge).bend(from, to).filter(|_| !known) {
+                let length_m = bend.length_m();
+                near.insert(NearEdge { edge, length_m });
+            }
+        }
+        near
+    }
+
+    /// The same as [`Self::bends`] for ways that may bend again before they end: only `from` must lie outside the wedge, and a bend beyond
+    /// an edge's end counts as one at its end.
+    pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
+        self.nearest(from, to, longest_m, |edge| {
+            edge.angle_of(from)?;
+            let at = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
+            Some(from.distance(at) + at.distance(to))
+        })
+    }
+
+    fn nearest(
+        &self,
+        from: DVec3,
+        to: DVec3,
+        longest_m: f64,
+        way_m: impl Fn(&Edge) -> Option<f64>,
+    ) -> NearEdges {
+        let mut near = NearEdges::default();
+        let slack_m = self.tree.slack_m();
+        self.tree.walk(|min, max, leaf| {
+            let outside_m = |p: DVec3| p.distance(p.clamp(min, max));
+            if outside_m(from) + outside_m(to) - slack_m > near.bound_m(longest_m) {
+                return false;
+            }
+            for &edge in leaf {
+                if let Some(length_m) = way_m(self.get(edge)).filter(|l| *l <= longest_m) {
+                    near.insert(NearEdge { edge, length_m });
+                }
+            }
+            true
+        });
+        near
+    }
+
+    /// Memory that the set occupies, in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(self.edges.as_slice()) + self.tree.memory_bytes() + self.graph.memory_bytes()
+    }
+}

@@ -1,0 +1,93 @@
+//! A tree of boxes over edges.
+
+use glam::DVec3;
+
+use super::edge::Edge;
+
+/// Most edges in a leaf.
+const LEAF: usize = 4;
+
+/// Boxes are in `f64` and exact; a way's length is not.
+const SLACK_M: f64 = 1e-9;
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    min: DVec3,
+    max: DVec3,
+    /// First edge of a leaf in `order`.
+    first: u32,
+    /// Edges of a leaf, 0 in an inner node.
+    count: u32,
+    /// Number of the node that follows this one and everything below it.
+    next: u32,
+}
+
+/// Boxes in depth-first order, each with the place to go on from when it is left out.
+#[derive(Debug, Clone, Default)]
+pub(super) struct EdgeTree {
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+}
+
+impl EdgeTree {
+    pub(super) fn build(edges: &[Edge]) -> Self {
+        let mut tree = Self {
+            nodes: Vec::new(),
+            order: (0..edges.len() as u32).collect(),
+        };
+        if !edges.is_empty() {
+            tree.split(edges, 0, edges.len());
+        }
+        tree
+    }
+
+    fn split(&mut self, edges: &[Edge], first: usize, end: usize) {
+        let ends = |e: &u32| {
+            let edge = &edges[*e as usize];
+            [edge.origin, edge.at(edge.length_m)]
+        };
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for point in self.order[first..end].iter().flat_map(ends) {
+            (min, max) = (min.min(point), max.max(point));
+        }
+        let this = self.nodes.len();
+        let leaf = end - first <= LEAF;
+        self.nodes.push(Node {
+            min,
+            max,
+            first: first as u32,
+            count: if leaf { (end - first) as u32 } else { 0 },
+            next: 0,
+        });
+        if !leaf {
+            let axis = (max - min).max_position();
+            let middle = (first + end) / 2;
+            let centre = |e: &u32| ends(e).iter().map(|p| p[axis]).sum::<f64>();
+            self.order[first..end].sort_by(|a, b| centre(a).total_cmp(&centre(b)).then(a.cmp(b)));
+            self.split(edges, first, middle);
+            self.split(edges, middle, end);
+        }
+        self.nodes[this].next = self.nodes.len() as u32;
+    }
+
+    /// By how much the sum of two distances to boxes may exceed a way's length by rounding.
+    pub(super) fn slack_m(&self) -> f64 {
+        SLACK_M
+    }
+
+    /// Calls `enter` with the bounds of boxes and, in leaves, their edges; a box that it refuses is left out with all
+    /// that it holds.
+    pub(super) fn walk(&self, mut enter: impl FnMut(DVec3, DVec3, &[u32]) -> bool) {
+        let mut at = 0;
+        while let Some(node) = self.nodes.get(at) {
+            let first = node.first as usize;
+            let leaf = &self.order[first..first + node.count as usize];
+            let inside = enter(node.min, node.max, leaf);
+            at = if inside { at + 1 } else { node.next as usize };
+        }
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.order.as_slice())
+    }
+}

@@ -1,0 +1,210 @@
+//! Sound behind edges: the oracle's own test, and situations.
+
+mod reference;
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::Vec3;
+use reference::wedge::{Wedge, size};
+
+/// Exact midbands.
+const CENTRES_HZ: [f64; 8] = [
+    63.0957, 125.8925, 251.1886, 501.1872, 1000.0, 1995.2623, 3981.0717, 7943.2823,
+];
+
+fn losses_db(wedge: &Wedge) -> Vec<f64> {
+    let loss = |hz: &f64| {
+        let k = 2.0 * PI * hz / 343.4;
+        -20.0 * (size(wedge.total(k)) * wedge.direct_m()).log10()
+    };
+    CENTRES_HZ.iter().map(loss).collect()
+}
+
+#[test]
+fn the_wedge_oracle_agrees_with_a_line_integral_along_the_edge() {
+    // Levels computed elsewhere by secondary sources on the edge ([SVENSSON99]): 5 m on either side, the source 60° from
+    // the face, the listener 20° in the shadow of a half-plane and of a right-angled corner; printed to 0.1 dB.
+    let half_plane = [6.6, 8.1, 9.9, 12.0, 14.4, 17.2, 20.1, 23.1];
+    let corner = [2.8, 4.5, 6.4, 8.7, 11.3, 14.2, 17.1, 20.1];
+    for (n, expected) in [(2.0, half_plane), (1.5, corner)] {
+        let wedge = Wedge {
+            n,
+            radii_m: [5.0, 5.0],
+            angles: [PI / 3.0, PI / 3.0 + PI * 10.0 / 9.0],
+            along_m: 0.0,
+        };
+        for (ours, theirs) in losses_db(&wedge).iter().zip(expected) {
+            assert!((ours - theirs).abs() < 0.15, "{n}: {ours} for {theirs}");
+        }
+    }
+}
+
+#[test]
+fn the_wedge_oracle_has_nothing_to_add_on_a_flat_wall() {
+    // n = 1: the image source is the whole truth.
+    let wall = Wedge {
+        n: 1.0,
+        radii_m: [2.0, 3.0],
+        angles: [0.7, 2.1],
+        along_m: 0.5,
+    };
+    assert!(size(wall.diffracted(10.0)) < 1e-9);
+}
+
+#[test]
+fn the_wedge_oracle_is_sommerfeld_s_half_plane_far_away() {
+    // A plane wave behind a half-plane at the shadow boundary keeps half its pressure but for the reflected part,
+    // which is as weak as the boundary of the reflection is far.
+    let wedge = Wedge {
+        n: 2.0,
+        radii_m: [1e4, 50.0],
+        angles: [0.5 * PI, 1.5 * PI + 1e-7],
+        along_m: 0.0,
+    };
+    let share = size(wedge.total(40.0)) * wedge.direct_m();
+    // The reflected part: 1/(2 √(2π k L)) of the wave at 180° from its own boundary, here 0.4 %.
+    assert!((share - 0.5).abs() < 0.01, "{share}");
+}
+
+fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
+    let settings = SceneSettings::default();
+    Arc::new(Scene::commit(&scene.mesh, &MaterialTable::built_in(), &settings).expect("commits"))
+}
+
+fn hear(scene: &Arc<Scene>, from: Vec3, to: Vec3, bends: usize) -> PathSet {
+    let settings = PropagationSettings {
+        bends,
+        ..PropagationSettings::default()
+    };
+    let mut propagator = Propagator::new(Arc::clone(scene), settings).expect("settings");
+    let pose = SourcePose::at(SourceId::new(0, 0), from);
+    let ear = ListenerPose {
+        position: to,
+        ..ListenerPose::default()
+    };
+    let mut set = PathSet::default();
+    propagator.update(&ear, &[pose], 0.0, &mut set);
+    set
+}
+
+#[test]
+fn behind_a_door_s_jamb_the_bass_is_loudest() {
+    let doorway = procedural::doorway();
+    let scene = commit(&doorway);
+    let source = Vec3::new(4.8, 1.5, 1.5);
+    // In the other room, beside the door, and in front of it.
+    let (dark, open) = (Vec3::new(10.5, 1.65, 5.4), Vec3::new(10.5, 1.65, 3.6));
+    let set = hear(&scene, source, dark, 2);
+    let bent: Vec<_> = set.paths.iter().filter(|p| p.bends > 0).collect();
+    assert!(!bent.is_empty());
+    let first = bent
+        .iter()
+        .min_by(|a, b| a.length_m.total_cmp(&b.length_m))
+        .expect("one at least");
+    let gains = first.amplitude.map(|a| a * first.length_m);
+    println!("{} bent paths, first {first:?}", bent.len());
+    assert!(gains[0] > 0.05 && gains[0] < 0.6, "{gains:?}");
+    assert!(gains.windows(2).all(|g| g[0] > g[1]), "{gains:?}");
+    // From where the door is, not from where the source is.
+    let door = (first.points()[first.points().len() - 1] - dark).normalize();
+    let heard = (first.image - dark).normalize();
+    assert!(door.dot(heard) > 0.9999);
+    assert!((first.image.distance(dark) - first.length_m).abs() < 1e-3);
+    assert!(
+        hear(&scene, source, dark, 0)
+            .paths
+            .iter()
+            .all(|p| p.bends == 0)
+    );
+    assert!(hear(&scene, source, open, 2).paths.len() > 1);
+}
+
+#[test]
+fn awkward_places_at_edges_stay_finite_and_no_louder_than_the_source() {
+    let doorway = procedural::doorway();
+    let scene = commit(&doorway);
+    let edges = scene.edges();
+    assert!(!edges.is_empty());
+    let source = doorway.sources[0].1;
+    for edge in edges.as_slice() {
+        let middle = edge.at(0.5 * edge.length_m);
+        let faces = [edge.tangent, edge.normal, edge.outward()];
+        for place in [middle]
+            .into_iter()
+            .chain(faces.map(|way| middle + 0.4 * way))
+            .chain(faces.map(|way| middle + 1e-5 * way))
+        {
+            let ear = scene.to_world(place);
+            for from in [source, ear] {
+                for path in &hear_few(&scene, from, ear).paths {
+                    let sane = |a: &f32| a.is_finite() && a.abs() <= 2.0 / 0.3;
+                    assert!(path.amplitude.iter().all(sane), "{path:?}");
+                    assert!(
+                        path.image.is_finite() && path.length_m.is_finite(),
+                        "{path:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+fn hear_few(scene: &Arc<Scene>, from: Vec3, to: Vec3) -> PathSet {
+    let settings = PropagationSettings {
+        guide_rays: 32,
+        source_rays: 4,
+        ..PropagationSettings::default()
+    };
+    let mut propagator = Propagator::new(Arc::clone(scene), settings).expect("settings");
+    let pose = SourcePose::at(SourceId::new(0, 0), from);
+    let ear = ListenerPose {
+        position: to,
+        ..ListenerPose::default()
+    };
+    let mut set = PathSet::default();
+    propagator.update(&ear, &[pose], 0.0, &mut set);
+    set
+}
+
+#[test]
+fn edges_and_their_names_do_not_depend_on_the_order_of_triangles() {
+    let doorway = procedural::doorway();
+    let mut turned = doorway.clone();
+    turned.mesh.triangles.reverse();
+    turned.mesh.triangle_materials.reverse();
+    let (a, b) = (commit(&doorway), commit(&turned));
+    assert_eq!(a.edges().as_slice(), b.edges().as_slice());
+    // The two jambs and the lintel have an edge in either room; a room's own corners have none.
+    let jambs = a.edges().as_slice().iter().filter(|edge| {
+        let ends = [0.0, edge.length_m].map(|s| a.to_world(edge.at(s)));
+        ends.iter()
+            .all(|p| p.y < 2.2 && (p.x - 8.1).abs() < 0.15 && (3.0..4.1).contains(&p.z))
+    });
+    assert!(jambs.count() >= 4);
+    let room = procedural::shoebox(Vec3::new(4.0, 3.0, 5.0), "concrete");
+    let table = MaterialTable::built_in();
+    let closed = Scene::commit(&room, &table, &SceneSettings::default()).expect("commits");
+    assert!(closed.edges().is_empty());
+}
+
+#[test]
+fn bent_paths_stay_few() {
+    for name in procedural::NAMES {
+        let benchmark = procedural::by_name(name).expect("a name of the list");
+        let scene = commit(&benchmark);
+        for (_, source) in &benchmark.sources {
+            let set = hear(&scene, *source, benchmark.walk.standing, 2);
+            let bent = set.paths.iter().filter(|p| p.bends > 0).count();
+            // At most six once bent, four twice, twelve with reflections.
+            assert!(bent <= 22, "{name}: {bent}");
+            let mut ids: Vec<_> = set.paths.iter().map(|p| p.id).collect();
+            ids.dedup();
+            assert_eq!(ids.len(), set.paths.len(), "{name}");
+        }
+    }
+}
