@@ -11,7 +11,8 @@ use super::tracking::match_by_id;
 use crate::propagation::diffraction::{Spot, direct_field};
 use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path, PathSet};
-use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use super::posed::PosedScenes;
+use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 /// How reflected paths are continued.
 enum Rule {
@@ -40,7 +41,7 @@ impl Continuation {
 /// # Real-time
 /// [`Self::take_update`] and [`Self::frame`] allocate only while the number of paths exceeds everything seen before.
 pub struct Extrapolator {
-    scene: Arc<Scene>,
+    scenes: PosedScenes,
     continuation: Continuation,
     nearest_m: f64,
     current: PathSet,
@@ -56,7 +57,7 @@ impl Extrapolator {
     /// ([`crate::propagation::PropagationSettings::nearest_m`]).
     pub fn new(scene: Arc<Scene>, kind: PredictorKind, nearest_m: f32) -> Self {
         Self {
-            scene,
+            scenes: PosedScenes::of(&scene),
             continuation: Continuation::of(kind),
             nearest_m: f64::from(nearest_m),
             current: PathSet::default(),
@@ -77,7 +78,21 @@ impl Extrapolator {
         self.level = level;
         self.frames_since_update = 0;
         self.updates += 1;
+        self.scenes.update_is_of(&self.current.instances);
         retired
+    }
+
+    /// Moves the scene's instances, as they stand from the next frame on; those that the scene does not have are left
+    /// out.
+    pub fn set_instance_poses(&mut self, poses: &[InstancePose]) {
+        self.scenes.stand_at(poses);
+    }
+
+    /// Goes on in a scene with other instances, whose paths are followed from the next update on; gives the old one
+    /// back in its place. What is fixed must be the same: another scene is another extrapolator's.
+    pub fn swap_scene(&mut self, scenes: &mut PosedScenes) {
+        std::mem::swap(&mut self.scenes, scenes);
+        self.scenes.update_is_of(&self.current.instances);
     }
 
     /// Makes room for updates of this many paths, so that [`Self::take_update`] need not. Control side; allocates.
@@ -111,7 +126,7 @@ impl Extrapolator {
             let edges = edges
                 .filter(|(id, _)| *id == pose.id)
                 .map(|(_, edge)| *edge);
-            direct_field(&self.scene, &spot, edges, &mut rays, &mut |path| {
+            direct_field(self.scenes.now(), &spot, edges, &mut rays, &mut |path| {
                 result.paths.push(self.direct_now(&path, listener));
             });
         }
@@ -147,7 +162,8 @@ impl Extrapolator {
             Rule::PathByPath(predictor) => predictor,
             Rule::Together(best) => {
                 let now = Now {
-                    scene: &self.scene,
+                    scene: self.scenes.now(),
+                    then: self.scenes.then(),
                     listener,
                     sources,
                     nearest_m: self.nearest_m,
@@ -162,13 +178,15 @@ impl Extrapolator {
             }
         };
         let at = FrameContext {
-            scene: &self.scene,
+            scene: self.scenes.now(),
             listener,
             frames_since_update: self.frames_since_update,
             level: self.level,
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            if current.is_direct() || !reflects(sources, current.source) {
+            let exists = |surface: &u32| self.scenes.now().has_surface(*surface);
+            let gone = !current.surfaces().iter().all(exists);
+            if current.is_direct() || gone || !reflects(sources, current.source) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -187,7 +205,7 @@ impl Extrapolator {
             source: path.source,
             order: 0,
             amplitude: path.amplitude,
-            delay_s: f64::from(path.length_m) / self.scene.speed_of_sound_m_s(),
+            delay_s: f64::from(path.length_m) / self.scenes.now().speed_of_sound_m_s(),
             // A source inside the head is heard straight ahead.
             arrival: (path.image - listener.position)
                 .try_normalize()

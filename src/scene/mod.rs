@@ -1,4 +1,5 @@
-//! What the visitor brings: meshes, materials, sources, a listener. Once committed a scene does not change.
+//! What the visitor brings: meshes, materials, sources, a listener. Once committed a scene does not change but for its
+//! instances, which move.
 //!
 //! Control side. Coordinates are metres, right-handed, +y up.
 
@@ -6,6 +7,7 @@ mod cells;
 pub mod commit;
 pub mod committed;
 pub mod edges;
+pub mod instances;
 pub mod layout;
 mod material_entry;
 pub mod materials;
@@ -21,6 +23,7 @@ pub mod weld;
 pub use commit::{CommittedMesh, commit_mesh};
 pub use committed::{Scene, SceneSettings};
 pub use edges::{Edge, EdgeSet};
+pub use instances::{InstanceId, InstancePose};
 pub use layout::{NamedSource, SceneLayout, Walk};
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;

@@ -69,7 +69,7 @@ impl PlainPropagator {
             let mut met = Vec::new();
             while met.len() < self.settings.depth {
                 let last = met.first().copied().unwrap_or(NO_GROUP);
-                let Some(hit) = scene.bvh().closest_hit(&ray, [last, NO_GROUP]) else {
+                let Some(hit) = scene.closest_hit(&ray, [last, NO_GROUP]) else {
                     break;
                 };
                 if !scene.is_panel(hit.triangle) {

@@ -48,7 +48,7 @@ pub struct Standing {
 }
 
 impl Candidate {
-    /// From a path of an update, open.
+    /// From a path of an update, open; `scene` is as it stood for that update.
     pub fn new(path: &Path, update: &PathSet, scene: &Scene, nearest_m: f64) -> Self {
         let mut candidate = Self {
             path: *path,
@@ -92,6 +92,9 @@ impl Candidate {
         let Some(from) = position_of(now, self.path.source) else {
             return nothing;
         };
+        if self.has_gone(now.scene) {
+            return nothing;
+        }
         let held = || as_of_update(&self.path, &self.listener, now.scene);
         if !self.analytic {
             return Standing {
@@ -142,6 +145,14 @@ impl Candidate {
             ..self.path
         };
         as_of_update(&path, now.listener, scene)
+    }
+
+    /// Whether one of its surfaces was an instance's that is there no more, or whose number is another's now.
+    fn has_gone(&self, scene: &Scene) -> bool {
+        let exists = |surface: &u32| scene.has_surface(*surface);
+        !self.sequence.surfaces().iter().all(exists)
+            || (scene.has_instances()
+                && self.sequence.path_id(scene, self.path.source) != self.path.id)
     }
 
     /// Pressure squared over all bands when last seen in an update.

@@ -17,6 +17,7 @@ pub mod rays;
 pub mod settings;
 
 use super::frame::FramePath;
+use super::posed::has_moved;
 use crate::propagation::PathSet;
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
@@ -31,6 +32,8 @@ use rays::Inspection;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Now<'a> {
     pub(super) scene: &'a Scene,
+    /// The scene as it stood for the newest update.
+    pub(super) then: &'a Scene,
     pub(super) listener: &'a ListenerPose,
     pub(super) sources: &'a [SourcePose],
     pub(super) nearest_m: f64,
@@ -69,7 +72,9 @@ impl Best {
     ) -> u64 {
         self.history.push(now.listener.position);
         if let Some(update) = arrived {
-            let word = self.history.date(update.listener.position, self.frame);
+            let mut word = self.history.date(update.listener.position, self.frame);
+            // The listener's place does not date an update of a scene that has moved since.
+            word.binding &= !has_moved(now.scene, now.then);
             self.memory.take(update, now, word, &self.settings);
         }
         let candidates = &mut self.memory.candidates;

@@ -47,11 +47,10 @@ struct Way {
 pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Path)) {
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
     let straight_m = from.distance(to);
-    let edges = scene.edges();
     let mut tried: [Option<Way>; MOST_TRIED] = [None; MOST_TRIED];
-    let near = edges.first_bends(from, to, straight_m + LONGEST_DETOUR_M);
+    let near = scene.first_bends(from, to, straight_m + LONGEST_DETOUR_M);
     for found in near.as_slice() {
-        for &second in edges.neighbours(found.edge) {
+        for second in scene.edge_neighbours(found.edge) {
             if let Some(way) = way(scene, [found.edge, second], from, to)
                 && way.length_m < straight_m + LONGEST_DETOUR_M
             {
@@ -92,7 +91,8 @@ fn insert(tried: &mut [Option<Way>; MOST_TRIED], new: Way) {
 
 /// The shortest way over two edges in this order, if it bends within their ends and stays in the air of both.
 fn way(scene: &Scene, edges: [u32; 2], from: DVec3, to: DVec3) -> Option<Way> {
-    let [a, b] = edges.map(|edge| scene.edges().get(edge));
+    let edges_there = edges.map(|edge| scene.edge(edge));
+    let [a, b] = &edges_there;
     a.angle_of(from)?;
     b.angle_of(to)?;
     let mut second = b.at(b.apex_m(from, to));
@@ -125,7 +125,7 @@ fn way(scene: &Scene, edges: [u32; 2], from: DVec3, to: DVec3) -> Option<Way> {
 
 /// Signed band gains of a way relative to the free field over its length.
 fn gains(scene: &Scene, way: &Way) -> [f64; BANDS] {
-    let edges = way.edges.map(|edge| scene.edges().get(edge));
+    let edges = way.edges.map(|edge| scene.edge(edge));
     let [before_m, between_m, after_m] = [
         way.bends[0].before_m,
         way.bends[1].before_m,
@@ -150,13 +150,14 @@ fn gains(scene: &Scene, way: &Way) -> [f64; BANDS] {
         [narrow[0], wide[1]]
     };
     let [first, second] = [0, 1].map(|i| {
-        let (incident, reflected) = bent::around(scene, edges[i], &way.bends[i], distances[i]);
+        let (incident, reflected) = bent::around(scene, &edges[i], &way.bends[i], distances[i]);
         std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
     });
     // A wedge already halves a wave that comes or goes along a face, once at each edge; what leaves the first along the
     // face arrives whole at the second.
     let along =
-        runs_along(edges[0], way.bends[0].outgoing) && runs_along(edges[1], way.bends[1].incoming);
+        runs_along(&edges[0], way.bends[0].outgoing)
+            && runs_along(&edges[1], way.bends[1].incoming);
     let share = if along { 2.0 } else { 1.0 };
     std::array::from_fn(|b| bent::signed(first[b] * second[b] * share))
 }
@@ -183,7 +184,7 @@ fn runs_along(edge: &Edge, angle: f64) -> bool {
 }
 
 fn is_clear(scene: &Scene, way: &Way, from: DVec3, to: DVec3, rays: &mut u64) -> bool {
-    let [a, b] = way.edges.map(|edge| scene.edges().get(edge));
+    let [a, b] = &way.edges.map(|edge| scene.edge(edge));
     let (first, second) = (
         bent::stand(a, way.bends[0].apex),
         bent::stand(b, way.bends[1].apex),

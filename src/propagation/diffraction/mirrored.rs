@@ -66,7 +66,7 @@ pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Pa
 /// The surfaces in which a point's image is nearest.
 fn mirrors(scene: &Scene, point: DVec3) -> [Option<u32>; MIRRORS] {
     let mut best: [(f64, Option<u32>); MIRRORS] = [(f64::INFINITY, None); MIRRORS];
-    for &surface in scene.edges().mirrors() {
+    for surface in scene.mirrors() {
         let plane = scene.surface(surface);
         let foot = point.clamp(plane.bounds_min.as_dvec3(), plane.bounds_max.as_dvec3());
         let away_m = point.distance(foot);
@@ -94,12 +94,12 @@ fn pair(
         a.image.distance(b.image) + LONGEST_DETOUR_M,
     );
     let mut count = 0;
-    let near = scene.edges().bends(a.image, b.image, longest_m);
+    let near = scene.bends(a.image, b.image, longest_m);
     for found in near.as_slice().iter().take(EDGES) {
         if count == most {
             break;
         }
-        let edge = scene.edges().get(found.edge);
+        let edge = &scene.edge(found.edge);
         let Some(bend) = edge.bend(a.image, b.image) else {
             continue;
         };
