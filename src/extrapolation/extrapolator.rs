@@ -92,7 +92,6 @@ impl Extrapolator {
     /// back in its place. What is fixed must be the same: another scene is another extrapolator's.
     pub fn swap_scene(&mut self, scenes: &mut PosedScenes) {
         std::mem::swap(&mut self.scenes, scenes);
-        self.scenes.update_is_of(&self.current.instances);
     }
 
     /// Makes room for updates of this many paths, so that [`Self::take_update`] need not. Control side; allocates.

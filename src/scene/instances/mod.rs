@@ -195,10 +195,18 @@ impl Scene {
     /// # Errors
     /// [`Error::StaleInstance`]; [`Error::Setting`] for a pose that is not rigid, and the last good one stays.
     pub fn set_instance_pose(&mut self, pose: &InstancePose) -> Result<()> {
-        pose.check()?;
-        self.instances.slot_of(pose.id)?;
+        self.check_instance_pose(pose)?;
         self.set_instance_poses(std::slice::from_ref(pose));
         Ok(())
+    }
+
+    /// Whether a pose can be taken: rigid, and of an instance that is there.
+    ///
+    /// # Errors
+    /// [`Error::StaleInstance`], [`Error::Setting`].
+    pub fn check_instance_pose(&self, pose: &InstancePose) -> Result<()> {
+        self.instance_part(pose.id)?;
+        pose.check()
     }
 
     /// Moves instances; gives how many have another pose than before. Poses of instances that are not there and poses
