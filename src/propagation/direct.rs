@@ -69,10 +69,7 @@ pub fn direct_path_of(
     if !effects.transmission {
         *rays += 1;
         let (from, to) = (scene.to_local(from).as_vec3(), scene.to_local(to).as_vec3());
-        if scene
-            
-            .any_hit(&Ray::between(from, to), [NO_GROUP, NO_GROUP])
-        {
+        if scene.any_hit(&Ray::between(from, to), [NO_GROUP, NO_GROUP]) {
             return None;
         }
     }

@@ -13,8 +13,8 @@ use super::edges::EdgeSet;
 use super::instances::Instances;
 use super::materials::MaterialTable;
 use super::mesh::TriangleMesh;
-use super::surface::{Surface, SurfaceSet};
 use super::surface::free_panel::{FreePanel, FreePanels};
+use super::surface::{Surface, SurfaceSet};
 use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material, Medium};
@@ -249,10 +249,15 @@ impl Scene {
     /// A surface's material.
     #[inline]
     pub fn material(&self, surface: u32) -> &Material {
-        let (number, fixed) = (self.surface(surface).material as usize, &self.mesh.materials);
+        let (number, fixed) = (
+            self.surface(surface).material as usize,
+            &self.mesh.materials,
+        );
         match fixed.get(number) {
             Some(found) => found,
-            None => self.more_material(number - fixed.len()).unwrap_or(&fixed[0]),
+            None => self
+                .more_material(number - fixed.len())
+                .unwrap_or(&fixed[0]),
         }
     }
 
@@ -262,17 +267,24 @@ impl Scene {
         let (number, fixed) = (self.surface(surface).material as usize, &self.reflectances);
         match fixed.get(number) {
             Some(found) => found,
-            None => self.more_reflectance(number - fixed.len()).unwrap_or(&fixed[0]),
+            None => self
+                .more_reflectance(number - fixed.len())
+                .unwrap_or(&fixed[0]),
         }
     }
 
     /// Pressure factor of one passage through a surface.
     #[inline]
     pub fn transmission_factor(&self, surface: u32) -> &BandArray {
-        let (number, fixed) = (self.surface(surface).material as usize, &self.transmission_factors);
+        let (number, fixed) = (
+            self.surface(surface).material as usize,
+            &self.transmission_factors,
+        );
         match fixed.get(number) {
             Some(found) => found,
-            None => self.more_transmission(number - fixed.len()).unwrap_or(&fixed[0]),
+            None => self
+                .more_transmission(number - fixed.len())
+                .unwrap_or(&fixed[0]),
         }
     }
 

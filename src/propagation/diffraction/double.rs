@@ -155,9 +155,8 @@ fn gains(scene: &Scene, way: &Way) -> [f64; BANDS] {
     });
     // A wedge already halves a wave that comes or goes along a face, once at each edge; what leaves the first along the
     // face arrives whole at the second.
-    let along =
-        runs_along(&edges[0], way.bends[0].outgoing)
-            && runs_along(&edges[1], way.bends[1].incoming);
+    let along = runs_along(&edges[0], way.bends[0].outgoing)
+        && runs_along(&edges[1], way.bends[1].incoming);
     let share = if along { 2.0 } else { 1.0 };
     std::array::from_fn(|b| bent::signed(first[b] * second[b] * share))
 }

@@ -109,7 +109,11 @@ impl Instances {
                 t_max,
                 ..placed.ray(ray)
             };
-            if let Some(hit) = placed.part.bvh().closest_hit(&local, placed.groups(ignored)) {
+            if let Some(hit) = placed
+                .part
+                .bvh()
+                .closest_hit(&local, placed.groups(ignored))
+            {
                 let hit = Hit {
                     t: hit.t,
                     triangle: placed.number(hit.triangle),
@@ -272,7 +276,10 @@ impl Scene {
                 None => (first + self.instances.materials.number(material)) as u32,
             })
             .collect();
-        let like = self.instances.placed().find(|p| Arc::ptr_eq(&p.part, &part));
+        let like = self
+            .instances
+            .placed()
+            .find(|p| Arc::ptr_eq(&p.part, &part));
         let centre = self.centre();
         Placed::new(part, pose, &materials, centre, like)
     }

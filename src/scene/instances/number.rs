@@ -42,7 +42,11 @@ mod tests {
 
     #[test]
     fn numbers_come_apart_again() {
-        for (slot, local) in [(0, 0), (1, 5), (MOST_INSTANCES - 1, MOST_IN_A_PART as u32 - 1)] {
+        for (slot, local) in [
+            (0, 0),
+            (1, 5),
+            (MOST_INSTANCES - 1, MOST_IN_A_PART as u32 - 1),
+        ] {
             let number = global(slot, local);
             assert!(is_instance(number) && number != NO_GROUP);
             assert_eq!(split(number), (slot, local));

@@ -60,7 +60,8 @@ fn corners_of(part: &Scene, set: &SurfaceSet, number: u32) -> Vec<Vec3> {
     }
     let surface = &set.surfaces[number as usize];
     let (low, high) = (surface.bounds_min, surface.bounds_max);
-    let corner = |n: u32| Vec3::select(glam::BVec3::new(n & 1 > 0, n & 2 > 0, n & 4 > 0), low, high);
+    let corner =
+        |n: u32| Vec3::select(glam::BVec3::new(n & 1 > 0, n & 2 > 0, n & 4 > 0), low, high);
     (0..8).map(corner).collect()
 }
 

@@ -130,7 +130,11 @@ mod tests {
         assert!(place(DVec3::INFINITY).check().is_err());
         assert!(place(DVec3::X * 2e6).check().is_err());
         let turn = |rotation| InstancePose { rotation, ..good };
-        assert!(turn(Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0)).check().is_err());
+        assert!(
+            turn(Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0))
+                .check()
+                .is_err()
+        );
         assert!(turn(Quat::from_xyzw(0.0, 0.0, 0.0, 0.0)).check().is_err());
         assert!(turn(Quat::from_xyzw(0.0, 0.0, 0.0, 1.01)).check().is_err());
     }
@@ -142,7 +146,11 @@ mod tests {
         let good = Mat4::from_rotation_translation(turn, way);
         let pose = InstancePose::from_matrix(id, &good).expect("rigid");
         assert!(pose.rotation.abs_diff_eq(turn, 1e-6) && pose.position == way.as_dvec3());
-        for scale in [Vec3::splat(2.0), Vec3::new(1.0, 1.0, -1.0), Vec3::new(1.0, 1.1, 1.0)] {
+        for scale in [
+            Vec3::splat(2.0),
+            Vec3::new(1.0, 1.0, -1.0),
+            Vec3::new(1.0, 1.1, 1.0),
+        ] {
             let bad = good * Mat4::from_scale(scale);
             assert!(InstancePose::from_matrix(id, &bad).is_err(), "{scale}");
         }

@@ -55,7 +55,10 @@ pub(super) fn row(
     let mut instances = Vec::new();
     for place in places {
         let at = InstancePose::at(InstanceId::default(), place.as_dvec3());
-        instances.push((with.scene_mut().add_instance(Arc::clone(&part), &at)?, place));
+        instances.push((
+            with.scene_mut().add_instance(Arc::clone(&part), &at)?,
+            place,
+        ));
     }
     let length_m = benchmark.walk.from.distance(benchmark.walk.to);
     let ear = |step: usize| {
@@ -122,7 +125,12 @@ fn places(
         let mut away = poses.iter().map(|pose| pose.position.distance(*place));
         away.all(|m| m > CLEARANCE_M)
     };
-    let found: Vec<Vec3> = open.iter().map(|pose| pose.position).filter(clear).take(count).collect();
+    let found: Vec<Vec3> = open
+        .iter()
+        .map(|pose| pose.position)
+        .filter(clear)
+        .take(count)
+        .collect();
     if found.len() < count {
         let problem = format!("{count} do not fit into the scene's open space");
         return Err(Error::setting("--instances", problem, "choose fewer"));
