@@ -66,7 +66,8 @@ impl Instances {
     #[inline]
     fn of(&self, global: u32) -> Option<(&Placed, u32)> {
         let (slot, local) = number::split(global);
-        Some((self.at(slot)?, local))
+        let placed = self.at(slot).filter(|_| number::is_instance(global));
+        Some((placed?, local))
     }
 
     #[inline]
