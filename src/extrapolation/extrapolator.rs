@@ -6,13 +6,14 @@ use super::best::{Best, Now, late_now};
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::hold::Hold;
 use super::linear::Linear;
+use super::posed::PosedScenes;
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
 use crate::propagation::diffraction::{Spot, direct_field};
 use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path, PathSet};
 use crate::scene::edges::NearEdges;
-use crate::scene::{ListenerPose, Scene, SourcePose};
+use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
 
 /// How paths are continued that are not part of the direct field.
 enum Rule {
@@ -44,7 +45,7 @@ const SOURCES_AT_FIRST: usize = 64;
 /// # Real-time
 /// [`Self::take_update`] and [`Self::frame`] allocate only while the number of paths exceeds everything seen before.
 pub struct Extrapolator {
-    scene: Arc<Scene>,
+    scenes: PosedScenes,
     continuation: Continuation,
     nearest_m: f64,
     current: PathSet,
@@ -64,7 +65,7 @@ impl Extrapolator {
     /// ([`crate::propagation::PropagationSettings::nearest_m`]).
     pub fn new(scene: Arc<Scene>, kind: PredictorKind, nearest_m: f32) -> Self {
         Self {
-            scene,
+            scenes: PosedScenes::of(&scene),
             continuation: Continuation::of(kind),
             nearest_m: f64::from(nearest_m),
             current: PathSet::default(),
@@ -87,7 +88,20 @@ impl Extrapolator {
         self.level = level;
         self.frames_since_update = 0;
         self.updates += 1;
+        self.scenes.update_is_of(&self.current.instances);
         retired
+    }
+
+    /// Moves the scene's instances, as they stand from the next frame on; those that the scene does not have are left
+    /// out.
+    pub fn set_instance_poses(&mut self, poses: &[InstancePose]) {
+        self.scenes.stand_at(poses);
+    }
+
+    /// Goes on in a scene with other instances, whose paths are followed from the next update on; gives the old one
+    /// back in its place. What is fixed must be the same: another scene is another extrapolator's.
+    pub fn swap_scene(&mut self, scenes: &mut PosedScenes) {
+        std::mem::swap(&mut self.scenes, scenes);
     }
 
     /// Makes room for updates of this many paths, so that [`Self::take_update`] need not. Control side; allocates.
@@ -120,7 +134,7 @@ impl Extrapolator {
             let spot = Spot::of(pose, listener.position, self.nearest_m);
             let edges = self.direct_edges(&spot);
             let listed = edges.as_slice().iter().map(|found| found.edge);
-            let field = direct_field(&self.scene, &spot, listed, &mut rays, &mut |path| {
+            let field = direct_field(self.scenes.now(), &spot, listed, &mut rays, &mut |path| {
                 result.paths.push(self.direct_now(&path, listener));
             });
             self.shadowed.push(!field.visible);
@@ -155,8 +169,9 @@ impl Extrapolator {
             .chain(&self.previous.direct_edges)
             .filter(|(id, _)| *id == spot.source.id)
             .map(|(_, edge)| *edge);
-        let [from, to] = [spot.from, spot.to].map(|place| self.scene.to_local(place));
-        self.scene.edges().bends_over(named, from, to)
+        let scene = self.scenes.now();
+        let [from, to] = [spot.from, spot.to].map(|place| scene.to_local(place));
+        scene.bends_over(named, from, to)
     }
 
     /// Adds the reflected paths, and the bent ones that are not part of the direct field; gives the number of rays cast.
@@ -170,7 +185,8 @@ impl Extrapolator {
             Rule::PathByPath(predictor) => predictor,
             Rule::Together(best) => {
                 let now = Now {
-                    scene: &self.scene,
+                    scene: self.scenes.now(),
+                    then: self.scenes.then(),
                     listener,
                     sources,
                     shadowed: &self.shadowed,
@@ -181,13 +197,15 @@ impl Extrapolator {
             }
         };
         let at = FrameContext {
-            scene: &self.scene,
+            scene: self.scenes.now(),
             listener,
             frames_since_update: self.frames_since_update,
             level: self.level,
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            if current.is_revalidated() || !is_wanted(sources, current) {
+            let exists = |surface: &u32| self.scenes.now().has_surface(*surface);
+            let gone = !current.surfaces().iter().all(exists);
+            if current.is_revalidated() || gone || !is_wanted(sources, current) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -208,7 +226,8 @@ impl Extrapolator {
             return;
         }
         let now = Now {
-            scene: &self.scene,
+            scene: self.scenes.now(),
+            then: self.scenes.then(),
             listener,
             sources,
             shadowed: &self.shadowed,
@@ -226,7 +245,7 @@ impl Extrapolator {
             source: path.source,
             order: 0,
             amplitude: path.amplitude,
-            delay_s: f64::from(path.length_m) / self.scene.speed_of_sound_m_s(),
+            delay_s: f64::from(path.length_m) / self.scenes.now().speed_of_sound_m_s(),
             // A source inside the head is heard straight ahead.
             arrival: (path.image - listener.position)
                 .try_normalize()

@@ -200,6 +200,6 @@ pub fn is_clear(
     (0..=path.order).all(|step| {
         *rays += 1;
         let (leg, ignored) = path.leg([source, listener], step);
-        !scene.bvh().any_hit(&leg, ignored)
+        !scene.any_hit(&leg, ignored)
     })
 }

@@ -60,12 +60,12 @@ impl Occluders {
         for step in 0..=path.order {
             let (leg, ignored) = path.leg(ends, step);
             *rays += 1;
-            if !scene.bvh().any_hit(&leg, ignored) {
+            if !scene.any_hit(&leg, ignored) {
                 continue;
             }
             // Once more for the name of what is in the way: most blocked candidates come again.
             *rays += 1;
-            if let Some(hit) = scene.bvh().closest_hit(&leg, ignored) {
+            if let Some(hit) = scene.closest_hit(&leg, ignored) {
                 *slot = Slot {
                     tag: tag | (step as u32 + 1),
                     triangle: hit.triangle,

@@ -109,7 +109,7 @@ pub enum Stop {
 pub fn bent_path_id(scene: &Scene, source: SourceId, stops: impl Iterator<Item = Stop>) -> PathId {
     let key = |stop| match stop {
         Stop::Surface(surface) => REFLECTION << 62 | scene.surface(surface).key >> 2,
-        Stop::Edge(edge) => EDGE << 62 | scene.edges().get(edge).key >> 2,
+        Stop::Edge(edge) => EDGE << 62 | scene.edge(edge).key >> 2,
     };
     fold(source, stops.map(key))
 }

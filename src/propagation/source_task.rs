@@ -143,8 +143,13 @@ impl SourceTask {
             true => self.late.estimate(shared.scene, self.id),
             false => LateSource::silent(self.id),
         });
+        let moves = shared.scene.has_instances();
         for sequence in self.cache.entries() {
-            self.own.insert(*sequence);
+            self.own.insert(match moves {
+                // What commutes depends on how instances stand.
+                true => Sequence::canonical(shared.scene, sequence.surfaces()),
+                false => *sequence,
+            });
         }
     }
 

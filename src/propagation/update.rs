@@ -86,6 +86,13 @@ impl Propagator {
         &self.scene
     }
 
+    /// The same to move its instances, to add and to remove some: the next update is computed with them as they stand
+    /// then. Copies the scene, but not what is fixed, as long as somebody else has it too. What is remembered of paths
+    /// stays, and is seen again where it stands.
+    pub fn scene_mut(&mut self) -> &mut Scene {
+        Arc::make_mut(&mut self.scene)
+    }
+
     /// The settings in force.
     pub fn settings(&self) -> &PropagationSettings {
         &self.settings
@@ -228,6 +235,8 @@ impl Propagator {
         result
             .late
             .extend(tasks.iter().filter_map(|task| task.late_source));
+        result.instances.clear();
+        result.instances.extend(self.scene.instance_poses());
         result.sources.clear();
         result.sources.extend_from_slice(sources);
         let guide_rays: u64 = self.shares.iter().map(|share| share.rays).sum();

@@ -8,6 +8,7 @@ mod handover;
 mod lead;
 pub mod null_device;
 pub mod offline;
+mod offline_instances;
 pub mod schedule;
 pub mod sound_thread;
 pub mod workers;

@@ -51,8 +51,8 @@ pub struct OfflineReport {
 /// Renders graphics frame after graphics frame.
 pub struct OfflineRenderer {
     settings: OfflineSettings,
-    propagation: ScheduledPropagation,
-    extrapolator: Extrapolator,
+    pub(super) propagation: ScheduledPropagation,
+    pub(super) extrapolator: Extrapolator,
     generator: Generator,
     frame_paths: FramePaths,
     report: OfflineReport,

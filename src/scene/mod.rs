@@ -1,4 +1,5 @@
-//! What the visitor brings: meshes, materials, sources, a listener. Once committed a scene does not change.
+//! What the visitor brings: meshes, materials, sources, a listener. Once committed a scene does not change but for its
+//! instances, which move.
 //!
 //! Control side. Coordinates are metres, right-handed, +y up.
 
@@ -7,6 +8,7 @@ pub mod commit;
 pub mod committed;
 pub mod directivity;
 pub mod edges;
+pub mod instances;
 pub mod layout;
 pub mod layout_source;
 mod material_entry;
@@ -24,6 +26,7 @@ pub use commit::{CommittedMesh, commit_mesh};
 pub use committed::{Scene, SceneSettings};
 pub use directivity::{Directivity, DirectivityTable};
 pub use edges::{Edge, EdgeSet};
+pub use instances::{InstanceId, InstancePose};
 pub use layout::{SceneLayout, Walk};
 pub use layout_source::NamedSource;
 pub use materials::MaterialTable;

@@ -41,6 +41,10 @@ impl PlainPropagator {
         }
     }
 
+    pub fn scene_mut(&mut self) -> &mut Scene {
+        Arc::make_mut(&mut self.scene)
+    }
+
     pub fn update(&mut self, listener: &ListenerPose, sources: &[SourcePose]) -> PathSet {
         let guide = self.guide(listener);
         self.memories
@@ -49,6 +53,7 @@ impl PlainPropagator {
             update: self.update,
             listener: *listener,
             sources: sources.to_vec(),
+            instances: self.scene.instance_poses().collect(),
             ..PathSet::default()
         };
         for pose in sources {
@@ -69,7 +74,7 @@ impl PlainPropagator {
             let mut met = Vec::new();
             while met.len() < self.settings.depth {
                 let last = met.first().copied().unwrap_or(NO_GROUP);
-                let Some(hit) = scene.bvh().closest_hit(&ray, [last, NO_GROUP]) else {
+                let Some(hit) = scene.closest_hit(&ray, [last, NO_GROUP]) else {
                     break;
                 };
                 if !scene.is_panel(hit.triangle) {
@@ -132,7 +137,8 @@ impl PlainPropagator {
             add(&mut candidates, *sequence);
         }
         for (sequence, _) in &memory.cache {
-            add(&mut candidates, *sequence);
+            // What commutes depends on how instances stand now.
+            add(&mut candidates, least_order(&scene, sequence.surfaces()));
         }
         let nearest_m = pose.settings.nearest_m(f64::from(settings.nearest_m));
         // Bent paths are no list to search: the same function, and what it is worth is the law `edge`'s to say.

@@ -95,6 +95,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             what: name,
             scene: &hall.scene,
             hrtf: &hrtf,
+            parts: &[],
             sounds: &sounds,
             listener: &listener,
             duration_s: arguments.seconds,

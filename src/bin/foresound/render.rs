@@ -1,6 +1,6 @@
 //! `render`: a user's scene, sounds and listener into a binaural WAV.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, tell};
 use crate::listener_path::ListenerPath;
-use crate::session::{Session, Sound, median};
+use crate::session::{MovingPart, Session, Sound, median};
 
 /// Seconds of tail after the last sound ends.
 const TAIL_S: f64 = 1.5;
@@ -36,6 +36,14 @@ pub(crate) struct Arguments {
     /// The listener's place, or a CSV file with the columns t,x,y,z and, if wanted, yaw and pitch in degrees.
     #[arg(long, value_name = "PATH.csv|x,y,z", allow_hyphen_values = true)]
     listener: String,
+    /// A part that moves: an OBJ file in coordinates of its own, and where its origin is, as for the listener; may be
+    /// given many times.
+    #[arg(
+        long = "part",
+        value_name = "PART.obj=PATH.csv|x,y,z",
+        allow_hyphen_values = true
+    )]
+    parts: Vec<String>,
     /// The WAV file to write: stereo, 32-bit float.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -125,6 +133,21 @@ impl Arguments {
     }
 }
 
+/// `door.obj=door.csv`.
+fn load_part(text: &str, intake: &SceneArguments) -> Result<MovingPart> {
+    let Some((file, path)) = text.split_once('=') else {
+        let problem = format!("{text:?} has no place");
+        return Err(Error::setting("--part", problem, "write part.obj=path.csv"));
+    };
+    let path = ListenerPath::parse(path)?;
+    let loaded = load_scene(Path::new(file), intake)?;
+    tell(&loaded.notes);
+    Ok(MovingPart {
+        part: loaded.scene,
+        path,
+    })
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let schedule = arguments.schedule()?;
     let predictor = arguments.predictor()?;
@@ -137,6 +160,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     tell(&loaded.notes);
+    let parts: Vec<_> = arguments
+        .parts
+        .iter()
+        .map(|text| load_part(text, &arguments.intake))
+        .collect::<Result<_>>()?;
     let mut sounds = Vec::with_capacity(sources.len());
     for (slot, source) in sources.iter().enumerate() {
         let pose = source.place.pose(slot, loaded.layout.as_ref())?;
@@ -167,6 +195,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         what: "render",
         scene: &loaded.scene,
         hrtf: &hrtf,
+        parts: &parts,
         sounds: &sounds,
         listener: &listener,
         duration_s,

@@ -94,6 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             what: "impulse response",
             scene: &loaded.scene,
             hrtf,
+            parts: &[],
             sounds: &sounds,
             listener: &listener,
             duration_s: arguments.seconds + 1.0 / GRAPHICS_RATE_HZ,

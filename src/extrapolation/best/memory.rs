@@ -41,7 +41,7 @@ impl Memory {
                     .extend(kept.filter(|_| self.next.len() < CAPACITY));
             }
             let known = old.next_if(|candidate| candidate.path.id == path.id);
-            let mut candidate = Candidate::new(path, update, now.scene, now.nearest_m);
+            let mut candidate = Candidate::new(path, update, now.then, now.nearest_m);
             candidate.valid_in = self.updates;
             candidate.tested = word.binding.then_some(word.frame);
             if let Some(known) = known

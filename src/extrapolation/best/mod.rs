@@ -21,6 +21,7 @@ mod tail;
 
 use super::extrapolator::is_wanted;
 use super::frame::FramePath;
+use super::posed::has_moved;
 use crate::propagation::PathSet;
 use crate::propagation::diffraction::Spot;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -37,6 +38,8 @@ use rays::Inspection;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Now<'a> {
     pub(super) scene: &'a Scene,
+    /// The scene as it stood for the newest update.
+    pub(super) then: &'a Scene,
     pub(super) listener: &'a ListenerPose,
     pub(super) sources: &'a [SourcePose],
     /// Of each source whether the listener does not see it.
@@ -90,7 +93,9 @@ impl Best {
     ) -> u64 {
         self.history.push(now.listener.position);
         if let Some(update) = arrived {
-            let word = self.history.date(update.listener.position, self.frame);
+            let mut word = self.history.date(update.listener.position, self.frame);
+            // The listener's place does not date an update of a scene that has moved since.
+            word.binding &= !has_moved(now.scene, now.then);
             self.memory.take(update, now, word, &self.settings);
         }
         let candidates = &mut self.memory.candidates;

@@ -97,7 +97,7 @@ struct OneBend {
 impl OneBend {
     fn of(scene: &Scene, spot: &Spot, edge: u32) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-        let line = scene.edges().get(edge);
+        let line = &scene.edge(edge);
         let bend = line.bend(from, to)?;
         let detour_m = (bend.length_m() - from.distance(to)).max(0.0);
         let left = fade_out(detour_m);
@@ -121,7 +121,7 @@ impl OneBend {
     }
 
     fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
-        let line = scene.edges().get(self.edge);
+        let line = &scene.edge(self.edge);
         let stand = bent::stand(line, self.bend.apex);
         let mut sees = |place| bent::sees(scene, scene.to_local(place), stand, line.faces, rays);
         sees(spot.to) && sees(spot.from)

@@ -73,7 +73,7 @@ pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Pa
 /// The surfaces in which a point's image is nearest.
 fn mirrors(scene: &Scene, point: DVec3) -> [Option<u32>; MIRRORS] {
     let mut best: [(f64, Option<u32>); MIRRORS] = [(f64::INFINITY, None); MIRRORS];
-    for &surface in scene.edges().mirrors() {
+    for surface in scene.mirrors() {
         let plane = scene.surface(surface);
         let foot = point.clamp(plane.bounds_min.as_dvec3(), plane.bounds_max.as_dvec3());
         let away_m = point.distance(foot);
@@ -97,7 +97,7 @@ fn pair(
 ) -> usize {
     let [a, b] = ends.map(|end| end.image);
     let mut count = 0;
-    let near = scene.edges().bends(a, b, a.distance(b) + LONGEST_DETOUR_M);
+    let near = scene.bends(a, b, a.distance(b) + LONGEST_DETOUR_M);
     for found in near.as_slice().iter().take(EDGES) {
         if count == most {
             break;
@@ -136,7 +136,7 @@ impl Mirrored {
     }
 
     fn between(scene: &Scene, ends: [Seen; 2], edge: u32) -> Option<Self> {
-        let line = scene.edges().get(edge);
+        let line = &scene.edge(edge);
         let bend = line.bend(ends[0].image, ends[1].image)?;
         let stand = bent::stand(line, bend.apex);
         let way = Self {
@@ -166,7 +166,7 @@ impl Mirrored {
 
     /// Signed band gains relative to the free field over its length.
     fn gains(&self, scene: &Scene) -> BandArray {
-        let line = scene.edges().get(self.edge);
+        let line = &scene.edge(self.edge);
         let length_m = bent::distance_m(&self.bend);
         // No reflection is followed through walls, so a wall takes all of one away.
         let (incident, reflected) = bent::around(scene, line, &self.bend, length_m, false);
@@ -189,7 +189,7 @@ impl Mirrored {
 
     /// Whether nothing stands on the way. Adds the rays it cast, four at most, to `rays`.
     pub fn is_clear(&self, scene: &Scene, rays: &mut u64) -> bool {
-        let faces = scene.edges().get(self.edge).faces;
+        let faces = scene.edge(self.edge).faces;
         (0..2).all(|end| {
             let Seen { real, mirror, .. } = self.ends[end];
             match (self.hits[end], mirror) {

@@ -59,7 +59,7 @@ pub fn update(
         0 => NearEdges::default(),
         _ => {
             let longest_m = from.distance(to) + LONGEST_DETOUR_M;
-            scene.edges().bends(from, to, longest_m)
+            scene.bends(from, to, longest_m)
         }
     };
     let listed = near.as_slice().iter().map(|found| found.edge);

@@ -119,7 +119,7 @@ pub(super) fn connect(
             }
             *rays += 1;
             let leg = Ray::between(candidate.point, listener);
-            if scene.bvh().any_hit(&leg, [candidate.surface, NO_GROUP]) {
+            if scene.any_hit(&leg, [candidate.surface, NO_GROUP]) {
                 continue;
             }
             let gain = (marks * stride / f64::from(candidate.weight)) as f32;

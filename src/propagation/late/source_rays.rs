@@ -155,7 +155,7 @@ impl SourceRay {
         step: usize,
     ) -> Option<Candidate> {
         let from_s = self.time_s(scene);
-        let Some(hit) = scene.bvh().closest_hit(&self.ray, [self.last, NO_GROUP]) else {
+        let Some(hit) = scene.closest_hit(&self.ray, [self.last, NO_GROUP]) else {
             self.escaped = true;
             return None;
         };

@@ -1,8 +1,10 @@
 //! What the engine's threads tell each other.
 
-use crate::extrapolation::{Continuation, Extrapolator, PredictorKind};
+use std::sync::Arc;
+
+use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
 use crate::propagation::PathSet;
-use crate::scene::{ListenerPose, SourceId, SourcePose};
+use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 use super::feed::Feed;
 
@@ -13,6 +15,8 @@ pub(super) struct AudioFrame {
     pub(super) sources: Vec<SourcePose>,
     /// Gain of each source, in their order.
     pub(super) gains: Vec<f32>,
+    /// Where instances stand.
+    pub(super) instances: Vec<InstancePose>,
     pub(super) paused: bool,
     /// Time between graphics frames, T_g, in seconds.
     pub(super) frame_s: f64,
@@ -35,6 +39,10 @@ impl AudioFrame {
 pub(super) struct WorldFrame {
     pub(super) listener: ListenerPose,
     pub(super) sources: Vec<SourcePose>,
+    /// The scene with all its instances, wherever they stood when one was added or removed last.
+    pub(super) scene: Arc<Scene>,
+    /// Where instances stand.
+    pub(super) instances: Vec<InstancePose>,
     pub(super) predictor: PredictorKind,
     /// Seconds since the engine began.
     pub(super) time_s: f64,
@@ -51,6 +59,8 @@ pub(super) struct Delivery {
     pub(super) synchronous: bool,
     /// Extrapolation for another scene, to be used from this update on.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
+    /// The scene with other instances, to be used from this update on.
+    pub(super) scenes: Option<PosedScenes>,
     /// Another predictor, to be used from this update on.
     pub(super) predictor: Option<Continuation>,
 }

@@ -85,6 +85,8 @@ impl Engine {
             newest: None,
             predictor: settings.predictor,
             extrapolator: None,
+            given: Arc::clone(propagator.scene()),
+            scenes: None,
             update: 0,
             propagator,
         };

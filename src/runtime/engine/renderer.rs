@@ -203,6 +203,8 @@ impl Renderer {
         meters.frame_ns.store(frame_ns, Ordering::Relaxed);
         self.take_update(frame_s, report);
         let started = now();
+        let extrapolator = &mut self.parts.extrapolator;
+        extrapolator.set_instance_poses(&self.parts.frame.instances);
         let (listener, sources) = (self.parts.frame.listener, &self.parts.frame.sources);
         self.parts
             .extrapolator
@@ -221,6 +223,9 @@ impl Renderer {
         let extrapolator = &mut self.parts.extrapolator;
         if let Some(fresh) = &mut delivery.extrapolator {
             std::mem::swap(extrapolator, fresh);
+        }
+        if let Some(scenes) = &mut delivery.scenes {
+            extrapolator.swap_scene(scenes);
         }
         if let Some(predictor) = delivery.predictor.take() {
             delivery.predictor = Some(extrapolator.set_predictor(predictor));

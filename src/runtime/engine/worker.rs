@@ -11,10 +11,11 @@ use crossbeam_utils::atomic::AtomicCell;
 
 use super::messages::{Delivery, WorldFrame};
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Continuation, Extrapolator, PredictorKind};
+use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
 use crate::propagation::{Path, Propagator};
 use crate::runtime::clock::{nanoseconds, now};
 use crate::runtime::handover::{Receiver, Sender};
+use crate::scene::Scene;
 
 /// The newest propagator that the controller wants used: for another scene, or with other settings.
 pub(super) type Orders = Arc<AtomicCell<Option<Box<Propagator>>>>;
@@ -35,6 +36,10 @@ pub(super) struct Worker {
     pub(super) predictor: PredictorKind,
     /// Extrapolation for a new scene, waiting for its first update.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
+    /// The scene that the propagator was given last; it has its own copy as soon as instances move.
+    pub(super) given: Arc<Scene>,
+    /// The same with other instances, waiting for its first update.
+    pub(super) scenes: Option<PosedScenes>,
     pub(super) update: u64,
 }
 
@@ -58,6 +63,7 @@ impl Worker {
         let Some(world) = self.newest.take_if(|_| ordered || posed) else {
             return false;
         };
+        self.take_instances(&world);
         if let Some(before_update) = self.before_update {
             before_update(self.update);
         }
@@ -74,6 +80,7 @@ impl Worker {
         delivery.propagation_s = spent.as_secs_f64();
         delivery.synchronous = self.synchronous;
         delivery.extrapolator = self.extrapolator.take();
+        delivery.scenes = self.scenes.take();
         delivery.predictor =
             (world.predictor != self.predictor).then(|| Continuation::of(world.predictor));
         self.predictor = world.predictor;
@@ -94,13 +101,32 @@ impl Worker {
             return false;
         };
         let before = std::mem::replace(&mut self.propagator, ordered);
-        let same_scene = Arc::ptr_eq(before.scene(), self.propagator.scene())
+        let scene = self.propagator.scene();
+        let same_scene = before.scene().same_fixed_part(scene)
             && before.settings().nearest_m == self.propagator.settings().nearest_m;
         if !same_scene {
             let kind = self.predictor;
             self.extrapolator = Some(extrapolator_for(&self.propagator, kind, self.max_paths));
+            self.scenes = None;
+        } else if scene.has_instances() || before.scene().has_instances() {
+            self.scenes = Some(PosedScenes::of(scene));
         }
+        self.given = Arc::clone(scene);
         true
+    }
+
+    /// Instances that were added, removed or moved.
+    fn take_instances(&mut self, world: &WorldFrame) {
+        // Poses of another scene wait for its propagator.
+        if !Arc::ptr_eq(&world.scene, &self.given) && world.scene.same_fixed_part(&self.given) {
+            self.given = Arc::clone(&world.scene);
+            *self.propagator.scene_mut() = Scene::clone(&world.scene);
+            self.scenes = Some(PosedScenes::of(&world.scene));
+        }
+        if self.propagator.scene().has_instances() {
+            let scene = self.propagator.scene_mut();
+            scene.set_instance_poses(&world.instances);
+        }
     }
 
     fn take_poses(&mut self) -> bool {
@@ -118,6 +144,7 @@ impl Worker {
         if let Some(mut missed) = self.deliveries.recall() {
             if delivery.extrapolator.is_none() {
                 delivery.extrapolator = missed.extrapolator.take();
+                delivery.scenes = delivery.scenes.take().or_else(|| missed.scenes.take());
             }
             if delivery.predictor.is_none() {
                 delivery.predictor = missed.predictor.take();

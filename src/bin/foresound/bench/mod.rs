@@ -1,6 +1,7 @@
 //! `bench`: speeds on this machine. A speed is worth something only beside another of the same run.
 
 mod dump;
+mod moving;
 mod own_rays;
 mod ray_sets;
 mod rays;

@@ -14,6 +14,7 @@ use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, proced
 use foresound::{Error, Result};
 use serde_json::{Value, json};
 
+use super::moving;
 use super::own_rays::OwnRays;
 use super::sources::sources;
 
@@ -37,6 +38,9 @@ pub(crate) struct Arguments {
     /// Milliseconds of the caller's own work in a graphics frame; counts for whole frames only.
     #[arg(long, value_name = "MS", default_value_t = 0.0)]
     graphics_ms: f64,
+    /// Numbers of moving instances: rows of updates with them beside updates without, instead.
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    instances: Vec<usize>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -70,7 +74,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let table = MaterialTable::built_in();
         let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
         let scene = Arc::new(scene);
-        for &count in &arguments.sources {
+        for (&count, &moving) in arguments.sources.iter().flat_map(|count| {
+            let instances = arguments.instances.iter();
+            instances.map(move |instances| (count, instances))
+        }) {
+            let row = moving::row(name, &scene, &benchmark, [count, moving], arguments.seconds)?;
+            if !arguments.json {
+                moving::print(&row);
+            }
+            rows.push(row);
+        }
+        let fixed = arguments.sources.iter();
+        for &count in fixed.filter(|_| arguments.instances.is_empty()) {
             let times = measure(&scene, &benchmark, count, arguments.seconds)?;
             let row = times.row(name, count, arguments.graphics_ms);
             if !arguments.json {

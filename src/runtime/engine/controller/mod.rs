@@ -4,6 +4,7 @@
 //! [`Controller::set_schedule`], [`Controller::restart`] and on being dropped (one update at most), and in the synchronous
 //! schedule, where [`Controller::tick`] is the propagation.
 
+mod instances;
 mod scenes;
 mod sources;
 
@@ -24,7 +25,7 @@ use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::runtime::clock::now;
 use crate::runtime::handover::Sender;
-use crate::scene::{ListenerPose, Scene, SourcePose};
+use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
 
 /// Ticks farther apart than this, in seconds, are a pause and not a graphics frame.
 const LONGEST_FRAME_S: f64 = 0.5;
@@ -63,6 +64,8 @@ pub struct Controller {
     propagation: Propagation,
     builder: SceneBuilder,
     scene: Arc<Scene>,
+    /// Where its instances stand, by slot.
+    instances: Vec<InstancePose>,
     sources: SourceTable,
     /// Feed changes that the ring had no place for, one a slot at most.
     waiting: VecDeque<FeedChange>,
@@ -83,6 +86,7 @@ impl Controller {
             scene: Arc::clone(worker.propagator.scene()),
             propagation: Propagation::start(worker, settings.schedule, settings.affinity)?,
             builder: SceneBuilder::default(),
+            instances: Vec::new(),
             sources: SourceTable::new(settings.generation.max_sources),
             waiting: VecDeque::new(),
             listener: ListenerPose::default(),
@@ -110,6 +114,8 @@ impl Controller {
         let mut world = self.links.world.blank(|| WorldFrame {
             listener,
             sources: Vec::new(),
+            scene: Arc::clone(&self.scene),
+            instances: Vec::new(),
             predictor: PredictorKind::default(),
             time_s: 0.0,
         });
@@ -117,6 +123,10 @@ impl Controller {
         world.sources.clear();
         let poses = self.sources.iter().map(|(pose, _)| pose);
         world.sources.extend(poses);
+        if !Arc::ptr_eq(&world.scene, &self.scene) {
+            world.scene = Arc::clone(&self.scene);
+        }
+        world.instances.clone_from(&self.instances);
         world.predictor = self.settings.predictor;
         world.time_s = self.began.elapsed().as_secs_f64();
         self.links.world.send(world);
@@ -168,6 +178,7 @@ impl Controller {
         frame.listener = self.listener;
         frame.paused = self.paused;
         frame.frame_s = self.frame_s;
+        frame.instances.clone_from(&self.instances);
         frame.sources.clear();
         frame.gains.clear();
         for (pose, gain) in self.sources.iter() {
