@@ -8,17 +8,13 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use foresound::Result;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
-use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, procedural};
-use foresound::{Error, Result};
 use serde_json::{Value, json};
 
 use super::own_rays::OwnRays;
-use super::sources::sources;
-
-/// Metres between two updates.
-const STEP_M: f32 = 0.07;
+use super::walk::Walk;
 
 /// Fewest updates that a row is made of, however long they take.
 const FEWEST: usize = 5;
@@ -59,19 +55,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut rows = Vec::new();
     for name in scenes {
-        let benchmark = match name {
-            "million" => procedural::million(),
-            _ => procedural::by_name(name).ok_or_else(|| {
-                let known = procedural::NAMES.join(", ");
-                let problem = format!("no benchmark scene is called {name:?}");
-                Error::setting("--scene", problem, &format!("choose of: {known}, million"))
-            })?,
-        };
-        let table = MaterialTable::built_in();
-        let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
-        let scene = Arc::new(scene);
+        let walk = Walk::through(name)?;
         for &count in &arguments.sources {
-            let times = measure(&scene, &benchmark, count, arguments.seconds)?;
+            let times = measure(&walk, count, arguments.seconds)?;
             let row = times.row(name, count, arguments.graphics_ms);
             if !arguments.json {
                 print(&row);
@@ -91,33 +77,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn measure(
-    scene: &Arc<Scene>,
-    benchmark: &procedural::BenchmarkScene,
-    count: usize,
-    seconds: f64,
-) -> Result<Times> {
+fn measure(walk: &Walk, count: usize, seconds: f64) -> Result<Times> {
     let settings = PropagationSettings::default();
-    let own: Vec<_> = benchmark.sources.iter().map(|(_, place)| *place).collect();
-    let sources = sources(scene, &own, count);
-    if sources.len() < count {
-        let problem = format!("{count} do not fit into the scene's open space");
-        return Err(Error::setting("--sources", problem, "choose fewer"));
-    }
+    let scene = &walk.scene;
+    let sources = walk.sources(count)?;
     let threads = Threads::start(2)?;
     let mut one = Propagator::new(Arc::clone(scene), settings)?;
     let mut two = Propagator::new(Arc::clone(scene), settings)?;
-    let length_m = benchmark.walk.from.distance(benchmark.walk.to);
-    let ear = |step: usize| {
-        let way = (0.5 * length_m + STEP_M * step as f32).rem_euclid(2.0 * length_m);
-        let share = 1.0 - (way / length_m - 1.0).abs();
-        ListenerPose {
-            position: benchmark.walk.from.lerp(benchmark.walk.to, share),
-            ..ListenerPose::default()
-        }
-    };
-    one.warm_up(&ear(0), &sources);
-    two.warm_up(&ear(0), &sources);
+    one.warm_up(&walk.ear(0), &sources);
+    two.warm_up(&walk.ear(0), &sources);
     let (mut set, mut other) = (PathSet::default(), PathSet::default());
     let mut times = Times::default();
     let started = Instant::now();
@@ -125,7 +93,7 @@ fn measure(
         if step >= FEWEST && started.elapsed().as_secs_f64() > seconds {
             break;
         }
-        let ear = ear(step);
+        let ear = walk.ear(step);
         let time = Instant::now();
         one.update(&ear, &sources, 0.0, &mut set);
         times.one.push(ms(time.elapsed()));
