@@ -1,69 +1,248 @@
-//! Candidates made ready for all sources: the listener's image of each, and a first look that most do not survive.
+//! Candidates made ready for all sources: a look at eight of them at once that few survive without a path.
 //!
-//! A path along a sequence begins with a straight flight from the source towards the listener's image, through one of
-//! the surfaces that may come first. Whether that flight crosses the surface's plane between source and image, and
-//! within the surface's bounds, costs a few products, and the image is the same for every source. Own. Refuses nothing
-//! that [`super::image_source::unfold`] accepts.
+//! Unfolded, a path is one straight line from the source to the listener's image, and every surface on it a window that
+//! the line has to pass: the surface's bounds, seen in the mirrors before it. Images and windows are the same for every
+//! source, and whether a line passes a window costs a few products in single precision. Where reflections commute the
+//! line itself says which mirror comes first; the window is then the hull of what it is in any order. Own. Refuses
+//! nothing that [`super::image_source::unfold`] accepts: rounding is allowed for.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::image_source::{MARGIN_M, mirror_listener};
-use super::sequence::Sequence;
+use super::path::MAX_ORDER;
+use super::sequence::{Order, Sequence};
 use crate::scene::{Scene, Surface};
 
-/// A surface that may come first on a sequence's path.
+/// Sequences that are looked at together.
+const LANES: usize = 8;
+
+/// Rounding of a sum of three products of single precision, relative to its largest term, four times over.
+const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
+
+/// Distance of an image from a plane below which no path goes there, in metres; keeps quotients finite.
+const LEAST_DISTANCE_M: f64 = 1e-7;
+
+type Lanes = [f32; LANES];
+
+/// Eight surfaces, each seen from its sequence's image.
+///
+/// With D the line from image to source, `q = towards · D` is how far that leads beyond the plane, in units of the way to
+/// it and negative if the plane lies between; the point in the plane is at `D / −q`.
 #[derive(Debug, Clone, Copy)]
-struct Lead {
-    candidate: u32,
-    normal: DVec3,
-    offset_m: f64,
-    image: DVec3,
-    /// Distance of the image from the plane.
-    there: f64,
-    low: DVec3,
-    high: DVec3,
+struct Windows {
+    /// Unit normal over the image's distance from the plane.
+    towards: [Lanes; 3],
+    /// Axes that the window's bounds are parallel to.
+    across: [[Lanes; 3]; 2],
+    /// From the lower bounds to the image along these axes.
+    low: [Lanes; 2],
+    /// From the upper bounds to the image.
+    high: [Lanes; 2],
+    /// What rounding may do, as a share of image's and source's distance; infinite where there is no window.
+    slack: Lanes,
 }
 
-impl Lead {
-    fn new(candidate: u32, surface: &Surface, image: DVec3) -> Self {
-        let (low, high) = bounds(surface);
-        Self {
-            candidate,
-            normal: surface.normal,
-            offset_m: surface.offset_m,
+impl Windows {
+    /// Every line passes.
+    const OPEN: Self = Self {
+        towards: [[0.0; LANES]; 3],
+        across: [[[0.0; LANES]; 3]; 2],
+        low: [[0.0; LANES]; 2],
+        high: [[0.0; LANES]; 2],
+        slack: [f32::INFINITY; LANES],
+    };
+
+    /// Which lines pass, one a bit. `size` is the distance that rounding counts in.
+    #[inline(always)]
+    fn passed(&self, line: &[Lanes; 3], size: &Lanes) -> u32 {
+        let mut passes = [0u32; LANES];
+        for l in 0..LANES {
+            let along = |axis: &[Lanes; 3]| {
+                axis[0][l] * line[0][l] + axis[1][l] * line[1][l] + axis[2][l] * line[2][l]
+            };
+            let q = along(&self.towards);
+            let [u, v] = [along(&self.across[0]), along(&self.across[1])];
+            let slack = self.slack[l] * size[l];
+            let inside = (q + 1.0 <= slack)
+                & (u - self.low[0][l] * q >= -slack)
+                & (u - self.high[0][l] * q <= slack)
+                & (v - self.low[1][l] * q >= -slack)
+                & (v - self.high[1][l] * q <= slack);
+            passes[l] = u32::from(inside) << l;
+        }
+        passes.iter().fold(0, |all, bit| all | bit)
+    }
+
+    fn set(&mut self, lane: usize, window: &Window) {
+        let put = |lanes: &mut [Lanes; 3], value: DVec3| {
+            for (lanes, value) in lanes.iter_mut().zip(value.to_array()) {
+                lanes[lane] = value as f32;
+            }
+        };
+        put(&mut self.towards, window.towards);
+        for k in 0..2 {
+            put(&mut self.across[k], window.across[k]);
+            self.low[k][lane] = window.low[k] as f32;
+            self.high[k][lane] = window.high[k] as f32;
+        }
+        self.slack[lane] = window.slack as f32;
+    }
+}
+
+/// A window of one sequence.
+struct Window {
+    towards: DVec3,
+    across: [DVec3; 2],
+    low: [f64; 2],
+    high: [f64; 2],
+    slack: f64,
+}
+
+/// A sequence's mirrors, and where the listener is seen in them.
+struct Mirrors<'a> {
+    surfaces: [&'a Surface; MAX_ORDER],
+    /// Of each place those that come before it in every order, one a bit; and those that may come before or after.
+    before: [u8; MAX_ORDER],
+    aside: [u8; MAX_ORDER],
+    image: DVec3,
+    /// By how much commuting planes are not perpendicular.
+    tilt: f64,
+}
+
+impl<'a> Mirrors<'a> {
+    fn of(scene: &'a Scene, sequence: &Sequence, image: DVec3) -> Option<Self> {
+        let first = scene.surface(*sequence.surfaces().first()?);
+        let mut surfaces = [first; MAX_ORDER];
+        for (slot, &surface) in surfaces.iter_mut().zip(sequence.surfaces()) {
+            *slot = scene.surface(surface);
+        }
+        let order = Order::of(scene, sequence);
+        let mut tilt = 0.0;
+        for place in 1..sequence.len() {
+            for earlier in 0..place {
+                if order.commute(earlier, place) {
+                    let (a, b) = (surfaces[earlier].normal, surfaces[place].normal);
+                    tilt += a.dot(b).abs();
+                }
+            }
+        }
+        let before = order.before();
+        Some(Self {
+            surfaces,
+            aside: order.aside(&before),
+            before,
             image,
-            there: surface.distance_m(image),
+            tilt,
+        })
+    }
+
+    /// The window at a place, seen through the mirrors that stand before it in every order.
+    fn window(&self, place: usize) -> Window {
+        let surface = self.surfaces[place];
+        let main = main_axis(surface.normal);
+        let axes = [(main + 1) % 3, (main + 2) % 3];
+        let mut turned = DMat3::IDENTITY;
+        let mut image = self.image;
+        let (mut low, mut high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
+        for mirror in 0..place {
+            if self.before[place] >> mirror & 1 == 1 {
+                let plane = self.surfaces[mirror];
+                image = plane.mirror(image);
+                let n = plane.normal;
+                let normal = turned * n;
+                turned.x_axis -= 2.0 * n.x * normal;
+                turned.y_axis -= 2.0 * n.y * normal;
+                turned.z_axis -= 2.0 * n.z * normal;
+            }
+        }
+        if self.aside[place] != 0 {
+            for mirror in (0..MAX_ORDER).rev() {
+                if self.aside[place] >> mirror & 1 == 1 {
+                    (low, high) = with_image(self.surfaces[mirror], low, high);
+                }
+            }
+        }
+        let distance_m = surface.distance_m(image);
+        let distance_m = distance_m.abs().max(LEAST_DISTANCE_M).copysign(distance_m);
+        let (low, high) = (image - low + MARGIN_M, image - high - MARGIN_M);
+        let [u, v] = axes;
+        let (low, high) = ([low[u], low[v]], [high[u], high[v]]);
+        let widest = low[0]
+            .abs()
+            .max(low[1].abs())
+            .max(high[0].abs().max(high[1].abs()));
+        Window {
+            towards: turned * surface.normal / distance_m,
+            across: [turned.col(u), turned.col(v)],
             low,
             high,
+            slack: (ROUNDING + 8.0 * self.tilt) * (1.0 + (1.0 + widest) / distance_m.abs()),
         }
-    }
-
-    /// Whether a flight from `source` to the image may pass through the surface.
-    #[inline]
-    fn may_be_met(&self, source: DVec3) -> bool {
-        let here = self.normal.dot(source) - self.offset_m;
-        if here * self.there >= 0.0 {
-            return false;
-        }
-        let share = here / (here - self.there);
-        let point = source + (self.image - source) * share;
-        (point.x >= self.low.x)
-            & (point.y >= self.low.y)
-            & (point.z >= self.low.z)
-            & (point.x <= self.high.x)
-            & (point.y <= self.high.y)
-            & (point.z <= self.high.z)
     }
 }
 
-/// Bounds of a surface with a margin, open along the axis that its triangles are seen along.
-fn bounds(surface: &Surface) -> (DVec3, DVec3) {
-    let mut low = surface.bounds_min.as_dvec3() - MARGIN_M;
-    let mut high = surface.bounds_max.as_dvec3() + MARGIN_M;
-    let axis = surface.normal.abs().max_position();
-    low[axis] = f64::NEG_INFINITY;
-    high[axis] = f64::INFINITY;
-    (low, high)
+/// Index of the component of largest size.
+fn main_axis(normal: DVec3) -> usize {
+    let n = normal.abs();
+    if n.x >= n.y && n.x >= n.z {
+        0
+    } else if n.y >= n.z {
+        1
+    } else {
+        2
+    }
+}
+
+/// Bounds that hold a box and its mirror image.
+fn with_image(mirror: &Surface, low: DVec3, high: DVec3) -> (DVec3, DVec3) {
+    let middle = mirror.mirror(0.5 * (low + high));
+    let half = 0.5 * (high - low);
+    // |1 − 2 n nᵀ| times the half lengths: how far the mirrored box reaches along each axis.
+    let n = mirror.normal;
+    let row = |axis: DVec3, along: f64| (axis - 2.0 * along * n).abs().dot(half);
+    let reach = DVec3::new(row(DVec3::X, n.x), row(DVec3::Y, n.y), row(DVec3::Z, n.z));
+    (low.min(middle - reach), high.max(middle + reach))
+}
+
+/// Eight sequences.
+#[derive(Debug, Clone)]
+struct Pack {
+    image: [Lanes; 3],
+    /// The image's distance from the centre, roughly.
+    size: Lanes,
+    /// Windows of the longest sequence.
+    depth: usize,
+    windows: [Windows; MAX_ORDER],
+}
+
+impl Pack {
+    const EMPTY: Self = Self {
+        image: [[0.0; LANES]; 3],
+        size: [0.0; LANES],
+        depth: 0,
+        windows: [Windows::OPEN; MAX_ORDER],
+    };
+
+    /// Sequences that may have a path from `source`, one a bit.
+    #[inline]
+    fn seen_from(&self, source: [f32; 3], source_size: f32) -> u32 {
+        let mut line = [[0.0; LANES]; 3];
+        let mut size = [0.0; LANES];
+        for l in 0..LANES {
+            for axis in 0..3 {
+                line[axis][l] = source[axis] - self.image[axis][l];
+            }
+            size[l] = self.size[l] + source_size;
+        }
+        let mut left = (1 << LANES) - 1;
+        for windows in &self.windows[..self.depth] {
+            left &= windows.passed(&line, &size);
+            if left == 0 {
+                break;
+            }
+        }
+        left
+    }
 }
 
 /// A share of the guide rays' sequences, ready for every source.
@@ -71,16 +250,16 @@ fn bounds(surface: &Surface) -> (DVec3, DVec3) {
 pub(super) struct Candidates {
     first: usize,
     images: Vec<DVec3>,
-    leads: Vec<Lead>,
+    packs: Vec<Pack>,
 }
 
 impl Candidates {
-    /// Room for `capacity` sequences of at most four leads.
+    /// Room for `capacity` sequences.
     pub(super) fn with_capacity(capacity: usize) -> Self {
         Self {
             first: 0,
             images: Vec::with_capacity(capacity),
-            leads: Vec::with_capacity(super::path::MAX_ORDER * capacity),
+            packs: Vec::with_capacity(capacity.div_ceil(LANES)),
         }
     }
 
@@ -94,31 +273,51 @@ impl Candidates {
     ) {
         self.first = first;
         self.images.clear();
-        self.leads.clear();
-        for (number, sequence) in sequences.iter().enumerate() {
-            let image = mirror_listener(scene, sequence, ear);
-            self.images.push(image);
-            for (place, &surface) in sequence.surfaces().iter().enumerate() {
-                if place == 0 || sequence.can_lead(scene, place) {
-                    let lead = Lead::new(number as u32, scene.surface(surface), image);
-                    self.leads.push(lead);
+        self.packs.clear();
+        for eight in sequences.chunks(LANES) {
+            let mut pack = Pack::EMPTY;
+            for (lane, sequence) in eight.iter().enumerate() {
+                let image = mirror_listener(scene, sequence, ear);
+                self.images.push(image);
+                let Some(mirrors) = Mirrors::of(scene, sequence, image) else {
+                    continue;
+                };
+                for (lanes, value) in pack.image.iter_mut().zip(image.to_array()) {
+                    lanes[lane] = value as f32;
+                }
+                pack.size[lane] = size_m(image);
+                pack.depth = pack.depth.max(sequence.len());
+                for place in 0..sequence.len() {
+                    pack.windows[place].set(lane, &mirrors.window(place));
                 }
             }
+            self.packs.push(pack);
         }
     }
 
     /// Calls `look` with the number and the listener's image of every sequence that may have a path from `source`.
     #[inline]
     pub(super) fn of_source(&self, source: DVec3, mut look: impl FnMut(usize, DVec3)) {
-        let mut last = u32::MAX;
-        for lead in &self.leads {
-            if lead.candidate != last && lead.may_be_met(source) {
-                last = lead.candidate;
-                let place = last as usize;
-                look(self.first + place, self.images[place]);
+        let size = size_m(source);
+        let from = source.as_vec3().to_array();
+        for (pack, (number, images)) in self
+            .packs
+            .iter()
+            .zip(self.images.chunks(LANES).enumerate())
+        {
+            let mut left = pack.seen_from(from, size) & ((1 << images.len()) - 1);
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                look(self.first + number * LANES + lane, images[lane]);
             }
         }
     }
+}
+
+/// Metres that rounding of a place counts in; never nothing.
+fn size_m(place: DVec3) -> f32 {
+    1.0 + place.abs().element_sum() as f32
 }
 
 /// The listener's image of a sequence that only one source tries, if it may have a path from there.
@@ -132,6 +331,16 @@ pub(super) fn image_for_one(
     let surfaces = sequence.surfaces().iter().enumerate();
     let mut leads = surfaces.filter(|(place, _)| *place == 0 || sequence.can_lead(scene, *place));
     leads
-        .any(|(_, &surface)| Lead::new(0, scene.surface(surface), image).may_be_met(source))
+        .any(|(_, &surface)| may_be_first(scene.surface(surface), source, image))
         .then_some(image)
+}
+
+/// Whether a flight from `source` to the image may meet this surface first.
+fn may_be_first(surface: &Surface, source: DVec3, image: DVec3) -> bool {
+    let (here, there) = (surface.distance_m(source), surface.distance_m(image));
+    if here * there >= 0.0 {
+        return false;
+    }
+    let point = source + (image - source) * (here / (here - there));
+    super::image_source::near_bounds(surface, point)
 }
