@@ -136,25 +136,23 @@ impl<'a> Mirrors<'a> {
         })
     }
 
-    /// The window at a place, seen through the mirrors that stand before it in every order.
-    fn window(&self, place: usize) -> Window {
+    /// The window at a place, seen through the mirrors that stand before it in every order. `view` is the last place's.
+    fn window(&self, place: usize, view: &mut View) -> Window {
         let surface = self.surfaces[place];
         let main = main_axis(surface.normal);
-        let axes = [(main + 1) % 3, (main + 2) % 3];
-        let mut turned = DMat3::IDENTITY;
-        let mut image = self.image;
-        let (mut low, mut high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
+        let [u, v] = [(main + 1) % 3, (main + 2) % 3];
+        let before = self.before[place];
+        if view.through & !before != 0 {
+            *view = View::of(self.image);
+        }
+        // What the view lacks may come last: it is none of the others' mirrors.
         for mirror in 0..place {
-            if self.before[place] >> mirror & 1 == 1 {
-                let plane = self.surfaces[mirror];
-                image = plane.mirror(image);
-                let n = plane.normal;
-                let normal = turned * n;
-                turned.x_axis -= 2.0 * n.x * normal;
-                turned.y_axis -= 2.0 * n.y * normal;
-                turned.z_axis -= 2.0 * n.z * normal;
+            if (before & !view.through) >> mirror & 1 == 1 {
+                view.add(mirror, self.surfaces[mirror]);
             }
         }
+        let View { image, turned, .. } = *view;
+        let (mut low, mut high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
         if self.aside[place] != 0 {
             for mirror in (0..MAX_ORDER).rev() {
                 if self.aside[place] >> mirror & 1 == 1 {
@@ -165,7 +163,6 @@ impl<'a> Mirrors<'a> {
         let distance_m = surface.distance_m(image);
         let distance_m = distance_m.abs().max(LEAST_DISTANCE_M).copysign(distance_m);
         let (low, high) = (image - low + MARGIN_M, image - high - MARGIN_M);
-        let [u, v] = axes;
         let (low, high) = ([low[u], low[v]], [high[u], high[v]]);
         let widest = low[0]
             .abs()
@@ -178,6 +175,37 @@ impl<'a> Mirrors<'a> {
             high,
             slack: (ROUNDING + 8.0 * self.tilt) * (1.0 + (1.0 + widest) / distance_m.abs()),
         }
+    }
+}
+
+/// What is seen through some mirrors.
+#[derive(Clone, Copy)]
+struct View {
+    /// Places of the mirrors, one a bit.
+    through: u8,
+    /// The listener's image on this side of them.
+    image: DVec3,
+    /// From directions on this side of them to the source's.
+    turned: DMat3,
+}
+
+impl View {
+    fn of(image: DVec3) -> Self {
+        Self {
+            through: 0,
+            image,
+            turned: DMat3::IDENTITY,
+        }
+    }
+
+    fn add(&mut self, place: usize, mirror: &Surface) {
+        self.through |= 1 << place;
+        self.image = mirror.mirror(self.image);
+        let n = mirror.normal;
+        let normal = self.turned * n;
+        self.turned.x_axis -= 2.0 * n.x * normal;
+        self.turned.y_axis -= 2.0 * n.y * normal;
+        self.turned.z_axis -= 2.0 * n.z * normal;
     }
 }
 
@@ -287,8 +315,9 @@ impl Candidates {
                 }
                 pack.size[lane] = size_m(image);
                 pack.depth = pack.depth.max(sequence.len());
+                let mut view = View::of(image);
                 for place in 0..sequence.len() {
-                    pack.windows[place].set(lane, &mirrors.window(place));
+                    pack.windows[place].set(lane, &mirrors.window(place, &mut view));
                 }
             }
             self.packs.push(pack);
@@ -300,10 +329,7 @@ impl Candidates {
     pub(super) fn of_source(&self, source: DVec3, mut look: impl FnMut(usize, DVec3)) {
         let size = size_m(source);
         let from = source.as_vec3().to_array();
-        for (pack, (number, images)) in self
-            .packs
-            .iter()
-            .zip(self.images.chunks(LANES).enumerate())
+        for (pack, (number, images)) in self.packs.iter().zip(self.images.chunks(LANES).enumerate())
         {
             let mut left = pack.seen_from(from, size) & ((1 << images.len()) - 1);
             while left != 0 {

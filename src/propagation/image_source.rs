@@ -75,6 +75,48 @@ pub fn unfold(
     listener: DVec3,
     listener_image: DVec3,
 ) -> Option<ImagePath> {
+    let path = unfold_points(scene, sequence, source, listener_image)?.finish(scene, source);
+    debug_assert!(
+        (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
+    );
+    Some(path)
+}
+
+/// A path whose points are known, but not yet its angles and its image: most are blocked, and need none.
+pub(super) struct Unfolded {
+    path: ImagePath,
+    /// Where each leg points to.
+    images: [DVec3; MAX_ORDER],
+}
+
+impl Unfolded {
+    /// The path so far: its legs.
+    pub(super) fn legs(&self) -> &ImagePath {
+        &self.path
+    }
+
+    /// The whole path.
+    pub(super) fn finish(self, scene: &Scene, source: DVec3) -> ImagePath {
+        let Self { mut path, images } = self;
+        let mut from = source;
+        for step in 0..path.order {
+            let surface = scene.surface(path.surfaces[step]);
+            let line = images[step] - from;
+            path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
+            path.image = surface.mirror(path.image);
+            from = path.points[step];
+        }
+        path
+    }
+}
+
+/// The first part of [`unfold`].
+pub(super) fn unfold_points(
+    scene: &Scene,
+    sequence: &Sequence,
+    source: DVec3,
+    listener_image: DVec3,
+) -> Option<Unfolded> {
     let order = Order::of(scene, sequence);
     let mut path = ImagePath {
         surfaces: [0; MAX_ORDER],
@@ -101,18 +143,7 @@ pub fn unfold(
         image -= 2.0 * next.there * surface.normal;
         rest &= !(1 << next.place);
     }
-    let mut from = source;
-    for step in 0..path.order {
-        let surface = scene.surface(path.surfaces[step]);
-        let line = images[step] - from;
-        path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
-        path.image = surface.mirror(path.image);
-        from = path.points[step];
-    }
-    debug_assert!(
-        (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
-    );
-    Some(path)
+    Some(Unfolded { path, images })
 }
 
 /// The plane that a line meets first.

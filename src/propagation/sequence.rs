@@ -126,8 +126,76 @@ fn commute(a: DVec3, b: DVec3) -> bool {
     a.dot(b).abs() < COMMUTING_COSINE
 }
 
-/// Which surfaces of a list may change places. Grows at the front, as a ray from the listener meets surfaces, so that
-/// every beginning of the ray costs the new surface's products only.
+/// Which surfaces of a sequence come before others in every order that commuting allows.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Order {
+    /// Of each place the earlier ones that it cannot pass, one a bit.
+    behind: [u8; MAX_ORDER],
+    count: usize,
+}
+
+impl Order {
+    pub(super) fn of(scene: &Scene, sequence: &Sequence) -> Self {
+        let mut order = Self {
+            count: sequence.len(),
+            ..Self::default()
+        };
+        for (place, &surface) in sequence.surfaces().iter().enumerate() {
+            let normal = scene.surface(surface).normal;
+            for (earlier, &other) in sequence.surfaces()[..place].iter().enumerate() {
+                let passes = commute(scene.surface(other).normal, normal);
+                order.behind[place] |= u8::from(!passes) << earlier;
+            }
+        }
+        order
+    }
+
+    /// The places of all surfaces, one a bit.
+    pub(super) fn all(&self) -> u8 {
+        (1 << self.count) - 1
+    }
+
+    /// Whether the surface at `place` can move to the front of those of `rest`, one a bit.
+    #[inline]
+    pub(super) fn leads(&self, place: usize, rest: u8) -> bool {
+        self.behind[place] & rest == 0
+    }
+
+    /// Whether two surfaces commute; the first place is the earlier one.
+    pub(super) fn commute(&self, earlier: usize, place: usize) -> bool {
+        self.behind[place] >> earlier & 1 == 0
+    }
+
+    /// Of each place those that come before it in every order, one a bit.
+    pub(super) fn before(&self) -> [u8; MAX_ORDER] {
+        let mut before = self.behind;
+        for place in 1..self.count {
+            for earlier in 0..place {
+                if self.behind[place] >> earlier & 1 == 1 {
+                    before[place] |= before[earlier];
+                }
+            }
+        }
+        before
+    }
+
+    /// Of each place those that may come before it or after it, given what [`Self::before`] says.
+    pub(super) fn aside(&self, before: &[u8; MAX_ORDER]) -> [u8; MAX_ORDER] {
+        let mut aside = [0; MAX_ORDER];
+        for place in 1..self.count {
+            for earlier in 0..place {
+                if before[place] >> earlier & 1 == 0 {
+                    aside[place] |= 1 << earlier;
+                    aside[earlier] |= 1 << place;
+                }
+            }
+        }
+        aside
+    }
+}
+
+/// Which surfaces of a list may change places. Grows at the front, as a ray from the listener meets surfaces, or at the
+/// end, as one from a source does, so that every beginning of the ray costs the new surface's products only.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Commutation {
     /// Of each place the earlier ones that it cannot pass, one a bit.
@@ -147,9 +215,21 @@ impl Commutation {
         self.order += 1;
     }
 
+    /// Puts a surface behind all others; `normals` are the list's unit normals, the new one last.
+    #[inline]
+    pub fn put_last(&mut self, normals: &[DVec3]) {
+        let last = self.order;
+        self.behind[last] = 0;
+        for earlier in 0..last {
+            let passes = commute(normals[earlier], normals[last]);
+            self.behind[last] |= u8::from(!passes) << earlier;
+        }
+        self.order += 1;
+    }
+
     /// Whether the surface at `place` can move to the front of those of `rest`, one a bit.
     #[inline]
-    pub(super) fn leads(&self, place: usize, rest: u8) -> bool {
+    fn leads(&self, place: usize, rest: u8) -> bool {
         self.behind[place] & rest == 0
     }
 

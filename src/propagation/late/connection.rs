@@ -6,6 +6,8 @@
 
 use glam::Vec3;
 
+use super::source_rays::Bounces;
+use crate::acoustics::bands::fading;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
@@ -19,7 +21,7 @@ const SPREAD_M: f32 = 0.7;
 
 /// Energy that a bounce has for the tail.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Candidate {
+pub(super) struct Bounce {
     pub(super) point: Vec3,
     /// Unit normal on the side that sound leaves to.
     pub(super) normal: Vec3,
@@ -30,12 +32,11 @@ pub(super) struct Candidate {
     pub(super) energy: BandArray,
     /// Sum over the bands.
     pub(super) weight: f32,
-    /// Beyond the depth of discrete paths.
-    pub(super) is_far: bool,
 }
 
-impl Candidate {
+impl Bounce {
     /// From what leaves to what arrives: Lambert's cosine law over the way to the listener, with air.
+    #[inline]
     pub(super) fn weigh(&mut self, scene: &Scene, listener: Vec3, gain: f32) {
         let way = listener - self.point;
         let distance_m = way.length();
@@ -43,10 +44,17 @@ impl Candidate {
         let spread = distance_m * distance_m + SPREAD_M * SPREAD_M;
         let kernel = gain * cosine.max(0.0) / (std::f32::consts::PI * spread);
         self.length_m += distance_m;
-        for (energy, m) in self.energy.iter_mut().zip(scene.air_np_per_m()) {
-            *energy *= kernel * (-2.0 * m * self.length_m).exp();
+        let nepers = scene.air_np_per_m();
+        let mut air = [0.0; BANDS];
+        for b in 0..BANDS {
+            air[b] = 2.0 * nepers[b] * self.length_m;
         }
-        self.weight = self.energy.iter().sum();
+        let air = fading(&air);
+        for b in 0..BANDS {
+            self.energy[b] *= kernel * air[b];
+        }
+        let e = &self.energy;
+        self.weight = ((e[0] + e[4]) + (e[2] + e[6])) + ((e[1] + e[5]) + (e[3] + e[7]));
     }
 }
 
@@ -63,13 +71,12 @@ pub(super) struct Arrival {
 pub(super) fn connect(
     scene: &Scene,
     listener: Vec3,
-    candidates: &[Candidate],
+    bounces: &Bounces,
     arrivals: &mut Vec<Arrival>,
     rays: &mut u64,
 ) {
-    for is_far in [false, true] {
-        let chosen = || candidates.iter().filter(|c| c.is_far == is_far);
-        let total: f64 = chosen().map(|c| f64::from(c.weight)).sum();
+    for list in [&bounces.near, &bounces.far] {
+        let total: f64 = list.iter().map(|bounce| f64::from(bounce.weight)).sum();
         let stride = total / (SHADOW_RAYS / 2) as f64;
         if stride <= 0.0 {
             continue;
@@ -77,28 +84,28 @@ pub(super) fn connect(
         // Marks stand at (n + ½) strides along the sum of weights.
         let mut mark = 0.5 * stride;
         let mut sum = 0.0;
-        for candidate in chosen() {
-            sum += f64::from(candidate.weight);
+        for bounce in list {
+            sum += f64::from(bounce.weight);
+            if mark >= sum {
+                continue;
+            }
             let mut marks = 0.0;
             while mark < sum {
                 mark += stride;
                 marks += 1.0;
             }
-            if marks == 0.0 {
-                continue;
-            }
             *rays += 1;
-            let leg = Ray::between(candidate.point, listener);
-            if scene.bvh().any_hit(&leg, [candidate.surface, NO_GROUP]) {
+            let leg = Ray::between(bounce.point, listener);
+            if scene.bvh().any_hit(&leg, [bounce.surface, NO_GROUP]) {
                 continue;
             }
-            let gain = (marks * stride / f64::from(candidate.weight)) as f32;
-            let mut energy = candidate.energy;
-            for value in energy.iter_mut().take(BANDS) {
+            let gain = (marks * stride / f64::from(bounce.weight)) as f32;
+            let mut energy = bounce.energy;
+            for value in &mut energy {
                 *value *= gain;
             }
             arrivals.push(Arrival {
-                delay_s: f64::from(candidate.length_m) / scene.speed_of_sound_m_s(),
+                delay_s: f64::from(bounce.length_m) / scene.speed_of_sound_m_s(),
                 energy,
             });
         }

@@ -1,5 +1,8 @@
 //! `bench speed`: one propagation update on one thread and on two, beside its own rays cast alone.
 //!
+//! Growth stands in the rows: a row's fastest update over that of its scene's first row, as a share of what as many times
+//! the sources would cost (1 is linear), and over that of the first scene with as many sources.
+//!
 //! The listener walks at 1.4 m/s, 20 updates a second. The three measurements alternate, update by update, so that
 //! whatever else the machine does falls on all of them alike.
 
@@ -21,9 +24,9 @@ const FEWEST: usize = 5;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Benchmark scene by name, or `million` (the three of the paper's kind, if not given).
-    #[arg(long)]
-    scene: Option<String>,
+    /// Benchmark scenes by name, or `million` (the three of the paper's kind, if not given).
+    #[arg(long, value_delimiter = ',')]
+    scene: Vec<String>,
     /// Numbers of sources.
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16])]
     sources: Vec<usize>,
@@ -48,17 +51,35 @@ struct Times {
     rays: Vec<f64>,
 }
 
+/// The fastest update of a row, for what grows out of it.
+struct Fastest {
+    sources: usize,
+    ms: f64,
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let scenes = match &arguments.scene {
-        Some(scene) => vec![scene.as_str()],
-        None => vec!["concert_hall", "bootcamp", "angrybot"],
+    let scenes: Vec<&str> = match arguments.scene.is_empty() {
+        false => arguments.scene.iter().map(String::as_str).collect(),
+        true => vec!["concert_hall", "bootcamp", "angrybot"],
     };
     let mut rows = Vec::new();
-    for name in scenes {
+    let mut first_scene: Vec<Fastest> = Vec::new();
+    for (number, name) in scenes.into_iter().enumerate() {
         let walk = Walk::through(name)?;
+        let mut fewest: Option<Fastest> = None;
         for &count in &arguments.sources {
             let times = measure(&walk, count, arguments.seconds)?;
-            let row = times.row(name, count, arguments.graphics_ms);
+            let mut row = times.row(name, count, arguments.graphics_ms);
+            let ms = share(&times.one, 0.0);
+            let fewest = fewest.get_or_insert(Fastest { sources: count, ms });
+            let linear = fewest.ms * count as f64 / fewest.sources as f64;
+            row["triangles"] = json!(walk.scene.bvh().triangle_count());
+            row["to_linear_in_sources"] = json!(ms / linear);
+            if number == 0 {
+                first_scene.push(Fastest { sources: count, ms });
+            }
+            let same = first_scene.iter().find(|first| first.sources == count);
+            row["to_first_scene"] = json!(same.map(|first| ms / first.ms));
             if !arguments.json {
                 print(&row);
             }
@@ -130,6 +151,7 @@ impl Times {
             "sps_two_threads_best_ms": share(&self.two, 0.0),
             "rays_alone_best_ms": alone,
             "update_to_rays": one / alone,
+            "two_threads_speedup": one / share(&self.two, 0.0),
             "paths_p50": share(&self.paths, 0.5),
             "rays_per_update": share(&self.rays, 0.5),
         })
@@ -147,15 +169,18 @@ fn share(values: &[f64], share: f64) -> f64 {
 fn print(row: &Value) {
     let number = |key: &str| row.pointer(key).and_then(Value::as_f64).unwrap_or(0.0);
     println!(
-        "{:14} {:4} sources: {:8.2} ms (p95 {:8.2}), two threads {:8.2}, rays alone {:8.2} (best {:.2} x), {:6.0} rays, {:5.0} paths",
+        "{:14} {:4} sources: {:8.2} ms (p95 {:8.2}), two threads {:8.2} (best {:.2} x faster), rays alone {:8.2} (best {:.2} x), {:6.0} rays, {:5.0} paths, {:.2} of linear growth, {:.2} of the first scene",
         row["scene"].as_str().unwrap_or_default(),
         row["sources"],
         number("/sps_ms/p50"),
         number("/sps_ms/p95"),
         number("/sps_two_threads_ms/p50"),
+        number("/two_threads_speedup"),
         number("/rays_alone_ms"),
         number("/update_to_rays"),
         number("/rays_per_update"),
         number("/paths_p50"),
+        number("/to_linear_in_sources"),
+        number("/to_first_scene"),
     );
 }
