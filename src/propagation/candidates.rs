@@ -6,7 +6,7 @@
 //! line itself says which mirror comes first; the window is then the hull of what it is in any order. Own. Refuses
 //! nothing that [`super::image_source::unfold`] accepts: rounding is allowed for.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::image_source::{MARGIN_M, mirror_listener};
 use super::path::MAX_ORDER;
@@ -16,28 +16,31 @@ use crate::scene::{Scene, Surface};
 /// Sequences that are looked at together.
 const LANES: usize = 8;
 
-/// Rounding of a sum of three products of single precision, relative to its largest term, four times over.
-const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
+/// Rounding of a few sums and products of single precision, relative to their largest term, with room to spare.
+const ROUNDING: f64 = 24.0 * f32::EPSILON as f64;
 
 /// Distance of an image from a plane below which no path goes there, in metres; keeps quotients finite.
 const LEAST_DISTANCE_M: f64 = 1e-7;
 
+/// Half the size of what has no end, in metres.
+const ENDLESS_M: f64 = 1e12;
+
 type Lanes = [f32; LANES];
 
-/// Eight surfaces, each seen from its sequence's image.
+/// Eight surfaces, each with what is seen of its sequence's image on the source's side of it.
 ///
-/// With D the line from image to source, `q = towards · D` is how far that leads beyond the plane, in units of the way to
-/// it and negative if the plane lies between; the point in the plane is at `D / −q`.
+/// With D the line from image to source, `q = nearness × normal · D` is how far that leads from the image's side, in units
+/// of the way to the plane and negative towards it: beyond the plane where it is below −1. The point in the plane is the
+/// image's plus D / −q.
 #[derive(Debug, Clone, Copy)]
 struct Windows {
-    /// Unit normal over the image's distance from the plane.
-    towards: [Lanes; 3],
-    /// Axes that the window's bounds are parallel to.
-    across: [[Lanes; 3]; 2],
-    /// From the lower bounds to the image along these axes.
-    low: [Lanes; 2],
+    normal: [Lanes; 3],
+    /// Over the image's signed distance from the plane.
+    nearness: Lanes,
+    /// From the lower bounds to the image along x, y and z; endless along the axis that the surface is seen along.
+    low: [Lanes; 3],
     /// From the upper bounds to the image.
-    high: [Lanes; 2],
+    high: [Lanes; 3],
     /// What rounding may do, as a share of image's and source's distance; infinite where there is no window.
     slack: Lanes,
 }
@@ -45,171 +48,102 @@ struct Windows {
 impl Windows {
     /// Every line passes.
     const OPEN: Self = Self {
-        towards: [[0.0; LANES]; 3],
-        across: [[[0.0; LANES]; 3]; 2],
-        low: [[0.0; LANES]; 2],
-        high: [[0.0; LANES]; 2],
+        normal: [[0.0; LANES]; 3],
+        nearness: [0.0; LANES],
+        low: [[0.0; LANES]; 3],
+        high: [[0.0; LANES]; 3],
         slack: [f32::INFINITY; LANES],
     };
 
-    /// Which lines pass, one a bit. `size` is the distance that rounding counts in.
+    /// Which lines pass, one a bit; mirrors them for the next window. `size` is the distance that rounding counts in.
     #[inline(always)]
-    fn passed(&self, line: &[Lanes; 3], size: &Lanes) -> u32 {
+    fn passed(&self, line: &mut [Lanes; 3], size: &Lanes) -> u32 {
         let mut passes = [0u32; LANES];
         for l in 0..LANES {
-            let along = |axis: &[Lanes; 3]| {
-                axis[0][l] * line[0][l] + axis[1][l] * line[1][l] + axis[2][l] * line[2][l]
-            };
-            let q = along(&self.towards);
-            let [u, v] = [along(&self.across[0]), along(&self.across[1])];
+            let [x, y, z] = [line[0][l], line[1][l], line[2][l]];
+            let n = [self.normal[0][l], self.normal[1][l], self.normal[2][l]];
+            let along = n[0] * x + n[1] * y + n[2] * z;
+            let q = along * self.nearness[l];
             let slack = self.slack[l] * size[l];
+            // Where rounding blurs on which side of the plane the source is, everything passes.
+            let slack = if slack < 0.5 { slack } else { f32::INFINITY };
             let inside = (q + 1.0 <= slack)
-                & (u - self.low[0][l] * q >= -slack)
-                & (u - self.high[0][l] * q <= slack)
-                & (v - self.low[1][l] * q >= -slack)
-                & (v - self.high[1][l] * q <= slack);
+                & (x - self.low[0][l] * q >= -slack)
+                & (x - self.high[0][l] * q <= slack)
+                & (y - self.low[1][l] * q >= -slack)
+                & (y - self.high[1][l] * q <= slack)
+                & (z - self.low[2][l] * q >= -slack)
+                & (z - self.high[2][l] * q <= slack);
             passes[l] = u32::from(inside) << l;
+            let twice = 2.0 * along;
+            line[0][l] = x - twice * n[0];
+            line[1][l] = y - twice * n[1];
+            line[2][l] = z - twice * n[2];
         }
         passes.iter().fold(0, |all, bit| all | bit)
     }
 
-    fn set(&mut self, lane: usize, window: &Window) {
-        let put = |lanes: &mut [Lanes; 3], value: DVec3| {
-            for (lanes, value) in lanes.iter_mut().zip(value.to_array()) {
-                lanes[lane] = value as f32;
+    /// Puts in a surface whose image stands at a signed distance from it.
+    #[inline]
+    fn set(&mut self, lane: usize, window: &Window<'_>) {
+        let Window { surface, image, .. } = *window;
+        let away_m = window.distance_m.abs().max(LEAST_DISTANCE_M);
+        let mut widest = 1.0f64;
+        let main = main_axis(surface.normal);
+        let (low, high) = (
+            (image - window.low + MARGIN_M).to_array(),
+            (image - window.high - MARGIN_M).to_array(),
+        );
+        for axis in 0..3 {
+            self.normal[axis][lane] = surface.normal[axis] as f32;
+            if axis == main {
+                self.low[axis][lane] = ENDLESS_M as f32;
+                self.high[axis][lane] = -ENDLESS_M as f32;
+            } else {
+                self.low[axis][lane] = low[axis] as f32;
+                self.high[axis][lane] = high[axis] as f32;
+                widest += low[axis].abs() + high[axis].abs();
             }
-        };
-        put(&mut self.towards, window.towards);
-        for k in 0..2 {
-            put(&mut self.across[k], window.across[k]);
-            self.low[k][lane] = window.low[k] as f32;
-            self.high[k][lane] = window.high[k] as f32;
         }
-        self.slack[lane] = window.slack as f32;
+        self.nearness[lane] = (1.0 / away_m.copysign(window.distance_m)) as f32;
+        self.slack[lane] = (window.rounding * (1.0 + widest / away_m)) as f32;
     }
 }
 
 /// A window of one sequence.
-struct Window {
-    towards: DVec3,
-    across: [DVec3; 2],
-    low: [f64; 2],
-    high: [f64; 2],
-    slack: f64,
-}
-
-/// A sequence's mirrors, and where the listener is seen in them.
-struct Mirrors<'a> {
-    surfaces: [&'a Surface; MAX_ORDER],
-    /// Of each place those that come before it in every order, one a bit; and those that may come before or after.
-    before: [u8; MAX_ORDER],
-    aside: [u8; MAX_ORDER],
+struct Window<'a> {
+    surface: &'a Surface,
+    /// The listener's image as it is seen there.
     image: DVec3,
-    /// By how much commuting planes are not perpendicular.
-    tilt: f64,
+    /// Its signed distance from the plane.
+    distance_m: f64,
+    /// The surface's bounds, and those of its images in mirrors that may come before or after it.
+    low: DVec3,
+    high: DVec3,
+    rounding: f64,
 }
 
-impl<'a> Mirrors<'a> {
-    fn of(scene: &'a Scene, sequence: &Sequence, image: DVec3) -> Option<Self> {
-        let first = scene.surface(*sequence.surfaces().first()?);
-        let mut surfaces = [first; MAX_ORDER];
-        for (slot, &surface) in surfaces.iter_mut().zip(sequence.surfaces()) {
-            *slot = scene.surface(surface);
-        }
-        let order = Order::of(scene, sequence);
-        let mut tilt = 0.0;
-        for place in 1..sequence.len() {
-            for earlier in 0..place {
-                if order.commute(earlier, place) {
-                    let (a, b) = (surfaces[earlier].normal, surfaces[place].normal);
-                    tilt += a.dot(b).abs();
-                }
+/// Hull of a surface's bounds and its images in mirrors that may as well come on its other side.
+///
+/// In the order of the sequence those of `aside` that are later do not mirror it and may, those that are earlier do and
+/// may not.
+#[inline]
+fn hull(scene: &Scene, sequence: &Sequence, place: usize, aside: u8) -> (DVec3, DVec3) {
+    let surfaces = sequence.surfaces();
+    let surface = scene.surface(surfaces[place]);
+    let (mut low, mut high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
+    if aside != 0 {
+        for mirror in (place + 1..surfaces.len()).rev().chain(0..place) {
+            if aside >> mirror & 1 == 1 {
+                (low, high) = with_image(scene.surface(surfaces[mirror]), low, high);
             }
         }
-        let before = order.before();
-        Some(Self {
-            surfaces,
-            aside: order.aside(&before),
-            before,
-            image,
-            tilt,
-        })
     }
-
-    /// The window at a place, seen through the mirrors that stand before it in every order. `view` is the last place's.
-    fn window(&self, place: usize, view: &mut View) -> Window {
-        let surface = self.surfaces[place];
-        let main = main_axis(surface.normal);
-        let [u, v] = [(main + 1) % 3, (main + 2) % 3];
-        let before = self.before[place];
-        if view.through & !before != 0 {
-            *view = View::of(self.image);
-        }
-        // What the view lacks may come last: it is none of the others' mirrors.
-        for mirror in 0..place {
-            if (before & !view.through) >> mirror & 1 == 1 {
-                view.add(mirror, self.surfaces[mirror]);
-            }
-        }
-        let View { image, turned, .. } = *view;
-        let (mut low, mut high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
-        if self.aside[place] != 0 {
-            for mirror in (0..MAX_ORDER).rev() {
-                if self.aside[place] >> mirror & 1 == 1 {
-                    (low, high) = with_image(self.surfaces[mirror], low, high);
-                }
-            }
-        }
-        let distance_m = surface.distance_m(image);
-        let distance_m = distance_m.abs().max(LEAST_DISTANCE_M).copysign(distance_m);
-        let (low, high) = (image - low + MARGIN_M, image - high - MARGIN_M);
-        let (low, high) = ([low[u], low[v]], [high[u], high[v]]);
-        let widest = low[0]
-            .abs()
-            .max(low[1].abs())
-            .max(high[0].abs().max(high[1].abs()));
-        Window {
-            towards: turned * surface.normal / distance_m,
-            across: [turned.col(u), turned.col(v)],
-            low,
-            high,
-            slack: (ROUNDING + 8.0 * self.tilt) * (1.0 + (1.0 + widest) / distance_m.abs()),
-        }
-    }
-}
-
-/// What is seen through some mirrors.
-#[derive(Clone, Copy)]
-struct View {
-    /// Places of the mirrors, one a bit.
-    through: u8,
-    /// The listener's image on this side of them.
-    image: DVec3,
-    /// From directions on this side of them to the source's.
-    turned: DMat3,
-}
-
-impl View {
-    fn of(image: DVec3) -> Self {
-        Self {
-            through: 0,
-            image,
-            turned: DMat3::IDENTITY,
-        }
-    }
-
-    fn add(&mut self, place: usize, mirror: &Surface) {
-        self.through |= 1 << place;
-        self.image = mirror.mirror(self.image);
-        let n = mirror.normal;
-        let normal = self.turned * n;
-        self.turned.x_axis -= 2.0 * n.x * normal;
-        self.turned.y_axis -= 2.0 * n.y * normal;
-        self.turned.z_axis -= 2.0 * n.z * normal;
-    }
+    (low, high)
 }
 
 /// Index of the component of largest size.
+#[inline]
 fn main_axis(normal: DVec3) -> usize {
     let n = normal.abs();
     if n.x >= n.y && n.x >= n.z {
@@ -222,11 +156,21 @@ fn main_axis(normal: DVec3) -> usize {
 }
 
 /// Bounds that hold a box and its mirror image.
-fn with_image(mirror: &Surface, low: DVec3, high: DVec3) -> (DVec3, DVec3) {
+#[inline]
+fn with_image(mirror: &Surface, mut low: DVec3, mut high: DVec3) -> (DVec3, DVec3) {
+    let n = mirror.normal;
+    for axis in 0..3 {
+        if n[axis].abs() == 1.0 {
+            let twice = 2.0 * mirror.offset_m * n[axis];
+            let (from, to) = (twice - high[axis], twice - low[axis]);
+            low[axis] = low[axis].min(from);
+            high[axis] = high[axis].max(to);
+            return (low, high);
+        }
+    }
     let middle = mirror.mirror(0.5 * (low + high));
     let half = 0.5 * (high - low);
     // |1 − 2 n nᵀ| times the half lengths: how far the mirrored box reaches along each axis.
-    let n = mirror.normal;
     let row = |axis: DVec3, along: f64| (axis - 2.0 * along * n).abs().dot(half);
     let reach = DVec3::new(row(DVec3::X, n.x), row(DVec3::Y, n.y), row(DVec3::Z, n.z));
     (low.min(middle - reach), high.max(middle + reach))
@@ -251,6 +195,37 @@ impl Pack {
         windows: [Windows::OPEN; MAX_ORDER],
     };
 
+    fn set(&mut self, scene: &Scene, lane: usize, sequence: &Sequence, ear: DVec3) -> Ready {
+        let order = Order::of(scene, sequence);
+        let aside = order.aside();
+        let rounding = ROUNDING + 8.0 * order.tilt();
+        self.depth = self.depth.max(sequence.len());
+        let mut image = ear;
+        for (place, &surface) in sequence.surfaces().iter().enumerate().rev() {
+            let surface = scene.surface(surface);
+            // Mirroring changes the side and nothing else of the distance.
+            let distance_m = -surface.distance_m(image);
+            image = surface.mirror(image);
+            let (low, high) = hull(scene, sequence, place, aside[place]);
+            self.windows[place].set(
+                lane,
+                &Window {
+                    surface,
+                    image,
+                    distance_m,
+                    low,
+                    high,
+                    rounding,
+                },
+            );
+        }
+        for (lanes, value) in self.image.iter_mut().zip(image.to_array()) {
+            lanes[lane] = value as f32;
+        }
+        self.size[lane] = size_m(image);
+        Ready { image, order }
+    }
+
     /// Sequences that may have a path from `source`, one a bit.
     #[inline]
     fn seen_from(&self, source: [f32; 3], source_size: f32) -> u32 {
@@ -264,7 +239,7 @@ impl Pack {
         }
         let mut left = (1 << LANES) - 1;
         for windows in &self.windows[..self.depth] {
-            left &= windows.passed(&line, &size);
+            left &= windows.passed(&mut line, &size);
             if left == 0 {
                 break;
             }
@@ -277,8 +252,17 @@ impl Pack {
 #[derive(Debug)]
 pub(super) struct Candidates {
     first: usize,
-    images: Vec<DVec3>,
+    ready: Vec<Ready>,
     packs: Vec<Pack>,
+}
+
+/// What of a sequence is the same for every source.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ready {
+    /// The listener mirrored in all its surfaces.
+    pub(super) image: DVec3,
+    /// Which of them commute.
+    pub(super) order: Order,
 }
 
 impl Candidates {
@@ -286,7 +270,7 @@ impl Candidates {
     pub(super) fn with_capacity(capacity: usize) -> Self {
         Self {
             first: 0,
-            images: Vec::with_capacity(capacity),
+            ready: Vec::with_capacity(capacity),
             packs: Vec::with_capacity(capacity.div_ceil(LANES)),
         }
     }
@@ -300,42 +284,29 @@ impl Candidates {
         ear: DVec3,
     ) {
         self.first = first;
-        self.images.clear();
+        self.ready.clear();
         self.packs.clear();
         for eight in sequences.chunks(LANES) {
             let mut pack = Pack::EMPTY;
             for (lane, sequence) in eight.iter().enumerate() {
-                let image = mirror_listener(scene, sequence, ear);
-                self.images.push(image);
-                let Some(mirrors) = Mirrors::of(scene, sequence, image) else {
-                    continue;
-                };
-                for (lanes, value) in pack.image.iter_mut().zip(image.to_array()) {
-                    lanes[lane] = value as f32;
-                }
-                pack.size[lane] = size_m(image);
-                pack.depth = pack.depth.max(sequence.len());
-                let mut view = View::of(image);
-                for place in 0..sequence.len() {
-                    pack.windows[place].set(lane, &mirrors.window(place, &mut view));
-                }
+                self.ready.push(pack.set(scene, lane, sequence, ear));
             }
             self.packs.push(pack);
         }
     }
 
-    /// Calls `look` with the number and the listener's image of every sequence that may have a path from `source`.
+    /// Calls `look` with the number of every sequence that may have a path from `source`, and what is ready of it.
     #[inline]
-    pub(super) fn of_source(&self, source: DVec3, mut look: impl FnMut(usize, DVec3)) {
+    pub(super) fn of_source(&self, source: DVec3, mut look: impl FnMut(usize, &Ready)) {
         let size = size_m(source);
         let from = source.as_vec3().to_array();
-        for (pack, (number, images)) in self.packs.iter().zip(self.images.chunks(LANES).enumerate())
-        {
-            let mut left = pack.seen_from(from, size) & ((1 << images.len()) - 1);
+        let eights = self.ready.chunks(LANES).enumerate();
+        for (pack, (number, ready)) in self.packs.iter().zip(eights) {
+            let mut left = pack.seen_from(from, size) & ((1 << ready.len()) - 1);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
-                look(self.first + number * LANES + lane, images[lane]);
+                look(self.first + number * LANES + lane, &ready[lane]);
             }
         }
     }

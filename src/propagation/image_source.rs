@@ -75,7 +75,9 @@ pub fn unfold(
     listener: DVec3,
     listener_image: DVec3,
 ) -> Option<ImagePath> {
-    let path = unfold_points(scene, sequence, source, listener_image)?.finish(scene, source);
+    let order = Order::of(scene, sequence);
+    let path = unfold_points(scene, sequence, &order, source, listener_image)?;
+    let path = path.finish(scene, source);
     debug_assert!(
         (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
     );
@@ -114,10 +116,10 @@ impl Unfolded {
 pub(super) fn unfold_points(
     scene: &Scene,
     sequence: &Sequence,
+    order: &Order,
     source: DVec3,
     listener_image: DVec3,
 ) -> Option<Unfolded> {
-    let order = Order::of(scene, sequence);
     let mut path = ImagePath {
         surfaces: [0; MAX_ORDER],
         points: [DVec3::ZERO; MAX_ORDER],
@@ -130,7 +132,7 @@ pub(super) fn unfold_points(
     let (mut from, mut image) = (source, listener_image);
     let mut rest = order.all();
     for step in 0..path.order {
-        let next = next_plane(scene, sequence, &order, rest, from, image)?;
+        let next = next_plane(scene, sequence, order, rest, from, image)?;
         let surface = scene.surface(next.surface);
         let point = from + (image - from) * next.share;
         if !near_bounds(surface, point) || !scene.reflects_at(next.surface, point) {

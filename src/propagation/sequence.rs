@@ -131,23 +131,37 @@ fn commute(a: DVec3, b: DVec3) -> bool {
 pub(super) struct Order {
     /// Of each place the earlier ones that it cannot pass, one a bit.
     behind: [u8; MAX_ORDER],
-    count: usize,
+    count: u8,
+    /// By how much surfaces that commute are not perpendicular.
+    tilt: f32,
 }
 
 impl Order {
+    #[inline]
     pub(super) fn of(scene: &Scene, sequence: &Sequence) -> Self {
         let mut order = Self {
-            count: sequence.len(),
+            count: sequence.order,
             ..Self::default()
         };
+        let mut normals = [DVec3::ZERO; MAX_ORDER];
         for (place, &surface) in sequence.surfaces().iter().enumerate() {
             let normal = scene.surface(surface).normal;
-            for (earlier, &other) in sequence.surfaces()[..place].iter().enumerate() {
-                let passes = commute(scene.surface(other).normal, normal);
-                order.behind[place] |= u8::from(!passes) << earlier;
+            normals[place] = normal;
+            for (earlier, other) in normals[..place].iter().enumerate() {
+                let cosine = other.dot(normal).abs();
+                if cosine < COMMUTING_COSINE {
+                    order.tilt += cosine as f32;
+                } else {
+                    order.behind[place] |= 1 << earlier;
+                }
             }
         }
         order
+    }
+
+    /// Sum of the cosines between surfaces that commute.
+    pub(super) fn tilt(&self) -> f64 {
+        f64::from(self.tilt)
     }
 
     /// The places of all surfaces, one a bit.
@@ -161,28 +175,15 @@ impl Order {
         self.behind[place] & rest == 0
     }
 
-    /// Whether two surfaces commute; the first place is the earlier one.
-    pub(super) fn commute(&self, earlier: usize, place: usize) -> bool {
-        self.behind[place] >> earlier & 1 == 0
-    }
-
-    /// Of each place those that come before it in every order, one a bit.
-    pub(super) fn before(&self) -> [u8; MAX_ORDER] {
-        let mut before = self.behind;
-        for place in 1..self.count {
+    /// Of each place those that may come before it or after it, one a bit.
+    pub(super) fn aside(&self) -> [u8; MAX_ORDER] {
+        let (mut before, mut aside) = (self.behind, [0; MAX_ORDER]);
+        for place in 1..usize::from(self.count) {
             for earlier in 0..place {
                 if self.behind[place] >> earlier & 1 == 1 {
                     before[place] |= before[earlier];
                 }
             }
-        }
-        before
-    }
-
-    /// Of each place those that may come before it or after it, given what [`Self::before`] says.
-    pub(super) fn aside(&self, before: &[u8; MAX_ORDER]) -> [u8; MAX_ORDER] {
-        let mut aside = [0; MAX_ORDER];
-        for place in 1..self.count {
             for earlier in 0..place {
                 if before[place] >> earlier & 1 == 0 {
                     aside[place] |= 1 << earlier;

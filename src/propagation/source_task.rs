@@ -5,14 +5,14 @@ use glam::{DVec3, Vec3};
 
 use super::amplitude;
 use super::cache::SequenceCache;
-use super::candidates::{Candidates, image_for_one};
+use super::candidates::{Candidates, Ready, image_for_one};
 use super::diffraction::{self, DirectEdges, Spot};
 use super::image_source::unfold_points;
 use super::late::{LateEstimator, SourceRays};
 use super::occluders::Occluders;
 use super::path::{LateSource, MAX_BENDS, Path};
 use super::sampling::{ROTATIONS, mix, rotation};
-use super::sequence::Sequence;
+use super::sequence::{Order, Sequence};
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -58,7 +58,7 @@ pub(super) struct SourceTask {
     occluders: Occluders,
     own: SequenceSet,
     /// Candidates that the first look has left over.
-    likely: Vec<(u32, DVec3)>,
+    likely: Vec<(u32, Ready)>,
     /// Valid paths in no order that means anything.
     pub(super) paths: Vec<Path>,
     /// Edges that its direct field is followed at until the next update.
@@ -170,14 +170,14 @@ impl SourceTask {
     fn validate(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
         self.likely.clear();
         for share in shared.candidates {
-            share.of_source(origin, |number, image| {
-                self.likely.push((number as u32, image));
+            share.of_source(origin, |number, ready| {
+                self.likely.push((number as u32, *ready));
             });
         }
         for place in 0..self.likely.len() {
-            let (number, image) = self.likely[place];
+            let (number, ready) = self.likely[place];
             let sequence = shared.guide.entries()[number as usize];
-            self.try_candidate(shared, &sequence, pose, origin, image);
+            self.try_candidate(shared, &sequence, pose, origin, &ready);
         }
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
@@ -189,7 +189,9 @@ impl SourceTask {
             if let Some(image) =
                 image_for_one(shared.moment.scene, &sequence, origin, shared.moment.ear)
             {
-                self.try_candidate(shared, &sequence, pose, origin, image);
+                let order = Order::of(shared.moment.scene, &sequence);
+                let ready = Ready { image, order };
+                self.try_candidate(shared, &sequence, pose, origin, &ready);
             }
         }
     }
@@ -201,10 +203,11 @@ impl SourceTask {
         sequence: &Sequence,
         pose: &SourcePose,
         origin: DVec3,
-        image: DVec3,
+        ready: &Ready,
     ) {
         let scene = shared.moment.scene;
-        let Some(unfolded) = unfold_points(scene, sequence, origin, image) else {
+        let Some(unfolded) = unfold_points(scene, sequence, &ready.order, origin, ready.image)
+        else {
             return;
         };
         let ends = [origin, shared.moment.ear];
