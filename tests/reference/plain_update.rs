@@ -9,7 +9,7 @@ use foresound::propagation::diffraction::{self, Spot};
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
 use foresound::propagation::late::{LateEstimator, SourceRays};
 use foresound::propagation::neighbours::fill_up;
-use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, mix, rotation};
+use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, lattice, mix, rotation};
 use foresound::propagation::sequence::Sequence;
 use foresound::propagation::sequence_set::SequenceSet;
 use foresound::propagation::{MAX_BENDS, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
@@ -123,9 +123,9 @@ impl PlainPropagator {
             origin,
             listener: ear,
             pose: *pose,
+            directions: &lattice(settings.source_rays),
             turn: rotation(update, settings.seed ^ own_seed),
             rotation: update % ROTATIONS,
-            count: settings.source_rays,
             depth: settings.depth,
             seed: mix(settings.seed) ^ own_seed,
         };

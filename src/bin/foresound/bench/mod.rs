@@ -7,6 +7,8 @@ mod ray_sets;
 mod rays;
 mod sources;
 mod speed;
+mod update;
+mod walk;
 
 use foresound::Result;
 
@@ -22,11 +24,14 @@ enum What {
     Rays(rays::Arguments),
     /// Propagation updates on one thread and two, beside their own rays.
     Speed(speed::Arguments),
+    /// A fixed number of propagation updates, for counters of instructions.
+    Update(update::Arguments),
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.what {
         What::Rays(arguments) => rays::run(arguments),
         What::Speed(arguments) => speed::run(arguments),
+        What::Update(arguments) => update::run(arguments),
     }
 }

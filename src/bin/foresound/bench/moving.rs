@@ -19,6 +19,7 @@ use glam::{DVec3, Quat, Vec3};
 use serde_json::{Value, json};
 
 use super::sources::sources;
+use super::walk::Walk;
 
 /// Seconds between two updates, and metres that the listener walks in them.
 const UPDATE_S: f32 = 0.05;
@@ -37,11 +38,11 @@ const CLEARANCE_M: f32 = 1.5;
 /// One row: a scene, a number of sources, a number of instances.
 pub(super) fn row(
     name: &str,
-    scene: &Arc<Scene>,
-    benchmark: &procedural::BenchmarkScene,
+    walk: &Walk,
     [source_count, instance_count]: [usize; 2],
     seconds: f64,
 ) -> Result<Value> {
+    let Walk { scene, benchmark } = walk;
     let own: Vec<_> = benchmark.sources.iter().map(|(_, place)| *place).collect();
     let poses = sources(scene, &own, source_count);
     let places = places(scene, &own, &poses, instance_count)?;

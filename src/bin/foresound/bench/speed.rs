@@ -1,5 +1,8 @@
 //! `bench speed`: one propagation update on one thread and on two, beside its own rays cast alone.
 //!
+//! Growth stands in the rows: a row's fastest update over that of its scene's first row, as a share of what as many times
+//! the sources would cost (1 is linear), and over that of the first scene with as many sources.
+//!
 //! The listener walks at 1.4 m/s, 20 updates a second. The three measurements alternate, update by update, so that
 //! whatever else the machine does falls on all of them alike.
 
@@ -8,27 +11,23 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use foresound::Result;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
-use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, procedural};
-use foresound::{Error, Result};
 use serde_json::{Value, json};
 
 use super::moving;
 use super::own_rays::OwnRays;
-use super::sources::sources;
-
-/// Metres between two updates.
-const STEP_M: f32 = 0.07;
+use super::walk::Walk;
 
 /// Fewest updates that a row is made of, however long they take.
 const FEWEST: usize = 5;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Benchmark scene by name, or `million` (the three of the paper's kind, if not given).
-    #[arg(long)]
-    scene: Option<String>,
+    /// Benchmark scenes by name, or `million` (the three of the paper's kind, if not given).
+    #[arg(long, value_delimiter = ',')]
+    scene: Vec<String>,
     /// Numbers of sources.
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16])]
     sources: Vec<usize>,
@@ -56,38 +55,46 @@ struct Times {
     rays: Vec<f64>,
 }
 
+/// The fastest update of a row, for what grows out of it.
+struct Fastest {
+    sources: usize,
+    ms: f64,
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let scenes = match &arguments.scene {
-        Some(scene) => vec![scene.as_str()],
-        None => vec!["concert_hall", "bootcamp", "angrybot"],
+    let scenes: Vec<&str> = match arguments.scene.is_empty() {
+        false => arguments.scene.iter().map(String::as_str).collect(),
+        true => vec!["concert_hall", "bootcamp", "angrybot"],
     };
     let mut rows = Vec::new();
-    for name in scenes {
-        let benchmark = match name {
-            "million" => procedural::million(),
-            _ => procedural::by_name(name).ok_or_else(|| {
-                let known = procedural::NAMES.join(", ");
-                let problem = format!("no benchmark scene is called {name:?}");
-                Error::setting("--scene", problem, &format!("choose of: {known}, million"))
-            })?,
-        };
-        let table = MaterialTable::built_in();
-        let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
-        let scene = Arc::new(scene);
+    let mut first_scene: Vec<Fastest> = Vec::new();
+    for (number, name) in scenes.into_iter().enumerate() {
+        let walk = Walk::through(name)?;
         for (&count, &moving) in arguments.sources.iter().flat_map(|count| {
             let instances = arguments.instances.iter();
             instances.map(move |instances| (count, instances))
         }) {
-            let row = moving::row(name, &scene, &benchmark, [count, moving], arguments.seconds)?;
+            let row = moving::row(name, &walk, [count, moving], arguments.seconds)?;
             if !arguments.json {
                 moving::print(&row);
             }
             rows.push(row);
         }
+        let mut fewest: Option<Fastest> = None;
         let fixed = arguments.sources.iter();
         for &count in fixed.filter(|_| arguments.instances.is_empty()) {
-            let times = measure(&scene, &benchmark, count, arguments.seconds)?;
-            let row = times.row(name, count, arguments.graphics_ms);
+            let times = measure(&walk, count, arguments.seconds)?;
+            let mut row = times.row(name, count, arguments.graphics_ms);
+            let ms = share(&times.one, 0.0);
+            let fewest = fewest.get_or_insert(Fastest { sources: count, ms });
+            let linear = fewest.ms * count as f64 / fewest.sources as f64;
+            row["triangles"] = json!(walk.scene.bvh().triangle_count());
+            row["to_linear_in_sources"] = json!(ms / linear);
+            if number == 0 {
+                first_scene.push(Fastest { sources: count, ms });
+            }
+            let same = first_scene.iter().find(|first| first.sources == count);
+            row["to_first_scene"] = json!(same.map(|first| ms / first.ms));
             if !arguments.json {
                 print(&row);
             }
@@ -106,33 +113,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn measure(
-    scene: &Arc<Scene>,
-    benchmark: &procedural::BenchmarkScene,
-    count: usize,
-    seconds: f64,
-) -> Result<Times> {
+fn measure(walk: &Walk, count: usize, seconds: f64) -> Result<Times> {
     let settings = PropagationSettings::default();
-    let own: Vec<_> = benchmark.sources.iter().map(|(_, place)| *place).collect();
-    let sources = sources(scene, &own, count);
-    if sources.len() < count {
-        let problem = format!("{count} do not fit into the scene's open space");
-        return Err(Error::setting("--sources", problem, "choose fewer"));
-    }
+    let scene = &walk.scene;
+    let sources = walk.sources(count)?;
     let threads = Threads::start(2)?;
     let mut one = Propagator::new(Arc::clone(scene), settings)?;
     let mut two = Propagator::new(Arc::clone(scene), settings)?;
-    let length_m = benchmark.walk.from.distance(benchmark.walk.to);
-    let ear = |step: usize| {
-        let way = (0.5 * length_m + STEP_M * step as f32).rem_euclid(2.0 * length_m);
-        let share = 1.0 - (way / length_m - 1.0).abs();
-        ListenerPose {
-            position: benchmark.walk.from.lerp(benchmark.walk.to, share),
-            ..ListenerPose::default()
-        }
-    };
-    one.warm_up(&ear(0), &sources);
-    two.warm_up(&ear(0), &sources);
+    one.warm_up(&walk.ear(0), &sources);
+    two.warm_up(&walk.ear(0), &sources);
     let (mut set, mut other) = (PathSet::default(), PathSet::default());
     let mut times = Times::default();
     let started = Instant::now();
@@ -140,7 +129,7 @@ fn measure(
         if step >= FEWEST && started.elapsed().as_secs_f64() > seconds {
             break;
         }
-        let ear = ear(step);
+        let ear = walk.ear(step);
         let time = Instant::now();
         one.update(&ear, &sources, 0.0, &mut set);
         times.one.push(ms(time.elapsed()));
@@ -177,6 +166,7 @@ impl Times {
             "sps_two_threads_best_ms": share(&self.two, 0.0),
             "rays_alone_best_ms": alone,
             "update_to_rays": one / alone,
+            "two_threads_speedup": one / share(&self.two, 0.0),
             "paths_p50": share(&self.paths, 0.5),
             "rays_per_update": share(&self.rays, 0.5),
         })
@@ -194,15 +184,18 @@ fn share(values: &[f64], share: f64) -> f64 {
 fn print(row: &Value) {
     let number = |key: &str| row.pointer(key).and_then(Value::as_f64).unwrap_or(0.0);
     println!(
-        "{:14} {:4} sources: {:8.2} ms (p95 {:8.2}), two threads {:8.2}, rays alone {:8.2} (best {:.2} x), {:6.0} rays, {:5.0} paths",
+        "{:14} {:4} sources: {:8.2} ms (p95 {:8.2}), two threads {:8.2} (best {:.2} x faster), rays alone {:8.2} (best {:.2} x), {:6.0} rays, {:5.0} paths, {:.2} of linear growth, {:.2} of the first scene",
         row["scene"].as_str().unwrap_or_default(),
         row["sources"],
         number("/sps_ms/p50"),
         number("/sps_ms/p95"),
         number("/sps_two_threads_ms/p50"),
+        number("/two_threads_speedup"),
         number("/rays_alone_ms"),
         number("/update_to_rays"),
         number("/rays_per_update"),
         number("/paths_p50"),
+        number("/to_linear_in_sources"),
+        number("/to_first_scene"),
     );
 }
