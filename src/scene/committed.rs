@@ -174,7 +174,7 @@ impl Scene {
         let corners =
             self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize]);
         let margin_m = self.bvh.margin_m();
-        PreparedRay::of(ray).is_some_and(|ray| ray.meet(&corners, margin_m).is_some())
+        PreparedRay::of(ray, margin_m).is_some_and(|ray| ray.meet(&corners).is_some())
     }
 
     /// A triangle's normal by its winding, of any length: from the side on which its corners run counter-clockwise.
