@@ -233,7 +233,7 @@ impl Scene {
         }
         let corners = self.corners_of(triangle);
         let margin_m = self.bvh.margin_m();
-        PreparedRay::of(ray).is_some_and(|ray| ray.meet(&corners, margin_m).is_some())
+        PreparedRay::of(ray, margin_m).is_some_and(|ray| ray.meet(&corners).is_some())
     }
 
     /// A triangle's normal by its winding, of any length: from the side on which its corners run counter-clockwise.

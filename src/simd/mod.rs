@@ -5,6 +5,7 @@
 
 #[cfg(target_arch = "aarch64")]
 pub(crate) mod neon;
+pub(crate) mod stack;
 pub(crate) mod tracing;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;

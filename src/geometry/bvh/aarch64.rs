@@ -7,7 +7,8 @@ use super::Query;
 use super::node::Node;
 use super::walk;
 use crate::geometry::ray::Hit;
-use crate::simd::neon::{Shear4, Slabs4, enter_neon};
+use crate::simd::neon::{Shear4, Slabs4, enter_neon, take4};
+use crate::simd::tracing::LaneInLowBits;
 
 // Callers of kernels, which are compiled for each of them.
 const CLOSEST: u8 = 0;
@@ -23,24 +24,26 @@ pub(super) fn any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
 
 #[target_feature(enable = "neon")]
 fn neon_closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
-    let slabs = Slabs4::of::<CLOSEST>(&query.ray.slabs);
-    let shear = Shear4::of::<CLOSEST>(&query.ray.shear);
+    let slabs = Slabs4::of::<CLOSEST>(&query.ray.ray.slabs);
+    let shear = Shear4::of::<CLOSEST>(&query.ray.ray);
     walk::closest(
         nodes,
         query,
-        |node, t_max, entries| slabs.enter::<CLOSEST>(&node.planes, t_max, entries),
+        LaneInLowBits::<4>,
+        |node, t_max| slabs.enter::<CLOSEST>(&node.planes, t_max),
+        |keys| take4::<CLOSEST>(keys),
         |block, t_max, at| shear.meet::<CLOSEST>(&block.corners, t_max, at),
     )
 }
 
 #[target_feature(enable = "neon")]
 fn neon_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
-    let slabs = Slabs4::of::<ANY>(&query.ray.slabs);
-    let shear = Shear4::of::<ANY>(&query.ray.shear);
+    let slabs = Slabs4::of::<ANY>(&query.ray.ray.slabs);
+    let shear = Shear4::of::<ANY>(&query.ray.ray);
     walk::any(
         nodes,
         query,
-        |node, t_max, entries| slabs.enter::<ANY>(&node.planes, t_max, entries),
+        |node, t_max| slabs.entered::<ANY>(&node.planes, t_max),
         |block, t_max, at| shear.meet::<ANY>(&block.corners, t_max, at),
     )
 }

@@ -19,7 +19,7 @@ const BLOCK_COST: f64 = 1.0;
 pub(super) struct Collapsed<const W: usize> {
     pub(super) nodes: Vec<Node<W>>,
     pub(super) leaves: Vec<Vec<u32>>,
-    /// Entries that a walk of this tree may have to remember at once.
+    /// Nodes that a walk of this tree may have to remember at once.
     pub(super) stack: usize,
 }
 
@@ -43,7 +43,11 @@ struct Choices<const W: usize> {
     count: u32,
 }
 
-pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice) -> Collapsed<W> {
+pub(super) fn collapse<const W: usize>(
+    tree: &Bvh2,
+    choice: Choice,
+    slack: f32,
+) -> Collapsed<W> {
     let choices = choose::<W>(tree, choice);
     let mut wide = Collapsed {
         nodes: vec![Node::EMPTY],
@@ -56,9 +60,9 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice) -> Collapsed
     while let Some((from, to, above)) = open.pop() {
         children.clear();
         children_of(tree, &choices, from, &mut children);
-        // A walk remembers all children for a moment, then all but the one it goes to.
-        wide.stack = wide.stack.max(above + children.len());
-        let remembered = above + children.len() - 1;
+        // A walk writes a node down at every node, and remembers it where there is more than one child.
+        wide.stack = wide.stack.max(above + 1);
+        let remembered = above + usize::from(children.len() > 1);
         for (lane, &child) in children.iter().enumerate() {
             let aabb = tree.nodes[child].aabb();
             let bounds = Bounds {
@@ -73,7 +77,7 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice) -> Collapsed
                 open.push((child, wide.nodes.len() - 1, remembered));
                 (wide.nodes.len() - 1) as u32
             };
-            wide.nodes[to].set(lane, &bounds, link);
+            wide.nodes[to].set(lane, &bounds, slack, link);
         }
     }
     wide

@@ -17,10 +17,10 @@ mod walk;
 #[cfg(target_arch = "x86_64")]
 mod x86_64;
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 use super::ray::{Hit, Ray};
-use super::triangle::PreparedRay;
+use super::triangle::{PreparedRay, at_least_zero};
 use node::{Block, NO_TRIANGLE, Node};
 
 pub use instruction_set::InstructionSet;
@@ -35,6 +35,8 @@ pub struct Bvh {
     blocks: Vec<Block>,
     triangle_count: usize,
     margin: f32,
+    /// How far out a ray may start and still be walked in lanes.
+    reach: f32,
 }
 
 /// Nodes as wide as the instruction set's lanes, and the proof that the machine has it.
@@ -60,25 +62,12 @@ struct Query<'a> {
     ray: PreparedRay,
     ignored: [u32; 2],
     blocks: &'a [Block],
-    margin: f32,
 }
 
 impl Query<'_> {
-    /// A triangle that the lanes found, if its group counts and the specification agrees.
-    ///
-    /// Not inlined: a ray confirms one or two triangles, and in the loop its constants would take the lanes' registers.
-    #[inline(never)]
-    fn confirm(&self, block: &Block, lane: usize, t: f32) -> Option<Hit> {
-        let group = block.groups[lane];
-        if group == self.ignored[0] || group == self.ignored[1] {
-            return None;
-        }
-        let t = self.ray.confirm(&block.corners_of(lane), self.margin, t)?;
-        Some(Hit {
-            t,
-            triangle: block.triangles[lane],
-            group,
-        })
+    #[inline(always)]
+    fn counts(&self, group: u32) -> bool {
+        group != self.ignored[0] && group != self.ignored[1]
     }
 }
 
@@ -110,60 +99,98 @@ impl Bvh {
     /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray that starts on a plane
     /// names the plane's group and needs no offset. A ray without direction or with numbers that are none meets nothing.
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-        let query = self.query(ray, ignored)?;
         match &self.nodes {
-            Nodes::Portable(nodes) => portable::closest(nodes, &query),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, &query),
+            Nodes::Sse2(nodes) if self.is_near(ray) => {
+                x86_64::closest_sse2(nodes, &self.near_query(ray, ignored))
+            }
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, _) if self.is_far_out(ray) => portable::closest(nodes, &query),
-            #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, &query),
+            Nodes::Avx2(nodes, avx2) if self.is_near(ray) => {
+                x86_64::closest_avx2(*avx2, nodes, &self.near_query(ray, ignored))
+            }
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) if self.is_far_out(ray) => portable::closest(nodes, &query),
-            #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) => aarch64::closest(nodes, &query),
+            Nodes::Neon(nodes) if self.is_near(ray) => {
+                aarch64::closest(nodes, &self.near_query(ray, ignored))
+            }
+            _ => {
+                let query = self.query(ray, ignored)?;
+                match &self.nodes {
+                    Nodes::Portable(nodes) => portable::closest(nodes, &query),
+                    #[cfg(target_arch = "x86_64")]
+                    Nodes::Sse2(nodes) => portable::closest(nodes, &query),
+                    #[cfg(target_arch = "x86_64")]
+                    Nodes::Avx2(nodes, _) => portable::closest(nodes, &query),
+                    #[cfg(target_arch = "aarch64")]
+                    Nodes::Neon(nodes) => portable::closest(nodes, &query),
+                }
+            }
         }
     }
 
     /// Whether any triangle outside two groups lies on a ray; otherwise as [`Self::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
-        let Some(query) = self.query(ray, ignored) else {
-            return false;
-        };
         match &self.nodes {
-            Nodes::Portable(nodes) => portable::any(nodes, &query),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, &query),
+            Nodes::Sse2(nodes) if self.is_near(ray) => {
+                x86_64::any_sse2(nodes, &self.near_query(ray, ignored))
+            }
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, _) if self.is_far_out(ray) => portable::any(nodes, &query),
-            #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, &query),
+            Nodes::Avx2(nodes, avx2) if self.is_near(ray) => {
+                x86_64::any_avx2(*avx2, nodes, &self.near_query(ray, ignored))
+            }
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) if self.is_far_out(ray) => portable::any(nodes, &query),
-            #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) => aarch64::any(nodes, &query),
+            Nodes::Neon(nodes) if self.is_near(ray) => {
+                aarch64::any(nodes, &self.near_query(ray, ignored))
+            }
+            _ => {
+                let Some(query) = self.query(ray, ignored) else {
+                    return false;
+                };
+                match &self.nodes {
+                    Nodes::Portable(nodes) => portable::any(nodes, &query),
+                    #[cfg(target_arch = "x86_64")]
+                    Nodes::Sse2(nodes) => portable::any(nodes, &query),
+                    #[cfg(target_arch = "x86_64")]
+                    Nodes::Avx2(nodes, _) => portable::any(nodes, &query),
+                    #[cfg(target_arch = "aarch64")]
+                    Nodes::Neon(nodes) => portable::any(nodes, &query),
+                }
+            }
         }
     }
 
     #[inline(always)]
     fn query(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Query<'_>> {
         Some(Query {
-            ray: PreparedRay::of(ray)?,
+            ray: PreparedRay::of(ray, self.margin)?,
             ignored,
             blocks: &self.blocks,
-            margin: self.margin,
         })
     }
 
-    /// Whether fused box arithmetic could overflow: it multiplies coordinates by up to 2⁴⁰ over the direction's largest
-    /// component, where the specification subtracts first. Such rays take the portable way.
+    /// Of a ray that [is near](Self::is_near).
     #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     #[inline(always)]
-    fn is_far_out(&self, ray: &Ray) -> bool {
-        const FARTHEST: f32 = (1u64 << 40) as f32;
-        const SHORTEST: f32 = 1.0 / (1u64 << 40) as f32;
-        ray.origin.abs().max_element() > FARTHEST || ray.direction.abs().max_element() < SHORTEST
+    fn near_query(&self, ray: &Ray, ignored: [u32; 2]) -> Query<'_> {
+        Query {
+            ray: PreparedRay::of_finite(ray, self.margin),
+            ignored,
+            blocks: &self.blocks,
+        }
+    }
+
+    /// Whether the lanes' arithmetic is good enough: it multiplies before it subtracts, and is allowed what nodes' boxes
+    /// stand off ([`node::SLACK`]). Other rays take the portable way, which looks at them more closely; numbers that are
+    /// none are not near.
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+    #[inline(always)]
+    fn is_near(&self, ray: &Ray) -> bool {
+        const LONGEST: f32 = (1u64 << 40) as f32;
+        const SHORTEST: f32 = 1.0 / LONGEST;
+        let length = Vec3A::from(ray.direction).abs();
+        let is_near = Vec3A::from(ray.origin).abs().cmple(Vec3A::splat(self.reach))
+            & length.cmple(Vec3A::splat(LONGEST));
+        is_near.all() && length.cmpge(Vec3A::splat(SHORTEST)).any() && at_least_zero(ray.t_min) < ray.t_max
     }
 
     /// Number of triangles.
