@@ -33,7 +33,24 @@ impl Continuation {
             PredictorKind::Best(settings) => Rule::Together(Box::new(Best::new(settings))),
         })
     }
+
+    /// The same with room for updates of this many paths, so that the audio side need not allocate.
+    pub fn with_room(kind: PredictorKind, paths: usize) -> Self {
+        let mut continuation = Self::of(kind);
+        if let Rule::Together(best) = &mut continuation.0 {
+            best.bound(CANDIDATES_A_PATH * paths);
+        }
+        continuation
+    }
+
+    /// Most paths of a graphics frame besides direct ones, if updates have this many.
+    pub const fn most_paths(paths: usize) -> usize {
+        CANDIDATES_A_PATH * paths
+    }
 }
+
+/// Candidates that [`PredictorKind::Best`] may keep for each path that an update may have.
+const CANDIDATES_A_PATH: usize = 3;
 
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
@@ -80,9 +97,13 @@ impl Extrapolator {
         retired
     }
 
-    /// Makes room for updates of this many paths, so that [`Self::take_update`] need not. Control side; allocates.
+    /// Makes room for updates of this many paths, so that [`Self::take_update`] and [`Self::frame`] need not. Control
+    /// side; allocates.
     pub fn reserve(&mut self, paths: usize) {
         self.matches.reserve(paths);
+        if let Rule::Together(best) = &mut self.continuation.0 {
+            best.bound(CANDIDATES_A_PATH * paths);
+        }
     }
 
     /// Continues with another predictor from the next frame on; gives the old one back.

@@ -47,6 +47,14 @@ impl FlushToZero {
     }
 }
 
+/// Whether this thread flushes now, so that another can do as it does.
+pub(super) fn flushes() -> bool {
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+    return read() & FLUSH == FLUSH;
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    false
+}
+
 impl Drop for FlushToZero {
     fn drop(&mut self) {
         #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
@@ -95,7 +103,9 @@ mod tests {
     #[test]
     fn a_guard_flushes_and_restores() {
         assert!(halved() > 0.0);
+        assert!(!super::flushes());
         let outer = FlushToZero::begin();
+        assert!(super::flushes());
         assert!(black_box(halved().to_bits()) == 0);
         drop(FlushToZero::begin());
         assert!(black_box(halved().to_bits()) == 0);

@@ -17,6 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
+use super::flush_to_zero::{FlushToZero, flushes};
 use crate::error::{Error, Result};
 use crate::propagation::Workers;
 
@@ -38,6 +39,8 @@ unsafe impl Send for Job {}
 struct Round {
     job: Option<Job>,
     count: usize,
+    /// Whether the caller flushes subnormal numbers: helpers do as it does, or the bits would tell them apart.
+    flushes: bool,
     /// Helpers that have not yet left the round.
     busy: usize,
     panic: Option<Box<dyn Any + Send>>,
@@ -95,12 +98,14 @@ impl Floor {
                 return;
             }
             let (job, count) = (round.job, round.count);
+            let flush = round.flushes.then(FlushToZero::begin);
             drop(round);
             if let Some(Job(job)) = job {
                 // SAFETY: the caller of `for_each` waits until this helper has left the round, and keeps the job so long.
                 let job = unsafe { &*job };
                 self.work(count, job);
             }
+            drop(flush);
             let mut round = self.round();
             round.busy -= 1;
             if round.busy == 0 {
@@ -164,6 +169,7 @@ impl Threads {
             let mut round = floor.round();
             round.job = Some(Job(lasting));
             round.count = count;
+            round.flushes = flushes();
             round.busy = self.helpers.len();
             floor.next.store(0, Ordering::Relaxed);
             floor.number.fetch_add(1, Ordering::Relaxed);
@@ -287,6 +293,17 @@ mod tests {
             threads.for_each(row, |_, item| *item += 1)
         });
         assert_eq!(items, [[1; 3]; 4]);
+    }
+
+    #[test]
+    fn helpers_flush_subnormals_if_the_caller_does() {
+        let threads = Threads::start(3).unwrap();
+        let mut modes = [true; 64];
+        threads.for_each(&mut modes, |_, mode| *mode = flushes());
+        assert_eq!(modes, [false; 64]);
+        let _flush = FlushToZero::begin();
+        threads.for_each(&mut modes, |_, mode| *mode = flushes());
+        assert_eq!(modes, [flushes(); 64]);
     }
 
     #[test]

@@ -40,6 +40,7 @@ use crate::propagation::Propagator;
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 use super::handover::newest;
+use super::workers::Threads;
 use controller::Links;
 use messages::AudioFrame;
 use renderer::Parts;
@@ -81,6 +82,7 @@ impl Engine {
             meters: Arc::clone(&meters),
             max_paths: settings.max_paths,
             synchronous: false,
+            tracers: Threads::start(1)?,
             before_update: settings.before_update,
             newest: None,
             predictor: settings.predictor,

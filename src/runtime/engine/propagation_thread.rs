@@ -10,11 +10,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::settings::EngineSchedule;
+use super::settings::{EngineSchedule, EngineSettings};
 use super::worker::Worker;
 use crate::error::{Error, Result};
+use crate::propagation::Workers;
 use crate::runtime::affinity::{AffinityPolicy, ThreadRole, place_this_thread};
 use crate::runtime::flush_to_zero::FlushToZero;
+use crate::runtime::workers::Threads;
 
 /// Longest sleep without a wake-up call, so that a lost one costs no more than that.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
@@ -34,21 +36,25 @@ pub(super) enum Propagation {
 
 impl Propagation {
     /// Puts a worker where the schedule wants it.
-    pub(super) fn start(
-        mut worker: Box<Worker>,
-        schedule: EngineSchedule,
-        policy: AffinityPolicy,
-    ) -> Result<Self> {
+    pub(super) fn start(mut worker: Box<Worker>, settings: &EngineSettings) -> Result<Self> {
         worker
             .meters
             .propagation_failed
             .store(false, Ordering::Release);
-        worker.synchronous = schedule == EngineSchedule::Synchronous;
+        worker.synchronous = settings.schedule == EngineSchedule::Synchronous;
+        let tracers = match settings.schedule {
+            EngineSchedule::Synchronous => settings.tracing_threads,
+            EngineSchedule::Asynchronous => 1,
+        };
+        if worker.tracers.count() != tracers {
+            worker.tracers = Threads::start(tracers)?;
+        }
         if worker.synchronous {
             return Ok(Self::Inline(worker));
         }
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
+        let policy = settings.affinity;
         let thread = thread::Builder::new()
             .name("foresound-propagation".into())
             .spawn(move || run(worker, &stopped, policy))

@@ -11,7 +11,9 @@ use super::feed::Feed;
 use super::messages::{AudioFrame, Delivery, FeedChange};
 use super::settings::EngineSettings;
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Extrapolator, FramePaths, LATE_STEPS, extrapolation_level};
+use crate::extrapolation::{
+    Continuation, Extrapolator, FramePaths, LATE_STEPS, extrapolation_level,
+};
 use crate::generation::Generator;
 use crate::runtime::affinity::{Placement, ThreadRole, place_this_thread};
 use crate::runtime::clock::now;
@@ -92,7 +94,8 @@ impl Renderer {
         let settings = &parts.settings;
         let sources = settings.generation.max_sources;
         let mut frame_paths = FramePaths::default();
-        frame_paths.paths.reserve(settings.max_paths + sources);
+        let paths = Continuation::most_paths(settings.max_paths) + sources;
+        frame_paths.paths.reserve(paths);
         frame_paths.late.reserve(sources * LATE_STEPS);
         Self {
             slots: (0..sources).map(|_| Slot::default()).collect(),

@@ -7,11 +7,13 @@ use crate::extrapolation::PredictorKind;
 use crate::generation::{GeneratorSettings, Hrtf};
 use crate::propagation::PropagationSettings;
 use crate::runtime::affinity::AffinityPolicy;
+use crate::runtime::workers::MOST_THREADS;
 
 /// When propagation runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EngineSchedule {
-    /// Within every [`super::Controller::tick`], on the app's thread: the baseline.
+    /// Within every [`super::Controller::tick`], on the app's thread and its helpers ([`EngineSettings::tracing_threads`]):
+    /// the baseline.
     Synchronous,
     /// On a thread of its own that never stops, on the newest poses; extrapolation fills the frames in between.
     #[default]
@@ -41,6 +43,9 @@ pub struct EngineSettings {
     pub max_paths: usize,
     /// Rays, depth and memory of propagation.
     pub propagation: PropagationSettings,
+    /// Threads that trace an update of the synchronous schedule, the app's among them, 1 to [`MOST_THREADS`]. In the
+    /// asynchronous schedule the propagation thread traces alone: the other core is the sound's.
+    pub tracing_threads: usize,
     /// When propagation runs.
     pub schedule: EngineSchedule,
     /// How paths go on between updates.
@@ -63,6 +68,7 @@ impl Default for EngineSettings {
             block_frames: 256,
             max_paths: 2048,
             propagation: PropagationSettings::default(),
+            tracing_threads: 2,
             schedule: EngineSchedule::default(),
             predictor: PredictorKind::default(),
             affinity: AffinityPolicy::default(),
@@ -84,6 +90,7 @@ impl EngineSettings {
         };
         range("block_frames", self.block_frames, 32, 4096)?;
         range("max_paths", self.max_paths, 1, 16_384)?;
+        range("tracing_threads", self.tracing_threads, 1, MOST_THREADS)?;
         match self.frame_time {
             FrameTime::Fixed(seconds) if !(0.001..=1.0).contains(&seconds) => {
                 let problem = format!("{seconds} s is outside 0.001 to 1");

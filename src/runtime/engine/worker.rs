@@ -1,8 +1,7 @@
 //! One step of propagation at run time: newest orders, newest poses, one update, off to the renderer.
 //!
-//! Runs on whichever thread calls [`Worker::step`]: the propagation thread, or the app's in the synchronous schedule.
-//! Allocates while a scene is new; frees what the renderer has retired. Here a pool of tracing threads would hang in:
-//! `Propagator::update` is the only call that takes time.
+//! Runs on whichever thread calls [`Worker::step`]: the propagation thread alone, or the app's and its helpers in the
+//! synchronous schedule. Allocates while a scene is new; frees what the renderer has retired.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -15,6 +14,7 @@ use crate::extrapolation::{Continuation, Extrapolator, PredictorKind};
 use crate::propagation::{Path, Propagator};
 use crate::runtime::clock::{nanoseconds, now};
 use crate::runtime::handover::{Receiver, Sender};
+use crate::runtime::workers::Threads;
 
 /// The newest propagator that the controller wants used: for another scene, or with other settings.
 pub(super) type Orders = Arc<AtomicCell<Option<Box<Propagator>>>>;
@@ -28,6 +28,8 @@ pub(super) struct Worker {
     pub(super) meters: Arc<Meters>,
     pub(super) max_paths: usize,
     pub(super) synchronous: bool,
+    /// Who traces, besides the thread that steps.
+    pub(super) tracers: Threads,
     pub(super) before_update: Option<fn(u64)>,
     /// The poses in use.
     pub(super) newest: Option<Box<WorldFrame>>,
@@ -63,7 +65,8 @@ impl Worker {
         }
         let mut delivery = self.deliveries.blank(Delivery::default);
         let started = now();
-        self.propagator.update(
+        self.propagator.update_with(
+            &self.tracers,
             &world.listener,
             &world.sources,
             world.time_s,
@@ -74,8 +77,8 @@ impl Worker {
         delivery.propagation_s = spent.as_secs_f64();
         delivery.synchronous = self.synchronous;
         delivery.extrapolator = self.extrapolator.take();
-        delivery.predictor =
-            (world.predictor != self.predictor).then(|| Continuation::of(world.predictor));
+        delivery.predictor = (world.predictor != self.predictor)
+            .then(|| Continuation::with_room(world.predictor, self.max_paths));
         self.predictor = world.predictor;
         self.newest = Some(world);
         self.update += 1;

@@ -81,7 +81,7 @@ impl Controller {
         };
         Ok(Self {
             scene: Arc::clone(worker.propagator.scene()),
-            propagation: Propagation::start(worker, settings.schedule, settings.affinity)?,
+            propagation: Propagation::start(worker, &settings)?,
             builder: SceneBuilder::default(),
             sources: SourceTable::new(settings.generation.max_sources),
             waiting: VecDeque::new(),
