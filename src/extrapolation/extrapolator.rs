@@ -124,6 +124,16 @@ impl Extrapolator {
         sources: &[SourcePose],
         result: &mut FramePaths,
     ) -> u64 {
+        self.begin_frame(listener, sources, result) + self.finish_frame(listener, sources, result)
+    }
+
+    /// The first half of [`Self::frame`]: the direct paths. Gives the number of rays cast.
+    pub fn begin_frame(
+        &self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        result: &mut FramePaths,
+    ) -> u64 {
         let mut rays = 0;
         result.paths.clear();
         for pose in sources {
@@ -133,7 +143,17 @@ impl Extrapolator {
                 .paths
                 .extend(direct.map(|path| self.direct_now(&path, listener)));
         }
-        rays += self.reflected_now(listener, sources, &mut result.paths);
+        rays
+    }
+
+    /// The second half, for the same poses: everything else. Gives the number of rays cast.
+    pub fn finish_frame(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        result: &mut FramePaths,
+    ) -> u64 {
+        let rays = self.reflected_now(listener, sources, &mut result.paths);
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
         result.decay_time_s = common_decay(&self.current.late);

@@ -7,6 +7,7 @@ use super::amplitude;
 use super::cache::SequenceCache;
 use super::candidates::{Candidates, image_for_one};
 use super::direct::direct_path_of;
+use super::effort::Effort;
 use super::image_source::unfold;
 use super::late::{LateEstimator, SourceRays};
 use super::occluders::Occluders;
@@ -29,6 +30,7 @@ const PATHS_AT_FIRST: usize = 256;
 pub(super) struct Shared<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a PropagationSettings,
+    pub(super) effort: &'a Effort,
     pub(super) update: u64,
     pub(super) listener: &'a ListenerPose,
     /// The listener, local coordinates.
@@ -85,6 +87,7 @@ impl SourceTask {
         self.id = id;
         self.waits = false;
         self.late = LateEstimator::default();
+        self.late_source = None;
         self.cache.clear();
     }
 
@@ -121,28 +124,41 @@ impl SourceTask {
 
     /// Casts the source's rays; what they find and what was valid before is this source's own list.
     fn trace(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
+        self.own.clear();
+        let place = pose.id.slot() as u64;
+        let turn = match self.late_source {
+            // A new source is not kept waiting.
+            None => Some(shared.update),
+            Some(_) => shared.effort.late_turn(shared.update, place),
+        };
+        if let Some(turn) = turn {
+            self.cast(shared, pose, origin, turn);
+        }
+        for sequence in self.cache.entries() {
+            self.own.insert(*sequence);
+        }
+    }
+
+    /// Casts the source's rays by rotation number `turn` and renews the late field.
+    fn cast(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3, turn: u64) {
         let settings = shared.settings;
         let own_seed = mix(u64::from(self.id.bits()));
         let source_rays = SourceRays {
             origin,
             listener: shared.ear,
             pose: *pose,
-            turn: rotation(shared.update, settings.seed ^ own_seed),
-            rotation: shared.update % ROTATIONS,
+            turn: rotation(turn, settings.seed ^ own_seed),
+            rotation: turn % ROTATIONS,
             count: settings.source_rays,
             depth: settings.depth,
             seed: mix(settings.seed) ^ own_seed,
         };
-        self.own.clear();
         self.late
             .trace(shared.scene, &source_rays, &mut self.own, &mut self.rays);
         self.late_source = Some(match pose.settings.effects.late {
             true => self.late.estimate(shared.scene, self.id),
             false => LateSource::silent(self.id),
         });
-        for sequence in self.cache.entries() {
-            self.own.insert(*sequence);
-        }
     }
 
     fn validate(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::candidates::Candidates;
 use super::discovery::GuideRays;
+use super::effort::Effort;
 use super::neighbours::{CANDIDATES, fill_up};
 use super::path::{PathId, PathSet};
 use super::sampling::{ROTATIONS, fibonacci_direction, rotation};
@@ -37,7 +38,11 @@ struct GuideShare {
 #[derive(Debug)]
 pub struct Propagator {
     scene: Arc<Scene>,
+    /// As it was made.
     settings: PropagationSettings,
+    /// As much of it as is in use.
+    in_use: PropagationSettings,
+    effort: Effort,
     update: u64,
     /// The guide rays' lattice before rotation.
     directions: Vec<Vec3>,
@@ -68,6 +73,8 @@ impl Propagator {
         Ok(Self {
             scene,
             settings,
+            in_use: settings,
+            effort: Effort::full(&settings),
             update: 0,
             directions: (0..count).map(|i| fibonacci_direction(i, count)).collect(),
             shares: (0..SHARES).map(share).collect(),
@@ -85,9 +92,29 @@ impl Propagator {
         &self.scene
     }
 
-    /// The settings in force.
+    /// The settings it was made with.
     pub fn settings(&self) -> &PropagationSettings {
         &self.settings
+    }
+
+    /// Spends as much as this from the next update on, within the settings it was made with; what it remembers stays.
+    /// Allocates nothing.
+    pub fn set_effort(&mut self, effort: Effort) {
+        let effort = effort.within(&self.settings);
+        if effort.guide_rays != self.effort.guide_rays {
+            let count = effort.guide_rays;
+            let directions = (0..count).map(|i| fibonacci_direction(i, count));
+            self.directions.clear();
+            self.directions.extend(directions);
+        }
+        self.effort = effort;
+        self.in_use = PropagationSettings {
+            guide_rays: effort.guide_rays,
+            source_rays: effort.source_rays,
+            depth: effort.depth,
+            cache_updates: effort.cache_updates,
+            ..self.settings
+        };
     }
 
     /// Runs sixteen updates at one place and drops their results, so that every ray rotation has been seen there and
@@ -126,7 +153,8 @@ impl Propagator {
         self.arrange(sources);
         let shared = Shared {
             scene: &scene,
-            settings: &self.settings,
+            settings: &self.in_use,
+            effort: &self.effort,
             update: self.update,
             listener,
             ear,
@@ -147,9 +175,9 @@ impl Propagator {
     fn discover(&mut self, workers: &impl Workers, scene: &Scene, ear: DVec3) {
         let guide_rays = GuideRays {
             origin: ear,
-            turn: rotation(self.update, self.settings.seed),
+            turn: rotation(self.update, self.in_use.seed),
             directions: &self.directions,
-            depth: self.settings.depth,
+            depth: self.in_use.depth,
         };
         let count = self.directions.len();
         workers.for_each(&mut self.shares, |number, share| {
@@ -161,7 +189,7 @@ impl Propagator {
         for sequence in self.shares.iter().flat_map(|share| &share.found) {
             self.guide.insert(*sequence);
         }
-        fill_up(scene, self.update, self.settings.depth, &mut self.guide);
+        fill_up(scene, self.update, self.in_use.depth, &mut self.guide);
     }
 
     /// Images and leads of the sequences, once for all sources.

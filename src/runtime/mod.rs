@@ -1,6 +1,7 @@
 //! Where the stages meet: schedules on a virtual clock, and the threads, clocks and atomics that drive them in real time.
 
 pub mod affinity;
+pub mod budget;
 mod clock;
 pub mod engine;
 pub mod flush_to_zero;
@@ -10,9 +11,11 @@ pub mod null_device;
 pub mod offline;
 pub mod schedule;
 pub mod sound_thread;
+pub mod trace;
 pub mod workers;
 
 pub use affinity::{AffinityPolicy, Placement};
+pub use budget::{Budget, Tier, TierChoice};
 pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,
     Renderer, Statistics, StreamWriter,
@@ -21,4 +24,5 @@ pub use null_device::{NullDevice, NullDeviceReport};
 pub use offline::{OfflineRenderer, OfflineReport, OfflineSettings};
 pub use schedule::{Latency, Poses, Schedule};
 pub use sound_thread::{RingOutput, SoundThread};
+pub use trace::TraceLog;
 pub use workers::{MOST_THREADS, Threads};

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::evaluation::clip::{Clip, load_clip};
+use foresound::extrapolation::PredictorKind;
 use foresound::scene::layout::SceneLayout;
 use foresound::scene::obj::{ObjOptions, UpAxis, load_obj};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
@@ -161,6 +162,19 @@ pub(crate) fn parse_source(text: &str) -> Result<SourceArgument> {
     Ok(SourceArgument {
         position: parse_place("--source", place)?,
         file: file.into(),
+    })
+}
+
+/// A predictor by its name.
+pub(crate) fn predictor_named(name: &str) -> Result<PredictorKind> {
+    let found = PredictorKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == name);
+    found.ok_or_else(|| {
+        let known: Vec<_> = PredictorKind::ALL.iter().map(|kind| kind.name()).collect();
+        let problem = format!("{name:?} is no predictor");
+        let advice = format!("choose of: {}", known.join(", "));
+        Error::setting("--predictor", problem, &advice)
     })
 }
 

@@ -23,6 +23,7 @@ mod rir;
 mod scenes;
 mod session;
 mod soak;
+mod traces;
 mod validate;
 
 use std::process::ExitCode;

@@ -15,6 +15,7 @@ use super::worker::Worker;
 use crate::error::{Error, Result};
 use crate::propagation::Workers;
 use crate::runtime::affinity::{AffinityPolicy, ThreadRole, place_this_thread};
+use crate::runtime::clock::now;
 use crate::runtime::flush_to_zero::FlushToZero;
 use crate::runtime::workers::Threads;
 
@@ -100,16 +101,30 @@ fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Bo
     let _flush = FlushToZero::begin();
     while !stop.load(Ordering::Acquire) {
         match try_step(&mut worker) {
-            Some(true) => {}
-            Some(false) => thread::park_timeout(LONGEST_SLEEP),
+            Some(Some(rest)) => wait(rest, stop),
+            Some(None) => thread::park_timeout(LONGEST_SLEEP),
             None => break,
         }
     }
     worker
 }
 
+/// Rests under the budget, whatever wakes the thread meanwhile, unless it is to end.
+fn wait(rest: Duration, stop: &AtomicBool) {
+    if rest.is_zero() {
+        return;
+    }
+    let began = now();
+    while let Some(left) = rest.checked_sub(began.elapsed()) {
+        if left.is_zero() || stop.load(Ordering::Acquire) {
+            return;
+        }
+        thread::park_timeout(left);
+    }
+}
+
 /// One step; `None` if it panicked, which is noted.
-fn try_step(worker: &mut Worker) -> Option<bool> {
+fn try_step(worker: &mut Worker) -> Option<Option<Duration>> {
     // What a panic may leave half done is the propagator, which is replaced before the next step, and a box on its way.
     let result = catch_unwind(AssertUnwindSafe(|| worker.step()));
     if result.is_err() {

@@ -7,7 +7,11 @@ use crate::extrapolation::PredictorKind;
 use crate::generation::{GeneratorSettings, Hrtf};
 use crate::propagation::PropagationSettings;
 use crate::runtime::affinity::AffinityPolicy;
+use crate::runtime::budget::Budget;
 use crate::runtime::workers::MOST_THREADS;
+
+/// Most sources of an engine.
+pub const MOST_SOURCES: usize = 4096;
 
 /// When propagation runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,8 +37,12 @@ pub enum FrameTime {
 /// Sizes, limits and choices of an engine.
 #[derive(Debug, Clone)]
 pub struct EngineSettings {
-    /// Rate, limit on sources and everything else of the sound itself.
+    /// Rate, slots for sources and everything else of the sound itself.
     pub generation: GeneratorSettings,
+    /// Most sources that the app may add, 1 to [`MOST_SOURCES`]; `None` is one a slot of
+    /// [`GeneratorSettings::max_sources`]. Where there are more sources than slots, the loudest at the listener have
+    /// slots of their own, neighbours among the others share one, and the masked are not heard; cost grows with slots.
+    pub most_sources: Option<usize>,
     /// Head-related set; `None` takes the built-in one for the rate.
     pub hrtf: Option<Arc<Hrtf>>,
     /// Audio frames a block, 32 to 4096.
@@ -52,6 +60,10 @@ pub struct EngineSettings {
     pub predictor: PredictorKind,
     /// Where threads run.
     pub affinity: AffinityPolicy,
+    /// What may be spent; [`super::Controller::set_budget`] changes it.
+    pub budget: Budget,
+    /// Spans that each thread records until [`super::Controller::collect_spans`] takes them, to 2^20; 0 records none.
+    pub trace_spans: usize,
     /// How long a graphics frame is.
     pub frame_time: FrameTime,
     /// Called before every update with its number, on the thread that computes it: a place for a profiler's mark. If it
@@ -64,6 +76,7 @@ impl Default for EngineSettings {
     fn default() -> Self {
         Self {
             generation: GeneratorSettings::default(),
+            most_sources: None,
             hrtf: None,
             block_frames: 256,
             max_paths: 2048,
@@ -72,6 +85,8 @@ impl Default for EngineSettings {
             schedule: EngineSchedule::default(),
             predictor: PredictorKind::default(),
             affinity: AffinityPolicy::default(),
+            budget: Budget::default(),
+            trace_spans: 0,
             frame_time: FrameTime::default(),
             before_update: None,
         }
@@ -90,6 +105,11 @@ impl EngineSettings {
         };
         range("block_frames", self.block_frames, 32, 4096)?;
         range("max_paths", self.max_paths, 1, 16_384)?;
+        range("trace_spans", self.trace_spans, 0, 1 << 20)?;
+        if let Some(most_sources) = self.most_sources {
+            range("most_sources", most_sources, 1, MOST_SOURCES)?;
+        }
+        self.budget.check()?;
         range("tracing_threads", self.tracing_threads, 1, MOST_THREADS)?;
         match self.frame_time {
             FrameTime::Fixed(seconds) if !(0.001..=1.0).contains(&seconds) => {
@@ -99,6 +119,11 @@ impl EngineSettings {
             }
             _ => self.generation.check(),
         }
+    }
+
+    /// Most sources that the app may add.
+    pub fn most_sources(&self) -> usize {
+        self.most_sources.unwrap_or(self.generation.max_sources)
     }
 
     pub(super) fn head(&self) -> Result<Arc<Hrtf>> {

@@ -4,6 +4,7 @@ mod dump;
 mod own_rays;
 mod ray_sets;
 mod rays;
+mod schedules;
 mod sources;
 mod speed;
 
@@ -19,8 +20,16 @@ pub(crate) struct Arguments {
 enum What {
     /// Rays a second on one thread, over three fixed sets of rays.
     Rays(rays::Arguments),
-    /// Propagation updates on one thread and two, beside their own rays.
+    /// The engine's two schedules, and propagation updates on one thread and two beside their own rays.
     Speed(speed::Arguments),
+}
+
+/// The value that a share of the others does not exceed.
+fn share(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let place = (share * sorted.len() as f64) as usize;
+    sorted.get(place).or(sorted.last()).copied().unwrap_or(0.0)
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
