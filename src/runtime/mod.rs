@@ -3,6 +3,7 @@
 pub mod affinity;
 pub mod budget;
 mod clock;
+pub mod device;
 pub mod engine;
 pub mod flush_to_zero;
 mod handover;
