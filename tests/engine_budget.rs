@@ -6,7 +6,7 @@ use std::sync::Arc;
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
 use foresound::propagation::sampling::{mix, unit};
-use foresound::runtime::budget::MOST_TIER;
+use foresound::runtime::budget::{MOST_TIER, TIERS};
 use foresound::runtime::trace::{SpanKind, Track};
 use foresound::runtime::{
     AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, FrameTime,
@@ -99,7 +99,8 @@ fn forced_tiers_take_paths_away_without_a_click() {
         let moving = run(&mut controller, &mut renderer, at, 200, &mut tail);
         let statistics = controller.statistics();
         assert_eq!(statistics.tier, Tier(tier));
-        match tier {
+        // In a rectangular room a half of the rays finds every path; fewer orders do not.
+        match TIERS[usize::from(tier)].orders_less {
             0 => assert_eq!(statistics.paths, paths),
             _ => assert!(statistics.paths < paths, "{} paths", statistics.paths),
         }
@@ -217,8 +218,8 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
     for id in crowd.here.drain(..) {
         crowd.controller.remove_source(id).expect("is there");
     }
-    assert_eq!(crowd.run(400, 1000).2.min(1), crowd.run(1400, 1).2.min(1));
-    assert_eq!(crowd.run(1500, 1).2, 0, "voices without sources");
+    crowd.run(400, 100);
+    assert_eq!(crowd.run(500, 1).2, 0, "voices without sources");
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod lead;
 pub mod null_device;
 pub mod offline;
 pub mod schedule;
+mod slot;
 pub mod sound_thread;
 pub mod trace;
 pub mod workers;

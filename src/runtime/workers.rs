@@ -26,7 +26,7 @@ pub const MOST_THREADS: usize = 64;
 
 /// Turns that a helper waits awake for the next phase before it sleeps: some tens of microseconds, about what the
 /// caller needs between two phases of an update.
-const SPINS: u32 = 4000;
+const SPINS: u32 = if cfg!(miri) { 4 } else { 4000 };
 
 /// A job for one index, with its lifetime taken off.
 #[derive(Clone, Copy)]
@@ -254,16 +254,19 @@ impl Drop for Threads {
 mod tests {
     use super::*;
 
+    /// Rounds of a test: Miri takes its time.
+    const ROUNDS: usize = if cfg!(miri) { 3 } else { 50 };
+
     #[test]
     fn every_item_is_visited_once_by_any_number_of_threads() {
         for count in [1, 2, 3, 5] {
             let threads = Threads::start(count).unwrap();
             for length in [0usize, 1, 2, 7, 100] {
                 let mut items = vec![0usize; length];
-                for _ in 0..50 {
+                for _ in 0..ROUNDS {
                     threads.for_each(&mut items, |index, item| *item += index + 1);
                 }
-                let expected: Vec<usize> = (0..length).map(|i| 50 * (i + 1)).collect();
+                let expected: Vec<usize> = (0..length).map(|i| ROUNDS * (i + 1)).collect();
                 assert_eq!(items, expected, "{count} threads");
             }
         }

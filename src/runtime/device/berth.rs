@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
-use crossbeam_utils::atomic::AtomicCell;
+use crate::runtime::slot::Slot;
 
 /// Fills a block of interleaved stereo.
 pub type Fill = Box<dyn FnMut(&mut [f32]) + Send>;
 
-type Place = Arc<AtomicCell<Option<Box<Fill>>>>;
+type Place = Arc<Slot<Fill>>;
 
 /// The place where it waits. Control side.
 pub struct Berth(Place);
@@ -25,7 +25,7 @@ impl Berth {
     /// With something to lend.
     pub fn new(fill: impl FnMut(&mut [f32]) + Send + 'static) -> Self {
         let fill: Fill = Box::new(fill);
-        Self(Arc::new(AtomicCell::new(Some(Box::new(fill)))))
+        Self(Arc::new(Slot::new(Some(Box::new(fill)))))
     }
 
     /// Lends it; `None` while a stream has it.
@@ -50,7 +50,7 @@ impl Loan {
 
 impl Drop for Loan {
     fn drop(&mut self) {
-        self.place.store(self.fill.take());
+        drop(self.place.swap(self.fill.take()));
     }
 }
 

@@ -7,8 +7,6 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use crossbeam_utils::atomic::AtomicCell;
-
 use super::messages::{Delivery, WorldFrame};
 use super::statistics::{Meters, add};
 use crate::extrapolation::{Continuation, Extrapolator, PredictorKind};
@@ -16,11 +14,12 @@ use crate::propagation::{Path, Propagator};
 use crate::runtime::budget::{Detail, Governor, Spent};
 use crate::runtime::clock::{nanoseconds, now};
 use crate::runtime::handover::{Receiver, Sender};
+use crate::runtime::slot::Slot;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 use crate::runtime::workers::Threads;
 
 /// The newest propagator that the controller wants used: for another scene, or with other settings.
-pub(super) type Orders = Arc<AtomicCell<Option<Box<Propagator>>>>;
+pub(super) type Orders = Arc<Slot<Propagator>>;
 
 /// Propagation with its ends of the handovers.
 pub(super) struct Worker {

@@ -1,6 +1,7 @@
 //! `bench`: speeds on this machine. A speed is worth something only beside another of the same run.
 
 mod dump;
+mod memory;
 mod own_rays;
 mod ray_sets;
 mod rays;
@@ -18,6 +19,8 @@ pub(crate) struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum What {
+    /// Memory of an engine in a scene.
+    Memory(memory::Arguments),
     /// Rays a second on one thread, over three fixed sets of rays.
     Rays(rays::Arguments),
     /// The engine's two schedules, and propagation updates on one thread and two beside their own rays.
@@ -34,6 +37,7 @@ fn share(values: &[f64], share: f64) -> f64 {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.what {
+        What::Memory(arguments) => memory::run(arguments),
         What::Rays(arguments) => rays::run(arguments),
         What::Speed(arguments) => speed::run(arguments),
     }
