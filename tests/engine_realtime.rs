@@ -120,7 +120,7 @@ fn the_audio_side_neither_allocates_nor_frees() {
             controller.set_scene(Arc::clone(scene)).expect("taken");
             swaps += 1;
         }
-        controller.set_predictor(PredictorKind::ALL[(dice >> 16) as usize % 2]);
+        controller.set_predictor(PredictorKind::ALL[(dice >> 16) as usize % 3]);
         match dice % 101 {
             0 => controller.pause(),
             1..20 => controller.resume(),

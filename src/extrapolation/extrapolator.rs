@@ -13,7 +13,7 @@ use crate::propagation::diffraction::{Spot, direct_field};
 use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path, PathSet};
 use crate::scene::edges::NearEdges;
-use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
+use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 /// How paths are continued that are not part of the direct field.
 enum Rule {
@@ -35,10 +35,27 @@ impl Continuation {
             PredictorKind::Best(settings) => Rule::Together(Box::new(Best::new(settings))),
         })
     }
+
+    /// The same with room for updates of this many paths, so that the audio side need not allocate.
+    pub fn with_room(kind: PredictorKind, paths: usize) -> Self {
+        let mut continuation = Self::of(kind);
+        if let Rule::Together(best) = &mut continuation.0 {
+            best.bound(CANDIDATES_A_PATH * paths);
+        }
+        continuation
+    }
+
+    /// Most paths of a graphics frame besides direct ones, if updates have this many.
+    pub const fn most_paths(paths: usize) -> usize {
+        CANDIDATES_A_PATH * paths
+    }
 }
 
 /// Sources that there is room for at first.
 const SOURCES_AT_FIRST: usize = 64;
+
+/// Candidates that [`PredictorKind::Best`] may keep for each path that an update may have.
+const CANDIDATES_A_PATH: usize = 3;
 
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
@@ -104,9 +121,13 @@ impl Extrapolator {
         std::mem::swap(&mut self.scenes, scenes);
     }
 
-    /// Makes room for updates of this many paths, so that [`Self::take_update`] need not. Control side; allocates.
+    /// Makes room for updates of this many paths, so that [`Self::take_update`] and [`Self::frame`] need not. Control
+    /// side; allocates.
     pub fn reserve(&mut self, paths: usize) {
         self.matches.reserve(paths);
+        if let Rule::Together(best) = &mut self.continuation.0 {
+            best.bound(CANDIDATES_A_PATH * paths);
+        }
     }
 
     /// Continues with another predictor from the next frame on; gives the old one back.
@@ -127,6 +148,16 @@ impl Extrapolator {
         sources: &[SourcePose],
         result: &mut FramePaths,
     ) -> u64 {
+        self.begin_frame(listener, sources, result) + self.finish_frame(listener, sources, result)
+    }
+
+    /// The first half of [`Self::frame`]: the direct paths. Gives the number of rays cast.
+    pub fn begin_frame(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        result: &mut FramePaths,
+    ) -> u64 {
         let mut rays = 0;
         result.paths.clear();
         self.shadowed.clear();
@@ -139,7 +170,17 @@ impl Extrapolator {
             });
             self.shadowed.push(!field.visible);
         }
-        rays += self.continued_now(listener, sources, &mut result.paths);
+        rays
+    }
+
+    /// The second half, for the same poses: everything else. Gives the number of rays cast.
+    pub fn finish_frame(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        result: &mut FramePaths,
+    ) -> u64 {
+        let rays = self.continued_now(listener, sources, &mut result.paths);
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
         self.late_now(listener, sources);
@@ -193,7 +234,12 @@ impl Extrapolator {
                     nearest_m: self.nearest_m,
                 };
                 let is_new = self.updates > 0 && self.frames_since_update == 0;
-                return best.frame(is_new.then_some(&self.current), &now, paths);
+                let rays = best.frame(is_new.then_some(&self.current), &now, paths);
+                // What a source has just been told to leave out is still remembered.
+                if !sources.iter().all(|pose| pose.settings.effects.reflections) {
+                    paths.retain(|path| path.order == 0 || reflects(sources, path.source));
+                }
+                return rays;
             }
         };
         let at = FrameContext {
@@ -263,4 +309,11 @@ pub(super) fn is_wanted(sources: &[SourcePose], path: &Path) -> bool {
             && (path.order == 0 || effects.reflections)
             && (path.bends == 0 || effects.diffraction)
     })
+}
+
+/// Whether a source is there and its reflections are wanted.
+fn reflects(sources: &[SourcePose], id: SourceId) -> bool {
+    sources
+        .iter()
+        .any(|pose| pose.id == id && pose.settings.effects.reflections)
 }

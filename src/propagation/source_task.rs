@@ -7,6 +7,7 @@ use super::amplitude;
 use super::cache::SequenceCache;
 use super::candidates::{Candidates, Ready, image_for_one};
 use super::diffraction::{self, DirectEdges, Spot};
+use super::effort::Effort;
 use super::image_source::unfold_points;
 use super::late::{LateEstimator, SourceRays};
 use super::occluders::Occluders;
@@ -29,6 +30,7 @@ const PATHS_AT_FIRST: usize = 256;
 pub(super) struct Moment<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a PropagationSettings,
+    pub(super) effort: &'a Effort,
     pub(super) update: u64,
     pub(super) listener: &'a ListenerPose,
     /// The listener, local coordinates.
@@ -96,6 +98,7 @@ impl SourceTask {
         self.id = id;
         self.waits = false;
         self.late = LateEstimator::default();
+        self.late_source = None;
         self.cache.clear();
     }
 
@@ -103,30 +106,17 @@ impl SourceTask {
     /// is this source's own list.
     pub(super) fn trace(&mut self, moment: &Moment<'_>, pose: &SourcePose) {
         self.rays = 0;
-        let Moment {
-            scene,
-            settings,
-            update,
-            ..
-        } = *moment;
-        let own_seed = mix(u64::from(self.id.bits()));
-        let source_rays = SourceRays {
-            origin: scene.to_local(pose.position),
-            listener: moment.ear,
-            pose: *pose,
-            directions: moment.directions,
-            turn: rotation(update, settings.seed ^ own_seed),
-            rotation: update % ROTATIONS,
-            depth: settings.depth,
-            seed: mix(settings.seed) ^ own_seed,
-        };
         self.own.clear();
-        self.late
-            .trace(scene, &source_rays, &mut self.own, &mut self.rays);
-        self.late_source = Some(match pose.settings.effects.late {
-            true => self.late.estimate(scene, self.id),
-            false => LateSource::silent(self.id),
-        });
+        let place = pose.id.slot() as u64;
+        let turn = match self.late_source {
+            // A new source is not kept waiting.
+            None => Some(moment.update),
+            Some(_) => moment.effort.late_turn(moment.update, place),
+        };
+        if let Some(turn) = turn {
+            self.cast(moment, pose, turn);
+        }
+        let scene = moment.scene;
         let moves = scene.has_instances();
         for sequence in self.cache.entries() {
             self.own.insert(match moves {
@@ -135,6 +125,30 @@ impl SourceTask {
                 false => *sequence,
             });
         }
+    }
+
+    /// Casts the source's rays by rotation number `turn` and renews the late field.
+    fn cast(&mut self, moment: &Moment<'_>, pose: &SourcePose, turn: u64) {
+        let Moment {
+            scene, settings, ..
+        } = *moment;
+        let own_seed = mix(u64::from(self.id.bits()));
+        let source_rays = SourceRays {
+            origin: scene.to_local(pose.position),
+            listener: moment.ear,
+            pose: *pose,
+            directions: moment.directions,
+            turn: rotation(turn, settings.seed ^ own_seed),
+            rotation: turn % ROTATIONS,
+            depth: settings.depth,
+            seed: mix(settings.seed) ^ own_seed,
+        };
+        self.late
+            .trace(scene, &source_rays, &mut self.own, &mut self.rays);
+        self.late_source = Some(match pose.settings.effects.late {
+            true => self.late.estimate(scene, self.id),
+            false => LateSource::silent(self.id),
+        });
     }
 
     /// Second half: the source's paths.

@@ -10,9 +10,10 @@ use glam::Vec3;
 use super::candidates::Candidates;
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
+use super::effort::Effort;
 use super::neighbours::{CANDIDATES, fill_up};
 use super::path::{PathId, PathSet};
-use super::sampling::{ROTATIONS, lattice, rotation};
+use super::sampling::{ROTATIONS, lattice, renew_lattice, rotation};
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
@@ -47,7 +48,11 @@ impl GuideShare {
 #[derive(Debug)]
 pub struct Propagator {
     scene: Arc<Scene>,
+    /// As it was made.
     settings: PropagationSettings,
+    /// As much of it as is in use.
+    in_use: PropagationSettings,
+    effort: Effort,
     update: u64,
     /// The rays' lattices before rotation.
     guide_directions: Vec<Vec3>,
@@ -79,6 +84,8 @@ impl Propagator {
         Ok(Self {
             scene,
             settings,
+            in_use: settings,
+            effort: Effort::full(&settings),
             update: 0,
             guide_directions: lattice(count),
             source_directions: lattice(settings.source_rays),
@@ -104,9 +111,29 @@ impl Propagator {
         Arc::make_mut(&mut self.scene)
     }
 
-    /// The settings in force.
+    /// The settings it was made with.
     pub fn settings(&self) -> &PropagationSettings {
         &self.settings
+    }
+
+    /// Spends as much as this from the next update on, within the settings it was made with; what it remembers stays.
+    /// Allocates nothing.
+    pub fn set_effort(&mut self, effort: Effort) {
+        let effort = effort.within(&self.settings);
+        if effort.guide_rays != self.effort.guide_rays {
+            renew_lattice(&mut self.guide_directions, effort.guide_rays);
+        }
+        if effort.source_rays != self.effort.source_rays {
+            renew_lattice(&mut self.source_directions, effort.source_rays);
+        }
+        self.effort = effort;
+        self.in_use = PropagationSettings {
+            guide_rays: effort.guide_rays,
+            source_rays: effort.source_rays,
+            depth: effort.depth,
+            cache_updates: effort.cache_updates,
+            ..self.settings
+        };
     }
 
     /// Runs sixteen updates at one place and drops their results, so that every ray rotation has been seen there and
@@ -142,7 +169,8 @@ impl Propagator {
         let ear = self.scene.to_local(listener.position);
         let moment = Moment {
             scene: &self.scene,
-            settings: &self.settings,
+            settings: &self.in_use,
+            effort: &self.effort,
             update: self.update,
             listener,
             ear,
@@ -150,9 +178,9 @@ impl Propagator {
         };
         let guide_rays = GuideRays {
             origin: ear,
-            turn: rotation(self.update, self.settings.seed),
+            turn: rotation(self.update, self.in_use.seed),
             directions: &self.guide_directions,
-            depth: self.settings.depth,
+            depth: self.in_use.depth,
         };
         let tasks = &mut self.tasks[..sources.len()];
         // All rays at once: a source's are a larger piece than a share of the guide rays, so they come first.

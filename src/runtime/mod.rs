@@ -1,7 +1,9 @@
 //! Where the stages meet: schedules on a virtual clock, and the threads, clocks and atomics that drive them in real time.
 
 pub mod affinity;
+pub mod budget;
 mod clock;
+pub mod device;
 pub mod engine;
 pub mod flush_to_zero;
 mod handover;
@@ -10,10 +12,13 @@ pub mod null_device;
 pub mod offline;
 mod offline_instances;
 pub mod schedule;
+mod slot;
 pub mod sound_thread;
+pub mod trace;
 pub mod workers;
 
 pub use affinity::{AffinityPolicy, Placement};
+pub use budget::{Budget, Tier, TierChoice};
 pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,
     Renderer, Statistics, StreamWriter,
@@ -22,4 +27,5 @@ pub use null_device::{NullDevice, NullDeviceReport};
 pub use offline::{OfflineRenderer, OfflineReport, OfflineSettings};
 pub use schedule::{Latency, Poses, Schedule};
 pub use sound_thread::{RingOutput, SoundThread};
+pub use trace::TraceLog;
 pub use workers::{MOST_THREADS, Threads};

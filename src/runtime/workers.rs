@@ -17,6 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
+use super::flush_to_zero::{FlushToZero, flushes};
 use crate::error::{Error, Result};
 use crate::propagation::{Serial, Workers};
 
@@ -25,7 +26,7 @@ pub const MOST_THREADS: usize = 64;
 
 /// Turns that a helper waits awake for the next phase before it sleeps, and the caller for a helper's last job: some tens
 /// of microseconds, about what the caller needs between two phases of an update.
-const SPINS: u32 = 4000;
+const SPINS: u32 = if cfg!(miri) { 4 } else { 4000 };
 
 /// A job for one index, with its lifetime taken off.
 #[derive(Clone, Copy)]
@@ -38,6 +39,8 @@ unsafe impl Send for Job {}
 struct Round {
     job: Option<Job>,
     count: usize,
+    /// Whether the caller flushes subnormal numbers: helpers do as it does, or the bits would tell them apart.
+    flushes: bool,
     /// Helpers that sleep until the next round.
     asleep: usize,
     panic: Option<Box<dyn Any + Send>>,
@@ -116,15 +119,17 @@ impl Floor {
                 return;
             }
             if self.join(seen) {
-                let (job, count) = {
+                let (job, count, flushes) = {
                     let round = self.round();
-                    (round.job, round.count)
+                    (round.job, round.count, round.flushes)
                 };
+                let flush = flushes.then(FlushToZero::begin);
                 if let Some(Job(job)) = job {
                     // SAFETY: this helper is inside the gate, and the caller keeps the job until nobody is.
                     let job = unsafe { &*job };
                     self.work(count, job);
                 }
+                drop(flush);
                 self.leave();
             }
         }
@@ -194,6 +199,7 @@ impl Floor {
         let mut round = self.round();
         round.job = job;
         round.count = count;
+        round.flushes = flushes();
         self.next.store(0, Ordering::Relaxed);
         self.gate.store(self.gate().next().0, Ordering::Release);
         if round.asleep > 0 {
@@ -330,16 +336,19 @@ impl Drop for Threads {
 mod tests {
     use super::*;
 
+    /// Rounds of a test: Miri takes its time.
+    const ROUNDS: usize = if cfg!(miri) { 3 } else { 50 };
+
     #[test]
     fn every_item_is_visited_once_by_any_number_of_threads() {
         for count in [1, 2, 3, 5] {
             let threads = Threads::start(count).unwrap();
             for length in [0usize, 1, 2, 7, 100] {
                 let mut items = vec![0usize; length];
-                for _ in 0..50 {
+                for _ in 0..ROUNDS {
                     threads.for_each(&mut items, |index, item| *item += index + 1);
                 }
-                let expected: Vec<usize> = (0..length).map(|i| 50 * (i + 1)).collect();
+                let expected: Vec<usize> = (0..length).map(|i| ROUNDS * (i + 1)).collect();
                 assert_eq!(items, expected, "{count} threads");
             }
         }
@@ -395,6 +404,17 @@ mod tests {
             threads.for_each(row, |_, item| *item += 1)
         });
         assert_eq!(items, [[1; 3]; 4]);
+    }
+
+    #[test]
+    fn helpers_flush_subnormals_if_the_caller_does() {
+        let threads = Threads::start(3).unwrap();
+        let mut modes = [true; 64];
+        threads.for_each(&mut modes, |_, mode| *mode = flushes());
+        assert_eq!(modes, [false; 64]);
+        let _flush = FlushToZero::begin();
+        threads.for_each(&mut modes, |_, mode| *mode = flushes());
+        assert_eq!(modes, [flushes(); 64]);
     }
 
     #[test]

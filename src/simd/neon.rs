@@ -7,9 +7,7 @@
 
 use core::arch::aarch64::*;
 
-use super::tracing::{
-    Corners, FAR_WIDENING, NEAR_NARROWING, Planes, Row, SlabRay, TriangleRay,
-};
+use super::tracing::{Corners, FAR_WIDENING, NEAR_NARROWING, Planes, Row, SlabRay, TriangleRay};
 
 /// Calls a safe function that carries the feature `neon`, which every aarch64 has.
 macro_rules! enter_neon {

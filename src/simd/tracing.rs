@@ -175,10 +175,9 @@ impl TriangleRay {
         let side = |of: fn(f32, f32) -> f32, off: f32| {
             [0, 1, 2].map(|axis| of(of(a[axis], b[axis]), c[axis]) + off)
         };
-        let (near, far) = self.slabs.span(
-            side(f32::min, -self.margin),
-            side(f32::max, self.margin),
-        );
+        let (near, far) = self
+            .slabs
+            .span(side(f32::min, -self.margin), side(f32::max, self.margin));
         let t = if near > t { near } else { t };
         (near <= far && far >= 0.0 && t < before).then_some(t)
     }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::evaluation::clip::{Clip, load_clip};
+use foresound::extrapolation::PredictorKind;
 use foresound::scene::layout::SceneLayout;
 use foresound::scene::obj::{ObjOptions, UpAxis, load_obj};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
@@ -198,6 +199,19 @@ impl SourcePlace {
             Error::setting("--source", format!("no source is called {name:?}"), &advice)
         })
     }
+}
+
+/// A predictor by its name.
+pub(crate) fn predictor_named(name: &str) -> Result<PredictorKind> {
+    let found = PredictorKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == name);
+    found.ok_or_else(|| {
+        let known: Vec<_> = PredictorKind::ALL.iter().map(|kind| kind.name()).collect();
+        let problem = format!("{name:?} is no predictor");
+        let advice = format!("choose of: {}", known.join(", "));
+        Error::setting("--predictor", problem, &advice)
+    })
 }
 
 /// Loads a sound; what had to be changed goes to standard error.

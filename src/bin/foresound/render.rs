@@ -11,7 +11,7 @@ use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::{Error, Result};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, tell};
+use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, predictor_named, tell};
 use crate::listener_path::ListenerPath;
 use crate::session::{MovingPart, Session, Sound, median};
 
@@ -101,18 +101,7 @@ impl Arguments {
     }
 
     fn predictor(&self) -> Result<PredictorKind> {
-        let found = PredictorKind::ALL
-            .into_iter()
-            .find(|kind| kind.name() == self.predictor);
-        found.ok_or_else(|| {
-            let known: Vec<_> = PredictorKind::ALL.iter().map(|kind| kind.name()).collect();
-            let problem = format!("{:?} is no predictor", self.predictor);
-            Error::setting(
-                "--predictor",
-                problem,
-                &format!("give {}", known.join(" or ")),
-            )
-        })
+        predictor_named(&self.predictor)
     }
 
     fn duration_s(&self, sounds: &[Sound], listener: &ListenerPath) -> Result<f64> {

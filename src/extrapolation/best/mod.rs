@@ -3,7 +3,7 @@
 //! Runs on the sound thread. Takes updates as they arrive, gives the reflected and bent paths of each graphics frame
 //! (less the direct field's, which every predictor has anew). Bounded by
 //! the number of candidates and by [`BestSettings::rays_per_source`]; allocates only while there are more candidates
-//! than ever before. Own work, after the measurements that ARCHITECTURE.md tells of: between two updates the stale delay
+//! than ever before, and not at all once bounded. Own work, after the measurements that ARCHITECTURE.md tells of: between two updates the stale delay
 //! of a path does the most harm, its stale visibility comes second, its amplitude last.
 //!
 //! - [`candidate`]: one path as it stands now, from its surfaces and today's poses;
@@ -81,6 +81,13 @@ impl Best {
             standings: Vec::new(),
             frame: 0,
         }
+    }
+
+    /// Makes room for this many candidates and keeps to it, so that [`Self::frame`] allocates nothing.
+    pub(super) fn bound(&mut self, candidates: usize) {
+        self.memory.bound(candidates);
+        self.inspection.reserve(candidates);
+        self.standings.reserve(candidates);
     }
 
     /// Adds the paths of a graphics frame to `paths` that are not part of the direct field; `arrived` is the update

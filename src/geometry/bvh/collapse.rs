@@ -43,11 +43,7 @@ struct Choices<const W: usize> {
     count: u32,
 }
 
-pub(super) fn collapse<const W: usize>(
-    tree: &Bvh2,
-    choice: Choice,
-    slack: f32,
-) -> Collapsed<W> {
+pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice, slack: f32) -> Collapsed<W> {
     let choices = choose::<W>(tree, choice);
     let mut wide = Collapsed {
         nodes: vec![Node::EMPTY],

@@ -188,9 +188,13 @@ impl Bvh {
         const LONGEST: f32 = (1u64 << 40) as f32;
         const SHORTEST: f32 = 1.0 / LONGEST;
         let length = Vec3A::from(ray.direction).abs();
-        let is_near = Vec3A::from(ray.origin).abs().cmple(Vec3A::splat(self.reach))
+        let is_near = Vec3A::from(ray.origin)
+            .abs()
+            .cmple(Vec3A::splat(self.reach))
             & length.cmple(Vec3A::splat(LONGEST));
-        is_near.all() && length.cmpge(Vec3A::splat(SHORTEST)).any() && at_least_zero(ray.t_min) < ray.t_max
+        is_near.all()
+            && length.cmpge(Vec3A::splat(SHORTEST)).any()
+            && at_least_zero(ray.t_min) < ray.t_max
     }
 
     /// Number of triangles.

@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourcePose, procedural};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourcePose, layout, procedural,
+};
 use foresound::{Error, Result};
 
 use super::sources::sources;
@@ -53,6 +55,17 @@ impl Walk {
             return Err(Error::setting("--sources", problem, "choose fewer"));
         }
         Ok(sources)
+    }
+
+    /// The listener's walk.
+    pub(super) fn listener(&self) -> layout::Walk {
+        let walk = &self.benchmark.walk;
+        layout::Walk {
+            from: walk.from,
+            to: walk.to,
+            speed_m_s: walk.speed_m_s.into(),
+            standing: walk.standing,
+        }
     }
 
     /// The listener at an update; at 0 in the middle of the walk.

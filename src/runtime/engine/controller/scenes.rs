@@ -105,8 +105,7 @@ impl Controller {
             let advice = "make another engine";
             return Err(Error::engine("propagation was lost", advice));
         };
-        let (schedule, affinity) = (self.settings.schedule, self.settings.affinity);
-        self.propagation = Propagation::start(worker, schedule, affinity)?;
+        self.propagation = Propagation::start(worker, &self.settings)?;
         Ok(())
     }
 }
