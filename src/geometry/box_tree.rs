@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::ray::Ray;
 use super::triangle::PreparedRay;
-use crate::simd::tracing::{Planes, SlabRay};
+use crate::simd::tracing::{FAR_WIDENING, NEAR_NARROWING, Planes, Row, SlabRay};
 
 /// Children of a node.
 const WIDTH: usize = 8;
@@ -28,10 +28,10 @@ impl Node {
     const EMPTY: Self = Self {
         planes: [
             [f32::INFINITY; WIDTH],
-            [f32::INFINITY; WIDTH],
+            [f32::NEG_INFINITY; WIDTH],
             [f32::INFINITY; WIDTH],
             [f32::NEG_INFINITY; WIDTH],
-            [f32::NEG_INFINITY; WIDTH],
+            [f32::INFINITY; WIDTH],
             [f32::NEG_INFINITY; WIDTH],
         ],
         links: [LEAF; WIDTH],
@@ -39,8 +39,8 @@ impl Node {
 
     fn set(&mut self, lane: usize, bounds: &Bounds, link: u32) {
         for axis in 0..3 {
-            self.planes[axis][lane] = bounds.low[axis];
-            self.planes[axis + 3][lane] = bounds.high[axis];
+            self.planes[2 * axis][lane] = bounds.low[axis];
+            self.planes[2 * axis + 1][lane] = bounds.high[axis];
         }
         self.links[lane] = link;
     }
@@ -49,22 +49,24 @@ impl Node {
     #[inline(always)]
     fn entered(&self, ray: &SlabRay, t_max: f32) -> u32 {
         let mut near = [0.0f32; WIDTH];
-        let mut far = [t_max; WIDTH];
+        let mut far = [f32::INFINITY; WIDTH];
+        let rows = Row::near(ray);
         for axis in 0..3 {
-            let first = &self.planes[ray.near_row(axis)];
-            let last = &self.planes[ray.far_row(axis)];
-            let origin = ray.origin[axis];
-            let (near_scale, far_scale) = (ray.near_scale[axis], ray.far_scale[axis]);
+            let first = &self.planes[rows[axis].number()];
+            let last = &self.planes[rows[axis].opposite().number()];
+            let (origin, inverse) = (ray.origin[axis], ray.inverse[axis]);
             for lane in 0..WIDTH {
-                let a = (first[lane] - origin) * near_scale;
-                let b = (last[lane] - origin) * far_scale;
+                let a = (first[lane] - origin) * inverse;
+                let b = (last[lane] - origin) * inverse;
                 near[lane] = if a > near[lane] { a } else { near[lane] };
                 far[lane] = if b < far[lane] { b } else { far[lane] };
             }
         }
         let mut entered = 0;
         for lane in 0..WIDTH {
-            entered |= u32::from(near[lane] <= far[lane]) << lane;
+            let far = far[lane] * FAR_WIDENING;
+            let far = if far < t_max { far } else { t_max };
+            entered |= u32::from(near[lane] * NEAR_NARROWING <= far) << lane;
         }
         entered
     }
@@ -191,10 +193,10 @@ impl BoxTree {
     /// `visit` has given last: below 0 ends the walk. In no order that means anything.
     #[inline]
     pub fn walk(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> f32) {
-        let Some(prepared) = PreparedRay::of(ray) else {
+        let Some(prepared) = PreparedRay::of(ray, 0.0) else {
             return;
         };
-        let slabs = &prepared.slabs;
+        let slabs = &prepared.ray.slabs;
         let mut t_max = ray.t_max;
         let mut stack = [0u32; STACK];
         let mut height = 0;
