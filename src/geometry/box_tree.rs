@@ -1,13 +1,13 @@
 //! A tree over boxes that move: built anew whenever they do.
 //!
 //! Eight boxes a node, told apart in lanes. Building takes n log n steps and, once there was room for as many boxes,
-//! allocates nothing; walking neither allocates nor blocks. Own; what it finds does not depend on its shape.
+//! allocates nothing; walking neither allocates nor blocks. Own; what it finds does not depend on its shape, but for
+//! rays that graze a box within rounding.
 
 use glam::Vec3;
 
 use super::ray::Ray;
-use super::triangle::PreparedRay;
-use crate::simd::tracing::{FAR_WIDENING, NEAR_NARROWING, Planes, Row, SlabRay};
+use crate::simd::tracing::Planes;
 
 /// Children of a node.
 const WIDTH: usize = 8;
@@ -17,6 +17,38 @@ const LEAF: u32 = 1 << 31;
 
 /// Nodes that a walk can have before it: 2³¹ boxes are eleven levels deep, and each leaves seven behind.
 const STACK: usize = 80;
+
+/// Smallest component that a direction has for boxes, so that no plane is crossed at a number that is none.
+const SMALLEST_COMPONENT: f32 = 1e-30;
+
+/// A ray against boxes: planes are crossed at `(plane − origin) · inverse`. Plain rounding: whoever gives boxes makes
+/// them as much larger as it matters.
+struct Slabs {
+    origin: Vec3,
+    inverse: Vec3,
+}
+
+impl Slabs {
+    #[inline(always)]
+    fn of(ray: &Ray) -> Self {
+        let d = ray.direction;
+        let size = d.abs().max(Vec3::splat(SMALLEST_COMPONENT));
+        Self {
+            origin: ray.origin,
+            inverse: Vec3::ONE / size.copysign(d),
+        }
+    }
+
+    /// Whether the ray is in a box somewhere between 0 and `t_max`.
+    #[inline(always)]
+    fn enters(&self, bounds: &Bounds, t_max: f32) -> bool {
+        let a = (bounds.low - self.origin) * self.inverse;
+        let b = (bounds.high - self.origin) * self.inverse;
+        let near = a.min(b).max_element().max(0.0);
+        let far = a.max(b).min_element().min(t_max);
+        near <= far
+    }
+}
 
 #[derive(Debug, Clone)]
 struct Node {
@@ -28,10 +60,10 @@ impl Node {
     const EMPTY: Self = Self {
         planes: [
             [f32::INFINITY; WIDTH],
-            [f32::NEG_INFINITY; WIDTH],
+            [f32::INFINITY; WIDTH],
             [f32::INFINITY; WIDTH],
             [f32::NEG_INFINITY; WIDTH],
-            [f32::INFINITY; WIDTH],
+            [f32::NEG_INFINITY; WIDTH],
             [f32::NEG_INFINITY; WIDTH],
         ],
         links: [LEAF; WIDTH],
@@ -39,21 +71,21 @@ impl Node {
 
     fn set(&mut self, lane: usize, bounds: &Bounds, link: u32) {
         for axis in 0..3 {
-            self.planes[2 * axis][lane] = bounds.low[axis];
-            self.planes[2 * axis + 1][lane] = bounds.high[axis];
+            self.planes[axis][lane] = bounds.low[axis];
+            self.planes[axis + 3][lane] = bounds.high[axis];
         }
         self.links[lane] = link;
     }
 
     /// Which boxes the ray enters before `t_max`, a bit each. Written so that lanes are computed side by side.
     #[inline(always)]
-    fn entered(&self, ray: &SlabRay, t_max: f32) -> u32 {
+    fn entered(&self, ray: &Slabs, t_max: f32) -> u32 {
         let mut near = [0.0f32; WIDTH];
-        let mut far = [f32::INFINITY; WIDTH];
-        let rows = Row::near(ray);
+        let mut far = [t_max; WIDTH];
         for axis in 0..3 {
-            let first = &self.planes[rows[axis].number()];
-            let last = &self.planes[rows[axis].opposite().number()];
+            let down = usize::from(ray.inverse[axis].is_sign_negative());
+            let first = &self.planes[axis + 3 * down];
+            let last = &self.planes[axis + 3 - 3 * down];
             let (origin, inverse) = (ray.origin[axis], ray.inverse[axis]);
             for lane in 0..WIDTH {
                 let a = (first[lane] - origin) * inverse;
@@ -64,9 +96,7 @@ impl Node {
         }
         let mut entered = 0;
         for lane in 0..WIDTH {
-            let far = far[lane] * FAR_WIDENING;
-            let far = if far < t_max { far } else { t_max };
-            entered |= u32::from(near[lane] * NEAR_NARROWING <= far) << lane;
+            entered |= u32::from(near[lane] <= far[lane]) << lane;
         }
         entered
     }
@@ -79,6 +109,12 @@ pub struct Bounds {
     pub low: Vec3,
     /// Greatest coordinates.
     pub high: Vec3,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self::EMPTY
+    }
 }
 
 impl Bounds {
@@ -105,6 +141,8 @@ impl Bounds {
 /// The tree.
 #[derive(Debug, Clone, Default)]
 pub struct BoxTree {
+    /// What holds all boxes.
+    whole: Bounds,
     nodes: Vec<Node>,
     /// Numbers of the boxes, while it is being built.
     order: Vec<u32>,
@@ -125,9 +163,10 @@ impl BoxTree {
         self.order.clear();
         let there = (0..boxes.len() as u32).filter(|&n| !boxes[n as usize].is_empty());
         self.order.extend(there);
-        if !self.order.is_empty() {
-            self.node(boxes, 0, self.order.len());
-        }
+        self.whole = match self.order.len() {
+            0 => Bounds::EMPTY,
+            count => self.node(boxes, 0, count),
+        };
     }
 
     /// Adds the node over a part of the order and all below it; gives its bounds.
@@ -190,19 +229,20 @@ impl BoxTree {
     }
 
     /// Calls `visit` with the number of every box that a ray enters before a parameter, `ray.t_max` at first, then what
-    /// `visit` has given last: below 0 ends the walk. In no order that means anything.
+    /// `visit` has given last: below 0 ends the walk. In no order that means anything. Of a ray that is none any box
+    /// may be met.
     #[inline]
     pub fn walk(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> f32) {
-        let Some(prepared) = PreparedRay::of(ray, 0.0) else {
-            return;
-        };
-        let slabs = &prepared.ray.slabs;
+        let slabs = Slabs::of(ray);
         let mut t_max = ray.t_max;
+        if !slabs.enters(&self.whole, t_max) {
+            return;
+        }
         let mut stack = [0u32; STACK];
         let mut height = 0;
         let mut at = 0;
         while let Some(node) = self.nodes.get(at as usize) {
-            let mut entered = node.entered(slabs, t_max);
+            let mut entered = node.entered(&slabs, t_max);
             while entered != 0 {
                 let link = node.links[entered.trailing_zeros() as usize % WIDTH];
                 entered &= entered - 1;
