@@ -68,7 +68,7 @@ impl Gate {
 
     /// The next round's, open and empty.
     fn next(self) -> Self {
-        Self((self.number() + 1) * Self::ROUND | Self::OPEN)
+        Self(((self.number() + 1) * Self::ROUND) | Self::OPEN)
     }
 }
 
@@ -377,6 +377,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::disallowed_methods, reason = "the helper has to fall asleep")]
     fn a_helper_that_sleeps_is_not_waited_for() {
         let threads = Threads::start(2).unwrap();
         let mut items = [0; 2];
