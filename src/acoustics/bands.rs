@@ -46,8 +46,8 @@ pub fn fading(nepers: &BandArray) -> BandArray {
     /// ln(2)^k / k!
     const SERIES: [f32; 7] = [
         1.0,
-        0.693_147_2,
-        0.240_226_51,
+        std::f32::consts::LN_2,
+        0.240_226_5,
         0.055_504_11,
         0.009_618_129,
         0.001_333_355_8,

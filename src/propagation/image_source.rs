@@ -76,7 +76,7 @@ pub fn unfold(
     listener_image: DVec3,
 ) -> Option<ImagePath> {
     let order = Order::of(scene, sequence);
-    let path = unfold_points(scene, sequence, &order, source, listener_image)?;
+    let path = unfold_points(scene, sequence, &order, [source, listener_image], true)?;
     let path = path.finish(scene, source);
     debug_assert!(
         (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
@@ -97,6 +97,12 @@ impl Unfolded {
         &self.path
     }
 
+    /// Whether its points lie on their surfaces, not only within their bounds.
+    pub(super) fn lies_on_surfaces(&self, scene: &Scene) -> bool {
+        (0..self.path.order)
+            .all(|step| scene.reflects_at(self.path.surfaces[step], self.path.points[step]))
+    }
+
     /// The whole path.
     pub(super) fn finish(self, scene: &Scene, source: DVec3) -> ImagePath {
         let Self { mut path, images } = self;
@@ -112,13 +118,14 @@ impl Unfolded {
     }
 }
 
-/// The first part of [`unfold`].
+/// The first part of [`unfold`], on the line from the source to the listener's image. Unless `on_surfaces` points may
+/// still miss their surfaces within the bounds ([`Unfolded::lies_on_surfaces`]).
 pub(super) fn unfold_points(
     scene: &Scene,
     sequence: &Sequence,
     order: &Order,
-    source: DVec3,
-    listener_image: DVec3,
+    [source, listener_image]: [DVec3; 2],
+    on_surfaces: bool,
 ) -> Option<Unfolded> {
     let mut path = ImagePath {
         surfaces: [0; MAX_ORDER],
@@ -135,7 +142,7 @@ pub(super) fn unfold_points(
         let next = next_plane(scene, sequence, order, rest, from, image)?;
         let surface = scene.surface(next.surface);
         let point = from + (image - from) * next.share;
-        if !near_bounds(surface, point) || !scene.reflects_at(next.surface, point) {
+        if !near_bounds(surface, point) || on_surfaces && !scene.reflects_at(next.surface, point) {
             return None;
         }
         path.surfaces[step] = next.surface;

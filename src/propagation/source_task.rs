@@ -225,16 +225,23 @@ impl SourceTask {
         ready: &Ready,
     ) {
         let scene = shared.moment.scene;
-        let Some(unfolded) = unfold_points(scene, sequence, &ready.order, origin, ready.image)
-        else {
+        let ends = [origin, shared.moment.ear];
+        let line = [origin, ready.image];
+        let hash = sequence.hash();
+        // What was blocked most likely is again, which is sooner known than where its points lie.
+        let remembered = self.occluders.remembers(hash);
+        let Some(unfolded) = unfold_points(scene, sequence, &ready.order, line, !remembered) else {
             return;
         };
-        let ends = [origin, shared.moment.ear];
-        let hash = sequence.hash();
-        if !self
-            .occluders
-            .is_clear(scene, hash, unfolded.legs(), ends, &mut self.rays)
+        let legs = unfolded.legs();
+        if remembered
+            && (self.occluders.blocks_again(scene, hash, legs, ends)
+                || !unfolded.lies_on_surfaces(scene))
         {
+            return;
+        }
+        let rays = &mut self.rays;
+        if !self.occluders.is_clear(scene, hash, legs, ends, rays) {
             return;
         }
         let path = unfolded.finish(scene, origin);

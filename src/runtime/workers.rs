@@ -386,6 +386,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::disallowed_methods, reason = "the helper has to fall asleep")]
     fn a_helper_that_sleeps_is_not_waited_for() {
         let threads = Threads::start(2).unwrap();
         let mut items = [0; 2];

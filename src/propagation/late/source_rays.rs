@@ -218,11 +218,10 @@ impl SourceRay {
         let scattering = &scene.material(hit.group).scattering;
         let kept = scene.reflectance(hit.group).energy(into.abs());
         self.panels = self.panels && step < from.depth && scene.is_panel(hit.triangle);
-        let mut energy = [0.0; BANDS];
         for b in 0..BANDS {
             self.share[b] *= kept[b];
-            energy[b] = self.share[b];
         }
+        let mut energy = self.share;
         if self.panels {
             for b in 0..BANDS {
                 self.specular[b] *= kept[b] * (1.0 - scattering[b]);
