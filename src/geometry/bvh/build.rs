@@ -119,7 +119,11 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         blocks: leaves.iter().map(block).collect(),
         triangle_count: items.len(),
         margin,
-        reach: if extent > SMALLEST { extent * REACH } else { -1.0 },
+        reach: if extent > SMALLEST {
+            extent * REACH
+        } else {
+            f32::NAN
+        },
     }
 }
 
