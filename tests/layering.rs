@@ -70,8 +70,9 @@ const CLOCKS_AND_THREADS: [&str; 5] = [
 ];
 
 /// Where `unsafe` may stand.
-const UNSAFE_HOMES: [&str; 6] = [
+const UNSAFE_HOMES: [&str; 7] = [
     "simd/neon",
+    "simd/stack",
     "simd/x86",
     "runtime/",
     "output/oboe",

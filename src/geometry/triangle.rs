@@ -8,14 +8,10 @@
 //! before it enters. Bounds of boxes are monotone under rounding, so a box around that box is entered no later, and no
 //! tree, of whatever width and instruction set, can lose a hit or find another.
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 
 use super::ray::Ray;
-use crate::simd::tracing::{Axes, Corners, ShearRay, SlabRay, TriangleRay};
-
-/// Smallest direction component that boxes see, as a share of the largest: 2⁻⁴⁰. What it moves a ray by is far less
-/// than [`box_margin`].
-const SMALLEST_COMPONENT: f32 = 1.0 / (1u64 << 40) as f32;
+use crate::simd::tracing::{Corners, RawRay, TriangleRay};
 
 /// How far boxes stand off their triangles in a scene whose coordinates are `extent` at most: 2⁻²⁰ of it. The shear
 /// moves a corner by at most ten half units in the last place of twice the extent, which is 2⁻²⁰·⁷ (\[WOOP13\], Section 4).
@@ -35,39 +31,15 @@ impl PreparedRay {
     /// empty interval. Parameters below zero never count. `margin` is [`box_margin`] of the scene.
     #[inline]
     pub fn of(ray: &Ray, margin: f32) -> Option<Self> {
-        let largest = ray.direction.abs().max_element();
         // Written so that a NaN anywhere fails.
-        let is_ray = ray.direction.is_finite() && ray.origin.is_finite() && largest > 0.0;
-        (is_ray && at_least_zero(ray.t_min) < ray.t_max).then(|| Self::of_finite(ray, margin))
-    }
-
-    /// As [`Self::of`] of a ray that is known to be one.
-    #[inline(always)]
-    pub(super) fn of_finite(ray: &Ray, margin: f32) -> Self {
-        let d = Vec3A::from(ray.direction);
-        let size = d.abs();
-        let largest = size.max_element();
-        let smallest = (largest * SMALLEST_COMPONENT).max(f32::MIN_POSITIVE);
-        let inverse = Vec3A::ONE / size.max(Vec3A::splat(smallest)).copysign(d);
-        let [x, y, z] = size.to_array();
-        let (xy, larger) = if y >= x { (1, y) } else { (0, x) };
-        let axes = Axes::ending_at(if z >= larger { 2 } else { xy });
-        let origin = ray.origin.to_array();
-        let (d, inverse) = (ray.direction.to_array(), inverse.to_array());
-        let [kx, ky, kz] = axes.numbers();
-        Self {
-            ray: TriangleRay {
-                slabs: SlabRay { origin, inverse },
-                shear: ShearRay {
-                    origin,
-                    axes,
-                    shear: [d[kx] * inverse[kz], d[ky] * inverse[kz], inverse[kz]],
-                    t_min: at_least_zero(ray.t_min),
-                },
-                margin,
-            },
+        let is_ray = ray.direction.is_finite()
+            && ray.origin.is_finite()
+            && ray.direction != Vec3::ZERO
+            && at_least_zero(ray.t_min) < ray.t_max;
+        is_ray.then(|| Self {
+            ray: TriangleRay::of(&raw(ray, margin)),
             t_max: ray.t_max,
-        }
+        })
     }
 
     /// Parameter of the intersection with a triangle, if it lies strictly between the ray's bounds.
@@ -77,8 +49,19 @@ impl PreparedRay {
     }
 }
 
+/// A ray for `simd`.
 #[inline(always)]
-pub(super) fn at_least_zero(t: f32) -> f32 {
+pub(super) fn raw(ray: &Ray, margin: f32) -> RawRay {
+    RawRay {
+        origin: ray.origin.to_array(),
+        direction: ray.direction.to_array(),
+        t_min: at_least_zero(ray.t_min),
+        margin,
+    }
+}
+
+#[inline(always)]
+fn at_least_zero(t: f32) -> f32 {
     if t < 0.0 { 0.0 } else { t }
 }
 

@@ -7,7 +7,10 @@
 
 use core::arch::aarch64::*;
 
-use super::tracing::{Corners, FAR_WIDENING, NEAR_NARROWING, Planes, Row, SlabRay, TriangleRay};
+use super::tracing::{
+    Axes, Corners, FAR_WIDENING, NEAR_NARROWING, Near, Planes, RawRay, Row, SMALLEST_COMPONENT,
+    TriangleRay,
+};
 
 /// Calls a safe function that carries the feature `neon`, which every aarch64 has.
 macro_rules! enter_neon {
@@ -49,6 +52,60 @@ fn row4(planes: &Planes<4>, row: Row) -> float32x4_t {
     unsafe { vld1q_f32(planes.as_ptr().cast::<f32>().byte_add(16 * row.number())) }
 }
 
+/// A ray in the first three lanes: where it starts and one over its direction.
+#[derive(Clone, Copy)]
+pub(crate) struct Ready {
+    origin: float32x4_t,
+    direction: float32x4_t,
+    inverse: float32x4_t,
+    /// Axis of the largest component of the direction, the first of equals.
+    longest: usize,
+}
+
+impl Ready {
+    /// Of a ray that is near.
+    #[inline]
+    #[target_feature(enable = "neon")]
+    pub(crate) fn of<const CALLER: u8>(ray: &RawRay, near: Near) -> Option<Self> {
+        let [ox, oy, oz] = ray.origin;
+        let [dx, dy, dz] = ray.direction;
+        let origin = load4(&[ox, oy, oz, 0.0]);
+        let direction = load4(&[dx, dy, dz, 0.0]);
+        // Numbers that are none are not near.
+        let is_near = vandq_u32(
+            vcaleq_f32(origin, vdupq_n_f32(near.reach)),
+            vcaleq_f32(direction, vdupq_n_f32(Near::LONGEST)),
+        );
+        let size = vabsq_f32(direction);
+        let largest = vmaxvq_f32(size);
+        if vminvq_u32(is_near) == 0 || largest < Near::SHORTEST {
+            return None;
+        }
+        let smallest = vdupq_n_f32(largest * SMALLEST_COMPONENT);
+        let sign = vdupq_n_u32(1 << 31);
+        let bounded = vbslq_f32(sign, direction, vmaxq_f32(size, smallest));
+        let is_longest = vmovn_u32(vceqq_f32(size, vdupq_n_f32(largest)));
+        let is_longest = vget_lane_u64::<0>(vreinterpret_u64_u16(is_longest));
+        Some(Self {
+            origin,
+            direction,
+            inverse: vdivq_f32(vdupq_n_f32(1.0), bounded),
+            longest: is_longest.trailing_zeros() as usize / 16,
+        })
+    }
+
+    /// Lanes as numbers.
+    #[inline]
+    #[target_feature(enable = "neon")]
+    fn lanes(values: float32x4_t) -> [f32; 3] {
+        [
+            vgetq_lane_f32::<0>(values),
+            vgetq_lane_f32::<1>(values),
+            vgetq_lane_f32::<2>(values),
+        ]
+    }
+}
+
 /// A ray against four boxes at once, fused.
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs4 {
@@ -61,11 +118,19 @@ impl Slabs4 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: &SlabRay) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
+        let offset = vnegq_f32(vmulq_f32(ray.origin, ray.inverse));
+        let splat = |v: float32x4_t| {
+            [
+                vdupq_laneq_f32::<0>(v),
+                vdupq_laneq_f32::<1>(v),
+                vdupq_laneq_f32::<2>(v),
+            ]
+        };
         Self {
-            near: Row::near(ray),
-            scale: ray.inverse.map(|v| vdupq_n_f32(v)),
-            offset: ray.offset().map(|v| vdupq_n_f32(v)),
+            near: Row::near(Ready::lanes(ray.inverse)),
+            scale: splat(ray.inverse),
+            offset: splat(offset),
         }
     }
 
@@ -118,7 +183,8 @@ pub(crate) fn take4<const CALLER: u8>(keys: uint32x4_t) -> (u32, uint32x4_t) {
 /// A ray against four triangles at once.
 #[derive(Clone, Copy)]
 pub(crate) struct Shear4<'a> {
-    ray: &'a TriangleRay,
+    ray: &'a RawRay,
+    ready: Ready,
     axes: [usize; 3],
     /// Permuted.
     origin: [float32x4_t; 3],
@@ -126,16 +192,28 @@ pub(crate) struct Shear4<'a> {
 }
 
 impl<'a> Shear4<'a> {
-    /// Of a ray.
+    /// Of a ray, raw and ready.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: &'a TriangleRay) -> Self {
-        let axes = ray.shear.axes.numbers().map(|axis| axis.min(2));
+    pub(crate) fn of<const CALLER: u8>(ray: &'a RawRay, ready: &Ready) -> Self {
+        let axes = Axes::ending_at(ready.longest)
+            .numbers()
+            .map(|axis| axis.min(2));
+        let mut inverse = [0.0; 4];
+        store4(&mut inverse, ready.inverse);
+        let inverse = inverse[axes[2]];
+        let mut stretched = [0.0; 4];
+        store4(&mut stretched, vmulq_n_f32(ready.direction, inverse));
         Self {
             ray,
+            ready: *ready,
             axes,
-            origin: axes.map(|axis| vdupq_n_f32(ray.shear.origin[axis])),
-            shear: ray.shear.shear.map(|v| vdupq_n_f32(v)),
+            origin: axes.map(|axis| vdupq_n_f32(ray.origin[axis])),
+            shear: [
+                vdupq_n_f32(stretched[axes[0]]),
+                vdupq_n_f32(stretched[axes[1]]),
+                vdupq_n_f32(inverse),
+            ],
         }
     }
 
@@ -182,7 +260,7 @@ impl<'a> Shear4<'a> {
         );
         let t = vdivq_f32(vmulq_f32(depth, sz), determinant);
         let in_time = vandq_u32(
-            vcgtq_f32(t, vdupq_n_f32(self.ray.shear.t_min)),
+            vcgtq_f32(t, vdupq_n_f32(self.ray.t_min)),
             vcltq_f32(t, vdupq_n_f32(before)),
         );
         let met = vandq_u32(within, in_time);
@@ -203,12 +281,13 @@ impl<'a> Shear4<'a> {
     fn spans(&self, corners: &Corners) -> (float32x4_t, float32x4_t) {
         let [a, b, c] = corners;
         let margin = vdupq_n_f32(self.ray.margin);
+        let inverse = Ready::lanes(self.ready.inverse);
         let span = |axis: usize| {
             let (a, b, c) = (load4(&a[axis]), load4(&b[axis]), load4(&c[axis]));
             let lower = vsubq_f32(vminq_f32(vminq_f32(a, b), c), margin);
             let upper = vaddq_f32(vmaxq_f32(vmaxq_f32(a, b), c), margin);
-            let origin = vdupq_n_f32(self.ray.slabs.origin[axis]);
-            let inverse = vdupq_n_f32(self.ray.slabs.inverse[axis]);
+            let origin = vdupq_n_f32(self.ray.origin[axis]);
+            let inverse = vdupq_n_f32(inverse[axis]);
             let first = vmulq_f32(vsubq_f32(lower, origin), inverse);
             let second = vmulq_f32(vsubq_f32(upper, origin), inverse);
             (vminq_f32(first, second), vmaxq_f32(first, second))
@@ -226,6 +305,6 @@ impl<'a> Shear4<'a> {
     #[cold]
     #[inline(never)]
     fn meet_again(&self, corners: &Corners, before: f32, at: &mut [f32; 4], lanes: u32) -> u32 {
-        self.ray.meet_again(corners, before, at, 0, lanes)
+        TriangleRay::of(self.ray).meet_again(corners, before, at, lanes)
     }
 }

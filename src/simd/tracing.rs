@@ -3,7 +3,8 @@
 //! Mindless: numbers in a layout, and the portable arithmetic that every instruction set is tested against. What they
 //! mean stands in `geometry`.
 
-/// A ray against boxes: a plane is crossed at `(plane − origin) · inverse`.
+/// A ray against boxes: a plane is crossed at `(plane − origin) · inverse`, which lanes may write as
+/// `plane · inverse − origin · inverse`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SlabRay {
     /// Start.
@@ -26,10 +27,10 @@ pub(crate) type Planes<const W: usize> = [[f32; W]; 6];
 pub(crate) struct Row(usize);
 
 impl Row {
-    /// The rows that a ray crosses first.
+    /// The rows that a ray crosses first, from one over its direction.
     #[inline(always)]
-    pub(crate) fn near(ray: &SlabRay) -> [Self; 3] {
-        [0, 1, 2].map(|axis| Self(2 * axis + (ray.inverse[axis].to_bits() >> 31) as usize))
+    pub(crate) fn near(inverse: [f32; 3]) -> [Self; 3] {
+        [0, 1, 2].map(|axis| Self(2 * axis + (inverse[axis].to_bits() >> 31) as usize))
     }
 
     /// The row of the box's other side.
@@ -46,23 +47,16 @@ impl Row {
 }
 
 impl SlabRay {
-    /// For arithmetic that does not subtract first: a plane is crossed at `plane · inverse + offset`.
-    #[inline(always)]
-    pub(crate) fn offset(&self) -> [f32; 3] {
-        [0, 1, 2].map(|axis| -(self.origin[axis] * self.inverse[axis]))
-    }
-
     /// Parameters between which the ray is in one box, whether or not there are any: the first a hair too small and the
     /// last a hair too large, so that rounding never closes a box that the ray meets.
     #[inline(always)]
-    pub(crate) fn span(&self, lower: [f32; 3], upper: [f32; 3]) -> (f32, f32) {
+    pub(crate) fn span(&self, side: impl Fn(Row) -> f32) -> (f32, f32) {
         let mut near = f32::NEG_INFINITY;
         let mut far = f32::INFINITY;
-        for axis in 0..3 {
-            let first = (lower[axis] - self.origin[axis]) * self.inverse[axis];
-            let second = (upper[axis] - self.origin[axis]) * self.inverse[axis];
-            near = near.max(first.min(second));
-            far = far.min(first.max(second));
+        for (axis, row) in Row::near(self.inverse).into_iter().enumerate() {
+            let at = |row: Row| (side(row) - self.origin[axis]) * self.inverse[axis];
+            near = near.max(at(row));
+            far = far.min(at(row.opposite()));
         }
         (near * NEAR_NARROWING, far * FAR_WIDENING)
     }
@@ -71,8 +65,7 @@ impl SlabRay {
     #[inline(always)]
     pub(crate) fn enter<const W: usize>(&self, planes: &Planes<W>, t_max: f32) -> [u32; W] {
         std::array::from_fn(|lane| {
-            let side = |upper: usize| [0, 2, 4].map(|row| planes[row + upper][lane]);
-            let (near, far) = self.span(side(0), side(1));
+            let (near, far) = self.span(|row| planes[row.number()][lane]);
             let entry = if near > 0.0 { near } else { 0.0 };
             if entry <= far.min(t_max) {
                 entry.to_bits() & !(W as u32 - 1) | lane as u32
@@ -88,6 +81,8 @@ impl SlabRay {
 ///
 /// Parameters are never negative, so their bits order as they do.
 pub(crate) trait KeyOrder: Copy {
+    /// Whether a walk decides by a branch if there is a second box, instead of writing down always.
+    const BRANCHES: bool;
     /// Which box a key is of.
     fn lane(self, key: u32) -> usize;
     /// What keys are compared with: the key of the last box that is entered no later than at a parameter.
@@ -101,6 +96,8 @@ pub(crate) trait KeyOrder: Copy {
 pub(crate) struct LaneInLowBits<const W: usize>;
 
 impl<const W: usize> KeyOrder for LaneInLowBits<W> {
+    const BRANCHES: bool = true;
+
     #[inline(always)]
     fn lane(self, key: u32) -> usize {
         key as usize % W
@@ -152,6 +149,37 @@ impl Axes {
 /// Four triangles: corner, axis, lane.
 pub(crate) type Corners = [[[f32; 4]; 3]; 3];
 
+/// Smallest direction component that boxes see, as a share of the largest: 2⁻⁴⁰. What it moves a ray by is far less
+/// than what boxes stand off.
+pub(crate) const SMALLEST_COMPONENT: f32 = 1.0 / (1u64 << 40) as f32;
+
+/// Where rays may start and how long their directions may be for the lanes' arithmetic: outside it could miss boxes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near {
+    /// Farthest coordinate of a start; not a number if none will do.
+    pub(crate) reach: f32,
+}
+
+impl Near {
+    /// Greatest component of a direction.
+    pub(crate) const LONGEST: f32 = (1u64 << 40) as f32;
+    /// Least of the greatest components of directions.
+    pub(crate) const SHORTEST: f32 = 1.0 / Self::LONGEST;
+}
+
+/// A ray as it comes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RawRay {
+    /// Start.
+    pub(crate) origin: [f32; 3],
+    /// Of any length.
+    pub(crate) direction: [f32; 3],
+    /// Hits at or before this parameter do not count; not negative.
+    pub(crate) t_min: f32,
+    /// How far a triangle's box stands off it.
+    pub(crate) margin: f32,
+}
+
 /// A ray against triangles and the boxes they stand in.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TriangleRay {
@@ -164,6 +192,39 @@ pub(crate) struct TriangleRay {
 }
 
 impl TriangleRay {
+    /// Of a ray whose numbers are finite and whose direction is not zero.
+    #[inline(always)]
+    pub(crate) fn of(ray: &RawRay) -> Self {
+        let RawRay {
+            origin,
+            direction,
+            t_min,
+            margin,
+        } = *ray;
+        let size = direction.map(f32::abs);
+        let largest = size[0].max(size[1]).max(size[2]);
+        let smallest = (largest * SMALLEST_COMPONENT).max(f32::MIN_POSITIVE);
+        let inverse = [0, 1, 2].map(|k| 1.0 / size[k].max(smallest).copysign(direction[k]));
+        let first_largest = size.iter().position(|&s| s == largest);
+        let axes = Axes::ending_at(first_largest.unwrap_or(2));
+        let [kx, ky, kz] = axes.numbers();
+        let shear = [
+            direction[kx] * inverse[kz],
+            direction[ky] * inverse[kz],
+            inverse[kz],
+        ];
+        Self {
+            slabs: SlabRay { origin, inverse },
+            shear: ShearRay {
+                origin,
+                axes,
+                shear,
+                t_min,
+            },
+            margin,
+        }
+    }
+
     /// Parameter at which the ray meets the triangle in a lane: beyond `t_min`, before `before`.
     ///
     /// The specification of all triangle kernels, which give the same bits: the order of operations is fixed and none
@@ -172,12 +233,14 @@ impl TriangleRay {
     pub(crate) fn meet(&self, corners: &Corners, lane: usize, before: f32) -> Option<f32> {
         let t = self.shear.meet(corners, lane)?;
         let [a, b, c] = corners.map(|corner| corner.map(|row| row[lane]));
-        let side = |of: fn(f32, f32) -> f32, off: f32| {
-            [0, 1, 2].map(|axis| of(of(a[axis], b[axis]), c[axis]) + off)
-        };
-        let (near, far) = self
-            .slabs
-            .span(side(f32::min, -self.margin), side(f32::max, self.margin));
+        let (near, far) = self.slabs.span(|row| {
+            let axis = row.number() / 2;
+            let (a, b, c) = (a[axis], b[axis], c[axis]);
+            match row.number() % 2 {
+                0 => a.min(b).min(c) - self.margin,
+                _ => a.max(b).max(c) + self.margin,
+            }
+        });
         let t = if near > t { near } else { t };
         (near <= far && far >= 0.0 && t < before).then_some(t)
     }
@@ -185,22 +248,21 @@ impl TriangleRay {
     /// Which of four triangles the ray meets between `t_min` and `before`, a bit each, and where.
     #[inline(always)]
     pub(crate) fn meet_four(&self, corners: &Corners, before: f32, at: &mut [f32; 4]) -> u32 {
-        self.meet_again(corners, before, at, 0, 0b1111)
+        self.meet_again(corners, before, at, 0b1111)
     }
 
-    /// Decides the lanes of `again` by [`Self::meet`]; the others are in `met`.
+    /// As [`Self::meet_four`] for some lanes, a bit each.
     #[inline(always)]
     pub(crate) fn meet_again(
         &self,
         corners: &Corners,
         before: f32,
         at: &mut [f32; 4],
-        met: u32,
-        again: u32,
+        lanes: u32,
     ) -> u32 {
-        let mut met = met & !again;
+        let mut met = 0;
         for (lane, at) in at.iter_mut().enumerate() {
-            if again >> lane & 1 == 1
+            if lanes >> lane & 1 == 1
                 && let Some(t) = self.meet(corners, lane, before)
             {
                 *at = t;

@@ -8,7 +8,8 @@
 use core::arch::x86_64::*;
 
 use super::tracing::{
-    Corners, FAR_WIDENING, KeyOrder, NEAR_NARROWING, Planes, Row, SlabRay, TriangleRay,
+    Axes, Corners, FAR_WIDENING, KeyOrder, NEAR_NARROWING, Near, Planes, RawRay, Row,
+    SMALLEST_COMPONENT, TriangleRay,
 };
 
 /// Proof that the machine has AVX2 and FMA.
@@ -72,6 +73,58 @@ fn row8(planes: &Planes<8>, row: Row) -> __m256 {
     unsafe { _mm256_loadu_ps(planes.as_ptr().cast::<f32>().byte_add(32 * row.number())) }
 }
 
+/// A ray in the first three lanes: where it starts and one over its direction.
+#[derive(Clone, Copy)]
+pub(crate) struct Ready {
+    origin: __m128,
+    direction: __m128,
+    inverse: __m128,
+    /// Axis of the largest component of the direction, the first of equals.
+    longest: usize,
+}
+
+impl Ready {
+    /// Of a ray that is near.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    pub(crate) fn of<const CALLER: u8>(ray: &RawRay, near: Near) -> Option<Self> {
+        let [ox, oy, oz] = ray.origin;
+        let [dx, dy, dz] = ray.direction;
+        let origin = _mm_setr_ps(ox, oy, oz, 0.0);
+        let direction = _mm_setr_ps(dx, dy, dz, 0.0);
+        let sign = _mm_set1_ps(-0.0);
+        let size = _mm_andnot_ps(sign, direction);
+        // Written so that numbers that are none are not near.
+        let is_near = _mm_and_ps(
+            _mm_cmple_ps(_mm_andnot_ps(sign, origin), _mm_set1_ps(near.reach)),
+            _mm_cmple_ps(size, _mm_set1_ps(Near::LONGEST)),
+        );
+        let two = _mm_max_ps(size, _mm_shuffle_ps::<0b01_00_11_10>(size, size));
+        let largest = _mm_max_ps(two, _mm_shuffle_ps::<0b10_11_00_01>(two, two));
+        if _mm_movemask_ps(is_near) & 7 != 7 || _mm_cvtss_f32(largest) < Near::SHORTEST {
+            return None;
+        }
+        let smallest = _mm_mul_ps(largest, _mm_set1_ps(SMALLEST_COMPONENT));
+        let bounded = _mm_or_ps(_mm_max_ps(size, smallest), _mm_and_ps(sign, direction));
+        let is_longest = _mm_movemask_ps(_mm_cmpeq_ps(size, largest)) as u32;
+        Some(Self {
+            origin,
+            direction,
+            inverse: _mm_div_ps(_mm_set1_ps(1.0), bounded),
+            longest: is_longest.trailing_zeros() as usize,
+        })
+    }
+
+    /// Lanes as numbers.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    fn lanes(values: __m128) -> [f32; 3] {
+        let mut lanes = [0.0; 4];
+        store4(&mut lanes, values);
+        [lanes[0], lanes[1], lanes[2]]
+    }
+}
+
 /// A ray against four boxes at once.
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs4 {
@@ -84,13 +137,13 @@ impl Slabs4 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: &SlabRay) -> Self {
-        let scale = |axis: usize| _mm_set1_ps(ray.inverse[axis]);
-        let offset = ray.offset().map(|v| _mm_set1_ps(v));
+    pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
+        let offset = _mm_xor_ps(_mm_mul_ps(ray.origin, ray.inverse), _mm_set1_ps(-0.0));
+        let inverse = Ready::lanes(ray.inverse);
         Self {
-            near: Row::near(ray),
-            scale: [scale(0), scale(1), scale(2)],
-            offset,
+            near: Row::near(inverse),
+            scale: inverse.map(|v| _mm_set1_ps(v)),
+            offset: Ready::lanes(offset).map(|v| _mm_set1_ps(v)),
         }
     }
 
@@ -108,7 +161,7 @@ impl Slabs4 {
         };
         // Of two zeros the second counts, so no entry is −0.
         let zero = _mm_setzero_ps();
-        let entry = _mm_max_ps(_mm_max_ps(_mm_max_ps(near(0), near(1)), near(2)), zero);
+        let entry = _mm_max_ps(_mm_max_ps(near(0), near(1)), _mm_max_ps(near(2), zero));
         let exit = _mm_min_ps(
             _mm_min_ps(far(0), far(1)),
             _mm_min_ps(far(2), _mm_set1_ps(t_max)),
@@ -162,6 +215,8 @@ impl Keys4 {
 }
 
 impl KeyOrder for Keys4 {
+    const BRANCHES: bool = true;
+
     #[inline(always)]
     fn lane(self, key: u32) -> usize {
         key as usize % 4
@@ -190,13 +245,13 @@ impl Slabs8 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn of<const CALLER: u8>(ray: &SlabRay) -> Self {
-        let scale = |axis: usize| _mm256_set1_ps(ray.inverse[axis]);
-        let offset = ray.offset().map(|v| _mm256_set1_ps(v));
+    pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
+        let offset = _mm_xor_ps(_mm_mul_ps(ray.origin, ray.inverse), _mm_set1_ps(-0.0));
+        let inverse = Ready::lanes(ray.inverse);
         Self {
-            near: Row::near(ray),
-            scale: [scale(0), scale(1), scale(2)],
-            offset,
+            near: Row::near(inverse),
+            scale: inverse.map(|v| _mm256_set1_ps(v)),
+            offset: Ready::lanes(offset).map(|v| _mm256_set1_ps(v)),
         }
     }
 
@@ -214,8 +269,10 @@ impl Slabs8 {
         };
         // Of two zeros the second counts, so no entry is −0.
         let zero = _mm256_setzero_ps();
-        let nearest = _mm256_max_ps(_mm256_max_ps(near(0), near(1)), near(2));
-        let entry = _mm256_max_ps(nearest, zero);
+        let entry = _mm256_max_ps(
+            _mm256_max_ps(near(0), near(1)),
+            _mm256_max_ps(near(2), zero),
+        );
         let exit = _mm256_min_ps(
             _mm256_min_ps(far(0), far(1)),
             _mm256_min_ps(far(2), _mm256_set1_ps(t_max)),
@@ -263,6 +320,8 @@ pub(crate) fn take8<const CALLER: u8>(keys: __m128i) -> (u32, __m128i) {
 pub(crate) struct Keys8;
 
 impl KeyOrder for Keys8 {
+    const BRANCHES: bool = true;
+
     #[inline(always)]
     fn lane(self, key: u32) -> usize {
         (key >> 16) as usize % 8
@@ -279,36 +338,38 @@ impl KeyOrder for Keys8 {
     }
 }
 
-/// A row of a corner.
-#[inline]
-#[target_feature(enable = "sse2")]
-fn corner_row(corner: &[[f32; 4]; 3], axis: usize) -> __m128 {
-    load4(&corner[axis])
-}
-
 /// A ray against four triangles at once.
 #[derive(Clone, Copy)]
 pub(crate) struct Shear4<'a> {
-    ray: &'a TriangleRay,
+    ray: &'a RawRay,
+    ready: Ready,
     axes: [usize; 3],
     /// Permuted.
     origin: [__m128; 3],
-    /// As the ray's, the last turned about.
+    /// As [`TriangleRay`] has it, the last turned about.
     shear: [__m128; 3],
 }
 
 impl<'a> Shear4<'a> {
-    /// Of a ray.
+    /// Of a ray, raw and ready.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: &'a TriangleRay) -> Self {
-        let [sx, sy, sz] = ray.shear.shear;
-        let axes = ray.shear.axes.numbers().map(|axis| axis.min(2));
+    pub(crate) fn of<const CALLER: u8>(ray: &'a RawRay, ready: &Ready) -> Self {
+        let axes = Axes::ending_at(ready.longest)
+            .numbers()
+            .map(|axis| axis.min(2));
+        let inverse = Ready::lanes(ready.inverse)[axes[2]];
+        let stretched = Ready::lanes(_mm_mul_ps(ready.direction, _mm_set1_ps(inverse)));
         Self {
             ray,
+            ready: *ready,
             axes,
-            origin: axes.map(|axis| _mm_set1_ps(ray.shear.origin[axis])),
-            shear: [_mm_set1_ps(sx), _mm_set1_ps(sy), _mm_set1_ps(-sz)],
+            origin: axes.map(|axis| _mm_set1_ps(ray.origin[axis])),
+            shear: [
+                _mm_set1_ps(stretched[axes[0]]),
+                _mm_set1_ps(stretched[axes[1]]),
+                _mm_set1_ps(-inverse),
+            ],
         }
     }
 
@@ -325,9 +386,9 @@ impl<'a> Shear4<'a> {
         let [sx, sy, sz] = self.shear;
         // All three turned about, which changes no sign of u, v and w and lets loads be operands.
         let sheared = |corner: &[[f32; 4]; 3]| {
-            let z = _mm_sub_ps(self.origin[2], corner_row(corner, kz));
-            let x = _mm_sub_ps(self.origin[0], corner_row(corner, kx));
-            let y = _mm_sub_ps(self.origin[1], corner_row(corner, ky));
+            let z = _mm_sub_ps(self.origin[2], load4(&corner[kz]));
+            let x = _mm_sub_ps(self.origin[0], load4(&corner[kx]));
+            let y = _mm_sub_ps(self.origin[1], load4(&corner[ky]));
             let x = _mm_sub_ps(x, _mm_mul_ps(sx, z));
             let y = _mm_sub_ps(y, _mm_mul_ps(sy, z));
             (x, y, z)
@@ -359,7 +420,7 @@ impl<'a> Shear4<'a> {
         );
         let t = _mm_div_ps(_mm_mul_ps(depth, sz), determinant);
         let in_time = _mm_and_ps(
-            _mm_cmpgt_ps(t, _mm_set1_ps(self.ray.shear.t_min)),
+            _mm_cmpgt_ps(t, _mm_set1_ps(self.ray.t_min)),
             _mm_cmplt_ps(t, _mm_set1_ps(before)),
         );
         let met = _mm_and_ps(within, in_time);
@@ -380,12 +441,13 @@ impl<'a> Shear4<'a> {
     fn spans(&self, corners: &Corners) -> (__m128, __m128) {
         let [a, b, c] = corners;
         let margin = _mm_set1_ps(self.ray.margin);
+        let inverse = Ready::lanes(self.ready.inverse);
         let span = |axis: usize| {
             let (a, b, c) = (load4(&a[axis]), load4(&b[axis]), load4(&c[axis]));
             let lower = _mm_sub_ps(_mm_min_ps(_mm_min_ps(a, b), c), margin);
             let upper = _mm_add_ps(_mm_max_ps(_mm_max_ps(a, b), c), margin);
-            let origin = _mm_set1_ps(self.ray.slabs.origin[axis]);
-            let inverse = _mm_set1_ps(self.ray.slabs.inverse[axis]);
+            let origin = _mm_set1_ps(self.ray.origin[axis]);
+            let inverse = _mm_set1_ps(inverse[axis]);
             let first = _mm_mul_ps(_mm_sub_ps(lower, origin), inverse);
             let second = _mm_mul_ps(_mm_sub_ps(upper, origin), inverse);
             (_mm_min_ps(first, second), _mm_max_ps(first, second))
@@ -403,6 +465,6 @@ impl<'a> Shear4<'a> {
     #[cold]
     #[inline(never)]
     fn meet_again(&self, corners: &Corners, before: f32, at: &mut [f32; 4], lanes: u32) -> u32 {
-        self.ray.meet_again(corners, before, at, 0, lanes)
+        TriangleRay::of(self.ray).meet_again(corners, before, at, lanes)
     }
 }

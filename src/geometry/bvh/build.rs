@@ -122,7 +122,7 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         reach: if extent > SMALLEST {
             extent * REACH
         } else {
-            -1.0
+            f32::NAN
         },
     }
 }

@@ -17,10 +17,14 @@ mod walk;
 #[cfg(target_arch = "x86_64")]
 mod x86_64;
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 
 use super::ray::{Hit, Ray};
-use super::triangle::{PreparedRay, at_least_zero};
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use super::triangle::raw;
+use crate::simd::tracing::Near;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use crate::simd::tracing::RawRay;
 use node::{Block, NO_TRIANGLE, Node};
 
 pub use instruction_set::InstructionSet;
@@ -59,15 +63,25 @@ impl Default for Nodes {
 
 /// One ray's question to a tree.
 struct Query<'a> {
-    ray: PreparedRay,
+    ray: &'a Ray,
     ignored: [u32; 2],
     blocks: &'a [Block],
+    margin: f32,
+    near: Near,
 }
 
 impl Query<'_> {
     #[inline(always)]
     fn counts(&self, group: u32) -> bool {
         group != self.ignored[0] && group != self.ignored[1]
+    }
+
+    /// The ray for lanes, unless its interval is empty.
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+    #[inline(always)]
+    fn raw(&self) -> Option<RawRay> {
+        let raw = raw(self.ray, self.margin);
+        (raw.t_min < self.ray.t_max).then_some(raw)
     }
 }
 
@@ -99,102 +113,41 @@ impl Bvh {
     /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray that starts on a plane
     /// names the plane's group and needs no offset. A ray without direction or with numbers that are none meets nothing.
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
+        let query = self.query(ray, ignored);
         match &self.nodes {
+            Nodes::Portable(nodes) => portable::closest(nodes, &query),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) if self.is_near(ray) => {
-                x86_64::closest_sse2(nodes, &self.near_query(ray, ignored))
-            }
+            Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, &query),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) if self.is_near(ray) => {
-                x86_64::closest_avx2(*avx2, nodes, &self.near_query(ray, ignored))
-            }
+            Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, &query),
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) if self.is_near(ray) => {
-                aarch64::closest(nodes, &self.near_query(ray, ignored))
-            }
-            _ => {
-                let query = self.query(ray, ignored)?;
-                match &self.nodes {
-                    Nodes::Portable(nodes) => portable::closest(nodes, &query),
-                    #[cfg(target_arch = "x86_64")]
-                    Nodes::Sse2(nodes) => portable::closest(nodes, &query),
-                    #[cfg(target_arch = "x86_64")]
-                    Nodes::Avx2(nodes, _) => portable::closest(nodes, &query),
-                    #[cfg(target_arch = "aarch64")]
-                    Nodes::Neon(nodes) => portable::closest(nodes, &query),
-                }
-            }
+            Nodes::Neon(nodes) => aarch64::closest(nodes, &query),
         }
     }
 
     /// Whether any triangle outside two groups lies on a ray; otherwise as [`Self::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
+        let query = self.query(ray, ignored);
         match &self.nodes {
+            Nodes::Portable(nodes) => portable::any(nodes, &query),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) if self.is_near(ray) => {
-                x86_64::any_sse2(nodes, &self.near_query(ray, ignored))
-            }
+            Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, &query),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) if self.is_near(ray) => {
-                x86_64::any_avx2(*avx2, nodes, &self.near_query(ray, ignored))
-            }
+            Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, &query),
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) if self.is_near(ray) => {
-                aarch64::any(nodes, &self.near_query(ray, ignored))
-            }
-            _ => {
-                let Some(query) = self.query(ray, ignored) else {
-                    return false;
-                };
-                match &self.nodes {
-                    Nodes::Portable(nodes) => portable::any(nodes, &query),
-                    #[cfg(target_arch = "x86_64")]
-                    Nodes::Sse2(nodes) => portable::any(nodes, &query),
-                    #[cfg(target_arch = "x86_64")]
-                    Nodes::Avx2(nodes, _) => portable::any(nodes, &query),
-                    #[cfg(target_arch = "aarch64")]
-                    Nodes::Neon(nodes) => portable::any(nodes, &query),
-                }
-            }
+            Nodes::Neon(nodes) => aarch64::any(nodes, &query),
         }
     }
 
     #[inline(always)]
-    fn query(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Query<'_>> {
-        Some(Query {
-            ray: PreparedRay::of(ray, self.margin)?,
-            ignored,
-            blocks: &self.blocks,
-        })
-    }
-
-    /// Of a ray that [is near](Self::is_near).
-    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-    #[inline(always)]
-    fn near_query(&self, ray: &Ray, ignored: [u32; 2]) -> Query<'_> {
+    fn query<'a>(&'a self, ray: &'a Ray, ignored: [u32; 2]) -> Query<'a> {
         Query {
-            ray: PreparedRay::of_finite(ray, self.margin),
+            ray,
             ignored,
             blocks: &self.blocks,
+            margin: self.margin,
+            near: Near { reach: self.reach },
         }
-    }
-
-    /// Whether the lanes' arithmetic is good enough: it multiplies before it subtracts, and is allowed what nodes' boxes
-    /// stand off ([`node::SLACK`]). Other rays take the portable way, which looks at them more closely; numbers that are
-    /// none are not near.
-    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-    #[inline(always)]
-    fn is_near(&self, ray: &Ray) -> bool {
-        const LONGEST: f32 = (1u64 << 40) as f32;
-        const SHORTEST: f32 = 1.0 / LONGEST;
-        let length = Vec3A::from(ray.direction).abs();
-        let is_near = Vec3A::from(ray.origin)
-            .abs()
-            .cmple(Vec3A::splat(self.reach))
-            & length.cmple(Vec3A::splat(LONGEST));
-        is_near.all()
-            && length.cmpge(Vec3A::splat(SHORTEST)).any()
-            && at_least_zero(ray.t_min) < ray.t_max
     }
 
     /// Number of triangles.

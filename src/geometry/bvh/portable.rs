@@ -5,10 +5,12 @@ use super::Query;
 use super::node::Node;
 use super::walk;
 use crate::geometry::ray::Hit;
+use crate::geometry::triangle::PreparedRay;
 use crate::simd::tracing::LaneInLowBits;
 
+#[cold]
 pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> Option<Hit> {
-    let ray = &query.ray.ray;
+    let ray = PreparedRay::of(query.ray, query.margin)?.ray;
     walk::closest(
         nodes,
         query,
@@ -23,8 +25,11 @@ pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> O
     )
 }
 
+#[cold]
 pub(super) fn any<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> bool {
-    let ray = &query.ray.ray;
+    let Some(PreparedRay { ray, .. }) = PreparedRay::of(query.ray, query.margin) else {
+        return false;
+    };
     walk::any(
         nodes,
         query,

@@ -27,10 +27,10 @@ struct Waiting<K> {
 /// `enter` gives a key for every child, `take` the least of keys and the others. `meet` gives the triangles of a block
 /// that the ray meets before a parameter, a bit each, and where.
 #[inline(always)]
-pub(super) fn closest<const W: usize, K: Copy>(
+pub(super) fn closest<const W: usize, K: Copy, O: KeyOrder>(
     nodes: &[Node<W>],
     query: &Query<'_>,
-    order: impl KeyOrder,
+    order: O,
     enter: impl Fn(&Node<W>, f32) -> K,
     take: impl Fn(K) -> (u32, K),
     meet: impl Fn(&Block, f32, &mut [f32; 4]) -> u32,
@@ -52,7 +52,10 @@ pub(super) fn closest<const W: usize, K: Copy>(
                     nearest: second,
                     node: link,
                 };
-                stack.push_if(waiting, !order.is_beyond(second, bound));
+                let counts = !order.is_beyond(second, bound);
+                if counts || !O::BRANCHES {
+                    stack.push_if(waiting, counts);
+                }
                 link = node.links[order.lane(nearest)];
                 continue;
             }
@@ -84,7 +87,10 @@ pub(super) fn closest<const W: usize, K: Copy>(
                     nearest: next,
                     node: waiting.node,
                 };
-                stack.push_if(rest, !order.is_beyond(next, bound));
+                let counts = !order.is_beyond(next, bound);
+                if counts || !O::BRANCHES {
+                    stack.push_if(rest, counts);
+                }
                 link = nodes.get(waiting.node as usize)?.links[order.lane(waiting.nearest)];
                 break;
             }
