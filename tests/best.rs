@@ -267,6 +267,7 @@ fn bent_paths_stand_as_an_update_of_this_frame_has_them() {
         }
         missing += theirs.values().sum::<f32>();
     }
+    println!("missing {missing} extra {extra} of {all}");
     assert!(ever.len() > 50 && all > 1.0);
     // Edges that no update knew of yet, and sight lines that the rays have not got round to.
     assert!(missing < 0.01 * all, "{missing} of {all}");

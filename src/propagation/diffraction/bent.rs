@@ -77,8 +77,9 @@ pub fn around(
         false => [1.0; BANDS],
     };
     let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
+    let terms = angles.terms();
     for (b, wavenumber) in wavenumbers(scene).into_iter().enumerate() {
-        let wave = angles.diffracted(wavenumber, distance_m);
+        let wave = terms.diffracted(wavenumber * distance_m);
         incident[b] = wave.incident * f64::from(taken[b]);
         reflected[b] =
             wave.first_face * f64::from(first[b]) + wave.second_face * f64::from(second[b]);

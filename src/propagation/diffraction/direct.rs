@@ -89,35 +89,30 @@ pub struct DirectField {
 struct OneBend {
     edge: u32,
     bend: Bend,
+    detour_m: f64,
+    /// What the length of its detour leaves of it.
+    left: f64,
+}
+
+/// The wave along it.
+struct OneWave {
+    bend: OneBend,
     incident: Wave,
     reflected: Wave,
-    detour_m: f64,
 }
 
 impl OneBend {
     fn of(scene: &Scene, spot: &Spot, edge: u32) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-        let line = &scene.edge(edge);
-        let bend = line.bend(from, to)?;
+        let bend = scene.edge(edge).bend(from, to)?;
         let detour_m = (bend.length_m() - from.distance(to)).max(0.0);
         let left = fade_out(detour_m);
-        if left <= 0.0 {
-            return None;
-        }
-        let beside_transmission = spot.source.settings.effects.transmission;
-        let length_m = bent::distance_m(&bend);
-        let (incident, reflected) = bent::around(scene, line, &bend, length_m, beside_transmission);
-        Some(Self {
+        (left > 0.0).then_some(Self {
             edge,
             bend,
-            incident: incident.map(|wave| wave * left),
-            reflected: reflected.map(|wave| wave * left),
             detour_m,
+            left,
         })
-    }
-
-    fn is_audible(&self, reaches: f64) -> bool {
-        (0..BANDS).any(|b| (self.incident[b].abs() + self.reflected[b].abs()) * reaches > WEAKEST)
     }
 
     fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
@@ -127,9 +122,28 @@ impl OneBend {
         sees(spot.to) && sees(spot.from)
     }
 
+    fn wave(self, scene: &Scene, spot: &Spot) -> OneWave {
+        let line = &scene.edge(self.edge);
+        let beside_transmission = spot.source.settings.effects.transmission;
+        let length_m = bent::distance_m(&self.bend);
+        let (incident, reflected) =
+            bent::around(scene, line, &self.bend, length_m, beside_transmission);
+        OneWave {
+            incident: incident.map(|wave| wave * self.left),
+            reflected: reflected.map(|wave| wave * self.left),
+            bend: self,
+        }
+    }
+
     /// Share of the incident wave that goes with the direct path in a band, if that is seen.
     fn joined(&self, wavenumber: f64) -> f64 {
         1.0 - smooth((wavenumber * self.detour_m - ONE_WAVE) / (TWO_WAVES - ONE_WAVE))
+    }
+}
+
+impl OneWave {
+    fn is_audible(&self, reaches: f64) -> bool {
+        (0..BANDS).any(|b| (self.incident[b].abs() + self.reflected[b].abs()) * reaches > WEAKEST)
     }
 }
 
@@ -172,33 +186,43 @@ pub fn direct_field(
         if found.edges.is_full() {
             break;
         }
-        let Some(wave) = OneBend::of(scene, spot, edge) else {
+        let Some(bend) = OneBend::of(scene, spot, edge) else {
             continue;
         };
-        let reaches = straight_m.max(spot.nearest_m) / wave.bend.length_m().max(spot.nearest_m);
-        if !wave.is_audible(reaches) || !wave.is_clear(scene, spot, rays) {
+        // Two rays cost less than a wave in eight bands.
+        if !bend.is_clear(scene, spot, rays) {
+            continue;
+        }
+        let length_m = bend.bend.length_m();
+        let reaches = straight_m.max(spot.nearest_m) / length_m.max(spot.nearest_m);
+        let wave = bend.wave(scene, spot);
+        if !wave.is_audible(reaches) {
             continue;
         }
         found.edges.push(edge);
-        let bent_free = free_field(scene, wave.bend.length_m(), spot.nearest_m);
+        let bent_free = free_field(scene, length_m, spot.nearest_m);
         let mut gains: BandArray = [0.0; BANDS];
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
-            let joined = if joins { wave.joined(wavenumber) } else { 0.0 };
+            let joined = if joins {
+                wave.bend.joined(wavenumber)
+            } else {
+                0.0
+            };
             let reach = f64::from(bent_free[b]) / f64::from(free[b]).max(1e-30);
             // The faces' part follows as far as the incident wave is near its own boundary, where it is a half.
             let near = (2.0 * wave.incident[b].abs()).min(1.0);
             let follows = joined * near * near;
             let together = wave.incident[b] * joined + wave.reflected[b] * follows;
-            gain[b] += together * Complex::turn(-wavenumber * wave.detour_m) * reach;
+            gain[b] += together * Complex::turn(-wavenumber * wave.bend.detour_m) * reach;
             let apart = wave.incident[b] * (1.0 - joined) + wave.reflected[b] * (1.0 - follows);
             gains[b] = bent::signed(apart) as f32;
         }
         if gains.iter().any(|g| f64::from(g.abs()) * reaches > WEAKEST) {
             let course = Course {
                 stops: &[Stop::Edge(edge)],
-                points: &[wave.bend.apex],
-                length_m: wave.bend.length_m(),
-                heard_at: wave.bend.apex,
+                points: &[wave.bend.bend.apex],
+                length_m,
+                heard_at: wave.bend.bend.apex,
             };
             give(bent::path(scene, spot, &course, &gains));
         }

@@ -7,6 +7,8 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 use super::bent::{self, Course};
 use super::direct::Spot;
 use super::wedge::WedgeAngles;
@@ -15,7 +17,7 @@ use crate::acoustics::BANDS;
 use crate::propagation::path::Path;
 use crate::propagation::sequence::Stop;
 use crate::scene::Scene;
-use crate::scene::edges::{Bend, Edge};
+use crate::scene::edges::{Bend, Edge, NearEdges};
 
 /// Most paths with two bends from one source.
 pub const MOST_DOUBLE: usize = 4;
@@ -24,8 +26,11 @@ pub const MOST_DOUBLE: usize = 4;
 const MOST_TRIED: usize = 16;
 
 /// Rounds in which the two bends find their places, and the step in metres at which they have.
-const MOST_ROUNDS: usize = 100;
-const SETTLED_M: f64 = 1e-5;
+const MOST_ROUNDS: usize = 20;
+const SETTLED_M: f64 = 1e-6;
+
+/// Most times that a round's step is halved before it is taken.
+const MOST_HALVINGS: usize = 6;
 
 /// Shortest leg between two bends in metres.
 const LEAST_LEG_M: f64 = 0.02;
@@ -41,31 +46,51 @@ pub struct Way {
     length_m: f64,
 }
 
-/// Gives the paths that bend around two edges, at most [`MOST_DOUBLE`].
-pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Path)) {
+/// Gives the loudest paths that bend around two edges, the first of them one of `near`, at most [`MOST_DOUBLE`].
+pub fn find(
+    scene: &Scene,
+    spot: &Spot,
+    near: &NearEdges,
+    rays: &mut u64,
+    give: &mut impl FnMut(Path),
+) {
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-    let straight_m = from.distance(to);
+    let most_m = from.distance(to) + LONGEST_DETOUR_M;
     let mut tried: [Option<Way>; MOST_TRIED] = [None; MOST_TRIED];
-    let near = scene.first_bends(from, to, straight_m + LONGEST_DETOUR_M);
     for found in near.as_slice() {
+        // No way over an edge is shorter than the one that bends there alone.
+        let longest_m = tried[MOST_TRIED - 1].map_or(most_m, |way| way.length_m);
+        if found.length_m > longest_m {
+            break;
+        }
         for second in scene.edge_neighbours(found.edge) {
-            if let Some(way) = Way::over(scene, [found.edge, second], spot) {
+            let other = scene.edge(second);
+            let alone = other.at(other.apex_m(from, to).clamp(0.0, other.length_m));
+            if from.distance(alone) + alone.distance(to) < longest_m
+                && other.angle_of(to).is_some()
+                && let Some(way) = Way::over(scene, [found.edge, second], spot)
+            {
                 insert(&mut tried, way);
             }
         }
     }
-    let mut count = 0;
+    let mut loudest: [Option<(f32, Path)>; MOST_DOUBLE] = [None; MOST_DOUBLE];
     for way in tried.iter().flatten() {
-        if count == MOST_DOUBLE {
-            break;
-        }
-        if let Some(path) = way.path(scene, spot)
-            && way.is_clear(scene, spot, rays)
+        if way.is_clear(scene, spot, rays)
+            && let Some(path) = way.path(scene, spot)
         {
-            give(path);
-            count += 1;
+            let energy = path.amplitude.iter().map(|a| a * a).sum::<f32>();
+            let place = loudest.partition_point(|old| old.is_some_and(|old| old.0 >= energy));
+            if place < MOST_DOUBLE {
+                loudest[place..].rotate_right(1);
+                loudest[place] = Some((energy, path));
+            }
         }
     }
+    loudest
+        .into_iter()
+        .flatten()
+        .for_each(|(_, path)| give(path));
 }
 
 /// Keeps the shortest ways, shortest first.
@@ -87,17 +112,7 @@ impl Way {
         let [a, b] = &lines;
         a.angle_of(from)?;
         b.angle_of(to)?;
-        let mut second = b.at(b.apex_m(from, to));
-        let mut first = a.at(a.apex_m(from, second));
-        for _ in 0..MOST_ROUNDS {
-            let next = b.at(b.apex_m(first, to));
-            first = a.at(a.apex_m(from, next));
-            let moved_m = next.distance(second);
-            second = next;
-            if moved_m < SETTLED_M {
-                break;
-            }
-        }
+        let [first, second] = shortest([a, b], from, to);
         if first.distance(second) < LEAST_LEG_M {
             return None;
         }
@@ -149,6 +164,55 @@ impl Way {
             && bent::sees(scene, from, first, a.faces, rays)
             && bent::sees(scene, first, second, along, rays)
     }
+}
+
+/// Where the shortest way over two lines crosses them: Newton's steps on the length, which is convex in both places.
+fn shortest([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
+    let mut second_m = b.apex_m(from, to);
+    let mut first_m = a.apex_m(from, b.at(second_m));
+    for _ in 0..MOST_ROUNDS {
+        let (first, second) = (a.at(first_m), b.at(second_m));
+        let legs = [first - from, second - first, to - second];
+        let lengths = legs.map(|leg| leg.length().max(1e-9));
+        let cosine = |edge: &Edge, leg: usize| legs[leg].dot(edge.direction) / lengths[leg];
+        let (a0, a1, b1, b2) = (cosine(a, 0), cosine(a, 1), cosine(b, 1), cosine(b, 2));
+        let slope = [a0 - a1, b1 - b2];
+        let across = |c: f64, leg: usize| (1.0 - c * c) / lengths[leg];
+        let curve = [across(a0, 0) + across(a1, 1), across(b1, 1) + across(b2, 2)];
+        let both = -(a.direction.dot(b.direction) - a1 * b1) / lengths[1];
+        let determinant = curve[0] * curve[1] - both * both;
+        if determinant <= 1e-12 * curve[0] * curve[1] {
+            // Where Newton has nothing to go by: one place after the other.
+            let next_m = b.apex_m(first, to);
+            first_m = a.apex_m(from, b.at(next_m));
+            second_m = next_m;
+            continue;
+        }
+        let steps = [
+            (curve[1] * slope[0] - both * slope[1]) / determinant,
+            (curve[0] * slope[1] - both * slope[0]) / determinant,
+        ];
+        let length_m: f64 = lengths.iter().sum();
+        let mut share = 1.0;
+        for _ in 0..MOST_HALVINGS {
+            let places = [
+                a.at(first_m - share * steps[0]),
+                b.at(second_m - share * steps[1]),
+            ];
+            let next_m =
+                from.distance(places[0]) + places[0].distance(places[1]) + places[1].distance(to);
+            if next_m <= length_m + 1e-12 {
+                break;
+            }
+            share *= 0.5;
+        }
+        first_m -= share * steps[0];
+        second_m -= share * steps[1];
+        if steps.iter().all(|step| step.abs() < SETTLED_M) {
+            break;
+        }
+    }
+    [a.at(first_m), b.at(second_m)]
 }
 
 /// Signed band gains of a way relative to the free field over its length.

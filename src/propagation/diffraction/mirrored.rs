@@ -7,25 +7,29 @@ use glam::DVec3;
 
 use super::bent::{self, Course};
 use super::direct::Spot;
-use super::{LONGEST_DETOUR_M, WEAKEST, fade_out};
+use super::{ROUGH_BAND, WEAKEST, fade_out};
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::path::Path;
 use crate::propagation::sequence::Stop;
 use crate::scene::Scene;
-use crate::scene::edges::Bend;
+use crate::scene::edges::{Bend, MOST_EDGE_MIRRORS, NearEdges};
 
 /// Most paths of one source that bend once and are reflected.
 pub const MOST_MIRRORED: usize = 12;
 
-/// Surfaces tried as mirrors at either end.
-const MIRRORS: usize = 6;
-
-/// Of these, how many are tried at both ends at once.
+/// Of the surfaces around an edge, how many are tried on both sides of it at once.
 const MIRRORS_AT_BOTH: usize = 3;
 
-/// Edges tried for each pair of mirrors, shortest way first.
-const EDGES: usize = 6;
+/// Ways whose sight lines are looked along, loudest first.
+const MOST_TRIED: usize = 24;
+
+/// Cosine of incidence at which mirrors are compared.
+const ROUGH_COSINE: f32 = 0.7;
+
+/// Rough gain below which none of a way's bands is above [`WEAKEST`], since no band is more than twice as loud as the
+/// one that the estimate is for.
+const LEAST_ROUGH_GAIN: f64 = 0.25 * WEAKEST;
 
 /// A point seen directly or in a mirror.
 #[derive(Debug, Clone, Copy)]
@@ -46,73 +50,85 @@ impl Seen {
     }
 }
 
-/// Gives the paths with one bend and one or two reflections, at most [`MOST_MIRRORED`].
-pub fn find(scene: &Scene, spot: &Spot, rays: &mut u64, give: &mut impl FnMut(Path)) {
-    let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-    let (before, after) = (mirrors(scene, from), mirrors(scene, to));
-    let seen = |real: DVec3, mirror: Option<u32>| Seen::of(scene, real, mirror);
-    let mut left = MOST_MIRRORED;
-    let mut try_pair = |a: Seen, b: Seen| {
-        if left > 0 {
-            left -= pair(scene, spot, [a, b], left, rays, give);
-        }
-    };
-    for surface in before.iter().flatten() {
-        try_pair(seen(from, Some(*surface)), seen(to, None));
-    }
-    for surface in after.iter().flatten() {
-        try_pair(seen(from, None), seen(to, Some(*surface)));
-    }
-    for a in before.iter().flatten().take(MIRRORS_AT_BOTH) {
-        for b in after.iter().flatten().take(MIRRORS_AT_BOTH) {
-            try_pair(seen(from, Some(*a)), seen(to, Some(*b)));
-        }
-    }
+/// A way worth a look, and how loud it may be.
+#[derive(Clone, Copy, Default)]
+struct Likely {
+    rough_gain: f64,
+    edge: u32,
+    mirrors: [Option<u32>; 2],
 }
 
-/// The surfaces in which a point's image is nearest.
-fn mirrors(scene: &Scene, point: DVec3) -> [Option<u32>; MIRRORS] {
-    let mut best: [(f64, Option<u32>); MIRRORS] = [(f64::INFINITY, None); MIRRORS];
-    for surface in scene.mirrors() {
-        let plane = scene.surface(surface);
-        let foot = point.clamp(plane.bounds_min.as_dvec3(), plane.bounds_max.as_dvec3());
-        let away_m = point.distance(foot);
-        let place = best.partition_point(|b| b.0 <= away_m);
-        if place < MIRRORS {
-            best[place..].rotate_right(1);
-            best[place] = (away_m, Some(surface));
-        }
-    }
-    best.map(|(_, surface)| surface)
-}
-
-/// Paths between two ends seen in their mirrors; gives how many.
-fn pair(
+/// Gives the paths with one bend around an edge of `near` and one or two reflections, at most [`MOST_MIRRORED`].
+pub fn find(
     scene: &Scene,
     spot: &Spot,
-    ends: [Seen; 2],
-    most: usize,
+    near: &NearEdges,
     rays: &mut u64,
     give: &mut impl FnMut(Path),
-) -> usize {
-    let [a, b] = ends.map(|end| end.image);
+) {
+    let places = [spot.from, spot.to].map(|place| scene.to_local(place));
+    let mut likely = [Likely::default(); MOST_TRIED];
+    for found in near.as_slice() {
+        let mirrors = scene.edge_mirrors(found.edge);
+        let mut images = [[Seen::of(scene, places[0], None); MOST_EDGE_MIRRORS + 1]; 2];
+        for (end, seen) in images.iter_mut().enumerate() {
+            seen[0] = Seen::of(scene, places[end], None);
+            for (seen, &mirror) in seen[1..].iter_mut().zip(mirrors.iter()) {
+                *seen = Seen::of(scene, places[end], Some(mirror));
+            }
+        }
+        let count = mirrors.len() + 1;
+        for before in 0..count {
+            for after in 0..count {
+                let both = before > 0 && after > 0;
+                if before + after == 0 || both && before.max(after) > MIRRORS_AT_BOTH {
+                    continue;
+                }
+                let ends = [images[0][before], images[1][after]];
+                look(scene, ends, found.edge, spot, &mut likely);
+            }
+        }
+    }
     let mut count = 0;
-    let near = scene.bends(a, b, a.distance(b) + LONGEST_DETOUR_M);
-    for found in near.as_slice().iter().take(EDGES) {
-        if count == most {
+    for way in likely.iter().take_while(|way| way.rough_gain > 0.0) {
+        if count == MOST_MIRRORED {
             break;
         }
-        let Some(way) = Mirrored::between(scene, ends, found.edge) else {
-            continue;
-        };
-        if let Some(path) = way.path(scene, spot)
+        let ends = [0, 1].map(|end| Seen::of(scene, places[end], way.mirrors[end]));
+        if let Some(way) = Mirrored::between(scene, ends, way.edge)
             && way.is_clear(scene, rays)
+            && let Some(path) = way.path(scene, spot)
         {
             give(path);
             count += 1;
         }
     }
-    count
+}
+
+/// Adds the way over an edge between two ends to the likely ones, if it is there and among the loudest.
+fn look(scene: &Scene, ends: [Seen; 2], edge: u32, spot: &Spot, likely: &mut [Likely; MOST_TRIED]) {
+    let line = &scene.edge(edge);
+    let Some(bend) = line.bend(ends[0].image, ends[1].image) else {
+        return;
+    };
+    let straight_m = ends[0].real.distance(ends[1].real).max(spot.nearest_m);
+    let mut rough_gain = super::rough_gain(scene, edge, &bend) * straight_m / bend.length_m();
+    for surface in ends.iter().filter_map(|end| end.mirror) {
+        rough_gain *= f64::from(scene.reflectance(surface).factor(ROUGH_COSINE)[ROUGH_BAND].abs());
+    }
+    let place = likely.partition_point(|way| way.rough_gain >= rough_gain);
+    if rough_gain < LEAST_ROUGH_GAIN
+        || place == MOST_TRIED
+        || ends_seen(scene, &ends, bent::stand(line, bend.apex)).is_none()
+    {
+        return;
+    }
+    likely[place..].rotate_right(1);
+    likely[place] = Likely {
+        rough_gain,
+        edge,
+        mirrors: ends.map(|end| end.mirror),
+    };
 }
 
 /// A way over one edge with a reflection before it, behind it, or both.

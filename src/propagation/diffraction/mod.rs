@@ -31,9 +31,12 @@ pub use double::MOST_DOUBLE;
 pub use mirrored::MOST_MIRRORED;
 pub use way::{BentCourse, BentWay};
 
+use std::f64::consts::PI;
+
 use super::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::NearEdges;
+use crate::scene::edges::{Bend, NearEdges};
+use wedge::WedgeAngles;
 
 /// Longest detour over an edge in metres: 36 wavelengths at 1 kHz, where less than 5 % of the wave is left behind a
 /// screen. Paths fade out over the last quarter of it.
@@ -41,6 +44,9 @@ pub const LONGEST_DETOUR_M: f64 = 12.0;
 
 /// Weakest bent path worth keeping, relative to the free field at the straight distance: −40 dB.
 pub const WEAKEST: f64 = 0.01;
+
+/// The band of [`rough_gain`].
+const ROUGH_BAND: usize = 2;
 
 /// Gives all that reaches a listener directly or around edges, with up to `bends` edges a path; returns the edges that
 /// the direct field is to be followed at between updates. Adds the rays it cast to `rays`. What the source's effects
@@ -67,11 +73,13 @@ pub fn update(
     if visible || bends == 0 {
         return edges;
     }
+    let longest_m = from.distance(to) + LONGEST_DETOUR_M;
+    let near = scene.first_bends(from, to, longest_m);
     if effects.reflections {
-        mirrored::find(scene, spot, rays, give);
+        mirrored::find(scene, spot, &near, rays, give);
     }
     if bends > 1 {
-        double::find(scene, spot, rays, give);
+        double::find(scene, spot, &near, rays, give);
     }
     edges
 }
@@ -79,6 +87,19 @@ pub fn update(
 /// 1 up to a quarter before [`LONGEST_DETOUR_M`], then smoothly down to 0.
 fn fade_out(detour_m: f64) -> f64 {
     smooth(4.0 * (1.0 - detour_m / LONGEST_DETOUR_M))
+}
+
+/// About how loud a bend is at the band around 250 Hz relative to the free field over its length: for an order of
+/// loudness.
+fn rough_gain(scene: &Scene, edge: u32, bend: &Bend) -> f64 {
+    let angles = WedgeAngles {
+        n: scene.edge(edge).n,
+        incoming: bend.incoming,
+        outgoing: bend.outgoing,
+    };
+    let wavenumber = bent::wavenumbers(scene)[ROUGH_BAND];
+    // The transition function's size, 1 at the boundary and 1/√(πx) far from it.
+    0.5 / (1.0 + PI * angles.bend(wavenumber, bent::distance_m(bend))).sqrt()
 }
 
 /// 0 below 0, 1 above 1, and a cubic between.

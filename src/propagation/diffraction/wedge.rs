@@ -64,9 +64,12 @@ impl WedgeAngles {
 
     /// The diffracted field at one wavenumber k (rad/m) and distance parameter L (m).
     pub fn diffracted(&self, wavenumber: f64, length_m: f64) -> Diffracted {
+        self.terms().diffracted(wavenumber * length_m)
+    }
+
+    /// What of the diffracted field does not depend on the frequency.
+    pub fn terms(&self) -> WedgeTerms {
         let (minus, plus) = (self.outgoing - self.incoming, self.outgoing + self.incoming);
-        let kl = wavenumber * length_m;
-        let term = |beta| self.deviation(beta).term(self.n, kl);
         // A ray along a face meets its own reflection there; the incoming wave is half of what goes on.
         let far = self.n * PI;
         let on_face = |angle: f64| angle < GRAZING || far - angle < GRAZING;
@@ -76,12 +79,10 @@ impl WedgeAngles {
             1.0
         };
         let scale = -share / (2.0 * self.n);
-        Diffracted {
-            incident: (term(minus) + term(-minus)) * scale,
-            // π − (φ + φ') is zero where the first face's reflection ends, π + (φ + φ') − 2πn the second's.
-            first_face: term(-plus) * scale,
-            second_face: term(plus) * scale,
-        }
+        // π − (φ + φ') is zero where the first face's reflection ends, π + (φ + φ') − 2πn the second's.
+        WedgeTerms(
+            [minus, -minus, -plus, plus].map(|beta| self.deviation(beta).term(self.n, scale)),
+        )
     }
 
     fn deviation(&self, beta: f64) -> Deviation {
@@ -106,7 +107,7 @@ impl Deviation {
         (0.5 * self.0).sin().powi(2)
     }
 
-    fn term(&self, n: f64, kl: f64) -> Complex {
+    fn term(&self, n: f64, scale: f64) -> Term {
         let size = self.0.abs();
         let slow = size / (2.0 * n);
         let ratio = if slow < 1e-9 {
@@ -114,8 +115,35 @@ impl Deviation {
         } else {
             (0.5 * size).sin() / slow.sin()
         };
-        let sign = 1f64.copysign(self.0);
-        transition(2.0 * kl * self.sin_half_squared()) * (sign * slow.cos() * ratio)
+        Term {
+            factor: 1f64.copysign(self.0) * slow.cos() * ratio * scale,
+            turn: 2.0 * self.sin_half_squared(),
+        }
+    }
+}
+
+/// One boundary's share of the diffracted field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Term {
+    factor: f64,
+    /// The transition function's argument over kL.
+    turn: f64,
+}
+
+/// The four boundaries of [`WedgeAngles`], ready for every frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WedgeTerms([Term; 4]);
+
+impl WedgeTerms {
+    /// The diffracted field at a product of wavenumber and distance parameter.
+    pub fn diffracted(&self, kl: f64) -> Diffracted {
+        let at = |term: &Term| transition(kl * term.turn) * term.factor;
+        let [a, b, first, second] = &self.0;
+        Diffracted {
+            incident: at(a) + at(b),
+            first_face: at(first),
+            second_face: at(second),
+        }
     }
 }
 

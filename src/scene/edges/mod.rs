@@ -6,6 +6,7 @@
 mod edge;
 mod find;
 mod graph;
+mod mirrors;
 mod tree;
 
 use glam::{DVec3, Vec3};
@@ -13,6 +14,7 @@ use glam::{DVec3, Vec3};
 pub use edge::{Bend, Edge};
 pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
 pub use graph::MOST_NEIGHBOURS;
+pub use mirrors::MOST_EDGE_MIRRORS;
 
 use super::surface::SurfaceSet;
 use crate::geometry::Bvh;
@@ -21,7 +23,7 @@ use tree::EdgeTree;
 /// Most edges that one query gives.
 pub const MOST_NEAR: usize = 24;
 
-/// Most surfaces that bent paths are reflected in.
+/// Most surfaces that bent paths are reflected in, the largest of a scene.
 pub const MOST_MIRRORS: usize = 256;
 
 /// All edges of a scene, sorted by [`Edge::key`].
@@ -30,7 +32,7 @@ pub struct EdgeSet {
     edges: Vec<Edge>,
     tree: EdgeTree,
     graph: graph::Neighbours,
-    mirrors: Vec<u32>,
+    mirrors: mirrors::EdgeMirrors,
 }
 
 /// An edge that a query found, with the length of the way over it.
@@ -95,10 +97,10 @@ impl EdgeSet {
         mirrors.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
         mirrors.truncate(MOST_MIRRORS);
         Self {
+            mirrors: mirrors::EdgeMirrors::build(&edges, &surfaces.surfaces, &mirrors),
             edges,
             tree,
             graph,
-            mirrors,
         }
     }
 
@@ -131,9 +133,10 @@ impl EdgeSet {
         self.graph.of(number)
     }
 
-    /// The largest surfaces, largest first, at most [`MOST_MIRRORS`]: those worth trying before and behind a bend.
-    pub fn mirrors(&self) -> &[u32] {
-        &self.mirrors
+    /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: those worth trying as mirrors
+    /// before and behind a bend around it.
+    pub fn mirrors(&self, number: u32) -> &[u32] {
+        self.mirrors.of(number)
     }
 
     /// The [`MOST_NEAR`] shortest ways from one place to another over one edge, none longer than `longest_m`, both
@@ -208,6 +211,9 @@ impl EdgeSet {
 
     /// Memory that the set occupies, in bytes.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(self.edges.as_slice()) + self.tree.memory_bytes() + self.graph.memory_bytes()
+        size_of_val(self.edges.as_slice())
+            + self.tree.memory_bytes()
+            + self.graph.memory_bytes()
+            + self.mirrors.memory_bytes()
     }
 }

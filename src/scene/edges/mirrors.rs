@@ -1,0 +1,68 @@
+//! In which surfaces a bend is best seen reflected, edge by edge.
+
+use glam::DVec3;
+
+use super::super::surface::Surface;
+use super::edge::Edge;
+
+/// Most surfaces kept for one edge.
+pub const MOST_EDGE_MIRRORS: usize = 6;
+
+/// Least distance in metres of an edge's middle from a plane that it is reflected in: nearer, the edge lies in it.
+const LEAST_DISTANCE_M: f64 = 0.01;
+
+/// Added to squared distances, in m²: a surface next to the edge is no better than one a metre away.
+const NEAR_M2: f64 = 1.0;
+
+/// No surface.
+const NONE: u32 = u32::MAX;
+
+/// The surfaces of all edges, those that look largest from the edge first.
+#[derive(Debug, Clone, Default)]
+pub(super) struct EdgeMirrors {
+    list: Vec<[u32; MOST_EDGE_MIRRORS]>,
+}
+
+impl EdgeMirrors {
+    pub(super) fn build(edges: &[Edge], surfaces: &[Surface], mirrors: &[u32]) -> Self {
+        let list = edges.iter().map(|edge| {
+            let mut best = [(0.0, NONE); MOST_EDGE_MIRRORS];
+            for &number in mirrors.iter().filter(|m| !edge.faces.contains(m)) {
+                let size = size(edge, &surfaces[number as usize]);
+                let place = best.partition_point(|b| b.0 >= size);
+                if size > 0.0 && place < MOST_EDGE_MIRRORS {
+                    best[place..].rotate_right(1);
+                    best[place] = (size, number);
+                }
+            }
+            best.map(|(_, number)| number)
+        });
+        Self {
+            list: list.collect(),
+        }
+    }
+
+    pub(super) fn of(&self, edge: u32) -> &[u32] {
+        let all = &self.list[edge as usize];
+        let count = all.iter().take_while(|&&m| m != NONE).count();
+        &all[..count]
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(self.list.as_slice())
+    }
+}
+
+/// How large a surface looks from an edge: its area over the squared distance of its nearest part.
+fn size(edge: &Edge, surface: &Surface) -> f64 {
+    if surface.distance_m(edge.at(0.5 * edge.length_m)).abs() < LEAST_DISTANCE_M {
+        return 0.0;
+    }
+    let (low, high): (DVec3, DVec3) = (surface.bounds_min.into(), surface.bounds_max.into());
+    let away = [0.1, 0.5, 0.9].map(|share| {
+        let point = edge.at(share * edge.length_m);
+        point.distance_squared(point.clamp(low, high))
+    });
+    let nearest = away.into_iter().fold(f64::INFINITY, f64::min);
+    surface.area_m2 / (nearest + NEAR_M2)
+}
