@@ -102,7 +102,11 @@ pub(super) fn wins(rows: &[Row]) -> String {
     let pairs = totals.iter().zip(&printed_totals);
     let total: String = pairs
         .map(|([linear, hold], [p, q])| {
-            format!("<td>{linear}/{hold} <span class=\"paper\">{p}/{q}</span></td>")
+            let ours = match linear + hold {
+                0 => "–".to_owned(),
+                _ => format!("{linear}/{hold}"),
+            };
+            format!("<td>{ours} <span class=\"paper\">{p}/{q}</span></td>")
         })
         .collect();
     let total = format!("<tr class=\"begins\"><td>total</td>{total}</tr>");

@@ -57,6 +57,9 @@ pub(crate) struct Arguments {
     /// speech, music, percussion, or all.
     #[arg(long, default_value = "speech")]
     signal: String,
+    /// Leave the late reverb out of reference and estimates: discrete paths alone are compared.
+    #[arg(long)]
+    no_late: bool,
     /// Repeats of each cell; five, or one with --quick.
     #[arg(long)]
     repeats: Option<u64>,

@@ -44,6 +44,8 @@ pub(super) struct Unit {
     pub(super) repeat: u64,
     pub(super) latencies: Vec<Latency>,
     pub(super) signal: String,
+    /// Whether the late reverb is heard.
+    pub(super) late: bool,
     pub(super) duration_s: f64,
     /// Rendered at each latency.
     pub(super) variants: Vec<Variant>,
@@ -58,8 +60,9 @@ impl Unit {
             "speech" => String::new(),
             other => format!("-{other}"),
         };
+        let late = if self.late { "" } else { "-no-late" };
         format!(
-            "{}-{}-{}-{}{signal}",
+            "{}-{}-{}-{}{signal}{late}",
             self.platform.name(),
             self.scene,
             self.condition.name(),
@@ -223,6 +226,7 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
             repeat,
             latencies: choices.latencies.clone(),
             signal: signal.to_owned(),
+            late: !arguments.no_late,
             duration_s: arguments.seconds,
             variants: variants.clone(),
             ablation: if ablated || everything {

@@ -191,6 +191,7 @@ fn render(
         generation: GeneratorSettings {
             rate_hz: RATE_HZ,
             max_sources: unit.sources,
+            late: unit.late,
             ..GeneratorSettings::default()
         },
     };
