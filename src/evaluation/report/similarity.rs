@@ -84,22 +84,28 @@ fn scene_lines(part: &[&Row], scene: &str, counts: &[usize]) -> String {
         let _ = write!(lines, "<td>{text}</td>");
     }
     lines.push_str("</tr>");
+    let mut names = PLAIN.to_vec();
+    for row in part {
+        if !names.contains(&row.predictor.as_str()) {
+            names.push(&row.predictor);
+        }
+    }
     let mut series: Vec<(&str, bool)> = Vec::new();
-    for is_late in [true, false] {
-        let ran = |name: &&str| {
-            part.iter()
-                .any(|r| r.scene == scene && r.predictor == **name && r.is_late == is_late)
-        };
-        let others = part.iter().map(|r| r.predictor.as_str());
-        let mut names = PLAIN.to_vec();
-        names.extend(others.filter(|name| !PLAIN.contains(name)));
-        for name in names {
-            if ran(&name) && !series.contains(&(name, is_late)) {
+    for name in names {
+        for is_late in [true, false] {
+            let ran = part
+                .iter()
+                .any(|r| r.scene == scene && r.predictor == name && r.is_late == is_late);
+            if ran {
                 series.push((name, is_late));
             }
         }
     }
+    let is_speech = part.iter().any(|r| r.scene == scene && r.pesq.is_some());
     for (place, figure) in FIGURES.iter().enumerate() {
+        if place == 0 && !is_speech {
+            continue;
+        }
         for (line, &(name, is_late)) in series.iter().enumerate() {
             let find = |sources: usize| {
                 part.iter().find(|r| {
