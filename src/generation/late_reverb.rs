@@ -155,6 +155,9 @@ impl LateReverb {
             if send.now.is_silent(left) {
                 send.now.delay = delay;
             } else if (delay - send.now.delay).abs() > tolerance {
+                // In whole steps from where it began: whoever hears of the way an update later moves to the same place.
+                let steps = ((delay - send.now.delay) as f32 / tolerance as f32).round() as i64;
+                let delay = (send.now.delay + steps * tolerance).clamp(0, max_delay);
                 send.before = send.now;
                 send.before.retarget(F32x8::ZERO, left, ramp);
                 send.now = Tap {
@@ -423,6 +426,33 @@ mod tests {
         mix(&mut values);
         // Twenty-five roundings of relative size 6e-8.
         assert!((energy(&values) / before - 1.0).abs() < 2e-6);
+    }
+
+    #[test]
+    fn a_start_that_is_told_less_often_moves_to_the_same_places() {
+        let moved = |every: u32| {
+            let mut reverb = LateReverb::new(RATE_HZ, 1);
+            for frame in 0..=387u32 {
+                let told = frame - frame % every;
+                let frame = FramePaths {
+                    late: vec![LateSend {
+                        source: Default::default(),
+                        energy_per_s: [ENERGY_PER_S; 8],
+                        start_s: START_S + 1e-4 * told as f32,
+                    }],
+                    decay_time_s: [1.0; 8],
+                    ..FramePaths::default()
+                };
+                let correction = BandCorrection::none();
+                reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, 0, 1);
+            }
+            reverb.sends[0].now.delay
+        };
+        let often = moved(1);
+        assert!(moved(400) < often);
+        for every in [2, 5, 13] {
+            assert_eq!(moved(every), often, "{every}");
+        }
     }
 
     #[test]
