@@ -15,6 +15,7 @@ use foresound::{Error, Result};
 use serde_json::{Value, json};
 
 use super::own_rays::OwnRays;
+use super::share;
 use super::sources::sources;
 
 /// Metres between two updates.
@@ -166,14 +167,6 @@ impl Times {
             "rays_per_update": share(&self.rays, 0.5),
         })
     }
-}
-
-/// The value that a share of the others does not exceed.
-fn share(values: &[f64], share: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let place = (share * sorted.len() as f64) as usize;
-    sorted.get(place).or(sorted.last()).copied().unwrap_or(0.0)
 }
 
 fn print(row: &Value) {
