@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
 
+use super::arrival::Moment;
 use super::binaural::Binaural;
 use super::delay_line::DelayLine;
 use super::far_field::FarField;
@@ -206,8 +207,12 @@ impl Generator {
             let input = input.get(start..).unwrap_or_default();
             self.write_source(slot, &input[..input.len().min(frames)], frames);
         }
-        self.voices
-            .render(&self.lines, self.now, self.left, frames, &mut self.binaural);
+        let moment = Moment {
+            now: self.now,
+            left: self.left,
+            frames,
+        };
+        self.voices.render(&self.lines, moment, &mut self.binaural);
         if let Some(Tail { reverb, far_field }) = &mut self.tail {
             for (slot, line) in self.lines.iter().enumerate() {
                 reverb.collect(slot, line, self.now, self.left, frames);
