@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use crate::simd::{F32x8, LaneSet, Lanes, kernel};
+use crate::simd::{F32x8, LaneSet, kernel};
 
 use super::{CHUNK, Hrtf};
 

@@ -113,11 +113,18 @@ fn floor(value: f32) -> f32 {
 /// Eight neighbours of each tap.
 #[inline(always)]
 fn taps<L: Lanes>(signal: &[f32], place: usize) -> [L; 6] {
-    let window = signal
-        .get(place..)
-        .and_then(|rest| rest.first_chunk::<13>());
-    let window = window.unwrap_or(&[0.0; 13]);
-    std::array::from_fn(|tap| L::load_at(window, tap))
+    let window = match signal[place..].first_chunk::<13>() {
+        Some(window) => window,
+        None => &[0.0; 13],
+    };
+    [
+        L::load_at(window, 0),
+        L::load_at(window, 1),
+        L::load_at(window, 2),
+        L::load_at(window, 3),
+        L::load_at(window, 4),
+        L::load_at(window, 5),
+    ]
 }
 
 /// One fraction for all: a filter of six taps. Writes all of `out` but at most [`SLACK`] samples.
@@ -126,12 +133,14 @@ fn read_steady<L: Lanes>(signal: &[f32], fraction: f32, out: &mut [f32]) {
     let [wa, wb, wc, wd, we, wf] = weights(fraction);
     let (wa, wb, wc) = (L::splat(wa), L::splat(wb), L::splat(wc));
     let (wd, we, wf) = (L::splat(wd), L::splat(we), L::splat(wf));
-    for place in (0..out.len() - SLACK).step_by(SLACK) {
+    let mut place = 0;
+    while place < out.len() - SLACK {
         let [a, b, c, d, e, f] = taps::<L>(signal, place);
         let outer = f.mul_add(wf, a.mul(wa));
         let middle = e.mul_add(we, b.mul(wb));
         let inner = d.mul_add(wd, c.mul(wc));
         outer.add(middle).add(inner).store_at(out, place);
+        place += SLACK;
     }
 }
 
@@ -155,7 +164,8 @@ const FAR: f32 = 10.0 * NEAR;
 #[inline(always)]
 fn read_run<L: Lanes>(signal: &[f32], run: &Run, out: &mut [f32]) {
     let (offset, glide) = (L::splat(run.offset), L::splat(run.glide));
-    for place in (0..out.len() - SLACK).step_by(SLACK) {
+    let mut place = 0;
+    while place < out.len() - SLACK {
         let [a, b, c, d, e, f] = taps::<L>(signal, place);
         let number = L::of(NUMBERS).add(L::splat((run.from + place) as f32));
         let x = number.neg_mul_add(glide, offset);
@@ -170,6 +180,7 @@ fn read_run<L: Lanes>(signal: &[f32], run: &Run, out: &mut [f32]) {
         let sum = near.mul(mid).mul(outer);
         let sum = near.mul(far).neg_mul_add(middle, sum);
         mid.mul(far).mul_add(inner, sum).store_at(out, place);
+        place += SLACK;
     }
 }
 
