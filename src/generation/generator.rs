@@ -17,7 +17,8 @@ use super::delay_line::DelayLine;
 use super::far_field::FarField;
 use super::interpolation::AHEAD;
 use super::late_reverb::LateReverb;
-use super::voice_set::{Surroundings, Tenant, VoiceSet};
+use super::surroundings::{Surroundings, Tenant};
+use super::voice_set::VoiceSet;
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
 
 /// Input samples from this magnitude on count as not a number: no sound has them, and their squares stay finite.

@@ -27,6 +27,7 @@ mod limiter;
 mod ranking;
 mod report;
 mod settings;
+mod surroundings;
 #[cfg(test)]
 #[path = "../../tests/reference/synthetic_hrtf.rs"]
 mod synthetic_hrtf;

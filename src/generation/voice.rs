@@ -13,7 +13,7 @@ use super::CHUNK;
 use super::arrival::{self, EarPair, Glide, Moment, Stretch};
 use super::delay_line::{DelayLine, TILE, Tile};
 use super::interpolation::AHEAD;
-use super::voice_set::Tenant;
+use super::surroundings::Tenant;
 
 /// Steepest growth of a delay that counts as motion, in frames a frame: 85 m/s. Beyond it the voice cross-fades.
 /// Moves with [`MAX_FRESH`].
