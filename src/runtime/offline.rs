@@ -122,6 +122,11 @@ impl OfflineRenderer {
         self.extrapolator.current()
     }
 
+    /// The last graphics frame's paths, as generation took them.
+    pub fn frame_paths(&self) -> &FramePaths {
+        &self.frame_paths
+    }
+
     /// What has been found so far.
     pub fn report(&self) -> &OfflineReport {
         &self.report

@@ -5,6 +5,10 @@
 //! where it does not enter them, never the other way round. Kernels are generic over a number for their caller, so that
 //! each has one caller and becomes part of it; of a shared one the compiler makes a call.
 
+mod lanes;
+
+pub(crate) use lanes::TwoQuads;
+
 use core::arch::aarch64::*;
 
 use super::tracing::{

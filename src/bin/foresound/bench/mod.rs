@@ -1,6 +1,7 @@
 //! `bench`: speeds on this machine. A speed is worth something only beside another of the same run.
 
 mod alone;
+mod blocks;
 mod dump;
 mod memory;
 mod moving;
@@ -23,6 +24,8 @@ pub(crate) struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum What {
+    /// Generation's share of a core, block by block, with a scene's own paths.
+    Blocks(blocks::Arguments),
     /// Memory of an engine in a scene.
     Memory(memory::Arguments),
     /// Rays a second on one thread, over three fixed sets of rays.
@@ -43,6 +46,7 @@ fn share(values: &[f64], share: f64) -> f64 {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.what {
+        What::Blocks(arguments) => blocks::run(arguments),
         What::Memory(arguments) => memory::run(arguments),
         What::Rays(arguments) => rays::run(arguments),
         What::Speed(arguments) => speed::run(arguments),
