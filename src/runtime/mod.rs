@@ -2,6 +2,7 @@
 
 pub mod affinity;
 mod clock;
+pub mod device_output;
 pub mod engine;
 pub mod flush_to_zero;
 mod handover;
@@ -10,14 +11,16 @@ pub mod null_device;
 pub mod offline;
 pub mod schedule;
 pub mod sound_thread;
+pub mod supervisor;
 pub mod workers;
 
 pub use affinity::{AffinityPolicy, Placement};
+pub use device_output::{DeviceOutput, DeviceReport};
 pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,
     Renderer, Statistics, StreamWriter,
 };
-pub use null_device::{NullDevice, NullDeviceReport};
+pub use null_device::{NullDevice, NullDeviceReport, NullOutput};
 pub use offline::{OfflineRenderer, OfflineReport, OfflineSettings};
 pub use schedule::{Latency, Poses, Schedule};
 pub use sound_thread::{RingOutput, SoundThread};
