@@ -151,7 +151,9 @@ final class Bridge {
         refuses(none, () -> Native.create(light(), null, null));
         refuses(argument, () -> Native.create(light(), null, new long[1]));
         refuses(argument, () -> Native.create(new double[3], null, handles));
-        refuses(argument, () -> Native.create(light(), new byte[10], handles));
+        double[] headed = light();
+        headed[15] = 0;
+        refuses(argument, () -> Native.create(headed, new byte[10], handles));
         for (int field = 0; field < Native.OPTIONS; field++) {
             for (double wrong : new double[] {Double.NaN, -1e300, Double.POSITIVE_INFINITY}) {
                 double[] options = light();
@@ -164,8 +166,11 @@ final class Bridge {
                 new float[] {0, 0, 0, 1, 0, 0, 0, 0, 1}, new int[] {0, 1, 2}, null, null, null, null);
         final long clip = Native.clipFromSamples(new float[100], RATE_HZ, RATE_HZ);
         final long stream = Native.stream(engine, source, 64);
-        for (long wrong : new long[] {0, 1, -1, Long.MIN_VALUE, Long.MAX_VALUE, engine ^ 1, engine ^ 1L << 40}) {
+        for (long wrong : new long[] {0, 1, -1, Long.MIN_VALUE, Long.MAX_VALUE, engine ^ 1L << 50}) {
             for (Call call : calls(wrong, source, scene, clip, frame, block)) refuses(state, call);
+        }
+        for (long wrong : new long[] {engine ^ 1, engine ^ 1L << 40}) {
+            for (Call call : engineCalls(wrong, source, scene, clip, frame)) refuses(state, call);
         }
         for (long wrong : new long[] {scene, clip, stream}) {
             for (Call call : engineCalls(wrong, source, scene, clip, frame)) refuses(argument, call);
@@ -267,7 +272,7 @@ final class Bridge {
             Native.close(handle);
             refuses(state, () -> Native.close(handle));
         }
-        for (Call call : calls(engine, source, scene, clip, frame, block)) refuses(state, call);
+        for (Call call : engineCalls(engine, source, scene, clip, frame)) refuses(state, call);
         System.out.printf("abuse refused %d%n", refused);
     }
 
@@ -348,8 +353,8 @@ final class Bridge {
         }
         long grown = residentKilobytes() - before;
         System.out.printf("cycles clips %d scenes %d engines %d grown_kB %d%n", count, scenes, engines, grown);
-        // A leak of 64 bytes a clip were 5.8 MB; the collector's own heap may move by some.
-        if (grown > 24_000) throw new AssertionError("memory grows");
+        // A leak of 64 bytes a clip were 5.8 MB. Java's own heap has been touched before.
+        if (grown > 4_000) throw new AssertionError("memory grows");
     }
 
     /** Eight threads on one engine, one of them closing it under the others' hands. */

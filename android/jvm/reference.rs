@@ -69,11 +69,7 @@ fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [scene, out] = arguments.as_slice() else {
         let advice = "reference SCENE.obj OUT.raw";
-        return Err(foresound::Error::setting(
-            "arguments",
-            "not two",
-            advice,
-        ));
+        return Err(foresound::Error::setting("arguments", "not two", advice));
     };
     walk(Path::new(scene), Path::new(out))
 }
