@@ -6,9 +6,9 @@ fn main() {
         return;
     }
     // Devices with pages of 16 KiB refuse anything less; NDKs before r28 do not do it by themselves.
-    println!("cargo:rustc-cdylib-link-arg=-Wl,-z,max-page-size=16384");
+    println!("cargo:rustc-link-arg=-Wl,-z,max-page-size=16384");
     // A name that nobody has fails here and not on somebody's phone.
-    println!("cargo:rustc-cdylib-link-arg=-Wl,-z,defs");
+    println!("cargo:rustc-link-arg=-Wl,-z,defs");
     // oboe-sys links c++_static alone, where operators new and delete are not.
     println!("cargo:rustc-link-lib=c++abi");
 }

@@ -82,8 +82,8 @@ prove_library() {
     echo "exports $(wc -l <"$work/exported.txt") bytes $(stat -c %s "$host/release/libforesound.so")"
 }
 prove_reference() {
-    cargo run --release --locked --example bridge_reference -- assets/scenes/doorway.obj "$work/rust.raw" || return 1
-    echo "bytes $(stat -c %s "$work/rust.raw")"
+    cargo run --release --locked --example bridge_reference -- assets/scenes/doorway.obj "$work/rust.raw" "$work/rust.txt" || return 1
+    echo "bytes $(stat -c %s "$work/rust.raw") paths $(wc -l <"$work/rust.txt")"
 }
 same() { # file: the same bits as the Rust walk, and no silence
     [ -s "$work/rust.raw" ] || { echo "no Rust walk; run the proof reference" && return 1; }
@@ -202,11 +202,11 @@ prove_arm64() {
     # With the cross package alone qemu has to be told where the C library is; with the real one it must not be.
     [ -e /lib/ld-linux-aarch64.so.1 ] || runner="qemu-aarch64 -L /usr/aarch64-linux-gnu"
     export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=$runner
-    cargo test --release --locked --target aarch64-unknown-linux-gnu --no-default-features \
-        --features builtin-hrtf,capi --test propagation_bits --test one_answer --test laws_of_propagation || return 1
-    cargo run --release --locked --target aarch64-unknown-linux-gnu --no-default-features \
-        --features builtin-hrtf,capi --example bridge_reference -- assets/scenes/doorway.obj "$work/arm64.raw" || return 1
-    python3 android/check/compare.py "$work/rust.raw" "$work/arm64.raw" 80
+    local cross=(--release --locked --target aarch64-unknown-linux-gnu --no-default-features --features builtin-hrtf,capi)
+    cargo test "${cross[@]}" --test propagation_bits --test one_answer --test watertight || return 1
+    cargo run "${cross[@]}" --example bridge_reference -- assets/scenes/doorway.obj "$work/arm64.raw" "$work/arm64.txt" ||
+        return 1
+    python3 android/check/compare.py "$work/rust.raw" "$work/arm64.raw" 80 "$work/rust.txt" "$work/arm64.txt" 1e-4
 }
 
 prove library
