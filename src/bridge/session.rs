@@ -139,10 +139,9 @@ impl Session {
                 .as_ref()
                 .map_or_else(SourceSettings::default, |last| last.settings);
             let pose = pose.source(settings);
-            if let Some(last) = last.filter(|last| last.id == pose.id) {
-                if pose.position.is_finite() && pose.orientation.is_finite() {
-                    *last = pose;
-                }
+            let is_good = pose.position.is_finite() && pose.orientation.is_finite();
+            if let Some(last) = last.filter(|last| is_good && last.id == pose.id) {
+                *last = pose;
             }
             self.poses.push(pose);
         }

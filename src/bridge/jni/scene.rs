@@ -36,10 +36,6 @@ fn unsigned(name: &str, indices: Vec<i32>) -> Result<Vec<u32>, Fault> {
     Ok(indices.into_iter().map(|i| i as u32).collect())
 }
 
-#[expect(
-    clippy::too_many_arguments,
-    reason = "Java has no structures; the face above has names for them"
-)]
 pub(super) extern "system" fn from_mesh<'l>(
     env: EnvUnowned<'l>,
     _: JClass<'l>,
