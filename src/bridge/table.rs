@@ -50,15 +50,17 @@ impl Kind {
         Self::Output,
     ];
 
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Engine => "an engine's",
-            Self::Renderer => "a renderer's",
-            Self::Scene => "a scene's",
-            Self::Clip => "a clip's",
-            Self::Stream => "a stream's",
-            Self::Output => "an output's",
-        }
+    /// That a handle is another kind's. A text that is there already: sound calls fail with it too.
+    const fn wrong(self) -> Fault {
+        let text = match self {
+            Self::Engine => "the handle is not an engine's; give an engine's",
+            Self::Renderer => "the handle is not a renderer's; give a renderer's",
+            Self::Scene => "the handle is not a scene's; give a scene's",
+            Self::Clip => "the handle is not a clip's; give a clip's",
+            Self::Stream => "the handle is not a stream's; give a stream's",
+            Self::Output => "the handle is not an output's; give an output's",
+        };
+        Fault::fixed(Status::WrongKind, text)
     }
 }
 
@@ -217,12 +219,7 @@ impl<T> Table<T> {
     fn slot(&self, handle: u64) -> Result<&Slot<T>, Fault> {
         let kind = kind_of(handle)?;
         if kind != self.kind {
-            let text = format!(
-                "the handle is {}, not {}; give the right one",
-                kind.name(),
-                self.kind.name()
-            );
-            return Err(Fault::new(Status::WrongKind, text));
+            return Err(self.kind.wrong());
         }
         let slots = self.slots.get().ok_or(CLOSED)?;
         slots.get((handle & 0xffff) as usize).ok_or(CLOSED)

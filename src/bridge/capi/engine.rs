@@ -35,6 +35,10 @@ pub unsafe extern "C" fn foresound_engine_create(
     renderer: *mut u64,
 ) -> Status {
     answer(|| {
+        // SAFETY: the caller's word.
+        unsafe { give("engine", engine, 0) }?;
+        // SAFETY: the caller's word.
+        unsafe { give("renderer", renderer, 0) }?;
         // SAFETY: the caller's word; options are plain numbers behind their size.
         let wanted = unsafe { read_options("options", options) }?;
         let hrtf = if hrtf.is_null() && hrtf_bytes == 0 {
@@ -43,11 +47,6 @@ pub unsafe extern "C" fn foresound_engine_create(
             // SAFETY: the caller's word.
             Some(unsafe { slice("hrtf", hrtf, hrtf_bytes) }?)
         };
-        // Both have to be there before anything is made.
-        // SAFETY: the caller's word.
-        unsafe { give("engine", engine, 0) }?;
-        // SAFETY: the caller's word.
-        unsafe { give("renderer", renderer, 0) }?;
         let handles = session::create(&wanted, hrtf)?;
         // SAFETY: the caller's word.
         unsafe { give("engine", engine, handles.0) }?;

@@ -4,16 +4,30 @@ use std::ffi::{CStr, c_char};
 
 use crate::bridge::fault::{Fault, Status};
 
+/// Without words of its own: sound calls ask for it too.
+fn aligned<T>(pointer: *const T) -> Result<(), Fault> {
+    const ASKEW: &str = "an address is not aligned; give that of such a variable";
+    if pointer.is_aligned() {
+        return Ok(());
+    }
+    Err(Fault::fixed(Status::BadArgument, ASKEW))
+}
+
+/// That a pointer is there, for sound calls: its text was there before.
+pub(super) fn present<T>(pointer: *const T) -> Result<(), Fault> {
+    const NULL: Fault = Fault::fixed(Status::Null, "a pointer is null; give an address");
+    if pointer.is_null() {
+        return Err(NULL);
+    }
+    aligned(pointer)
+}
+
 /// A pointer that may be read or written as a `T`.
 fn check<T>(name: &str, pointer: *const T) -> Result<(), Fault> {
     if pointer.is_null() {
         return Err(Fault::null(name));
     }
-    if !pointer.is_aligned() {
-        let text = format!("{name} is not aligned; give the address of such a variable");
-        return Err(Fault::new(Status::BadArgument, text));
-    }
-    Ok(())
+    aligned(pointer)
 }
 
 /// `count` values in a row; null is none if the count is zero.

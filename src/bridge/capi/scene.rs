@@ -39,6 +39,8 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
     scene: *mut u64,
 ) -> Status {
     answer(|| {
+        // SAFETY: the caller's word.
+        unsafe { give("scene", scene, 0) }?;
         // SAFETY: the caller's word; options are plain numbers behind their size.
         let wanted = unsafe { read_options("options", options) }?;
         let numbers = vertex_count.checked_mul(3).ok_or_else(|| {
@@ -66,8 +68,6 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
         }
         // SAFETY: the caller's word.
         let table = unsafe { text("materials_toml", materials_toml) }?;
-        // SAFETY: the caller's word.
-        unsafe { give("scene", scene, 0) }?;
         let made = scenes::from_mesh(positions, indices, &names, triangles, table, &wanted)?;
         // SAFETY: the caller's word.
         unsafe { give("scene", scene, made) }
@@ -86,14 +86,14 @@ pub unsafe extern "C" fn foresound_scene_from_file(
     scene: *mut u64,
 ) -> Status {
     answer(|| {
+        // SAFETY: the caller's word.
+        unsafe { give("scene", scene, 0) }?;
         // SAFETY: the caller's word; options are plain numbers behind their size.
         let wanted = unsafe { read_options("options", options) }?;
         // SAFETY: the caller's word.
         let path = unsafe { text("path", path) }?.ok_or_else(|| Fault::null("path"))?;
         // SAFETY: the caller's word.
         let table = unsafe { text("materials_toml", materials_toml) }?;
-        // SAFETY: the caller's word.
-        unsafe { give("scene", scene, 0) }?;
         let made = scenes::from_file(path, table, &wanted)?;
         // SAFETY: the caller's word.
         unsafe { give("scene", scene, made) }

@@ -1,7 +1,7 @@
 //! Sound: what the audio thread calls, and devices.
 
 use super::answer;
-use super::memory::{give, slice, slice_mut};
+use super::memory::{give, present, slice, slice_mut};
 use crate::bridge::fault::{Fault, Status, guarded};
 use crate::bridge::sound::{self, OutputInfo, RenderInfo};
 
@@ -22,6 +22,9 @@ pub unsafe extern "C" fn foresound_render(
         const TOO_MANY: Fault = Fault::fixed(Status::BadArgument, "too many frames");
         if frames > 1 << 24 {
             return Err(TOO_MANY);
+        }
+        if frames > 0 {
+            present(output)?;
         }
         // SAFETY: the caller's word.
         let output = unsafe { slice_mut("output", output, 2 * frames) }?;
@@ -49,6 +52,13 @@ pub unsafe extern "C" fn foresound_stream_write(
     written: *mut usize,
 ) -> Status {
     let result = guarded(|| {
+        const TOO_MANY: Fault = Fault::fixed(Status::BadArgument, "too many samples");
+        if count > 1 << 28 {
+            return Err(TOO_MANY);
+        }
+        if count > 0 {
+            present(samples)?;
+        }
         // SAFETY: the caller's word.
         let samples = unsafe { slice("samples", samples, count) }?;
         let fitted = sound::write_stream(stream, samples)?;

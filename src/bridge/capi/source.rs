@@ -143,9 +143,9 @@ pub unsafe extern "C" fn foresound_clip_from_samples(
 ) -> Status {
     answer(|| {
         // SAFETY: the caller's word.
-        let samples = unsafe { slice("samples", samples, count) }?;
-        // SAFETY: the caller's word.
         unsafe { give("clip", clip, 0) }?;
+        // SAFETY: the caller's word.
+        let samples = unsafe { slice("samples", samples, count) }?;
         let made = clips::from_samples(samples, rate_hz, engine_rate_hz)?;
         // SAFETY: the caller's word.
         unsafe { give("clip", clip, made) }
@@ -166,9 +166,9 @@ pub unsafe extern "C" fn foresound_clip_from_wav(
 ) -> Status {
     answer(|| {
         // SAFETY: the caller's word.
-        let bytes = unsafe { slice("bytes", bytes, count) }?;
-        // SAFETY: the caller's word.
         unsafe { give("clip", clip, 0) }?;
+        // SAFETY: the caller's word.
+        let bytes = unsafe { slice("bytes", bytes, count) }?;
         let made = clips::from_wav(bytes, engine_rate_hz)?;
         // SAFETY: the caller's word.
         unsafe { give("clip", clip, made) }
