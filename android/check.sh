@@ -35,7 +35,7 @@ wanted() {
 prove() {
     local name=$1
     wanted "$name" || return 0
-    "prove_$name" >"$work/$name.log" 2>&1
+    ("prove_$name") >"$work/$name.log" 2>&1
     local code=$? figure
     figure=$(grep -v '^$' "$work/$name.log" | tail -n 1)
     case $code in
@@ -167,7 +167,7 @@ prove_kotlin() {
 # --- aarch64-linux-android ------------------------------------------------------------------------------------------
 
 debian_rust() {
-    [ -x /usr/bin/rustc ] && [ "$(command -v rustc)" != "" ] || { echo "no Debian rustc; run android/install.sh" && exit 77; }
+    [ -x /usr/bin/rustc ] || { echo "no Debian rustc; run android/install.sh" && exit 77; }
     export RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc
 }
 prove_android() {
