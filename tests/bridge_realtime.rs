@@ -153,7 +153,7 @@ fn a_sources_options_survive_its_poses() {
     assert_eq!(made, Status::Ok);
     assert_eq!(foresound_source_play(engine, source, clip, 1), Status::Ok);
     assert_eq!(foresound_close(clip), Status::Ok);
-    let mut loudest = |sources: &[Pose]| {
+    let loudest = |sources: &[Pose]| {
         let mut block = vec![0.0; 2 * 441];
         for _ in 0..30 {
             assert_eq!(tick(engine, sources), Status::Ok);
