@@ -4,6 +4,7 @@ pub mod affinity;
 pub mod budget;
 mod clock;
 pub mod device;
+pub mod device_output;
 pub mod engine;
 pub mod flush_to_zero;
 mod handover;
@@ -14,16 +15,18 @@ mod offline_instances;
 pub mod schedule;
 mod slot;
 pub mod sound_thread;
+pub mod supervisor;
 pub mod trace;
 pub mod workers;
 
 pub use affinity::{AffinityPolicy, Placement};
 pub use budget::{Budget, Tier, TierChoice};
+pub use device_output::{DeviceOutput, DeviceReport};
 pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,
     Renderer, Statistics, StreamWriter,
 };
-pub use null_device::{NullDevice, NullDeviceReport};
+pub use null_device::{NullDevice, NullDeviceReport, NullOutput};
 pub use offline::{OfflineRenderer, OfflineReport, OfflineSettings};
 pub use schedule::{Latency, Poses, Schedule};
 pub use sound_thread::{RingOutput, SoundThread};
