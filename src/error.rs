@@ -58,6 +58,16 @@ pub enum Error {
         /// Its generation, which the slot does not have now.
         generation: u16,
     },
+    /// A handle of an instance that was removed.
+    #[error(
+        "instance {slot}.{generation}: was removed or never added; use the handle of an instance that is there"
+    )]
+    StaleInstance {
+        /// Its slot.
+        slot: usize,
+        /// Its generation, which the slot does not have now.
+        generation: u16,
+    },
     /// The engine cannot do it in its present state.
     #[error("engine: {problem}; {advice}")]
     Engine {

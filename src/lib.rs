@@ -4,6 +4,7 @@
 //! next, generation turns them into two ears of sound.
 
 pub mod acoustics;
+pub mod bridge;
 pub mod error;
 #[cfg(feature = "cli")]
 pub mod evaluation;

@@ -268,6 +268,36 @@ fn either_half_may_go_first() {
 }
 
 #[test]
+fn the_baseline_sounds_the_same_on_any_number_of_threads() {
+    let render = |tracing_threads: usize| {
+        let settings = EngineSettings {
+            tracing_threads,
+            ..settings()
+        };
+        let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
+        let scene = room();
+        let at = inside(&scene);
+        controller.set_scene(scene).expect("taken");
+        for place in [Vec3::X, Vec3::Z, -Vec3::X] {
+            let id = controller.add_source(at + place).expect("a slot");
+            controller.play(id, hum(), true).expect("is there");
+        }
+        let (mut block, mut sound) = ([0.0; 882], Vec::new());
+        for frame in 0..40 {
+            let walked = Vec3::Z * (frame as f32 * 0.02);
+            let listener = ListenerPose::facing(at + walked, 0.3);
+            controller.tick(listener, &[]).expect("a good pose");
+            renderer.render(&mut block);
+            sound.extend(block.map(f32::to_bits));
+        }
+        assert!(controller.statistics().paths > 20);
+        sound
+    };
+    let alone = render(1);
+    assert!(alone == render(2) && alone == render(3));
+}
+
+#[test]
 fn predictor_schedule_and_rays_change_while_running() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let scene = room();
@@ -352,6 +382,13 @@ fn settings_out_of_range_are_refused_by_name() {
                 ..settings()
             },
             "block_frames",
+        ),
+        (
+            EngineSettings {
+                tracing_threads: 0,
+                ..settings()
+            },
+            "tracing_threads",
         ),
         (
             EngineSettings {

@@ -9,14 +9,15 @@ use std::thread;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
-use foresound::propagation::sampling::mix;
+use foresound::propagation::sampling::{mix, unit};
 use foresound::runtime::{
     AffinityPolicy, Engine, EngineSettings, EngineState, NullDevice, SoundThread,
 };
 use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
+    SourcePose, procedural,
 };
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 #[path = "../src/bin/foresound/counting.rs"]
 mod counting;
@@ -70,7 +71,9 @@ fn the_audio_side_neither_allocates_nor_frees() {
     let clip: Arc<[f32]> = vec![0.1; 1000].into();
     let mut here: Vec<SourceId> = Vec::new();
     let mut writers = Vec::new();
-    let (mut swaps, mut added) = (0, 0);
+    let (mut swaps, mut added, mut hung) = (0, 0, 0);
+    let part = room(0.5);
+    let mut doors: Vec<InstanceId> = Vec::new();
     // At least 2000 graphics frames, and as many as bring 2000 blocks and 50 updates.
     let mut frame = 0u64;
     while frame < 2000
@@ -96,11 +99,28 @@ fn the_audio_side_neither_allocates_nor_frees() {
             let id = here.swap_remove((dice >> 8) as usize % here.len());
             controller.remove_source(id).expect("is there");
         }
+        let door = |id| InstancePose {
+            id,
+            position: (middle + Vec3::Z * unit(mix(dice))).as_dvec3(),
+            rotation: Quat::from_rotation_y(frame as f32 * 0.03),
+        };
+        if dice.is_multiple_of(23) && doors.len() < 6 {
+            let part = Arc::clone(&part);
+            let id = controller.add_instance(part, &door(InstanceId::default()));
+            doors.push(id.expect("one more door"));
+            hung += 1;
+        } else if dice.is_multiple_of(29) && !doors.is_empty() {
+            let id = doors.swap_remove((dice >> 8) as usize % doors.len());
+            controller.remove_instance(id).expect("is there");
+        }
+        for &id in &doors {
+            controller.set_instance_pose(&door(id)).expect("rigid");
+        }
         if dice.is_multiple_of(17) {
             controller.set_scene(Arc::clone(scene)).expect("taken");
             swaps += 1;
         }
-        controller.set_predictor(PredictorKind::ALL[(dice >> 16) as usize % 2]);
+        controller.set_predictor(PredictorKind::ALL[(dice >> 16) as usize % 3]);
         match dice % 101 {
             0 => controller.pause(),
             1..20 => controller.resume(),
@@ -121,8 +141,8 @@ fn the_audio_side_neither_allocates_nor_frees() {
     let (operations, updates) = audio.join().expect("audio goes on");
     assert_eq!(operations, 0, "allocations and frees on the audio side");
     assert!(
-        updates >= 50 && swaps > 20 && added > 100,
-        "{updates} {swaps} {added}"
+        updates >= 50 && swaps > 20 && added > 100 && hung > 10,
+        "{updates} {swaps} {added} {hung}"
     );
 }
 

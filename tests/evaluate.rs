@@ -6,17 +6,16 @@ use std::process::Command;
 use serde_json::Value;
 
 fn evaluate(out: &Path, more: &[&str]) -> (Option<i32>, String) {
-    let cell = [
-        "--scene",
-        "doorway",
-        "--platform",
-        "mobile",
-        "--sources",
-        "1",
-    ];
+    let scene = if more.contains(&"--scene") {
+        &[][..]
+    } else {
+        &["--scene", "doorway"]
+    };
+    let cell = ["--platform", "mobile", "--sources", "1"];
     let short = ["--seconds", "2", "--repeats", "1", "--json", "--out"];
     let output = Command::new(env!("CARGO_BIN_EXE_foresound"))
         .arg("evaluate")
+        .args(scene)
         .args(cell)
         .args(short)
         .arg(out)
@@ -83,8 +82,98 @@ fn a_choice_that_is_none_is_refused() {
         ["--condition", "sitting"],
         ["--latency", "much"],
         ["--signal", "silence"],
+        ["--repeats", "0"],
+        ["--speech", "no/such/folder"],
+        ["--speed", "no-such-file.json"],
     ] {
         let (code, text) = evaluate(folder.path(), &wrong);
         assert_eq!((code, text.as_str()), (Some(2), ""), "{wrong:?}");
+    }
+}
+
+/// A room of 8 by 3 by 5 metres as an OBJ file, without materials and without a layout.
+fn room(file: &Path) {
+    let corner = |k: usize| {
+        [
+            [0.0, 8.0][k & 1],
+            [0.0, 3.0][k >> 1 & 1],
+            [0.0, 5.0][k >> 2],
+        ]
+    };
+    let mut text: String = (0..8)
+        .map(corner)
+        .map(|[x, y, z]| format!("v {x} {y} {z}\n"))
+        .collect();
+    for [a, b, c, d] in [
+        [1, 2, 6, 5],
+        [3, 7, 8, 4],
+        [1, 3, 4, 2],
+        [5, 6, 8, 7],
+        [1, 5, 7, 3],
+        [2, 4, 8, 6],
+    ] {
+        text.push_str(&format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
+    }
+    std::fs::write(file, text).expect("a file is written");
+}
+
+#[test]
+fn anybodys_mesh_and_recordings_are_run_past_the_paper() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (mesh, speech) = (
+        folder.path().join("my room.obj"),
+        folder.path().join("talk"),
+    );
+    room(&mesh);
+    std::fs::create_dir(&speech).expect("a folder");
+    let out = folder.path().join("out");
+    let (mesh_text, speech_text) = (mesh.display().to_string(), speech.display().to_string());
+    let arguments = [
+        "--scene",
+        &mesh_text,
+        "--speech",
+        &speech_text,
+        "--condition",
+        "stress",
+        "--predictor",
+        "hold",
+        "--latency",
+        "both",
+    ];
+    // An empty folder first.
+    assert_eq!(evaluate(&out, &arguments), (Some(2), String::new()));
+    let spec = hound::WavSpec {
+        channels: 2,
+        sample_rate: 16_000,
+        bits_per_sample: 16,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut wav = hound::WavWriter::create(speech.join("a.WAV"), spec).expect("a WAV file");
+    for n in 0..32_000 {
+        let tone = 8000.0 * (f64::from(n / 2) * 0.2).sin() * (f64::from(n) * 0.0007).sin();
+        wav.write_sample(tone as i16).expect("a sample");
+    }
+    wav.finalize().expect("a whole file");
+    let (code, text) = evaluate(&out, &arguments);
+    assert_eq!(code, Some(0));
+    let found: Value = serde_json::from_str(&text).expect("one JSON object");
+    let rows = found["rows"].as_array().expect("rows");
+    let latencies: Vec<_> = rows.iter().map(|row| row["latency"].as_str()).collect();
+    assert_eq!(latencies, [Some("modelled"), Some("none")]);
+    for row in rows {
+        assert_eq!(row["scene"], "my_room");
+        assert_eq!(row["condition"], "stress");
+        assert_eq!(row["level"], 24);
+        // Held for a quarter of a second at 5 m/s, nothing is as it was.
+        let ratio = row["si_snr_db"].as_f64().expect("a number");
+        assert!(ratio.is_finite() && ratio < 20.0, "{row}");
+        assert!(row["paper_pesq"].is_null(), "{row}");
+    }
+    // Late results are worse than none late, if anything.
+    let ssim = |place: usize| rows[place]["ssim"].as_f64().expect("a number");
+    assert!(ssim(0) < ssim(1) + 0.05, "{} {}", ssim(0), ssim(1));
+    for name in ["reference", "hold", "hold-at-once"] {
+        let file = format!("wav/mobile-my_room-stress-1-{name}.wav");
+        assert!(out.join(&file).is_file(), "{file}");
     }
 }

@@ -17,11 +17,11 @@ fn draw(counter: u64) -> f32 {
 
 /// The specification itself: no tree.
 fn specified(bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-    let prepared = PreparedRay::of(ray)?;
+    let prepared = PreparedRay::of(ray, bvh.margin_m())?;
     bvh.triangles()
         .filter(|(_, _, group)| !ignored.contains(group))
         .filter_map(|(corners, triangle, group)| {
-            let t = prepared.meet(&corners, bvh.margin_m())?;
+            let t = prepared.meet(&corners)?;
             Some(Hit { t, triangle, group })
         })
         .min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))

@@ -7,8 +7,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use foresound::propagation::{PathSet, PropagationSettings, Propagator, Serial, Workers};
 use foresound::runtime::Threads;
 use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
+    SourcePose, procedural,
 };
+use glam::{Quat, Vec3};
 
 struct Counting;
 
@@ -49,12 +51,29 @@ fn walk(workers: &impl Workers, updates: u32) -> u64 {
     let sources: Vec<SourcePose> = places
         .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect();
+    let part = procedural::shoebox(Vec3::new(0.9, 2.1, 0.05), "wood_panel");
+    let part = Scene::commit(&part, &MaterialTable::built_in(), &SceneSettings::default());
+    let part = Arc::new(part.expect("commits"));
+    let door = |id, step: u32| InstancePose {
+        id,
+        position: hall.walk.from.lerp(hall.walk.to, 0.5).as_dvec3(),
+        rotation: Quat::from_rotation_y(0.1 * step as f32),
+    };
+    let doors = [1, 7, 14].map(|step| {
+        let pose = door(InstanceId::default(), step);
+        let added = propagator
+            .scene_mut()
+            .add_instance(Arc::clone(&part), &pose);
+        added.expect("one more")
+    });
     let mut set = PathSet::default();
     let mut run = |step: u32| {
         let ear = ListenerPose {
             position: hall.walk.from.lerp(hall.walk.to, 0.4 + 0.002 * step as f32),
             ..ListenerPose::default()
         };
+        let moved = doors.map(|id| door(id, step + id.slot() as u32));
+        assert_eq!(propagator.scene_mut().set_instance_poses(&moved), 3);
         propagator.update_with(workers, &ear, &sources, 0.0, &mut set);
     };
     (0..20).for_each(&mut run);

@@ -11,8 +11,10 @@ use foresound::propagation::sequence::Sequence;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
+    SourcePose, procedural,
 };
+use glam::{DVec3, Quat, Vec3};
 use plain_update::{PlainPropagator, least_order};
 
 fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
@@ -62,6 +64,52 @@ fn the_update_has_the_bits_of_the_plainest_way() {
             assert!(set.paths.len() > 4, "{name} has paths");
             assert_eq!(set, expected, "{name}, update {update}");
         }
+    }
+}
+
+#[test]
+fn moving_parts_have_the_bits_of_the_plainest_way() {
+    let benchmark = procedural::doorway();
+    let scene = commit(&benchmark);
+    let sources = poses(&benchmark, 4);
+    let settings = PropagationSettings::default();
+    let mut fast = Propagator::new(Arc::clone(&scene), settings).expect("settings");
+    let mut plain = PlainPropagator::new(scene, settings);
+    let size = Vec3::new(0.9, 2.0, 0.05);
+    let mesh = procedural::shoebox(size, "wood_panel");
+    let table = MaterialTable::built_in();
+    let part = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
+    let part = Arc::new(part);
+    let mut ids = Vec::new();
+    let mut set = PathSet::default();
+    for update in 0..14 {
+        // A part comes in most updates; all turn, through perpendicular to the walls, and one goes.
+        let pose = |id, n: usize| InstancePose {
+            id,
+            position: DVec3::new(9.0 + n as f64, 0.02, 1.0 + 0.4 * n as f64),
+            rotation: Quat::from_rotation_y((update as f32 - 7.0) * 0.1 * n as f32),
+        };
+        for scene in [fast.scene_mut(), plain.scene_mut()] {
+            let count = scene.instance_count();
+            if update < 6 {
+                let new = pose(InstanceId::default(), count);
+                let id = scene
+                    .add_instance(Arc::clone(&part), &new)
+                    .expect("one more");
+                ids.truncate(count);
+                ids.push(id);
+            }
+            let moved: Vec<_> = ids.iter().enumerate().map(|(n, id)| pose(*id, n)).collect();
+            scene.set_instance_poses(&moved);
+            if update == 9 {
+                scene.remove_instance(ids[2]).expect("is there");
+            }
+        }
+        let ear = ear(&benchmark, update);
+        fast.update(&ear, &sources, 0.0, &mut set);
+        let mut expected = plain.update(&ear, &sources);
+        expected.rays = set.rays;
+        assert_eq!(set, expected, "update {update}");
     }
 }
 

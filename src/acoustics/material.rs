@@ -79,11 +79,13 @@ impl Reflectance {
     /// the scattered together.
     #[inline]
     pub fn energy(&self, cos_incidence: f32) -> BandArray {
-        std::array::from_fn(|b| {
+        let mut energy = [0.0; BANDS];
+        for b in 0..BANDS {
             let z = self.impedance[b] * cos_incidence;
             let factor = (z - 1.0) / (z + 1.0) * self.unscattered_residue[b];
-            factor * factor
-        })
+            energy[b] = factor * factor;
+        }
+        energy
     }
 }
 

@@ -31,6 +31,45 @@ impl Platform {
     }
 }
 
+/// How the listener, and the sources, move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Condition {
+    /// Nobody moves.
+    Static,
+    /// The listener walks to and fro, as in the paper.
+    Dynamic,
+    /// Beyond the paper: the listener runs and turns the head, the sources move, updates are [`STRESS_LEVEL`] + 1 graphics
+    /// frames apart.
+    Stress,
+}
+
+impl Condition {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Static, Self::Dynamic, Self::Stress];
+
+    /// The name the command line uses.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Static => "static",
+            Self::Dynamic => "dynamic",
+            Self::Stress => "stress",
+        }
+    }
+
+    /// What the listener does, in a word.
+    pub fn listener(self) -> &'static str {
+        match self {
+            Self::Static => "standing",
+            Self::Dynamic => "walking",
+            Self::Stress => "running",
+        }
+    }
+}
+
+/// Extrapolation level of [`Condition::Stress`]: twice the paper's highest.
+pub const STRESS_LEVEL: u32 = 24;
+
 /// How fast a cell runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Pace {
@@ -91,6 +130,19 @@ const MOBILE: [Row; 3] = [
     ],
 ];
 
+/// FPS of the synchronous baseline.
+const WORKSTATION_BASELINE: [[f64; 5]; 3] = [
+    [45.6, 30.2, 19.4, 11.0, 6.0],
+    [249.1, 204.8, 160.8, 96.4, 57.3],
+    [97.2, 71.0, 46.2, 26.9, 17.1],
+];
+
+const MOBILE_BASELINE: [[f64; 5]; 3] = [
+    [21.7, 15.6, 10.3, 6.1, 3.8],
+    [48.8, 40.2, 29.8, 20.4, 12.3],
+    [39.7, 32.0, 23.4, 14.8, 7.8],
+];
+
 /// The pace of a cell. A scene that the paper does not know (such as `doorway`) goes at the concert hall's; a number of
 /// sources between two columns at the larger one's.
 pub fn pace(platform: Platform, scene: &str, sources: usize) -> Pace {
@@ -108,6 +160,33 @@ pub fn pace(platform: Platform, scene: &str, sources: usize) -> Pace {
         graphics_rate_hz,
         level: implied_level(speedup),
     }
+}
+
+/// Tables 3 and 4 as printed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrintedSpeed {
+    /// Graphics frames a second of the synchronous baseline.
+    pub baseline_fps: f64,
+    /// Of the paper's asynchronous algorithm.
+    pub proposed_fps: f64,
+    /// Their printed ratio.
+    pub speedup: f64,
+}
+
+/// What the paper printed on speed, if it has the cell.
+pub fn printed_speed(platform: Platform, scene: &str, sources: usize) -> Option<PrintedSpeed> {
+    let row = SCENES.iter().position(|name| *name == scene)?;
+    let column = SOURCE_COUNTS.iter().position(|count| *count == sources)?;
+    let (proposed, baseline) = match platform {
+        Platform::Workstation => (&WORKSTATION, &WORKSTATION_BASELINE),
+        Platform::Mobile => (&MOBILE, &MOBILE_BASELINE),
+    };
+    let (proposed_fps, speedup) = proposed[row][column];
+    Some(PrintedSpeed {
+        baseline_fps: baseline[row][column],
+        proposed_fps,
+        speedup,
+    })
 }
 
 /// max(1, ⌈speedup⌉ − 1): an update every L + 1 frames makes frames at most L + 1 times as frequent.
@@ -132,6 +211,25 @@ mod tests {
         assert_eq!(levels(Platform::Mobile, "concert_hall"), [3, 4, 4, 5, 6]);
         assert_eq!(levels(Platform::Mobile, "bootcamp"), [1, 2, 2, 3, 5]);
         assert_eq!(levels(Platform::Mobile, "angrybot"), [2, 2, 2, 3, 5]);
+    }
+
+    #[test]
+    fn printed_speedups_are_the_ratios_of_printed_rates() {
+        for platform in Platform::ALL {
+            for scene in SCENES {
+                for sources in SOURCE_COUNTS {
+                    let cell = printed_speed(platform, scene, sources).unwrap();
+                    let ratio = cell.proposed_fps / cell.baseline_fps;
+                    // Rates are printed to a tenth, ratios to a hundredth.
+                    let slack =
+                        0.006 + ratio * (0.05 / cell.baseline_fps + 0.05 / cell.proposed_fps);
+                    assert!(
+                        (ratio - cell.speedup).abs() < slack,
+                        "{scene} {sources}: {ratio}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

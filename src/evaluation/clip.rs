@@ -1,6 +1,7 @@
 //! The dry sound of a source, from a WAV file.
 //!
-//! Control side. Takes a mono WAV file of any usual sample rate, gives samples at the rate that was asked for.
+//! Control side. Takes a WAV file of any usual sample rate, gives samples at the rate that was asked for. A source has one
+//! channel: other files are refused ([`load_clip`]) or mixed down ([`load_recording`]).
 
 use std::fs::File;
 use std::io::BufReader;
@@ -14,6 +15,9 @@ use crate::{Error, Result};
 
 /// Sample rates a file may have, in Hz. Below is no audible speech; above no recorder.
 const RATES_HZ: std::ops::RangeInclusive<u32> = 1_000..=768_000;
+
+/// Channels of a recording that are mixed down: as many as microphone arrays have.
+pub const MOST_CHANNELS: u16 = 64;
 
 /// Audio frames the resampler takes at once. Its filter is at least as long: 4096 taps keep the transition band
 /// below 1 % of the lower rate and still fit a cache.
@@ -61,6 +65,35 @@ impl Clip {
 /// sample format, is empty, ends early or holds a sample that is not a number. The text says how to convert it.
 pub fn load_clip(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
     let path = path.as_ref();
+    let (spec, samples) = read_samples(path, 1)?;
+    finished(path, rate_hz, spec, samples, Vec::new())
+}
+
+/// [`load_clip`] for a file of up to [`MOST_CHANNELS`] channels, whose mean is taken. A note says so.
+///
+/// # Errors
+/// As [`load_clip`], more channels instead of one.
+pub fn load_recording(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
+    let path = path.as_ref();
+    let (spec, samples) = read_samples(path, MOST_CHANNELS)?;
+    let channels = usize::from(spec.channels);
+    if channels == 1 {
+        return finished(path, rate_hz, spec, samples, Vec::new());
+    }
+    let mean = |frame: &[f32]| frame.iter().sum::<f32>() / channels as f32;
+    let mixed: Vec<f32> = samples.chunks_exact(channels).map(mean).collect();
+    let note = format!("{}: {channels} channels mixed to one", path.display());
+    finished(path, rate_hz, spec, mixed, vec![note])
+}
+
+/// Adds notes on what was read, and resamples it if need be.
+fn finished(
+    path: &Path,
+    rate_hz: u32,
+    spec: WavSpec,
+    samples: Vec<f32>,
+    mut notes: Vec<String>,
+) -> Result<(Clip, Vec<String>)> {
     if !RATES_HZ.contains(&rate_hz) {
         return Err(Error::setting(
             "sample rate",
@@ -68,8 +101,6 @@ pub fn load_clip(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<Stri
             "choose 44100 or 48000",
         ));
     }
-    let (spec, samples) = read_mono(path)?;
-    let mut notes = Vec::new();
     let peak = samples.iter().fold(0.0f32, |p, s| p.max(s.abs()));
     if peak == 0.0 {
         notes.push(format!("{}: is silent", path.display()));
@@ -131,17 +162,19 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
     }
 }
 
-fn read_mono(path: &Path) -> Result<(WavSpec, Vec<f32>)> {
+/// Interleaved samples of a file with at most `most_channels` channels.
+fn read_samples(path: &Path, most_channels: u16) -> Result<(WavSpec, Vec<f32>)> {
     let wrong = |problem: String, advice: &str| Error::format(path, None, problem, advice);
     let file = File::open(path)
         .map_err(|e| Error::file(path, e, "check the name and that the file may be read"))?;
     let mut reader = WavReader::new(BufReader::new(file)).map_err(|e| read_error(path, e))?;
     let spec = reader.spec();
-    if spec.channels != 1 {
-        return Err(wrong(
-            format!("has {} channels, a source needs one", spec.channels),
-            &conversion(path, " -c 1"),
-        ));
+    if !(1..=most_channels).contains(&spec.channels) {
+        let problem = match most_channels {
+            1 => format!("has {} channels, a source needs one", spec.channels),
+            most => format!("has {} channels, not 1 to {most}", spec.channels),
+        };
+        return Err(wrong(problem, &conversion(path, " -c 1")));
     }
     if !RATES_HZ.contains(&spec.sample_rate) {
         return Err(wrong(
@@ -324,6 +357,19 @@ mod tests {
             text.ends_with("`sox stereo.wav -c 1 -b 16 out.wav`"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn recordings_of_several_channels_become_their_mean() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("stereo.wav");
+        write(&path, 44_100, 2, &[0.5, 0.25, -0.5, 0.5]);
+        let (clip, notes) = load_recording(&path, 44_100).unwrap();
+        assert_eq!(clip.samples, [0.375, 0.0]);
+        assert!(notes[0].contains("2 channels mixed"), "{notes:?}");
+        write(&path, 44_100, 65, &[0.0; 65]);
+        let text = load_recording(&path, 44_100).unwrap_err().to_string();
+        assert!(text.contains("65 channels, not 1 to 64"), "{text}");
     }
 
     #[test]

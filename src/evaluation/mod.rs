@@ -12,15 +12,18 @@ pub mod edge_figure;
 pub mod floor_plan;
 pub mod lettering;
 pub mod mel;
+pub mod open_space;
 pub mod paper;
 pub mod pesq;
 mod plan_ground;
+pub mod playback;
 pub mod report;
 pub mod room_parameters;
 pub mod scores;
 pub mod si_snr;
 pub mod spectrogram_figure;
 pub mod ssim;
+pub mod talk;
 pub mod top_view;
 pub mod validate;
 

@@ -3,7 +3,7 @@
 //! Typed in from the tables, sign for sign: a mean, a ± and a standard deviation where one is printed, "> 40" where the
 //! ratio is beyond the paper's cap.
 
-use super::cells::{Platform, SOURCE_COUNTS};
+use super::cells::{Condition, Platform, SOURCE_COUNTS};
 
 /// One row of Table 5.
 struct PrintedRow {
@@ -30,9 +30,14 @@ pub struct Printed {
 pub fn table_five(
     platform: Platform,
     scene: &str,
-    dynamic: bool,
+    condition: Condition,
     sources: usize,
 ) -> Option<Printed> {
+    let dynamic = match condition {
+        Condition::Static => false,
+        Condition::Dynamic => true,
+        Condition::Stress => return None,
+    };
     let column = SOURCE_COUNTS.iter().position(|count| *count == sources)?;
     let row = TABLE_FIVE
         .iter()
@@ -261,7 +266,8 @@ mod tests {
         let mut pesq = Vec::new();
         for row in &TABLE_FIVE {
             for sources in SOURCE_COUNTS {
-                let cell = table_five(row.platform, row.scene, row.dynamic, sources).unwrap();
+                let condition = [Condition::Static, Condition::Dynamic][usize::from(row.dynamic)];
+                let cell = table_five(row.platform, row.scene, condition, sources).unwrap();
                 let mean = cell.pesq.split('±').next().unwrap();
                 if row.dynamic {
                     pesq.push(mean.parse::<f64>().unwrap());

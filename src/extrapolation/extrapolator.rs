@@ -6,13 +6,14 @@ use super::best::{Best, Now, late_now};
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::hold::Hold;
 use super::linear::Linear;
+use super::posed::PosedScenes;
 use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
 use super::tracking::match_by_id;
 use crate::propagation::diffraction::{Spot, direct_field};
 use crate::propagation::late::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path, PathSet};
 use crate::scene::edges::NearEdges;
-use crate::scene::{ListenerPose, Scene, SourcePose};
+use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 /// How paths are continued that are not part of the direct field.
 enum Rule {
@@ -34,17 +35,34 @@ impl Continuation {
             PredictorKind::Best(settings) => Rule::Together(Box::new(Best::new(settings))),
         })
     }
+
+    /// The same with room for updates of this many paths, so that the audio side need not allocate.
+    pub fn with_room(kind: PredictorKind, paths: usize) -> Self {
+        let mut continuation = Self::of(kind);
+        if let Rule::Together(best) = &mut continuation.0 {
+            best.bound(CANDIDATES_A_PATH * paths);
+        }
+        continuation
+    }
+
+    /// Most paths of a graphics frame besides direct ones, if updates have this many.
+    pub const fn most_paths(paths: usize) -> usize {
+        CANDIDATES_A_PATH * paths
+    }
 }
 
 /// Sources that there is room for at first.
 const SOURCES_AT_FIRST: usize = 64;
+
+/// Candidates that [`PredictorKind::Best`] may keep for each path that an update may have.
+const CANDIDATES_A_PATH: usize = 3;
 
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
 /// # Real-time
 /// [`Self::take_update`] and [`Self::frame`] allocate only while the number of paths exceeds everything seen before.
 pub struct Extrapolator {
-    scene: Arc<Scene>,
+    scenes: PosedScenes,
     continuation: Continuation,
     nearest_m: f64,
     current: PathSet,
@@ -64,7 +82,7 @@ impl Extrapolator {
     /// ([`crate::propagation::PropagationSettings::nearest_m`]).
     pub fn new(scene: Arc<Scene>, kind: PredictorKind, nearest_m: f32) -> Self {
         Self {
-            scene,
+            scenes: PosedScenes::of(&scene),
             continuation: Continuation::of(kind),
             nearest_m: f64::from(nearest_m),
             current: PathSet::default(),
@@ -87,12 +105,29 @@ impl Extrapolator {
         self.level = level;
         self.frames_since_update = 0;
         self.updates += 1;
+        self.scenes.update_is_of(&self.current.instances);
         retired
     }
 
-    /// Makes room for updates of this many paths, so that [`Self::take_update`] need not. Control side; allocates.
+    /// Moves the scene's instances, as they stand from the next frame on; those that the scene does not have are left
+    /// out.
+    pub fn set_instance_poses(&mut self, poses: &[InstancePose]) {
+        self.scenes.stand_at(poses);
+    }
+
+    /// Goes on in a scene with other instances, whose paths are followed from the next update on; gives the old one
+    /// back in its place. What is fixed must be the same: another scene is another extrapolator's.
+    pub fn swap_scene(&mut self, scenes: &mut PosedScenes) {
+        std::mem::swap(&mut self.scenes, scenes);
+    }
+
+    /// Makes room for updates of this many paths, so that [`Self::take_update`] and [`Self::frame`] need not. Control
+    /// side; allocates.
     pub fn reserve(&mut self, paths: usize) {
         self.matches.reserve(paths);
+        if let Rule::Together(best) = &mut self.continuation.0 {
+            best.bound(CANDIDATES_A_PATH * paths);
+        }
     }
 
     /// Continues with another predictor from the next frame on; gives the old one back.
@@ -113,6 +148,16 @@ impl Extrapolator {
         sources: &[SourcePose],
         result: &mut FramePaths,
     ) -> u64 {
+        self.begin_frame(listener, sources, result) + self.finish_frame(listener, sources, result)
+    }
+
+    /// The first half of [`Self::frame`]: the direct paths. Gives the number of rays cast.
+    pub fn begin_frame(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        result: &mut FramePaths,
+    ) -> u64 {
         let mut rays = 0;
         result.paths.clear();
         self.shadowed.clear();
@@ -120,12 +165,22 @@ impl Extrapolator {
             let spot = Spot::of(pose, listener.position, self.nearest_m);
             let edges = self.direct_edges(&spot);
             let listed = edges.as_slice().iter().map(|found| found.edge);
-            let field = direct_field(&self.scene, &spot, listed, &mut rays, &mut |path| {
+            let field = direct_field(self.scenes.now(), &spot, listed, &mut rays, &mut |path| {
                 result.paths.push(self.direct_now(&path, listener));
             });
             self.shadowed.push(!field.visible);
         }
-        rays += self.continued_now(listener, sources, &mut result.paths);
+        rays
+    }
+
+    /// The second half, for the same poses: everything else. Gives the number of rays cast.
+    pub fn finish_frame(
+        &mut self,
+        listener: &ListenerPose,
+        sources: &[SourcePose],
+        result: &mut FramePaths,
+    ) -> u64 {
+        let rays = self.continued_now(listener, sources, &mut result.paths);
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
         self.late_now(listener, sources);
@@ -155,8 +210,9 @@ impl Extrapolator {
             .chain(&self.previous.direct_edges)
             .filter(|(id, _)| *id == spot.source.id)
             .map(|(_, edge)| *edge);
-        let [from, to] = [spot.from, spot.to].map(|place| self.scene.to_local(place));
-        self.scene.edges().bends_over(named, from, to)
+        let scene = self.scenes.now();
+        let [from, to] = [spot.from, spot.to].map(|place| scene.to_local(place));
+        scene.bends_over(named, from, to)
     }
 
     /// Adds the reflected paths, and the bent ones that are not part of the direct field; gives the number of rays cast.
@@ -170,24 +226,32 @@ impl Extrapolator {
             Rule::PathByPath(predictor) => predictor,
             Rule::Together(best) => {
                 let now = Now {
-                    scene: &self.scene,
+                    scene: self.scenes.now(),
+                    then: self.scenes.then(),
                     listener,
                     sources,
                     shadowed: &self.shadowed,
                     nearest_m: self.nearest_m,
                 };
                 let is_new = self.updates > 0 && self.frames_since_update == 0;
-                return best.frame(is_new.then_some(&self.current), &now, paths);
+                let rays = best.frame(is_new.then_some(&self.current), &now, paths);
+                // What a source has just been told to leave out is still remembered.
+                if !sources.iter().all(|pose| pose.settings.effects.reflections) {
+                    paths.retain(|path| path.order == 0 || reflects(sources, path.source));
+                }
+                return rays;
             }
         };
         let at = FrameContext {
-            scene: &self.scene,
+            scene: self.scenes.now(),
             listener,
             frames_since_update: self.frames_since_update,
             level: self.level,
         };
         for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            if current.is_revalidated() || !is_wanted(sources, current) {
+            let exists = |surface: &u32| self.scenes.now().has_surface(*surface);
+            let gone = !current.surfaces().iter().all(exists);
+            if current.is_revalidated() || gone || !is_wanted(sources, current) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -208,7 +272,8 @@ impl Extrapolator {
             return;
         }
         let now = Now {
-            scene: &self.scene,
+            scene: self.scenes.now(),
+            then: self.scenes.then(),
             listener,
             sources,
             shadowed: &self.shadowed,
@@ -226,7 +291,7 @@ impl Extrapolator {
             source: path.source,
             order: 0,
             amplitude: path.amplitude,
-            delay_s: f64::from(path.length_m) / self.scene.speed_of_sound_m_s(),
+            delay_s: f64::from(path.length_m) / self.scenes.now().speed_of_sound_m_s(),
             // A source inside the head is heard straight ahead.
             arrival: (path.image - listener.position)
                 .try_normalize()
@@ -244,4 +309,11 @@ pub(super) fn is_wanted(sources: &[SourcePose], path: &Path) -> bool {
             && (path.order == 0 || effects.reflections)
             && (path.bends == 0 || effects.diffraction)
     })
+}
+
+/// Whether a source is there and its reflections are wanted.
+fn reflects(sources: &[SourcePose], id: SourceId) -> bool {
+    sources
+        .iter()
+        .any(|pose| pose.id == id && pose.settings.effects.reflections)
 }

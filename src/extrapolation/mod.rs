@@ -9,6 +9,7 @@ pub mod frame;
 pub mod hold;
 pub mod level;
 pub mod linear;
+pub mod posed;
 pub mod predictor;
 pub mod tracking;
 
@@ -16,4 +17,5 @@ pub use best::{BestSettings, Lead};
 pub use extrapolator::{Continuation, Extrapolator};
 pub use frame::{FramePath, FramePaths, LATE_STEPS, LateSend};
 pub use level::extrapolation_level;
+pub use posed::PosedScenes;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

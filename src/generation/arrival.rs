@@ -4,10 +4,11 @@
 //! value is `target − growth × frames left`: a render call may stop anywhere in a ramp, nothing drifts, and at the end
 //! the value is the target bit for bit.
 
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LaneSet};
 
-use super::binaural::{Binaural, Contribution};
-use super::interpolation::{self, AHEAD};
+use super::CHUNK;
+use super::binaural::{Binaural, Contribution, TOGETHER};
+use super::interpolation::{self, AHEAD, Reading};
 
 /// A value that moves linearly to its target.
 #[derive(Debug, Clone, Copy, Default)]
@@ -88,44 +89,77 @@ impl Weights<'_> {
     }
 }
 
-/// Reads both ears' signals out of one arrival's signal.
+/// The stretch of an arrival's signal that both ears are read from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stretch<'a> {
+    /// With [`SLACK`](interpolation::SLACK) samples more than count.
+    pub(super) signal: &'a [f32],
+    /// Samples that count.
+    pub(super) length: usize,
+    /// Position of `signal[0]`.
+    pub(super) start: i64,
+}
+
+/// The chunk that is being rendered.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moment {
+    /// Time of its first frame.
+    pub(super) now: i64,
+    /// Frames of the ramp still to come before it.
+    pub(super) left: u32,
+    /// Its frames, at most [`CHUNK`].
+    pub(super) frames: usize,
+}
+
+/// Reads a chunk of both ears' signals out of one arrival's signal.
 ///
-/// `signal[0]` lies at position `start`; ear delays are whole delays from the source in frames; the first frame of
-/// `ears` is at time `now`.
+/// Ear delays are whole delays from the source in frames. Ears have [`SLACK`](interpolation::SLACK) more samples, which
+/// are spoiled.
 pub(super) fn read_ears(
-    signal: &[f32],
-    start: i64,
-    now: i64,
+    set: LaneSet,
+    stretch: &Stretch,
+    moment: Moment,
     delays: &[Glide; 2],
-    left: u32,
-    ears: [&mut [f32]; 2],
+    ears: &mut EarPair,
 ) {
+    let Moment { now, left, frames } = moment;
     for (delay, out) in delays.iter().zip(ears) {
-        let growth = delay.growth_now(left);
-        let first = delay.value(left) + growth;
-        let position = (now - AHEAD as i64 - start) as f64 - first;
-        interpolation::read(signal, position, growth, out);
+        let glide = delay.growth_now(left);
+        let first = delay.value(left) + glide;
+        let at = Reading {
+            position: (now - AHEAD as i64 - stretch.start) as f64 - first,
+            glide,
+            count: frames,
+            length: stretch.length,
+        };
+        interpolation::read(set, stretch.signal, &at, out);
     }
+}
+
+/// Two ears of one arrival's signal, a chunk and the interpolator's slack.
+pub(super) type EarPair = [Vec<f32>; 2];
+
+/// Room for as many arrivals as are added to the buses at once.
+pub(super) fn ear_pairs() -> [EarPair; TOGETHER] {
+    std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; CHUNK + interpolation::SLACK]))
 }
 
 /// One arrival ready to be added to the buses.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ready<'a> {
-    pub(super) ears: [&'a [f32]; 2],
+    pub(super) ears: &'a EarPair,
     pub(super) target: &'a [F32x8],
     pub(super) growth: &'a [F32x8],
     pub(super) moving: bool,
-    /// Groups of the buses that take part.
-    pub(super) groups: usize,
 }
 
-impl Ready<'_> {
-    fn contribution(&self, ear: usize, group: usize, left: u32) -> Contribution<'_> {
+impl<'a> Ready<'a> {
+    fn contribution(&self, ear: usize, group: usize, left: u32, frames: usize) -> Contribution<'a> {
         let place = ear * self.target.len() / 2 + group;
         let growth = self.growth[place];
         let moving = self.moving && left > 0;
         Contribution {
-            signal: self.ears[ear],
+            signal: &self.ears[ear][..frames],
             weights: if moving {
                 self.target[place] - growth * F32x8::splat(left as f32)
             } else {
@@ -136,19 +170,22 @@ impl Ready<'_> {
     }
 }
 
-/// Adds one arrival, or two of the same number of groups, to the buses.
-pub(super) fn add(binaural: &mut Binaural, a: &Ready, b: Option<&Ready>, left: u32) {
-    let moving = left > 0 && (a.moving || b.is_some_and(|b| b.moving));
+/// Adds arrivals to the first `groups` groups of the buses.
+pub(super) fn add(
+    binaural: &mut Binaural,
+    arrivals: &[Option<Ready>; TOGETHER],
+    groups: usize,
+    moment: Moment,
+) {
+    let Moment { left, frames, .. } = moment;
+    let moving = left > 0 && arrivals.iter().flatten().any(|a| a.moving);
     for ear in 0..2 {
-        for group in 0..a.groups {
-            let first = a.contribution(ear, group, left);
-            match b {
-                Some(b) => {
-                    let second = b.contribution(ear, group, left);
-                    binaural.add_two(ear, group, &first, &second, moving);
-                }
-                None => binaural.add(ear, group, &first, moving),
-            }
+        for group in 0..groups {
+            let contributions = arrivals.each_ref().map(|arrival| match arrival {
+                Some(ready) => ready.contribution(ear, group, left, frames),
+                None => Contribution::silence(frames),
+            });
+            binaural.add(ear, group, &contributions, moving);
         }
     }
 }

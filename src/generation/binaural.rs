@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LaneSet, kernel};
 
 use super::{CHUNK, Hrtf};
 
@@ -28,17 +28,25 @@ pub(super) struct Contribution<'a> {
 /// the same way, and 32 of them stay below 2e-6 of the weight.
 const RUN: usize = 32;
 
-impl Contribution<'_> {
-    /// Weights before the given frame.
-    #[inline(always)]
-    fn weights_before(&self, frame: usize) -> F32x8 {
-        self.weights + self.step * F32x8::splat(frame as f32)
+/// Arrivals added at once: their weights and growths fill the registers, and the buses are walked through once.
+pub(super) const TOGETHER: usize = 4;
+
+impl Contribution<'static> {
+    /// Nothing, for `frames`.
+    pub(super) fn silence(frames: usize) -> Self {
+        static SILENT: [f32; CHUNK] = [0.0; CHUNK];
+        Self {
+            signal: &SILENT[..frames],
+            weights: F32x8::ZERO,
+            step: F32x8::ZERO,
+        }
     }
 }
 
 /// The buses of both ears and the filters behind them.
 #[derive(Debug)]
 pub(super) struct Binaural {
+    set: LaneSet,
     hrtf: Arc<Hrtf>,
     /// Frames of the past that the filters need.
     history: usize,
@@ -54,6 +62,7 @@ impl Binaural {
     pub(super) fn new(hrtf: Arc<Hrtf>) -> Self {
         let history = hrtf.taps() - 1;
         Self {
+            set: LaneSet::best(),
             history,
             buses: vec![F32x8::ZERO; 2 * hrtf.groups() * (history + CHUNK)],
             filtered: vec![F32x8::ZERO; CHUNK],
@@ -67,52 +76,20 @@ impl Binaural {
         self.quiet_frames >= self.history.max(1)
     }
 
-    /// Adds one arrival to one group of an ear's buses; `moving` says whether the weights change.
-    pub(super) fn add(&mut self, ear: usize, group: usize, a: &Contribution, moving: bool) {
-        let bus = self.bus(ear, group, a.signal.len());
-        if moving {
-            let runs = bus.chunks_mut(RUN).zip(a.signal.chunks(RUN));
-            for (run, (bus, signal)) in runs.enumerate() {
-                let mut weights = a.weights_before(run * RUN);
-                for (sum, &sample) in bus.iter_mut().zip(signal) {
-                    weights += a.step;
-                    *sum += weights * F32x8::splat(sample);
-                }
-            }
-        } else {
-            let weights = a.weights;
-            for_each_frame(bus, [a.signal], |sum, [sample]| {
-                *sum += weights * F32x8::splat(sample);
-            });
-        }
-    }
-
-    /// Adds two arrivals at once, which halves the traffic on the buses.
-    pub(super) fn add_two(
+    /// Adds arrivals of the same length to one group of an ear's buses; `moving` says whether any weight changes.
+    pub(super) fn add(
         &mut self,
         ear: usize,
         group: usize,
-        a: &Contribution,
-        b: &Contribution,
+        arrivals: &[Contribution; TOGETHER],
         moving: bool,
     ) {
-        let bus = self.bus(ear, group, a.signal.len());
+        let set = self.set;
+        let bus = self.bus(ear, group, arrivals[0].signal.len());
         if moving {
-            let signals = a.signal.chunks(RUN).zip(b.signal.chunks(RUN));
-            for (run, (bus, (first, second))) in bus.chunks_mut(RUN).zip(signals).enumerate() {
-                let mut of_a = a.weights_before(run * RUN);
-                let mut of_b = b.weights_before(run * RUN);
-                for (sum, (&first, &second)) in bus.iter_mut().zip(first.iter().zip(second)) {
-                    of_a += a.step;
-                    of_b += b.step;
-                    *sum += of_a * F32x8::splat(first) + of_b * F32x8::splat(second);
-                }
-            }
+            add_moving(set, bus, arrivals);
         } else {
-            let (of_a, of_b) = (a.weights, b.weights);
-            for_each_frame(bus, [a.signal, b.signal], |sum, [first, second]| {
-                *sum += of_a * F32x8::splat(first) + of_b * F32x8::splat(second);
-            });
+            add_steady(set, bus, arrivals);
         }
     }
 
@@ -141,7 +118,7 @@ impl Binaural {
             let filtered = &mut self.filtered[..frames];
             filtered.fill(F32x8::ZERO);
             for (group, bus) in buses.chunks_exact_mut(length).enumerate() {
-                filter(self.hrtf.basis(group), bus, filtered);
+                filter(self.set, self.hrtf.basis(group), bus, filtered);
                 bus.copy_within(frames..frames + self.history, 0);
                 bus[self.history..].fill(F32x8::ZERO);
             }
@@ -153,56 +130,90 @@ impl Binaural {
     }
 }
 
-/// Visits every frame of a bus, four at a time: the compiler then keeps a bus's lanes together, where a plain loop makes
-/// it transpose them to work on four frames at once.
-#[inline(always)]
-fn for_each_frame<const N: usize>(
-    bus: &mut [F32x8],
-    signals: [&[f32]; N],
-    mut visit: impl FnMut(&mut F32x8, [f32; N]),
-) {
-    const TOGETHER: usize = 4;
-    let mut frames = bus.chunks_exact_mut(TOGETHER);
-    let mut start = 0;
-    for four in &mut frames {
-        let samples = signals.map(|signal| &signal[start..start + TOGETHER]);
-        for (i, sum) in four.iter_mut().enumerate() {
-            visit(sum, samples.map(|samples| samples[i]));
+kernel! {
+    /// Adds arrivals whose weights rest.
+    fn add_steady<L>(bus: &mut [F32x8], arrivals: &[Contribution; TOGETHER]) {
+        let [a, b, c, d] = arrivals;
+        let frames = bus.len();
+        let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
+        let (of_c, of_d) = (&c.signal[..frames], &d.signal[..frames]);
+        let (wa, wb) = (L::of(a.weights), L::of(b.weights));
+        let (wc, wd) = (L::of(c.weights), L::of(d.weights));
+        for frame in 0..frames {
+            let sum = wa.mul_add(L::splat(of_a[frame]), L::of(bus[frame]));
+            let sum = wb.mul_add(L::splat(of_b[frame]), sum);
+            let sum = wc.mul_add(L::splat(of_c[frame]), sum);
+            bus[frame] = wd.mul_add(L::splat(of_d[frame]), sum).give();
         }
-        start += TOGETHER;
-    }
-    for sum in frames.into_remainder() {
-        visit(sum, signals.map(|signal| signal[start]));
-        start += 1;
     }
 }
 
-/// Adds `Σ_tap basis[tap] · bus[now − tap]` to every frame of `out`, lane by lane.
-///
-/// A function of its own: seen together with the sum over the lanes, the compiler transposes what it should not.
-#[inline(never)]
-fn filter(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
-    const TOGETHER: usize = 4;
-    let taps = basis.len();
-    let mut frames = out.chunks_exact_mut(TOGETHER);
-    let mut start = 0;
-    for four in &mut frames {
-        let [mut a, mut b, mut c, mut d] = [four[0], four[1], four[2], four[3]];
-        let window = &bus[start..start + taps - 1 + TOGETHER];
-        for (past, &tap) in window.windows(TOGETHER).zip(basis.iter().rev()) {
-            a += tap * past[0];
-            b += tap * past[1];
-            c += tap * past[2];
-            d += tap * past[3];
+kernel! {
+    /// Adds arrivals whose weights grow.
+    fn add_moving<L>(bus: &mut [F32x8], arrivals: &[Contribution; TOGETHER]) {
+        let [a, b, c, d] = arrivals;
+        let frames = bus.len();
+        let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
+        let (of_c, of_d) = (&c.signal[..frames], &d.signal[..frames]);
+        let (step_a, step_b) = (L::of(a.step), L::of(b.step));
+        let (step_c, step_d) = (L::of(c.step), L::of(d.step));
+        let mut start = 0;
+        while start < frames {
+            let end = frames.min(start + RUN);
+            let before = L::splat(start as f32);
+            let mut wa = step_a.mul_add(before, L::of(a.weights));
+            let mut wb = step_b.mul_add(before, L::of(b.weights));
+            let mut wc = step_c.mul_add(before, L::of(c.weights));
+            let mut wd = step_d.mul_add(before, L::of(d.weights));
+            for frame in start..end {
+                wa = wa.add(step_a);
+                wb = wb.add(step_b);
+                wc = wc.add(step_c);
+                wd = wd.add(step_d);
+                let sum = wa.mul_add(L::splat(of_a[frame]), L::of(bus[frame]));
+                let sum = wb.mul_add(L::splat(of_b[frame]), sum);
+                let sum = wc.mul_add(L::splat(of_c[frame]), sum);
+                bus[frame] = wd.mul_add(L::splat(of_d[frame]), sum).give();
+            }
+            start = end;
         }
-        four.copy_from_slice(&[a, b, c, d]);
-        start += TOGETHER;
     }
-    for frame in frames.into_remainder() {
-        for (&value, &tap) in bus[start..start + taps].iter().zip(basis.iter().rev()) {
-            *frame += tap * value;
+}
+
+kernel! {
+    /// Adds `Σ_tap basis[tap] · bus[now − tap]` to every frame of `out`, lane by lane.
+    ///
+    /// The bus begins a filter's length less one before the first frame.
+    fn filter<L>(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
+        let taps = basis.len();
+        let mut start = 0;
+        while let Some([a, b, c, d]) = out[start..].first_chunk_mut() {
+            let zero = L::splat(0.0);
+            let (mut sum_a, mut sum_b, mut sum_c, mut sum_d) = (zero, zero, zero, zero);
+            let window = &bus[start..start + taps + 3];
+            let (mut in_a, mut in_b) = (L::of(window[0]), L::of(window[1]));
+            let mut in_c = L::of(window[2]);
+            for (&next, &tap) in window[3..].iter().zip(basis.iter().rev()) {
+                let (in_d, tap) = (L::of(next), L::of(tap));
+                sum_a = in_a.mul_add(tap, sum_a);
+                sum_b = in_b.mul_add(tap, sum_b);
+                sum_c = in_c.mul_add(tap, sum_c);
+                sum_d = in_d.mul_add(tap, sum_d);
+                (in_a, in_b, in_c) = (in_b, in_c, in_d);
+            }
+            *a = L::of(*a).add(sum_a).give();
+            *b = L::of(*b).add(sum_b).give();
+            *c = L::of(*c).add(sum_c).give();
+            *d = L::of(*d).add(sum_d).give();
+            start += 4;
         }
-        start += 1;
+        for frame in start..out.len() {
+            let mut sum = L::splat(0.0);
+            for (&value, &tap) in bus[frame..frame + taps].iter().zip(basis.iter().rev()) {
+                sum = L::of(value).mul_add(L::of(tap), sum);
+            }
+            out[frame] = L::of(out[frame]).add(sum).give();
+        }
     }
 }
 
@@ -210,6 +221,11 @@ fn filter(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
 mod tests {
     use super::super::synthetic_hrtf;
     use super::*;
+
+    fn with_silence(one: Contribution) -> [Contribution; TOGETHER] {
+        let silence = Contribution::silence(one.signal.len());
+        [silence, one, silence, silence]
+    }
 
     #[test]
     fn weights_before_the_filters_are_weights_after_them() {
@@ -223,7 +239,7 @@ mod tests {
             weights,
             step: F32x8::ZERO,
         };
-        binaural.add(1, 0, &impulse, false);
+        binaural.add(1, 0, &with_silence(impulse), false);
         let (mut left, mut right) = ([1.0; CHUNK], [1.0; CHUNK]);
         binaural.finish([&mut left, &mut right]);
         assert_eq!(left, [0.0; CHUNK]);
@@ -247,7 +263,7 @@ mod tests {
                     weights: F32x8::splat(0.7),
                     step: F32x8::ZERO,
                 };
-                binaural.add(0, 0, &contribution, false);
+                binaural.add(0, 0, &with_silence(contribution), false);
                 let (mut left, mut right) = (vec![0.0; part.len()], vec![0.0; part.len()]);
                 binaural.finish([&mut left, &mut right]);
                 whole.extend(left);

@@ -7,7 +7,7 @@
 //! needs neither shuffles nor eight streams.
 
 use crate::acoustics::BANDS;
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LaneSet, kernel};
 
 use super::CHUNK;
 
@@ -17,9 +17,40 @@ pub(super) const TILE: usize = 8;
 /// Eight frames of eight bands.
 pub(super) type Tile = [F32x8; BANDS];
 
+kernel! {
+    /// Turns frames with a band a lane into as many tiles as there is room for.
+    fn write_tiles<L>(frames: &[F32x8], tiles: &mut [Tile]) {
+        for (tile, frames) in tiles.iter_mut().zip(frames.chunks_exact(TILE)) {
+            let [a, b, c, d] = [frames[0], frames[1], frames[2], frames[3]];
+            let [e, f, g, h] = [frames[4], frames[5], frames[6], frames[7]];
+            let [a, b, c, d, e, f, g, h] = L::transpose([
+                L::of(a),
+                L::of(b),
+                L::of(c),
+                L::of(d),
+                L::of(e),
+                L::of(f),
+                L::of(g),
+                L::of(h),
+            ]);
+            *tile = [
+                a.give(),
+                b.give(),
+                c.give(),
+                d.give(),
+                e.give(),
+                f.give(),
+                g.give(),
+                h.give(),
+            ];
+        }
+    }
+}
+
 /// A ring of tiles.
 #[derive(Debug)]
 pub(super) struct DelayLine {
+    set: LaneSet,
     tiles: Vec<Tile>,
     /// Position behind the last frame that is not silent.
     sound_end: i64,
@@ -33,6 +64,7 @@ impl DelayLine {
         let mut tiles = Vec::with_capacity(length);
         tiles.resize(length, [F32x8::ZERO; BANDS]);
         Self {
+            set: LaneSet::best(),
             tiles,
             sound_end: i64::MIN / 2,
         }
@@ -51,11 +83,21 @@ impl DelayLine {
     /// Appends a chunk of at most [`CHUNK`] frames at position `now`, a band a lane.
     pub(super) fn write(&mut self, now: i64, frames: &[F32x8]) {
         let mut place = self.place(now);
-        for frame in frames {
+        let mut rest = frames;
+        while let [first, others @ ..] = rest {
+            let whole = (rest.len() / TILE).min(self.tiles.len() - place / TILE);
+            if place % TILE == 0 && whole > 0 {
+                let tiles = &mut self.tiles[place / TILE..][..whole];
+                write_tiles(self.set, rest, tiles);
+                rest = &rest[whole * TILE..];
+                place = (place + whole * TILE) % (self.tiles.len() * TILE);
+                continue;
+            }
             let tile = &mut self.tiles[place / TILE];
-            for (band, &value) in tile.iter_mut().zip(&frame.0) {
+            for (band, &value) in tile.iter_mut().zip(&first.0) {
                 band.0[place % TILE] = value;
             }
+            rest = others;
             place = self.next(place);
         }
         self.sound_end = now + frames.len() as i64;
@@ -68,21 +110,6 @@ impl DelayLine {
             for band in &mut self.tiles[place / TILE] {
                 band.0[place % TILE] = 0.0;
             }
-            place = self.next(place);
-        }
-    }
-
-    /// Gives `frames` frames from `position` on to `take`, a band a lane.
-    pub(super) fn for_each_frame(
-        &self,
-        position: i64,
-        frames: usize,
-        mut take: impl FnMut(usize, F32x8),
-    ) {
-        let mut place = self.place(position);
-        for i in 0..frames {
-            let tile = &self.tiles[place / TILE];
-            take(i, F32x8(std::array::from_fn(|b| tile[b].0[place % TILE])));
             place = self.next(place);
         }
     }
@@ -141,17 +168,16 @@ mod tests {
                     continue;
                 }
                 let frames = CHUNK.min(back as usize);
-                line.for_each_frame(position, frames, |i, value| {
-                    assert_eq!(value.0[5], (8 * (position + i as i64) + 5) as f32);
-                });
                 let (lane, parts) = line.tiles(position, frames);
                 let tiles: Vec<&Tile> = parts.into_iter().flatten().collect();
                 for i in 0..frames {
                     let place = lane + i;
-                    assert_eq!(
-                        tiles[place / TILE][3].0[place % TILE],
-                        (8 * (position + i as i64) + 3) as f32
-                    );
+                    for band in [3, 5] {
+                        assert_eq!(
+                            tiles[place / TILE][band].0[place % TILE],
+                            (8 * (position + i as i64) + band as i64) as f32
+                        );
+                    }
                 }
             }
         }

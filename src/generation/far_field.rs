@@ -8,10 +8,11 @@
 
 use glam::{Quat, Vec3};
 
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LaneSet};
 
-use super::arrival::{self, Glide, Ready, Weights};
-use super::binaural::Binaural;
+use super::arrival::{self, EarPair, Glide, Moment, Ready, Stretch, Weights};
+use super::binaural::{Binaural, TOGETHER};
+use super::interpolation::SLACK;
 use super::late_reverb::LINES;
 use super::voice_set::tail_frames;
 use super::{CHUNK, Hrtf};
@@ -29,7 +30,8 @@ pub(super) struct FarField {
     /// Whether an orientation has ever been set.
     placed: bool,
     looked_up: Vec<F32x8>,
-    ears: [[Vec<f32>; 2]; 2],
+    ears: [EarPair; TOGETHER],
+    set: LaneSet,
     /// Frames since the lines last sounded.
     quiet_frames: usize,
 }
@@ -40,14 +42,15 @@ impl FarField {
         let width = 2 * hrtf.groups();
         Self {
             tail,
-            signals: std::array::from_fn(|_| vec![0.0; tail + CHUNK]),
+            signals: std::array::from_fn(|_| vec![0.0; tail + CHUNK + SLACK]),
             delays: Default::default(),
             targets: vec![F32x8::ZERO; LINES * width],
             growths: vec![F32x8::ZERO; LINES * width],
             moving: false,
             placed: false,
             looked_up: vec![F32x8::ZERO; width],
-            ears: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; CHUNK])),
+            ears: arrival::ear_pairs(),
+            set: LaneSet::best(),
             quiet_frames: tail,
         }
     }
@@ -96,30 +99,33 @@ impl FarField {
             self.quiet_frames += frames;
         }
         let width = self.looked_up.len();
-        for pair in 0..LINES / 2 {
-            for (half, ears) in self.ears.iter_mut().enumerate() {
-                let line = 2 * pair + half;
+        // Position 0 is the chunk's first frame, as is time 0.
+        let moment = Moment {
+            now: 0,
+            left,
+            frames,
+        };
+        for first in (0..LINES).step_by(TOGETHER) {
+            for (line, ears) in (first..).zip(&mut self.ears) {
                 let signal = &mut self.signals[line];
-                let [l, r] = ears;
-                // Position 0 is the chunk's first frame, as is time 0.
-                arrival::read_ears(
-                    &signal[..self.tail + frames],
-                    -(self.tail as i64),
-                    0,
-                    &self.delays[line],
-                    left,
-                    [&mut l[..frames], &mut r[..frames]],
-                );
+                let stretch = Stretch {
+                    signal,
+                    length: self.tail + frames,
+                    start: -(self.tail as i64),
+                };
+                arrival::read_ears(self.set, &stretch, moment, &self.delays[line], ears);
                 signal.copy_within(frames..frames + self.tail, 0);
             }
-            let ready = |half: usize| Ready {
-                ears: [0, 1].map(|ear| &self.ears[half][ear][..frames]),
-                target: &self.targets[(2 * pair + half) * width..][..width],
-                growth: &self.growths[(2 * pair + half) * width..][..width],
-                moving: self.moving,
-                groups: width / 2,
-            };
-            arrival::add(binaural, &ready(0), Some(&ready(1)), left);
+            let arrivals = std::array::from_fn(|n| {
+                let place = (first + n) * width;
+                Some(Ready {
+                    ears: &self.ears[n],
+                    target: &self.targets[place..][..width],
+                    growth: &self.growths[place..][..width],
+                    moving: self.moving,
+                })
+            });
+            arrival::add(binaural, &arrivals, width / 2, moment);
         }
     }
 }

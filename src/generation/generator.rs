@@ -10,12 +10,15 @@ use crate::error::{Error, Result};
 use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
 
+use super::arrival::Moment;
+use super::band_filter::SIGNALS;
 use super::binaural::Binaural;
 use super::delay_line::DelayLine;
 use super::far_field::FarField;
 use super::interpolation::AHEAD;
 use super::late_reverb::LateReverb;
-use super::voice_set::{Surroundings, Tenant, VoiceSet};
+use super::surroundings::{Surroundings, Tenant};
+use super::voice_set::VoiceSet;
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
 
 /// Input samples from this magnitude on count as not a number: no sound has them, and their squares stay finite.
@@ -35,6 +38,7 @@ pub struct Generator {
     max_delay: f64,
     hrtf: Arc<Hrtf>,
     correction: BandCorrection,
+    /// One for four sources.
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
     tenants: Vec<Tenant>,
@@ -46,8 +50,9 @@ pub struct Generator {
     now: i64,
     /// Frames of the present ramp still to come.
     left: u32,
-    clean: Vec<f32>,
-    bands: Vec<F32x8>,
+    /// Of four sources: input without nonsense, and what the filter makes of it.
+    clean: [Vec<f32>; SIGNALS],
+    bands: [Vec<F32x8>; SIGNALS],
     ears: [Vec<f32>; 2],
     report: BlockReport,
 }
@@ -80,7 +85,7 @@ impl Generator {
             rate_hz,
             max_delay,
             correction: BandCorrection::new(settings.rate_hz),
-            filters: (0..sources)
+            filters: (0..sources.div_ceil(SIGNALS))
                 .map(|_| BandFilter::new(settings.rate_hz))
                 .collect(),
             lines: (0..sources)
@@ -96,8 +101,8 @@ impl Generator {
             limiter,
             now: 0,
             left: 0,
-            clean: vec![0.0; CHUNK],
-            bands: vec![F32x8::ZERO; CHUNK],
+            clean: std::array::from_fn(|_| vec![0.0; CHUNK]),
+            bands: std::array::from_fn(|_| vec![F32x8::ZERO; CHUNK]),
             ears: std::array::from_fn(|_| vec![0.0; CHUNK]),
             report: BlockReport::default(),
             hrtf,
@@ -137,7 +142,7 @@ impl Generator {
             if tenant.bits != bits {
                 if tenant.bits.is_some() {
                     tenant.since = self.now;
-                    self.filters[id.slot()].reset();
+                    self.filters[id.slot() / SIGNALS].reset(id.slot() % SIGNALS);
                 }
                 tenant.bits = bits;
             }
@@ -201,16 +206,18 @@ impl Generator {
     /// Renders a chunk within which no ramp ends.
     fn render_chunk(&mut self, inputs: &[&[f32]], start: usize, output: &mut [f32]) {
         let frames = output.len() / 2;
-        for slot in 0..self.lines.len() {
-            let input = inputs.get(slot).copied().unwrap_or_default();
-            let input = input.get(start..).unwrap_or_default();
-            self.write_source(slot, &input[..input.len().min(frames)], frames);
+        for quartet in 0..self.filters.len() {
+            self.write_sources(quartet, inputs, start, frames);
         }
-        self.voices
-            .render(&self.lines, self.now, self.left, frames, &mut self.binaural);
+        let moment = Moment {
+            now: self.now,
+            left: self.left,
+            frames,
+        };
+        self.voices.render(&self.lines, moment, &mut self.binaural);
         if let Some(Tail { reverb, far_field }) = &mut self.tail {
             for (slot, line) in self.lines.iter().enumerate() {
-                reverb.collect(slot, line, self.now, self.left, frames);
+                reverb.collect(slot, line, moment);
             }
             let left = self.left;
             far_field.render(left, frames, &mut self.binaural, |signals, at| {
@@ -237,23 +244,36 @@ impl Generator {
         self.left = self.left.saturating_sub(frames as u32);
     }
 
-    /// Splits a source's chunk into bands and appends it to the source's past.
-    fn write_source(&mut self, slot: usize, input: &[f32], frames: usize) {
-        let clean = &mut self.clean[..frames];
-        clean[input.len()..].fill(0.0);
-        let mut loudest = 0.0f32;
-        for (place, &sample) in clean.iter_mut().zip(input) {
-            let is_sample = sample.abs() < MAX_SAMPLE;
-            *place = if is_sample { sample } else { 0.0 };
-            loudest = loudest.max(place.abs());
-            self.report.non_finite += u32::from(!is_sample);
+    /// Splits the chunk of four sources into bands and appends it to their past.
+    fn write_sources(&mut self, quartet: usize, inputs: &[&[f32]], start: usize, frames: usize) {
+        let first = quartet * SIGNALS;
+        let filter = &mut self.filters[quartet];
+        let mut sounding: [bool; SIGNALS] = std::array::from_fn(|n| filter.is_sounding(n));
+        for (n, clean) in self.clean.iter_mut().enumerate() {
+            let input = inputs.get(first + n).and_then(|input| input.get(start..));
+            let input = input.unwrap_or_default();
+            let clean = &mut clean[..frames];
+            clean[input.len().min(frames)..].fill(0.0);
+            let mut loudest = 0.0f32;
+            for (place, &sample) in clean.iter_mut().zip(input) {
+                let is_sample = sample.abs() < MAX_SAMPLE;
+                *place = if is_sample { sample } else { 0.0 };
+                loudest = loudest.max(place.abs());
+                self.report.non_finite += u32::from(!is_sample);
+            }
+            sounding[n] |= loudest > 0.0;
         }
-        let (filter, line) = (&mut self.filters[slot], &mut self.lines[slot]);
-        if loudest > 0.0 || filter.is_sounding() {
-            filter.process(clean, &mut self.bands[..frames]);
-            line.write(self.now, &self.bands[..frames]);
-        } else if !line.is_empty(self.now) {
-            line.write_silence(self.now, frames);
+        if sounding.contains(&true) {
+            let clean = self.clean.each_ref().map(|clean| &clean[..frames]);
+            filter.process(clean, self.bands.each_mut().map(|b| &mut b[..frames]));
+        }
+        let lines = self.lines.iter_mut().skip(first);
+        for ((line, bands), sounds) in lines.zip(&self.bands).zip(sounding) {
+            if sounds {
+                line.write(self.now, &bands[..frames]);
+            } else if !line.is_empty(self.now) {
+                line.write_silence(self.now, frames);
+            }
         }
     }
 }

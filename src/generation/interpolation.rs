@@ -6,6 +6,8 @@
 //! weights come in mirrored pairs. At half a sample it is 0.3 dB low at 10 kHz and 44.1 kHz, at other fractions less;
 //! it is exact at whole samples, and continuous where the reading position passes one.
 
+use crate::simd::{Lanes, NUMBERS, kernel};
+
 /// Samples needed before the one at or below the reading position.
 pub(super) const BEHIND: usize = 2;
 /// Samples needed after the one at or below the reading position; a reader lags by this much to have them.
@@ -36,44 +38,64 @@ fn weights(fraction: f32) -> [f32; 6] {
     ]
 }
 
-/// Writes `signal(position + i (1 − glide))` for every i of `out`.
-///
-/// `position` counts from `signal[0]`; `signal` has to reach [`BEHIND`] before the first and [`AHEAD`] beyond the last
-/// position, and to be [`BEHIND`] + [`AHEAD`] longer than `out`. `glide` is the growth of the delay in frames a frame.
-///
-/// A position that rounding carries over the edge of `signal` is read from the polynomial of the last interval.
-pub(super) fn read(signal: &[f32], position: f64, glide: f64, out: &mut [f32]) {
-    let count = out.len();
-    let room = |frames: usize| (signal.len() - frames - BEHIND - AHEAD) as i64;
-    // Positions are positive but for rounding, where truncation and floor differ by less than one interval.
-    let whole = position as i64;
-    let start = whole - BEHIND as i64;
-    let fraction = (position - whole as f64) as f32;
-    if glide == 0.0 {
-        let base = start.clamp(0, room(count));
-        let signal = &signal[base as usize..][..count + BEHIND + AHEAD];
-        read_steady(signal, fraction + (start - base) as f32, out);
-        return;
-    }
-    let glide = glide as f32;
-    let mut from = 0;
-    while from < count {
-        // Within a run the whole part of the position moves with i, and one set of slices serves.
-        let first = fraction - glide * from as f32;
-        let shift = floor(first);
-        let to_edge = if glide > 0.0 {
-            (fraction - shift) / glide
-        } else {
-            (fraction - shift - 1.0) / glide
-        };
-        let to = (to_edge.min(count as f32) as usize + 1).clamp(from + 1, count);
-        let run = &mut out[from..to];
-        let wanted = start + from as i64 + shift as i64;
-        let base = wanted.clamp(0, room(run.len()));
-        let signal = &signal[base as usize..][..run.len() + BEHIND + AHEAD];
-        let offset = fraction - shift - 0.5 + (wanted - base) as f32;
-        read_run(signal, offset, glide, from, run);
-        from = to;
+/// Samples that a reader may touch, but not use, beyond the end of what it reads and of what it writes.
+pub(super) const SLACK: usize = 8;
+
+/// Where to read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
+    /// Of the first sample, in frames from `signal[0]`.
+    pub(super) position: f64,
+    /// Growth of the delay in frames a frame.
+    pub(super) glide: f64,
+    /// Samples to write.
+    pub(super) count: usize,
+    /// Samples of the signal that count.
+    pub(super) length: usize,
+}
+
+kernel! {
+    /// Writes `signal(position + i (1 − glide))` to `out[i]` for every i below the count.
+    ///
+    /// The signal has to reach [`BEHIND`] before the first and [`AHEAD`] beyond the last position, and to be
+    /// [`BEHIND`] + [`AHEAD`] longer than the count. Both slices have [`SLACK`] more samples; those of `out` are spoiled.
+    ///
+    /// A position that rounding carries over the edge of the signal is read from the polynomial of the last interval.
+    pub(super) fn read<L>(signal: &[f32], at: &Reading, out: &mut [f32]) {
+        let room = (at.length - BEHIND - AHEAD) as i64;
+        // Positions are positive but for rounding, where truncation and floor differ by less than one interval.
+        let whole = at.position as i64;
+        let start = whole - BEHIND as i64;
+        let fraction = (at.position - whole as f64) as f32;
+        if at.glide == 0.0 {
+            let base = start.clamp(0, room - at.count as i64);
+            let signal = &signal[base as usize..];
+            read_steady::<L>(signal, fraction + (start - base) as f32, &mut out[..at.count + SLACK]);
+            return;
+        }
+        let glide = at.glide as f32;
+        let mut from = 0;
+        while from < at.count {
+            // Within a run the whole part of the position moves with i, and one polynomial serves.
+            let first = fraction - glide * from as f32;
+            let shift = floor(first);
+            let to_edge = if glide > 0.0 {
+                (fraction - shift) / glide
+            } else {
+                (fraction - shift - 1.0) / glide
+            };
+            let to = (to_edge.min(at.count as f32) as usize + 1).clamp(from + 1, at.count);
+            let wanted = start + from as i64 + shift as i64;
+            let base = wanted.clamp(0, room - (to - from) as i64);
+            let run = Run {
+                offset: fraction - shift - 0.5 + (wanted - base) as f32,
+                glide,
+                from,
+            };
+            // What a run spoils the next one writes anew.
+            read_run::<L>(&signal[base as usize..], &run, &mut out[from..to + SLACK]);
+            from = to;
+        }
     }
 }
 
@@ -88,47 +110,125 @@ fn floor(value: f32) -> f32 {
     }
 }
 
-/// One fraction for all: a filter of six taps.
-fn read_steady(signal: &[f32], fraction: f32, out: &mut [f32]) {
-    let weights = weights(fraction);
-    let count = out.len();
-    let [a, b, c, d, e, f] = taps(signal, count);
-    for i in 0..count {
-        out[i] = (weights[0] * a[i] + weights[5] * f[i])
-            + (weights[1] * b[i] + weights[4] * e[i])
-            + (weights[2] * c[i] + weights[3] * d[i]);
+/// Eight neighbours of each tap.
+#[inline(always)]
+fn taps<L: Lanes>(signal: &[f32], place: usize) -> [L; 6] {
+    let window = match signal[place..].first_chunk::<13>() {
+        Some(window) => window,
+        None => &[0.0; 13],
+    };
+    [
+        L::load_at(window, 0),
+        L::load_at(window, 1),
+        L::load_at(window, 2),
+        L::load_at(window, 3),
+        L::load_at(window, 4),
+        L::load_at(window, 5),
+    ]
+}
+
+/// One fraction for all: a filter of six taps. Writes all of `out` but at most [`SLACK`] samples.
+#[inline(always)]
+fn read_steady<L: Lanes>(signal: &[f32], fraction: f32, out: &mut [f32]) {
+    let [wa, wb, wc, wd, we, wf] = weights(fraction);
+    let (wa, wb, wc) = (L::splat(wa), L::splat(wb), L::splat(wc));
+    let (wd, we, wf) = (L::splat(wd), L::splat(we), L::splat(wf));
+    let mut place = 0;
+    while place < out.len() - SLACK {
+        let [a, b, c, d, e, f] = taps::<L>(signal, place);
+        let outer = f.mul_add(wf, a.mul(wa));
+        let middle = e.mul_add(we, b.mul(wb));
+        let inner = d.mul_add(wd, c.mul(wc));
+        outer.add(middle).add(inner).store_at(out, place);
+        place += SLACK;
     }
 }
 
-/// A fraction that moves by `glide` a frame: the same sum with the weights worked out on the way.
-#[inline(always)]
-fn read_run(signal: &[f32], offset: f32, glide: f32, from: usize, out: &mut [f32]) {
-    let count = out.len();
-    let [a, b, c, d, e, f] = taps(signal, count);
-    let from = from as i32;
-    for i in 0..count {
-        let x = offset - glide * (from + i as i32) as f32;
-        let square = x * x;
-        let near = square - 0.25;
-        let mid = square - 2.25;
-        let far = square - 6.25;
-        let outer = near * mid * OUTER;
-        let middle = near * far * MIDDLE;
-        let inner = mid * far * INNER;
-        out[i] = outer * (2.5 * (f[i] + a[i]) + x * (f[i] - a[i]))
-            + middle * (1.5 * (e[i] + b[i]) + x * (e[i] - b[i]))
-            + inner * (0.5 * (d[i] + c[i]) + x * (d[i] - c[i]));
-    }
+/// A stretch in which the reading position passes no sample: sample i of the whole lies `offset − glide · i` from the
+/// middle of the interval i intervals on.
+struct Run {
+    offset: f32,
+    glide: f32,
+    /// The first of the stretch.
+    from: usize,
 }
 
+/// Square roots of what [`OUTER`], [`MIDDLE`] and [`INNER`] make of the factors of each node's distance: products of two
+/// have the magnitude of the pair's factor.
+const NEAR: f32 = 0.064_549_72;
+const MID: f32 = 2.0 * NEAR;
+const FAR: f32 = 10.0 * NEAR;
+
+/// A fraction that moves: the same sum with the weights worked out on the way. Writes all of `out` but at most
+/// [`SLACK`] samples.
 #[inline(always)]
-fn taps(signal: &[f32], count: usize) -> [&[f32]; 6] {
-    std::array::from_fn(|tap| &signal[tap..][..count])
+fn read_run<L: Lanes>(signal: &[f32], run: &Run, out: &mut [f32]) {
+    let (offset, glide) = (L::splat(run.offset), L::splat(run.glide));
+    let mut place = 0;
+    while place < out.len() - SLACK {
+        let [a, b, c, d, e, f] = taps::<L>(signal, place);
+        let number = L::of(NUMBERS).add(L::splat((run.from + place) as f32));
+        let x = number.neg_mul_add(glide, offset);
+        let square = x.mul(x);
+        let near = square.mul_add(L::splat(NEAR), L::splat(-0.25 * NEAR));
+        let mid = square.mul_add(L::splat(MID), L::splat(-2.25 * MID));
+        let far = square.mul_add(L::splat(FAR), L::splat(-6.25 * FAR));
+        // Even part and odd part of each mirrored pair.
+        let outer = L::splat(2.5).mul_add(f.add(a), x.mul(f.sub(a)));
+        let middle = L::splat(1.5).mul_add(e.add(b), x.mul(e.sub(b)));
+        let inner = L::splat(0.5).mul_add(d.add(c), x.mul(d.sub(c)));
+        let sum = near.mul(mid).mul(outer);
+        let sum = near.mul(far).neg_mul_add(middle, sum);
+        mid.mul(far).mul_add(inner, sum).store_at(out, place);
+        place += SLACK;
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::LaneSet;
+
+    fn read(signal: &[f32], position: f64, glide: f64, out: &mut [f32]) {
+        read_with(LaneSet::best(), signal, position, glide, out);
+    }
+
+    fn read_with(set: LaneSet, signal: &[f32], position: f64, glide: f64, out: &mut [f32]) {
+        let at = Reading {
+            position,
+            glide,
+            count: out.len(),
+            length: signal.len(),
+        };
+        let signal = [signal, &[f32::NAN; SLACK]].concat();
+        let mut wide = vec![0.0; out.len() + SLACK];
+        super::read(set, &signal, &at, &mut wide);
+        out.copy_from_slice(&wide[..out.len()]);
+    }
+
+    #[test]
+    fn instruction_sets_agree() {
+        let signal: Vec<f32> = (0..170).map(|i| (i as f32 * i as f32).sin()).collect();
+        for glide in [0.0, 0.004, -0.004, 0.07, 0.25, -0.25] {
+            for count in [1, 7, 8, 60, 128] {
+                let [mut found, mut specified, mut portable] = [[0.0; 128]; 3];
+                for (set, out) in [
+                    (LaneSet::best(), &mut found),
+                    (LaneSet::Fused, &mut specified),
+                    (LaneSet::Portable, &mut portable),
+                ] {
+                    read_with(set, &signal, 3.4, glide, &mut out[..count]);
+                }
+                if !matches!(LaneSet::best(), LaneSet::Portable) {
+                    assert_eq!(found, specified);
+                }
+                for (a, b) in portable.iter().zip(specified) {
+                    // Ten roundings of values below 2.
+                    assert!((a - b).abs() < 1.2e-6, "{glide} {count}: {a} {b}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn polynomials_of_fifth_order_are_read_exactly() {

@@ -13,6 +13,7 @@ mod arrival;
 mod band_correction;
 mod band_filter;
 mod binaural;
+mod crossover;
 mod delay_line;
 mod far_field;
 mod generator;
@@ -21,10 +22,12 @@ mod hrtf;
 mod hrtf_builtin;
 mod interpolation;
 mod late_reverb;
+mod late_sends;
 mod limiter;
 mod ranking;
 mod report;
 mod settings;
+mod surroundings;
 #[cfg(test)]
 #[path = "../../tests/reference/synthetic_hrtf.rs"]
 mod synthetic_hrtf;

@@ -7,13 +7,13 @@
 //! that a change of gain reaches the far ear later, and a gain ramp is a function of the source's time.
 
 use crate::acoustics::BANDS;
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, kernel};
 
 use super::CHUNK;
-use super::arrival::{self, Glide};
+use super::arrival::{self, EarPair, Glide, Moment, Stretch};
 use super::delay_line::{DelayLine, TILE, Tile};
 use super::interpolation::AHEAD;
-use super::voice_set::Tenant;
+use super::surroundings::Tenant;
 
 /// Steepest growth of a delay that counts as motion, in frames a frame: 85 m/s. Beyond it the voice cross-fades.
 /// Moves with [`MAX_FRESH`].
@@ -135,20 +135,20 @@ impl Voice {
         self.gain = gain;
     }
 
-    /// Renders as many frames as `ears` have and returns true, or only moves on and returns false if there is nothing
+    /// Renders `frames` frames, at most a chunk, of both ears and returns true, or only moves on and returns false if there is nothing
     /// to hear.
     ///
     /// `tail` holds the last mixed positions, `mixture` is scratch for them and [`MAX_FRESH`] more.
     pub(super) fn render(
         &mut self,
+        set: LaneSet,
         line: &DelayLine,
-        now: i64,
-        left: u32,
+        moment: Moment,
         tail: &mut [f32],
         mixture: &mut [f32],
-        ears: [&mut [f32]; 2],
+        ears: &mut EarPair,
     ) -> bool {
-        let frames = ears[0].len().min(CHUNK);
+        let Moment { now, left, frames } = moment;
         let growth = self.delay.growth_now(left);
         let last_delay = self.delay.value(left) + growth * frames as f64;
         let end = reach(now + frames as i64 - 1, last_delay);
@@ -160,48 +160,103 @@ impl Voice {
             return false;
         }
         let reserve = tail.len();
-        self.mix(line, reserve, fresh, mixture);
+        self.mix(set, line, reserve, fresh, mixture);
         mixture[..reserve].copy_from_slice(tail);
         self.next += fresh as i64;
-        let signal = &mixture[..reserve + fresh];
-        tail.copy_from_slice(&signal[fresh..]);
-        arrival::read_ears(signal, start, now, &self.ear_delays, left, ears);
+        tail.copy_from_slice(&mixture[fresh..fresh + reserve]);
+        let stretch = Stretch {
+            signal: mixture,
+            length: reserve + fresh,
+            start,
+        };
+        arrival::read_ears(set, &stretch, moment, &self.ear_delays, ears);
         true
     }
 
     /// Writes the bands in the voice's proportions, `fresh` positions from [`Self::next`] on, to `mixture` from place
     /// `reserve` on. Works in whole tiles and spoils up to seven places on either side.
-    fn mix(&self, line: &DelayLine, reserve: usize, fresh: usize, mixture: &mut [f32]) {
+    fn mix(
+        &self,
+        set: LaneSet,
+        line: &DelayLine,
+        reserve: usize,
+        fresh: usize,
+        mixture: &mut [f32],
+    ) {
         let (lane, parts) = line.tiles(self.next, fresh);
-        let gains = self.gain.0.map(F32x8::splat);
-        let growths = self.gain_growth.0.map(F32x8::splat);
-        // Growths still to come at the first lane of the first tile.
-        let mut to_come = self.gain_end - self.next + lane as i64;
-        let places = mixture[reserve - lane..].chunks_exact_mut(TILE);
-        for (tile, place) in parts.into_iter().flatten().zip(places) {
-            let mut mixed = sum(tile, &gains);
-            if to_come > 0 {
-                let left = F32x8(LANES.map(|lane| (to_come as f32 - lane).max(0.0)));
-                mixed = mixed - left * sum(tile, &growths);
-            }
-            mixed.store(place);
-            to_come -= TILE as i64;
+        let mut place = reserve - lane;
+        let mut gains = Gains {
+            gain: self.gain,
+            growth: self.gain_growth,
+            to_come: self.gain_end - self.next + lane as i64,
+        };
+        for tiles in parts.into_iter().filter(|tiles| !tiles.is_empty()) {
+            let end = place + tiles.len() * TILE;
+            mix(set, tiles, &gains, &mut mixture[place..end]);
+            gains.to_come -= (tiles.len() * TILE) as i64;
+            place = end;
         }
         let foreign = (self.since - self.next).clamp(0, fresh as i64) as usize;
         mixture[reserve..reserve + foreign].fill(0.0);
     }
 }
 
-/// Lanes by number.
-const LANES: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-
 /// The furthest position a path of this delay needs at time `now`.
 fn reach(now: i64, delay: f64) -> i64 {
     ((now - AHEAD as i64) as f64 - delay).floor() as i64 + AHEAD as i64
 }
 
+/// Band gains on their way.
+#[derive(Debug, Clone, Copy)]
+struct Gains {
+    /// At the end of the ramp and from then on.
+    gain: F32x8,
+    /// A position.
+    growth: F32x8,
+    /// Growths still to come at the first position.
+    to_come: i64,
+}
+
+kernel! {
+    /// Mixes the bands of tiles in the proportions of their gains.
+    fn mix<L>(tiles: &[Tile], gains: &Gains, mixture: &mut [f32]) {
+        let moving = gains.to_come.clamp(0, (tiles.len() * TILE) as i64) as usize;
+        let (moving, resting) = tiles.split_at(moving.div_ceil(TILE));
+        let (ramped, rested) = mixture.split_at_mut(moving.len() * TILE);
+        let all = L::splat_each(gains.gain);
+        if !moving.is_empty() {
+            let growths = L::splat_each(gains.growth);
+            let mut to_come = gains.to_come as f32;
+            for (tile, place) in moving.iter().zip(ramped.chunks_exact_mut(TILE)) {
+                let left = L::splat(to_come).sub(L::of(NUMBERS));
+                // No ramp beyond its end.
+                let left = if to_come < TILE as f32 {
+                    L::of(not_negative(left.give()))
+                } else {
+                    left
+                };
+                left.neg_mul_add(sum(tile, &growths), sum(tile, &all))
+                    .store_at(place, 0);
+                to_come -= TILE as f32;
+            }
+        }
+        for (tile, place) in resting.iter().zip(rested.chunks_exact_mut(TILE)) {
+            sum(tile, &all).store_at(place, 0);
+        }
+    }
+}
+
+fn not_negative(lanes: F32x8) -> F32x8 {
+    F32x8(lanes.0.map(|lane| lane.max(0.0)))
+}
+
 #[inline(always)]
-fn sum(tile: &Tile, gains: &[F32x8; BANDS]) -> F32x8 {
-    ((tile[0] * gains[0] + tile[1] * gains[1]) + (tile[2] * gains[2] + tile[3] * gains[3]))
-        + ((tile[4] * gains[4] + tile[5] * gains[5]) + (tile[6] * gains[6] + tile[7] * gains[7]))
+fn sum<L: Lanes>(tile: &Tile, gains: &[L; BANDS]) -> L {
+    let mut lower = L::of(tile[0]).mul(gains[0]);
+    let mut upper = L::of(tile[4]).mul(gains[4]);
+    for band in 1..4 {
+        lower = L::of(tile[band]).mul_add(gains[band], lower);
+        upper = L::of(tile[4 + band]).mul_add(gains[4 + band], upper);
+    }
+    lower.add(upper)
 }

@@ -7,63 +7,17 @@
 //! path fades. A path whose delay jumps does both. There are twice as many voices as may live, so that a whole set can
 //! fade while another starts; beyond that the voice that has faded longest is cut and counted.
 
-use glam::Quat;
-
 use crate::extrapolation::FramePath;
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LaneSet};
 
-use super::arrival::{self, Ready, Weights};
-use super::binaural::Binaural;
+use super::arrival::{self, EarPair, Moment, Ready, Weights};
+use super::binaural::{Binaural, TOGETHER};
 use super::delay_line::DelayLine;
+use super::interpolation::SLACK;
 use super::ranking::{self, Ranking};
+use super::surroundings::{Dropped, Surroundings, Tenant};
 use super::voice::{Aim, MAX_FRESH, Voice};
-use super::{BandCorrection, CHUNK, Hrtf};
-
-/// What became of a frame's paths.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Dropped {
-    /// Paths without a voice: beyond the limits, invalid, out of order.
-    pub(super) paths: u32,
-    /// Paths longer than the delay lines.
-    pub(super) delays: u32,
-    /// Fades cut short.
-    pub(super) fades: u32,
-}
-
-/// What the voices need to know of their surroundings at a new frame.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Surroundings<'a> {
-    pub(super) hrtf: &'a Hrtf,
-    pub(super) correction: &'a BandCorrection,
-    /// From world to head coordinates.
-    pub(super) to_head: Quat,
-    pub(super) rate_hz: f64,
-    /// Longest path delay in frames.
-    pub(super) max_delay: f64,
-    /// Time in frames.
-    pub(super) now: i64,
-    /// Frames the last ramp still had to go.
-    pub(super) left: u32,
-    /// Frames of the new ramp.
-    pub(super) ramp: u32,
-}
-
-/// Who lives in a source's slot, and since when.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Tenant {
-    /// None before the first.
-    pub(super) bits: Option<u32>,
-    /// Nothing before this position is the tenant's.
-    pub(super) since: i64,
-}
-
-impl Tenant {
-    /// The slot before its first tenant, who may have sounded already.
-    pub(super) const NONE: Self = Self {
-        bits: None,
-        since: i64::MIN / 2,
-    };
-}
+use super::{CHUNK, Hrtf};
 
 /// The voices and what belongs to them by index.
 #[derive(Debug)]
@@ -87,7 +41,8 @@ pub(super) struct VoiceSet {
     ranking: Ranking,
     looked_up: Vec<F32x8>,
     mixture: Vec<f32>,
-    ears: [[Vec<f32>; 2]; 2],
+    ears: [EarPair; TOGETHER],
+    set: LaneSet,
 }
 
 impl VoiceSet {
@@ -111,8 +66,9 @@ impl VoiceSet {
             free: (0..pool as u32).rev().collect(),
             ranking: Ranking::new(max_voices.max(max_fine)),
             looked_up: vec![F32x8::ZERO; 2 * groups],
-            mixture: vec![0.0; tail + MAX_FRESH],
-            ears: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; CHUNK])),
+            mixture: vec![0.0; tail + MAX_FRESH + SLACK],
+            ears: arrival::ear_pairs(),
+            set: LaneSet::best(),
         }
     }
 
@@ -269,16 +225,9 @@ impl VoiceSet {
     }
 
     /// Adds a chunk of every voice to the buses, the loudest paths in full detail first.
-    pub(super) fn render(
-        &mut self,
-        lines: &[DelayLine],
-        now: i64,
-        left: u32,
-        frames: usize,
-        binaural: &mut Binaural,
-    ) {
+    pub(super) fn render(&mut self, lines: &[DelayLine], moment: Moment, binaural: &mut Binaural) {
         for groups in [self.groups, 1] {
-            self.render_those(groups, lines, now, left, frames, binaural);
+            self.render_those(groups, lines, moment, binaural);
             if self.groups == 1 {
                 break;
             }
@@ -290,7 +239,7 @@ impl VoiceSet {
         let before = self.fading.len();
         self.fading.retain(|&index| {
             let fade_left = &mut voices[index as usize].fade_left;
-            *fade_left = fade_left.saturating_sub(frames as u32);
+            *fade_left = fade_left.saturating_sub(moment.frames as u32);
             if *fade_left == 0 {
                 free.push(index);
             }
@@ -306,59 +255,49 @@ impl VoiceSet {
         &mut self,
         groups: usize,
         lines: &[DelayLine],
-        now: i64,
-        left: u32,
-        frames: usize,
+        moment: Moment,
         binaural: &mut Binaural,
     ) {
-        let mut waiting = None;
+        let mut waiting = [0; TOGETHER];
+        let mut count = 0;
         for &index in &self.order {
             let voice = &mut self.voices[index as usize];
-            if voice.groups[usize::from(left == 0)] != groups {
+            if voice.groups[usize::from(moment.left == 0)] != groups {
                 continue;
             }
             let Some(line) = lines.get(voice.slot) else {
                 continue;
             };
-            let [first, second] = &mut self.ears;
-            let into = if waiting.is_some() { second } else { first };
-            let [ear_l, ear_r] = into;
-            let sounds = voice.render(
-                line,
-                now,
-                left,
-                of_voice(&mut self.tails, index, self.tail),
-                &mut self.mixture,
-                [&mut ear_l[..frames], &mut ear_r[..frames]],
-            );
-            if !sounds {
+            let tail = of_voice(&mut self.tails, index, self.tail);
+            let ears = &mut self.ears[count];
+            if !voice.render(self.set, line, moment, tail, &mut self.mixture, ears) {
                 continue;
             }
-            match waiting.take() {
-                None => waiting = Some(index),
-                Some(held) => {
-                    let a = self.ready(held, 0, groups, frames);
-                    let b = self.ready(index, 1, groups, frames);
-                    arrival::add(binaural, &a, Some(&b), left);
-                }
+            waiting[count] = index;
+            count += 1;
+            if count == TOGETHER {
+                self.add(&waiting, groups, moment, binaural);
+                count = 0;
             }
         }
-        if let Some(index) = waiting {
-            arrival::add(binaural, &self.ready(index, 0, groups, frames), None, left);
+        if count > 0 {
+            self.add(&waiting[..count], groups, moment, binaural);
         }
     }
 
-    /// A rendered voice whose ear signals lie in the first or second buffer.
-    fn ready(&self, index: u32, half: usize, groups: usize, frames: usize) -> Ready<'_> {
-        let voice = &self.voices[index as usize];
-        let place = index as usize * 2 * self.groups;
-        Ready {
-            ears: [0, 1].map(|ear| &self.ears[half][ear][..frames]),
-            target: &self.targets[place..][..2 * self.groups],
-            growth: &self.growths[place..][..2 * self.groups],
-            moving: voice.moving,
-            groups,
-        }
+    /// Adds rendered voices whose ear signals lie in the first buffers.
+    fn add(&self, waiting: &[u32], groups: usize, moment: Moment, binaural: &mut Binaural) {
+        let arrivals = std::array::from_fn(|n| {
+            let index = *waiting.get(n)? as usize;
+            let place = index * 2 * self.groups;
+            Some(Ready {
+                ears: &self.ears[n],
+                target: &self.targets[place..][..2 * self.groups],
+                growth: &self.growths[place..][..2 * self.groups],
+                moving: self.voices[index].moving,
+            })
+        });
+        arrival::add(binaural, &arrivals, groups, moment);
     }
 }
 

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::finite_panel;
 use super::image_source::ImagePath;
+use crate::acoustics::bands::fading;
 use crate::acoustics::{BANDS, BandArray};
 use crate::scene::{Scene, SourcePose};
 
@@ -11,10 +12,14 @@ use crate::scene::{Scene, SourcePose};
 ///
 /// Nearer than `nearest_m` the level stays what it is there, since a real source is not a point.
 pub fn free_field(scene: &Scene, distance_m: f64, nearest_m: f64) -> BandArray {
-    let spreading = 1.0 / distance_m.max(nearest_m);
-    let mut amplitude = [0.0; BANDS];
-    for (value, m) in amplitude.iter_mut().zip(scene.air_np_per_m()) {
-        *value = (spreading * (-f64::from(*m) * distance_m).exp()) as f32;
+    let spreading = (1.0 / distance_m.max(nearest_m)) as f32;
+    let mut amplitude = *scene.air_np_per_m();
+    for value in &mut amplitude {
+        *value *= distance_m as f32;
+    }
+    amplitude = fading(&amplitude);
+    for value in &mut amplitude {
+        *value *= spreading;
     }
     amplitude
 }

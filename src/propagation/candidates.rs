@@ -1,86 +1,277 @@
-//! Candidates made ready for all sources: the listener's image of each, and a first look that most do not survive.
+//! Candidates made ready for all sources: a look at eight of them at once that few survive without a path.
 //!
-//! A path along a sequence begins with a straight flight from the source towards the listener's image, through one of
-//! the surfaces that may come first. Whether that flight crosses the surface's plane between source and image, and
-//! within the surface's bounds, costs a few products, and the image is the same for every source. Own. Refuses nothing
-//! that [`super::image_source::unfold`] accepts.
+//! Unfolded, a path is one straight line from the source to the listener's image, and every surface on it a window that
+//! the line has to pass: the surface's bounds, seen in the mirrors before it. Images and windows are the same for every
+//! source, and whether a line passes a window costs a few products in single precision. Where reflections commute the
+//! line itself says which mirror comes first; the window is then the hull of what it is in any order. Own. Refuses
+//! nothing that [`super::image_source::unfold`] accepts: rounding is allowed for.
 
 use glam::DVec3;
 
 use super::image_source::{MARGIN_M, mirror_listener};
-use super::sequence::Sequence;
+use super::path::MAX_ORDER;
+use super::sequence::{Order, Sequence};
 use crate::scene::{Scene, Surface};
 
-/// A surface that may come first on a sequence's path.
+/// Sequences that are looked at together.
+const LANES: usize = 8;
+
+/// Rounding of a few sums and products of single precision, relative to their largest term, with room to spare.
+const ROUNDING: f64 = 24.0 * f32::EPSILON as f64;
+
+/// Distance of an image from a plane below which no path goes there, in metres; keeps quotients finite.
+const LEAST_DISTANCE_M: f64 = 1e-7;
+
+/// Half the size of what has no end, in metres.
+const ENDLESS_M: f64 = 1e12;
+
+type Lanes = [f32; LANES];
+
+/// Eight surfaces, each with what is seen of its sequence's image on the source's side of it.
+///
+/// With D the line from image to source, `q = nearness × normal · D` is how far that leads from the image's side, in units
+/// of the way to the plane and negative towards it: beyond the plane where it is below −1. The point in the plane is the
+/// image's plus D / −q.
 #[derive(Debug, Clone, Copy)]
-struct Lead {
-    candidate: u32,
-    normal: DVec3,
-    offset_m: f64,
+struct Windows {
+    normal: [Lanes; 3],
+    /// Over the image's signed distance from the plane.
+    nearness: Lanes,
+    /// From the lower bounds to the image along x, y and z; endless along the axis that the surface is seen along.
+    low: [Lanes; 3],
+    /// From the upper bounds to the image.
+    high: [Lanes; 3],
+    /// What rounding may do, as a share of image's and source's distance; infinite where there is no window.
+    slack: Lanes,
+}
+
+impl Windows {
+    /// Every line passes.
+    const OPEN: Self = Self {
+        normal: [[0.0; LANES]; 3],
+        nearness: [0.0; LANES],
+        low: [[0.0; LANES]; 3],
+        high: [[0.0; LANES]; 3],
+        slack: [f32::INFINITY; LANES],
+    };
+
+    /// Which lines pass, one a bit; mirrors them for the next window. `size` is the distance that rounding counts in.
+    #[inline(always)]
+    fn passed(&self, line: &mut [Lanes; 3], size: &Lanes) -> u32 {
+        let mut passes = [0u32; LANES];
+        for l in 0..LANES {
+            let [x, y, z] = [line[0][l], line[1][l], line[2][l]];
+            let n = [self.normal[0][l], self.normal[1][l], self.normal[2][l]];
+            let along = n[0] * x + n[1] * y + n[2] * z;
+            let q = along * self.nearness[l];
+            let slack = self.slack[l] * size[l];
+            // Where rounding blurs on which side of the plane the source is, everything passes.
+            let slack = if slack < 0.5 { slack } else { f32::INFINITY };
+            let inside = (q + 1.0 <= slack)
+                & (x - self.low[0][l] * q >= -slack)
+                & (x - self.high[0][l] * q <= slack)
+                & (y - self.low[1][l] * q >= -slack)
+                & (y - self.high[1][l] * q <= slack)
+                & (z - self.low[2][l] * q >= -slack)
+                & (z - self.high[2][l] * q <= slack);
+            passes[l] = u32::from(inside) << l;
+            let twice = 2.0 * along;
+            line[0][l] = x - twice * n[0];
+            line[1][l] = y - twice * n[1];
+            line[2][l] = z - twice * n[2];
+        }
+        passes.iter().fold(0, |all, bit| all | bit)
+    }
+
+    /// Puts in a surface whose image stands at a signed distance from it.
+    #[inline]
+    fn set(&mut self, lane: usize, window: &Window<'_>) {
+        let Window { surface, image, .. } = *window;
+        let away_m = window.distance_m.abs().max(LEAST_DISTANCE_M);
+        let mut widest = 1.0f64;
+        let main = main_axis(surface.normal);
+        let (low, high) = (
+            (image - window.low + MARGIN_M).to_array(),
+            (image - window.high - MARGIN_M).to_array(),
+        );
+        for axis in 0..3 {
+            self.normal[axis][lane] = surface.normal[axis] as f32;
+            if axis == main {
+                self.low[axis][lane] = ENDLESS_M as f32;
+                self.high[axis][lane] = -ENDLESS_M as f32;
+            } else {
+                self.low[axis][lane] = low[axis] as f32;
+                self.high[axis][lane] = high[axis] as f32;
+                widest += low[axis].abs() + high[axis].abs();
+            }
+        }
+        self.nearness[lane] = (1.0 / away_m.copysign(window.distance_m)) as f32;
+        self.slack[lane] = (window.rounding * (1.0 + widest / away_m)) as f32;
+    }
+}
+
+/// A window of one sequence.
+struct Window<'a> {
+    surface: &'a Surface,
+    /// The listener's image as it is seen there.
     image: DVec3,
-    /// Distance of the image from the plane.
-    there: f64,
+    /// Its signed distance from the plane.
+    distance_m: f64,
+    /// The surface's bounds, and those of its images in mirrors that may come before or after it.
     low: DVec3,
     high: DVec3,
+    rounding: f64,
 }
 
-impl Lead {
-    fn new(candidate: u32, surface: &Surface, image: DVec3) -> Self {
-        let (low, high) = bounds(surface);
-        Self {
-            candidate,
-            normal: surface.normal,
-            offset_m: surface.offset_m,
-            image,
-            there: surface.distance_m(image),
-            low,
-            high,
+/// Hull of a surface's bounds and its images in mirrors that may as well come on its other side.
+///
+/// In the order of the sequence those of `aside` that are later do not mirror it and may, those that are earlier do and
+/// may not.
+#[inline]
+fn hull(scene: &Scene, sequence: &Sequence, place: usize, aside: u8) -> (DVec3, DVec3) {
+    let surfaces = sequence.surfaces();
+    let surface = scene.surface(surfaces[place]);
+    let (mut low, mut high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
+    if aside != 0 {
+        for mirror in (place + 1..surfaces.len()).rev().chain(0..place) {
+            if aside >> mirror & 1 == 1 {
+                (low, high) = with_image(scene.surface(surfaces[mirror]), low, high);
+            }
         }
     }
-
-    /// Whether a flight from `source` to the image may pass through the surface.
-    #[inline]
-    fn may_be_met(&self, source: DVec3) -> bool {
-        let here = self.normal.dot(source) - self.offset_m;
-        if here * self.there >= 0.0 {
-            return false;
-        }
-        let share = here / (here - self.there);
-        let point = source + (self.image - source) * share;
-        (point.x >= self.low.x)
-            & (point.y >= self.low.y)
-            & (point.z >= self.low.z)
-            & (point.x <= self.high.x)
-            & (point.y <= self.high.y)
-            & (point.z <= self.high.z)
-    }
-}
-
-/// Bounds of a surface with a margin, open along the axis that its triangles are seen along.
-fn bounds(surface: &Surface) -> (DVec3, DVec3) {
-    let mut low = surface.bounds_min.as_dvec3() - MARGIN_M;
-    let mut high = surface.bounds_max.as_dvec3() + MARGIN_M;
-    let axis = surface.normal.abs().max_position();
-    low[axis] = f64::NEG_INFINITY;
-    high[axis] = f64::INFINITY;
     (low, high)
+}
+
+/// Index of the component of largest size.
+#[inline]
+fn main_axis(normal: DVec3) -> usize {
+    let n = normal.abs();
+    if n.x >= n.y && n.x >= n.z {
+        0
+    } else if n.y >= n.z {
+        1
+    } else {
+        2
+    }
+}
+
+/// Bounds that hold a box and its mirror image.
+#[inline]
+fn with_image(mirror: &Surface, mut low: DVec3, mut high: DVec3) -> (DVec3, DVec3) {
+    let n = mirror.normal;
+    for axis in 0..3 {
+        if n[axis].abs() == 1.0 {
+            let twice = 2.0 * mirror.offset_m * n[axis];
+            let (from, to) = (twice - high[axis], twice - low[axis]);
+            low[axis] = low[axis].min(from);
+            high[axis] = high[axis].max(to);
+            return (low, high);
+        }
+    }
+    let middle = mirror.mirror(0.5 * (low + high));
+    let half = 0.5 * (high - low);
+    // |1 − 2 n nᵀ| times the half lengths: how far the mirrored box reaches along each axis.
+    let row = |axis: DVec3, along: f64| (axis - 2.0 * along * n).abs().dot(half);
+    let reach = DVec3::new(row(DVec3::X, n.x), row(DVec3::Y, n.y), row(DVec3::Z, n.z));
+    (low.min(middle - reach), high.max(middle + reach))
+}
+
+/// Eight sequences.
+#[derive(Debug, Clone)]
+struct Pack {
+    image: [Lanes; 3],
+    /// The image's distance from the centre, roughly.
+    size: Lanes,
+    /// Windows of the longest sequence.
+    depth: usize,
+    windows: [Windows; MAX_ORDER],
+}
+
+impl Pack {
+    const EMPTY: Self = Self {
+        image: [[0.0; LANES]; 3],
+        size: [0.0; LANES],
+        depth: 0,
+        windows: [Windows::OPEN; MAX_ORDER],
+    };
+
+    fn set(&mut self, scene: &Scene, lane: usize, sequence: &Sequence, ear: DVec3) -> Ready {
+        let order = Order::of(scene, sequence);
+        let aside = order.aside();
+        let rounding = ROUNDING + 8.0 * order.tilt();
+        self.depth = self.depth.max(sequence.len());
+        let mut image = ear;
+        for (place, &surface) in sequence.surfaces().iter().enumerate().rev() {
+            let surface = scene.surface(surface);
+            // Mirroring changes the side and nothing else of the distance.
+            let distance_m = -surface.distance_m(image);
+            image = surface.mirror(image);
+            let (low, high) = hull(scene, sequence, place, aside[place]);
+            self.windows[place].set(
+                lane,
+                &Window {
+                    surface,
+                    image,
+                    distance_m,
+                    low,
+                    high,
+                    rounding,
+                },
+            );
+        }
+        for (lanes, value) in self.image.iter_mut().zip(image.to_array()) {
+            lanes[lane] = value as f32;
+        }
+        self.size[lane] = size_m(image);
+        Ready { image, order }
+    }
+
+    /// Sequences that may have a path from `source`, one a bit.
+    #[inline]
+    fn seen_from(&self, source: [f32; 3], source_size: f32) -> u32 {
+        let mut line = [[0.0; LANES]; 3];
+        let mut size = [0.0; LANES];
+        for l in 0..LANES {
+            for axis in 0..3 {
+                line[axis][l] = source[axis] - self.image[axis][l];
+            }
+            size[l] = self.size[l] + source_size;
+        }
+        let mut left = (1 << LANES) - 1;
+        for windows in &self.windows[..self.depth] {
+            left &= windows.passed(&mut line, &size);
+            if left == 0 {
+                break;
+            }
+        }
+        left
+    }
 }
 
 /// A share of the guide rays' sequences, ready for every source.
 #[derive(Debug)]
 pub(super) struct Candidates {
     first: usize,
-    images: Vec<DVec3>,
-    leads: Vec<Lead>,
+    ready: Vec<Ready>,
+    packs: Vec<Pack>,
+}
+
+/// What of a sequence is the same for every source.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ready {
+    /// The listener mirrored in all its surfaces.
+    pub(super) image: DVec3,
+    /// Which of them commute.
+    pub(super) order: Order,
 }
 
 impl Candidates {
-    /// Room for `capacity` sequences of at most four leads.
+    /// Room for `capacity` sequences.
     pub(super) fn with_capacity(capacity: usize) -> Self {
         Self {
             first: 0,
-            images: Vec::with_capacity(capacity),
-            leads: Vec::with_capacity(super::path::MAX_ORDER * capacity),
+            ready: Vec::with_capacity(capacity),
+            packs: Vec::with_capacity(capacity.div_ceil(LANES)),
         }
     }
 
@@ -93,32 +284,37 @@ impl Candidates {
         ear: DVec3,
     ) {
         self.first = first;
-        self.images.clear();
-        self.leads.clear();
-        for (number, sequence) in sequences.iter().enumerate() {
-            let image = mirror_listener(scene, sequence, ear);
-            self.images.push(image);
-            for (place, &surface) in sequence.surfaces().iter().enumerate() {
-                if place == 0 || sequence.can_lead(scene, place) {
-                    let lead = Lead::new(number as u32, scene.surface(surface), image);
-                    self.leads.push(lead);
-                }
+        self.ready.clear();
+        self.packs.clear();
+        for eight in sequences.chunks(LANES) {
+            let mut pack = Pack::EMPTY;
+            for (lane, sequence) in eight.iter().enumerate() {
+                self.ready.push(pack.set(scene, lane, sequence, ear));
             }
+            self.packs.push(pack);
         }
     }
 
-    /// Calls `look` with the number and the listener's image of every sequence that may have a path from `source`.
+    /// Calls `look` with the number of every sequence that may have a path from `source`, and what is ready of it.
     #[inline]
-    pub(super) fn of_source(&self, source: DVec3, mut look: impl FnMut(usize, DVec3)) {
-        let mut last = u32::MAX;
-        for lead in &self.leads {
-            if lead.candidate != last && lead.may_be_met(source) {
-                last = lead.candidate;
-                let place = last as usize;
-                look(self.first + place, self.images[place]);
+    pub(super) fn of_source(&self, source: DVec3, mut look: impl FnMut(usize, &Ready)) {
+        let size = size_m(source);
+        let from = source.as_vec3().to_array();
+        let eights = self.ready.chunks(LANES).enumerate();
+        for (pack, (number, ready)) in self.packs.iter().zip(eights) {
+            let mut left = pack.seen_from(from, size) & ((1 << ready.len()) - 1);
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                look(self.first + number * LANES + lane, &ready[lane]);
             }
         }
     }
+}
+
+/// Metres that rounding of a place counts in; never nothing.
+fn size_m(place: DVec3) -> f32 {
+    1.0 + place.abs().element_sum() as f32
 }
 
 /// The listener's image of a sequence that only one source tries, if it may have a path from there.
@@ -132,6 +328,16 @@ pub(super) fn image_for_one(
     let surfaces = sequence.surfaces().iter().enumerate();
     let mut leads = surfaces.filter(|(place, _)| *place == 0 || sequence.can_lead(scene, *place));
     leads
-        .any(|(_, &surface)| Lead::new(0, scene.surface(surface), image).may_be_met(source))
+        .any(|(_, &surface)| may_be_first(scene.surface(surface), source, image))
         .then_some(image)
+}
+
+/// Whether a flight from `source` to the image may meet this surface first.
+fn may_be_first(surface: &Surface, source: DVec3, image: DVec3) -> bool {
+    let (here, there) = (surface.distance_m(source), surface.distance_m(image));
+    if here * there >= 0.0 {
+        return false;
+    }
+    let point = source + (image - source) * (here / (here - there));
+    super::image_source::near_bounds(surface, point)
 }

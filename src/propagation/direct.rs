@@ -69,10 +69,7 @@ pub fn direct_path_of(
     if !effects.transmission {
         *rays += 1;
         let (from, to) = (scene.to_local(from).as_vec3(), scene.to_local(to).as_vec3());
-        if scene
-            .bvh()
-            .any_hit(&Ray::between(from, to), [NO_GROUP, NO_GROUP])
-        {
+        if scene.any_hit(&Ray::between(from, to), [NO_GROUP, NO_GROUP]) {
             return None;
         }
     }
@@ -104,7 +101,7 @@ pub fn transmission(scene: &Scene, from: DVec3, to: DVec3, rays: &mut u64) -> Op
     let mut entered: Option<Crossing> = None;
     loop {
         *rays += 1;
-        let Some(hit) = scene.bvh().closest_hit(&ray, [ignored, NO_GROUP]) else {
+        let Some(hit) = scene.closest_hit(&ray, [ignored, NO_GROUP]) else {
             return factor.iter().any(|f| *f > INAUDIBLE).then_some(factor);
         };
         let crossing = Crossing {

@@ -44,7 +44,7 @@ impl GuideRays<'_> {
             let mut commutation = Commutation::default();
             for step in 0..self.depth.min(MAX_ORDER) {
                 rays += 1;
-                let Some(hit) = scene.bvh().closest_hit(&ray, [last, NO_GROUP]) else {
+                let Some(hit) = scene.closest_hit(&ray, [last, NO_GROUP]) else {
                     break;
                 };
                 if !scene.is_panel(hit.triangle) {

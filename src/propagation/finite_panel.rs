@@ -14,7 +14,7 @@ const FADE: (f64, f64) = (0.2, 0.3);
 
 /// Pressure factor of all small free panels on a path, or none if it has none.
 pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
-    if scene.free_panels().is_empty() || path.order == 0 {
+    if !scene.has_free_panels() || path.order == 0 {
         return None;
     }
     let mut product: Option<BandArray> = None;

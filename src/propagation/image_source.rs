@@ -1,13 +1,13 @@
 //! From a list of surfaces to one exact path: mirrored listeners and backward validation.
 //!
 //! Source: \[ALLEN79\] for images, \[BORISH84\] for the validation in polyhedra. All in `f64` local coordinates.
-//! Differs from the usual in that every order of a class of commuting reflections is tried: the image is the same for
-//! all of them, so the straight line from the source to it decides which surface comes first.
+//! Differs from the usual in that the order within a class of commuting reflections is left open: the image is the same
+//! for all of them, so the straight line from the source to it decides which surface comes first.
 
 use glam::DVec3;
 
 use super::path::MAX_ORDER;
-use super::sequence::{Commutation, Sequence};
+use super::sequence::{Order, Sequence};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::{Scene, Surface};
@@ -75,106 +75,130 @@ pub fn unfold(
     listener: DVec3,
     listener_image: DVec3,
 ) -> Option<ImagePath> {
-    let mut flight = Flight::along(scene, sequence);
-    if !flight.descend(scene, flight.all(), 0, source, listener_image) {
-        return None;
-    }
-    let mut path = ImagePath {
-        surfaces: [0; MAX_ORDER],
-        points: flight.points,
-        cosines: [0.0; MAX_ORDER],
-        order: flight.order,
-        length_m: source.distance(listener_image),
-        image: source,
-    };
-    let mut from = source;
-    for step in 0..path.order {
-        let place = flight.places[step];
-        let line = flight.images[step] - from;
-        path.surfaces[step] = flight.indices[place];
-        path.cosines[step] = (flight.normals[place].dot(line) / line.length()).abs();
-        path.image = scene.surface(path.surfaces[step]).mirror(path.image);
-        from = path.points[step];
-    }
+    let order = Order::of(scene, sequence);
+    let path = unfold_points(scene, sequence, &order, [source, listener_image], true)?;
+    let path = path.finish(scene, source);
     debug_assert!(
         (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
     );
     Some(path)
 }
 
-/// A sequence's planes side by side, and how far the line has been followed through them.
-struct Flight {
-    order: usize,
-    indices: [u32; MAX_ORDER],
-    normals: [DVec3; MAX_ORDER],
-    offsets_m: [f64; MAX_ORDER],
-    commutation: Commutation,
-    /// Of each step its plane's place in the sequence, its point and the image it aims at.
-    places: [usize; MAX_ORDER],
-    points: [DVec3; MAX_ORDER],
+/// A path whose points are known, but not yet its angles and its image: most are blocked, and need none.
+pub(super) struct Unfolded {
+    path: ImagePath,
+    /// Where each leg points to.
     images: [DVec3; MAX_ORDER],
 }
 
-impl Flight {
-    #[inline]
-    fn along(scene: &Scene, sequence: &Sequence) -> Self {
-        let mut flight = Self {
-            order: sequence.len(),
-            indices: [0; MAX_ORDER],
-            normals: [DVec3::ZERO; MAX_ORDER],
-            offsets_m: [0.0; MAX_ORDER],
-            commutation: Commutation::default(),
-            places: [0; MAX_ORDER],
-            points: [DVec3::ZERO; MAX_ORDER],
-            images: [DVec3::ZERO; MAX_ORDER],
-        };
-        for (place, &index) in sequence.surfaces().iter().enumerate().rev() {
-            let surface = scene.surface(index);
-            flight.indices[place] = index;
-            flight.normals[place] = surface.normal;
-            flight.offsets_m[place] = surface.offset_m;
-            let behind = &flight.normals[place..flight.order];
-            flight.commutation.put_first(behind);
-        }
-        flight
+impl Unfolded {
+    /// The path so far: its legs.
+    pub(super) fn legs(&self) -> &ImagePath {
+        &self.path
     }
 
-    /// The places of all planes, one a bit.
-    fn all(&self) -> u8 {
-        (1 << self.order) - 1
+    /// Whether its points lie on their surfaces, not only within their bounds.
+    pub(super) fn lies_on_surfaces(&self, scene: &Scene) -> bool {
+        (0..self.path.order)
+            .all(|step| scene.reflects_at(self.path.surfaces[step], self.path.points[step]))
     }
 
-    /// Tries every plane of `rest` that may come next on the line from `from` to `image`, and what follows it.
-    fn descend(&mut self, scene: &Scene, rest: u8, step: usize, from: DVec3, image: DVec3) -> bool {
-        if rest == 0 {
-            return true;
+    /// The whole path.
+    pub(super) fn finish(self, scene: &Scene, source: DVec3) -> ImagePath {
+        let Self { mut path, images } = self;
+        let mut from = source;
+        for step in 0..path.order {
+            let surface = scene.surface(path.surfaces[step]);
+            let line = images[step] - from;
+            path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
+            path.image = surface.mirror(path.image);
+            from = path.points[step];
         }
-        let line = image - from;
-        for place in 0..self.order {
-            if rest >> place & 1 == 0 || !self.commutation.leads(place, rest) {
-                continue;
-            }
-            let (normal, offset_m) = (self.normals[place], self.offsets_m[place]);
-            let here = normal.dot(from) - offset_m;
-            let there = normal.dot(image) - offset_m;
-            if here * there >= 0.0 || here.abs() < ON_PLANE_M || there.abs() < ON_PLANE_M {
-                continue;
-            }
-            let point = from + line * (here / (here - there));
-            let index = self.indices[place];
-            if !near_bounds(scene.surface(index), point) || !scene.reflects_at(index, point) {
-                continue;
-            }
-            self.places[step] = place;
-            self.points[step] = point;
-            self.images[step] = image;
-            let next = image - 2.0 * there * normal;
-            if self.descend(scene, rest & !(1 << place), step + 1, point, next) {
-                return true;
-            }
-        }
-        false
+        path
     }
+}
+
+/// The first part of [`unfold`], on the line from the source to the listener's image. Unless `on_surfaces` points may
+/// still miss their surfaces within the bounds ([`Unfolded::lies_on_surfaces`]).
+pub(super) fn unfold_points(
+    scene: &Scene,
+    sequence: &Sequence,
+    order: &Order,
+    [source, listener_image]: [DVec3; 2],
+    on_surfaces: bool,
+) -> Option<Unfolded> {
+    let mut path = ImagePath {
+        surfaces: [0; MAX_ORDER],
+        points: [DVec3::ZERO; MAX_ORDER],
+        cosines: [0.0; MAX_ORDER],
+        order: sequence.len(),
+        length_m: source.distance(listener_image),
+        image: source,
+    };
+    let mut images = [DVec3::ZERO; MAX_ORDER];
+    let (mut from, mut image) = (source, listener_image);
+    let mut rest = order.all();
+    for step in 0..path.order {
+        let next = next_plane(scene, sequence, order, rest, from, image)?;
+        let surface = scene.surface(next.surface);
+        let point = from + (image - from) * next.share;
+        if !near_bounds(surface, point) || on_surfaces && !scene.reflects_at(next.surface, point) {
+            return None;
+        }
+        path.surfaces[step] = next.surface;
+        path.points[step] = point;
+        images[step] = image;
+        from = point;
+        image -= 2.0 * next.there * surface.normal;
+        rest &= !(1 << next.place);
+    }
+    Some(Unfolded { path, images })
+}
+
+/// The plane that a line meets first.
+struct Next {
+    place: usize,
+    surface: u32,
+    /// Where on the line, from 0 to 1.
+    share: f64,
+    /// Distance of the line's end from the plane.
+    there: f64,
+}
+
+/// Of the planes that may come next the one that the line from `from` to `image` meets first, if it meets them all.
+///
+/// Those that may come next commute, so mirroring in one changes no distance from another: whichever of them is not met,
+/// or only behind one that was taken first, is never met.
+#[inline]
+fn next_plane(
+    scene: &Scene,
+    sequence: &Sequence,
+    order: &Order,
+    rest: u8,
+    from: DVec3,
+    image: DVec3,
+) -> Option<Next> {
+    let mut next: Option<Next> = None;
+    for (place, &surface) in sequence.surfaces().iter().enumerate() {
+        if rest >> place & 1 == 0 || !order.leads(place, rest) {
+            continue;
+        }
+        let plane = scene.surface(surface);
+        let (here, there) = (plane.distance_m(from), plane.distance_m(image));
+        if here * there >= 0.0 || here.abs() < ON_PLANE_M || there.abs() < ON_PLANE_M {
+            return None;
+        }
+        let share = here / (here - there);
+        if next.as_ref().is_none_or(|first| share < first.share) {
+            next = Some(Next {
+                place,
+                surface,
+                share,
+                there,
+            });
+        }
+    }
+    next
 }
 
 /// Whether a point of a surface's plane is inside its bounds or near them, as seen along the surface's main axis; cheap,
@@ -200,6 +224,6 @@ pub fn is_clear(
     (0..=path.order).all(|step| {
         *rays += 1;
         let (leg, ignored) = path.leg([source, listener], step);
-        !scene.bvh().any_hit(&leg, ignored)
+        !scene.any_hit(&leg, ignored)
     })
 }

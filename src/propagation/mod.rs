@@ -11,6 +11,7 @@ mod candidates;
 pub mod diffraction;
 pub mod direct;
 pub mod discovery;
+pub mod effort;
 pub mod finite_panel;
 pub mod image_source;
 pub mod late;
@@ -25,6 +26,7 @@ mod source_task;
 pub mod update;
 pub mod workers;
 
+pub use effort::Effort;
 pub use path::{LATE_STEPS, LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
 pub use settings::PropagationSettings;
 pub use update::Propagator;

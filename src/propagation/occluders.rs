@@ -36,6 +36,30 @@ impl Default for Occluders {
 }
 
 impl Occluders {
+    /// Whether it is remembered what blocked the candidate of this hash.
+    pub(super) fn remembers(&self, hash: u64) -> bool {
+        let slot = &self.slots[hash as usize % SLOTS];
+        slot.tag != 0 && slot.tag & !(LEG_BITS as u32) == tag(hash)
+    }
+
+    /// Whether what is remembered blocks the candidate's path again.
+    pub(super) fn blocks_again(
+        &self,
+        scene: &Scene,
+        hash: u64,
+        path: &ImagePath,
+        ends: [DVec3; 2],
+    ) -> bool {
+        let slot = &self.slots[hash as usize % SLOTS];
+        let step = (slot.tag & LEG_BITS as u32) as usize;
+        if !self.remembers(hash) || step > path.order + 1 {
+            return false;
+        }
+        let (leg, ignored) = path.leg(ends, step - 1);
+        let group = scene.surface_of(slot.triangle);
+        !ignored.contains(&group) && scene.blocks(slot.triangle, &leg)
+    }
+
     /// Whether nothing stands between the points of a path; `hash` tells candidates apart. Adds the rays cast to `rays`.
     pub(super) fn is_clear(
         &mut self,
@@ -45,29 +69,17 @@ impl Occluders {
         ends: [DVec3; 2],
         rays: &mut u64,
     ) -> bool {
-        let slot = &mut self.slots[hash as usize % SLOTS];
-        let tag = (hash >> 32 & !LEG_BITS) as u32;
-        if slot.tag != 0 && slot.tag & !(LEG_BITS as u32) == tag {
-            let step = (slot.tag & LEG_BITS as u32) as usize - 1;
-            if step <= path.order {
-                let (leg, ignored) = path.leg(ends, step);
-                let group = scene.surface_of(slot.triangle);
-                if !ignored.contains(&group) && scene.blocks(slot.triangle, &leg) {
-                    return false;
-                }
-            }
-        }
         for step in 0..=path.order {
             let (leg, ignored) = path.leg(ends, step);
             *rays += 1;
-            if !scene.bvh().any_hit(&leg, ignored) {
+            if !scene.any_hit(&leg, ignored) {
                 continue;
             }
             // Once more for the name of what is in the way: most blocked candidates come again.
             *rays += 1;
-            if let Some(hit) = scene.bvh().closest_hit(&leg, ignored) {
-                *slot = Slot {
-                    tag: tag | (step as u32 + 1),
+            if let Some(hit) = scene.closest_hit(&leg, ignored) {
+                self.slots[hash as usize % SLOTS] = Slot {
+                    tag: tag(hash) | (step as u32 + 1),
                     triangle: hit.triangle,
                 };
             }
@@ -75,4 +87,9 @@ impl Occluders {
         }
         true
     }
+}
+
+/// What of a candidate's hash a slot keeps.
+fn tag(hash: u64) -> u32 {
+    (hash >> 32 & !LEG_BITS) as u32
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::scene::{ListenerPose, SourceId, SourcePose};
+use crate::scene::{InstancePose, ListenerPose, SourceId, SourcePose};
 
 /// Highest reflection order of a discrete path (the paper's depth).
 pub const MAX_ORDER: usize = 4;
@@ -113,6 +113,8 @@ pub struct PathSet {
     pub listener: ListenerPose,
     /// The sources it was computed for, by slot.
     pub sources: Vec<SourcePose>,
+    /// The poses of the scene's instances that it was computed for, by slot.
+    pub instances: Vec<InstancePose>,
     /// Valid paths, sorted by [`Path::id`].
     pub paths: Vec<Path>,
     /// Edges near which each source's direct field is to be looked at in every graphics frame, in the order of

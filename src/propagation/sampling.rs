@@ -23,6 +23,17 @@ pub fn fibonacci_direction(index: u32, count: u32) -> Vec3 {
     )
 }
 
+/// `count` directions, evenly spread over the unit sphere.
+pub fn lattice(count: u32) -> Vec<Vec3> {
+    (0..count).map(|i| fibonacci_direction(i, count)).collect()
+}
+
+/// The same in memory that is there; allocates only if it is too little.
+pub fn renew_lattice(directions: &mut Vec<Vec3>, count: u32) {
+    directions.clear();
+    directions.extend((0..count).map(|i| fibonacci_direction(i, count)));
+}
+
 /// Rotation number `update` modulo [`ROTATIONS`]: uniform over all rotations by Shoemake's map of an R3 low-discrepancy
 /// sequence (\[ROBERTS18\]), shifted by `seed`.
 pub fn rotation(update: u64, seed: u64) -> Mat3 {

@@ -109,7 +109,7 @@ pub enum Stop {
 pub fn bent_path_id(scene: &Scene, source: SourceId, stops: impl Iterator<Item = Stop>) -> PathId {
     let key = |stop| match stop {
         Stop::Surface(surface) => REFLECTION << 62 | scene.surface(surface).key >> 2,
-        Stop::Edge(edge) => EDGE << 62 | scene.edges().get(edge).key >> 2,
+        Stop::Edge(edge) => EDGE << 62 | scene.edge(edge).key >> 2,
     };
     fold(source, stops.map(key))
 }
@@ -126,8 +126,77 @@ fn commute(a: DVec3, b: DVec3) -> bool {
     a.dot(b).abs() < COMMUTING_COSINE
 }
 
-/// Which surfaces of a list may change places. Grows at the front, as a ray from the listener meets surfaces, so that
-/// every beginning of the ray costs the new surface's products only.
+/// Which surfaces of a sequence come before others in every order that commuting allows.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Order {
+    /// Of each place the earlier ones that it cannot pass, one a bit.
+    behind: [u8; MAX_ORDER],
+    count: u8,
+    /// By how much surfaces that commute are not perpendicular.
+    tilt: f32,
+}
+
+impl Order {
+    #[inline]
+    pub(super) fn of(scene: &Scene, sequence: &Sequence) -> Self {
+        let mut order = Self {
+            count: sequence.order,
+            ..Self::default()
+        };
+        let mut normals = [DVec3::ZERO; MAX_ORDER];
+        for (place, &surface) in sequence.surfaces().iter().enumerate() {
+            let normal = scene.surface(surface).normal;
+            normals[place] = normal;
+            for (earlier, other) in normals[..place].iter().enumerate() {
+                let cosine = other.dot(normal).abs();
+                if cosine < COMMUTING_COSINE {
+                    order.tilt += cosine as f32;
+                } else {
+                    order.behind[place] |= 1 << earlier;
+                }
+            }
+        }
+        order
+    }
+
+    /// Sum of the cosines between surfaces that commute.
+    pub(super) fn tilt(&self) -> f64 {
+        f64::from(self.tilt)
+    }
+
+    /// The places of all surfaces, one a bit.
+    pub(super) fn all(&self) -> u8 {
+        (1 << self.count) - 1
+    }
+
+    /// Whether the surface at `place` can move to the front of those of `rest`, one a bit.
+    #[inline]
+    pub(super) fn leads(&self, place: usize, rest: u8) -> bool {
+        self.behind[place] & rest == 0
+    }
+
+    /// Of each place those that may come before it or after it, one a bit.
+    pub(super) fn aside(&self) -> [u8; MAX_ORDER] {
+        let (mut before, mut aside) = (self.behind, [0; MAX_ORDER]);
+        for place in 1..usize::from(self.count) {
+            for earlier in 0..place {
+                if self.behind[place] >> earlier & 1 == 1 {
+                    before[place] |= before[earlier];
+                }
+            }
+            for earlier in 0..place {
+                if before[place] >> earlier & 1 == 0 {
+                    aside[place] |= 1 << earlier;
+                    aside[earlier] |= 1 << place;
+                }
+            }
+        }
+        aside
+    }
+}
+
+/// Which surfaces of a list may change places. Grows at the front, as a ray from the listener meets surfaces, or at the
+/// end, as one from a source does, so that every beginning of the ray costs the new surface's products only.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Commutation {
     /// Of each place the earlier ones that it cannot pass, one a bit.
@@ -147,9 +216,21 @@ impl Commutation {
         self.order += 1;
     }
 
+    /// Puts a surface behind all others; `normals` are the list's unit normals, the new one last.
+    #[inline]
+    pub fn put_last(&mut self, normals: &[DVec3]) {
+        let last = self.order;
+        self.behind[last] = 0;
+        for earlier in 0..last {
+            let passes = commute(normals[earlier], normals[last]);
+            self.behind[last] |= u8::from(!passes) << earlier;
+        }
+        self.order += 1;
+    }
+
     /// Whether the surface at `place` can move to the front of those of `rest`, one a bit.
     #[inline]
-    pub(super) fn leads(&self, place: usize, rest: u8) -> bool {
+    fn leads(&self, place: usize, rest: u8) -> bool {
         self.behind[place] & rest == 0
     }
 

@@ -1,18 +1,19 @@
 //! One source's part of an update: source rays, direct field, bent paths, validation of candidates. Depends on no other source, so
 //! that sources can be spread over threads.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::amplitude;
 use super::cache::SequenceCache;
-use super::candidates::{Candidates, image_for_one};
+use super::candidates::{Candidates, Ready, image_for_one};
 use super::diffraction::{self, DirectEdges, Spot};
-use super::image_source::unfold;
+use super::effort::Effort;
+use super::image_source::unfold_points;
 use super::late::{LateEstimator, SourceRays};
 use super::occluders::Occluders;
 use super::path::{LateSource, MAX_BENDS, Path};
 use super::sampling::{ROTATIONS, mix, rotation};
-use super::sequence::Sequence;
+use super::sequence::{Order, Sequence};
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -24,15 +25,24 @@ const FARTHEST_M: f64 = 1e9;
 /// Paths that a source has room for at first.
 const PATHS_AT_FIRST: usize = 256;
 
-/// What all sources share in one update.
+/// What is known when an update begins.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shared<'a> {
+pub(super) struct Moment<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a PropagationSettings,
+    pub(super) effort: &'a Effort,
     pub(super) update: u64,
     pub(super) listener: &'a ListenerPose,
     /// The listener, local coordinates.
     pub(super) ear: DVec3,
+    /// The source rays' lattice before rotation.
+    pub(super) directions: &'a [Vec3],
+}
+
+/// What all sources share once guide rays have been cast.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shared<'a> {
+    pub(super) moment: Moment<'a>,
     /// What guide rays have found.
     pub(super) guide: &'a SequenceSet,
     /// The same, made ready.
@@ -50,7 +60,7 @@ pub(super) struct SourceTask {
     occluders: Occluders,
     own: SequenceSet,
     /// Candidates that the first look has left over.
-    likely: Vec<(u32, DVec3)>,
+    likely: Vec<(u32, Ready)>,
     /// Valid paths in no order that means anything.
     pub(super) paths: Vec<Path>,
     /// Edges that its direct field is followed at until the next update.
@@ -88,86 +98,119 @@ impl SourceTask {
         self.id = id;
         self.waits = false;
         self.late = LateEstimator::default();
+        self.late_source = None;
         self.cache.clear();
     }
 
-    /// Does the whole part of this source.
-    pub(super) fn run(&mut self, shared: &Shared<'_>, pose: &SourcePose) {
-        let origin = shared.scene.to_local(pose.position);
+    /// First half, which does not wait for guide rays: casts the source's own. What they find and what was valid before
+    /// is this source's own list.
+    pub(super) fn trace(&mut self, moment: &Moment<'_>, pose: &SourcePose) {
         self.rays = 0;
+        self.own.clear();
+        let place = pose.id.slot() as u64;
+        let turn = match self.late_source {
+            // A new source is not kept waiting.
+            None => Some(moment.update),
+            Some(_) => moment.effort.late_turn(moment.update, place),
+        };
+        if let Some(turn) = turn {
+            self.cast(moment, pose, turn);
+        }
+        let scene = moment.scene;
+        let moves = scene.has_instances();
+        for sequence in self.cache.entries() {
+            self.own.insert(match moves {
+                // What commutes depends on how instances stand.
+                true => Sequence::canonical(scene, sequence.surfaces()),
+                false => *sequence,
+            });
+        }
+    }
+
+    /// Casts the source's rays by rotation number `turn` and renews the late field.
+    fn cast(&mut self, moment: &Moment<'_>, pose: &SourcePose, turn: u64) {
+        let Moment {
+            scene, settings, ..
+        } = *moment;
+        let own_seed = mix(u64::from(self.id.bits()));
+        let source_rays = SourceRays {
+            origin: scene.to_local(pose.position),
+            listener: moment.ear,
+            pose: *pose,
+            directions: moment.directions,
+            turn: rotation(turn, settings.seed ^ own_seed),
+            rotation: turn % ROTATIONS,
+            depth: settings.depth,
+            seed: mix(settings.seed) ^ own_seed,
+        };
+        self.late
+            .trace(scene, &source_rays, &mut self.own, &mut self.rays);
+        self.late_source = Some(match pose.settings.effects.late {
+            true => self.late.estimate(scene, self.id),
+            false => LateSource::silent(self.id),
+        });
+    }
+
+    /// Second half: the source's paths.
+    pub(super) fn find(&mut self, shared: &Shared<'_>, pose: &SourcePose) {
+        let moment = &shared.moment;
+        let origin = moment.scene.to_local(pose.position);
         self.paths.clear();
         self.direct_edges = DirectEdges::default();
-        self.trace(shared, pose, origin);
         let within_reach =
             |place: DVec3| place.abs().max_element() < FARTHEST_M && place.is_finite();
-        if within_reach(origin) && within_reach(shared.ear) {
+        if within_reach(origin) && within_reach(moment.ear) {
             self.find_paths(shared, pose, origin);
         }
-        let most = shared.settings.cache_updates;
-        self.cache.turn(shared.update, most);
+        let most = moment.settings.cache_updates;
+        self.cache.turn(moment.update, most);
     }
 
     /// The direct path, bent and reflected ones.
     fn find_paths(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
-        let otherwise_m = f64::from(shared.settings.nearest_m);
-        let spot = Spot::of(pose, shared.listener.position, otherwise_m);
-        let bends = shared.settings.bends;
+        let otherwise_m = f64::from(shared.moment.settings.nearest_m);
+        let spot = Spot::of(pose, shared.moment.listener.position, otherwise_m);
+        let bends = shared.moment.settings.bends;
         let paths = &mut self.paths;
-        self.direct_edges =
-            diffraction::update(shared.scene, &spot, bends, &mut self.rays, &mut |path| {
+        self.direct_edges = diffraction::update(
+            shared.moment.scene,
+            &spot,
+            bends,
+            &mut self.rays,
+            &mut |path| {
                 paths.push(path);
-            });
+            },
+        );
         if pose.settings.effects.reflections {
             self.validate(shared, pose, origin);
-        }
-    }
-
-    /// Casts the source's rays; what they find and what was valid before is this source's own list.
-    fn trace(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
-        let settings = shared.settings;
-        let own_seed = mix(u64::from(self.id.bits()));
-        let source_rays = SourceRays {
-            origin,
-            listener: shared.ear,
-            pose: *pose,
-            turn: rotation(shared.update, settings.seed ^ own_seed),
-            rotation: shared.update % ROTATIONS,
-            count: settings.source_rays,
-            depth: settings.depth,
-            seed: mix(settings.seed) ^ own_seed,
-        };
-        self.own.clear();
-        self.late
-            .trace(shared.scene, &source_rays, &mut self.own, &mut self.rays);
-        self.late_source = Some(match pose.settings.effects.late {
-            true => self.late.estimate(shared.scene, self.id),
-            false => LateSource::silent(self.id),
-        });
-        for sequence in self.cache.entries() {
-            self.own.insert(*sequence);
         }
     }
 
     fn validate(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
         self.likely.clear();
         for share in shared.candidates {
-            share.of_source(origin, |number, image| {
-                self.likely.push((number as u32, image));
+            share.of_source(origin, |number, ready| {
+                self.likely.push((number as u32, *ready));
             });
         }
         for place in 0..self.likely.len() {
-            let (number, image) = self.likely[place];
+            let (number, ready) = self.likely[place];
             let sequence = shared.guide.entries()[number as usize];
-            self.try_candidate(shared, &sequence, pose, origin, image);
+            self.try_candidate(shared, &sequence, pose, origin, &ready);
         }
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
-            let tried = sequence.len() > shared.settings.depth || shared.guide.contains(&sequence);
+            let tried =
+                sequence.len() > shared.moment.settings.depth || shared.guide.contains(&sequence);
             if tried {
                 continue;
             }
-            if let Some(image) = image_for_one(shared.scene, &sequence, origin, shared.ear) {
-                self.try_candidate(shared, &sequence, pose, origin, image);
+            if let Some(image) =
+                image_for_one(shared.moment.scene, &sequence, origin, shared.moment.ear)
+            {
+                let order = Order::of(shared.moment.scene, &sequence);
+                let ready = Ready { image, order };
+                self.try_candidate(shared, &sequence, pose, origin, &ready);
             }
         }
     }
@@ -179,24 +222,33 @@ impl SourceTask {
         sequence: &Sequence,
         pose: &SourcePose,
         origin: DVec3,
-        image: DVec3,
+        ready: &Ready,
     ) {
-        let scene = shared.scene;
-        let Some(path) = unfold(scene, sequence, origin, shared.ear, image) else {
+        let scene = shared.moment.scene;
+        let ends = [origin, shared.moment.ear];
+        let line = [origin, ready.image];
+        let hash = sequence.hash();
+        // What was blocked most likely is again, which is sooner known than where its points lie.
+        let remembered = self.occluders.remembers(hash);
+        let Some(unfolded) = unfold_points(scene, sequence, &ready.order, line, !remembered) else {
             return;
         };
-        let ends = [origin, shared.ear];
-        let hash = sequence.hash();
-        if !self
-            .occluders
-            .is_clear(scene, hash, &path, ends, &mut self.rays)
+        let legs = unfolded.legs();
+        if remembered
+            && (self.occluders.blocks_again(scene, hash, legs, ends)
+                || !unfolded.lies_on_surfaces(scene))
         {
             return;
         }
-        self.cache.renew(*sequence, shared.update);
+        let rays = &mut self.rays;
+        if !self.occluders.is_clear(scene, hash, legs, ends, rays) {
+            return;
+        }
+        let path = unfolded.finish(scene, origin);
+        self.cache.renew(*sequence, shared.moment.update);
         let nearest_m = pose
             .settings
-            .nearest_m(f64::from(shared.settings.nearest_m));
+            .nearest_m(f64::from(shared.moment.settings.nearest_m));
         let mut amplitude = amplitude::reflected(scene, &path, nearest_m);
         let departure = (path.points[0] - origin).as_vec3();
         amplitude::direct_by_source(&mut amplitude, pose, departure);

@@ -1,22 +1,23 @@
-//! One propagation update: discover, make ready, validate a source at a time, sort.
+//! One propagation update: cast all rays, make ready what guide rays found, validate a source at a time, sort.
 //!
 //! Each phase is a list of shares that do not depend on each other, given to the caller's [`Workers`]; results are put
 //! together in the order of the list, so the number of threads does not change a bit.
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use super::candidates::Candidates;
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
+use super::effort::Effort;
 use super::neighbours::{CANDIDATES, fill_up};
 use super::path::{PathId, PathSet};
-use super::sampling::{ROTATIONS, fibonacci_direction, rotation};
+use super::sampling::{ROTATIONS, lattice, renew_lattice, rotation};
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
-use super::source_task::{Shared, SourceTask};
+use super::source_task::{Moment, Shared, SourceTask};
 use super::workers::{Serial, Workers};
 use crate::error::Result;
 use crate::scene::{ListenerPose, Scene, SourcePose};
@@ -31,6 +32,15 @@ struct GuideShare {
     rays: u64,
 }
 
+impl GuideShare {
+    fn trace(&mut self, scene: &Scene, rays: &GuideRays<'_>, number: usize) {
+        self.found.clear();
+        let range = part(number, rays.directions.len());
+        let found = &mut self.found;
+        self.rays = rays.trace(scene, range, |sequence| found.push(sequence));
+    }
+}
+
 /// Computes path sets of one scene. Owned by the propagation thread; one call at a time.
 ///
 /// # Real-time
@@ -38,10 +48,15 @@ struct GuideShare {
 #[derive(Debug)]
 pub struct Propagator {
     scene: Arc<Scene>,
+    /// As it was made.
     settings: PropagationSettings,
+    /// As much of it as is in use.
+    in_use: PropagationSettings,
+    effort: Effort,
     update: u64,
-    /// The guide rays' lattice before rotation.
-    directions: Vec<Vec3>,
+    /// The rays' lattices before rotation.
+    guide_directions: Vec<Vec3>,
+    source_directions: Vec<Vec3>,
     shares: Vec<GuideShare>,
     guide: SequenceSet,
     candidates: Vec<Candidates>,
@@ -69,8 +84,11 @@ impl Propagator {
         Ok(Self {
             scene,
             settings,
+            in_use: settings,
+            effort: Effort::full(&settings),
             update: 0,
-            directions: (0..count).map(|i| fibonacci_direction(i, count)).collect(),
+            guide_directions: lattice(count),
+            source_directions: lattice(settings.source_rays),
             shares: (0..SHARES).map(share).collect(),
             guide: SequenceSet::with_capacity(capacity),
             candidates: (0..SHARES)
@@ -86,9 +104,36 @@ impl Propagator {
         &self.scene
     }
 
-    /// The settings in force.
+    /// The same to move its instances, to add and to remove some: the next update is computed with them as they stand
+    /// then. Copies the scene, but not what is fixed, as long as somebody else has it too. What is remembered of paths
+    /// stays, and is seen again where it stands.
+    pub fn scene_mut(&mut self) -> &mut Scene {
+        Arc::make_mut(&mut self.scene)
+    }
+
+    /// The settings it was made with.
     pub fn settings(&self) -> &PropagationSettings {
         &self.settings
+    }
+
+    /// Spends as much as this from the next update on, within the settings it was made with; what it remembers stays.
+    /// Allocates nothing.
+    pub fn set_effort(&mut self, effort: Effort) {
+        let effort = effort.within(&self.settings);
+        if effort.guide_rays != self.effort.guide_rays {
+            renew_lattice(&mut self.guide_directions, effort.guide_rays);
+        }
+        if effort.source_rays != self.effort.source_rays {
+            renew_lattice(&mut self.source_directions, effort.source_rays);
+        }
+        self.effort = effort;
+        self.in_use = PropagationSettings {
+            guide_rays: effort.guide_rays,
+            source_rays: effort.source_rays,
+            depth: effort.depth,
+            cache_updates: effort.cache_updates,
+            ..self.settings
+        };
     }
 
     /// Runs sixteen updates at one place and drops their results, so that every ray rotation has been seen there and
@@ -120,58 +165,49 @@ impl Propagator {
         time_s: f64,
         result: &mut PathSet,
     ) {
-        let scene = Arc::clone(&self.scene);
-        let ear = scene.to_local(listener.position);
-        self.discover(workers, &scene, ear);
-        self.make_ready(workers, &scene, ear);
         self.arrange(sources);
-        let shared = Shared {
-            scene: &scene,
-            settings: &self.settings,
+        let ear = self.scene.to_local(listener.position);
+        let moment = Moment {
+            scene: &self.scene,
+            settings: &self.in_use,
+            effort: &self.effort,
             update: self.update,
             listener,
             ear,
+            directions: &self.source_directions,
+        };
+        let guide_rays = GuideRays {
+            origin: ear,
+            turn: rotation(self.update, self.in_use.seed),
+            directions: &self.guide_directions,
+            depth: self.in_use.depth,
+        };
+        let tasks = &mut self.tasks[..sources.len()];
+        // All rays at once: a source's are a larger piece than a share of the guide rays, so they come first.
+        workers.for_both(
+            (tasks, &mut self.shares),
+            |place, task| task.trace(&moment, &sources[place]),
+            |number, share| share.trace(moment.scene, &guide_rays, number),
+        );
+        merge(&moment, &self.shares, &mut self.guide);
+        let sequences = self.guide.entries();
+        workers.for_each(&mut self.candidates, |number, candidates| {
+            let range = part(number, sequences.len());
+            candidates.prepare(moment.scene, &sequences[range.clone()], range.start, ear);
+        });
+        let shared = Shared {
+            moment,
             guide: &self.guide,
             candidates: &self.candidates,
         };
         workers.for_each(&mut self.tasks[..sources.len()], |place, task| {
-            task.run(&shared, &sources[place]);
+            task.find(&shared, &sources[place]);
         });
         self.gather(sources, result);
         result.update = self.update;
         result.time_s = time_s;
         result.listener = *listener;
         self.update += 1;
-    }
-
-    /// Guide rays, and the set of what they found in the order of the rays.
-    fn discover(&mut self, workers: &impl Workers, scene: &Scene, ear: DVec3) {
-        let guide_rays = GuideRays {
-            origin: ear,
-            turn: rotation(self.update, self.settings.seed),
-            directions: &self.directions,
-            depth: self.settings.depth,
-        };
-        let count = self.directions.len();
-        workers.for_each(&mut self.shares, |number, share| {
-            share.found.clear();
-            let found = &mut share.found;
-            share.rays = guide_rays.trace(scene, part(number, count), |s| found.push(s));
-        });
-        self.guide.clear();
-        for sequence in self.shares.iter().flat_map(|share| &share.found) {
-            self.guide.insert(*sequence);
-        }
-        fill_up(scene, self.update, self.settings.depth, &mut self.guide);
-    }
-
-    /// Images and leads of the sequences, once for all sources.
-    fn make_ready(&mut self, workers: &impl Workers, scene: &Scene, ear: DVec3) {
-        let sequences = self.guide.entries();
-        workers.for_each(&mut self.candidates, |number, candidates| {
-            let range = part(number, sequences.len());
-            candidates.prepare(scene, &sequences[range.clone()], range.start, ear);
-        });
     }
 
     /// Puts the tasks into the order of the sources. New sources take over the tasks of those that have gone.
@@ -228,11 +264,22 @@ impl Propagator {
         result
             .late
             .extend(tasks.iter().filter_map(|task| task.late_source));
+        result.instances.clear();
+        result.instances.extend(self.scene.instance_poses());
         result.sources.clear();
         result.sources.extend_from_slice(sources);
         let guide_rays: u64 = self.shares.iter().map(|share| share.rays).sum();
         result.rays = guide_rays + tasks.iter().map(|task| task.rays).sum::<u64>();
     }
+}
+
+/// The set of what guide rays have found in the order of the rays, filled up with neighbours.
+fn merge(moment: &Moment<'_>, shares: &[GuideShare], guide: &mut SequenceSet) {
+    guide.clear();
+    for sequence in shares.iter().flat_map(|share| &share.found) {
+        guide.insert(*sequence);
+    }
+    fill_up(moment.scene, moment.update, moment.settings.depth, guide);
 }
 
 /// Share `number` of `count` things.

@@ -15,7 +15,23 @@ pub trait Workers {
     ///
     /// # Real-time
     /// Implementations allocate nothing.
-    fn for_each<T: Send>(&self, items: &mut [T], job: impl Fn(usize, &mut T) + Sync);
+    fn for_each<T: Send>(&self, items: &mut [T], job: impl Fn(usize, &mut T) + Sync) {
+        self.for_both((items, &mut [(); 0]), job, |_, ()| ());
+    }
+
+    /// The same for two lists that are worked off as one, the first one first: each item with its index in its own list.
+    ///
+    /// # Panics
+    /// If a job panics, after all others have ended.
+    ///
+    /// # Real-time
+    /// Implementations allocate nothing.
+    fn for_both<A: Send, B: Send>(
+        &self,
+        items: (&mut [A], &mut [B]),
+        first: impl Fn(usize, &mut A) + Sync,
+        second: impl Fn(usize, &mut B) + Sync,
+    );
 }
 
 /// The calling thread, alone.
@@ -27,9 +43,17 @@ impl Workers for Serial {
         1
     }
 
-    fn for_each<T: Send>(&self, items: &mut [T], job: impl Fn(usize, &mut T) + Sync) {
-        for (index, item) in items.iter_mut().enumerate() {
-            job(index, item);
+    fn for_both<A: Send, B: Send>(
+        &self,
+        (a, b): (&mut [A], &mut [B]),
+        first: impl Fn(usize, &mut A) + Sync,
+        second: impl Fn(usize, &mut B) + Sync,
+    ) {
+        for (index, item) in a.iter_mut().enumerate() {
+            first(index, item);
+        }
+        for (index, item) in b.iter_mut().enumerate() {
+            second(index, item);
         }
     }
 }

@@ -4,57 +4,65 @@
 //! as others (Intel's manual counts about 150 cycles a microcode assist). The mode belongs to a thread: a guard sets it
 //! on its own and restores what it found, so a device's thread is left as it was. Rust promises results for the default
 //! mode only; what may differ is that a subnormal reads as zero, which no stage depends on. On processors other than
-//! x86-64 and AArch64 a guard does nothing.
+//! x86-64 and AArch64, and under Miri, a guard does nothing.
 
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+#[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
 use std::arch::asm;
 use std::marker::PhantomData;
 
 /// While it lives, its thread flushes subnormal numbers to zero.
 pub struct FlushToZero {
-    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+    #[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
     before: Mode,
     /// The mode is the thread's, so the guard stays there.
     thread: PhantomData<*const ()>,
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(not(miri), target_arch = "x86_64"))]
 type Mode = u32;
-#[cfg(target_arch = "aarch64")]
+#[cfg(all(not(miri), target_arch = "aarch64"))]
 type Mode = u64;
 
 /// MXCSR: bit 15 flushes results, bit 6 takes subnormal operands as zero.
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(not(miri), target_arch = "x86_64"))]
 const FLUSH: Mode = 1 << 15 | 1 << 6;
 /// FPCR: bit 24, FZ, does both.
-#[cfg(target_arch = "aarch64")]
+#[cfg(all(not(miri), target_arch = "aarch64"))]
 const FLUSH: Mode = 1 << 24;
 
 impl FlushToZero {
     /// Sets the mode on this thread.
     pub fn begin() -> Self {
-        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+        #[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
         let before = {
             let before = read();
             write(before | FLUSH);
             before
         };
         Self {
-            #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+            #[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
             before,
             thread: PhantomData,
         }
     }
 }
 
+/// Whether this thread flushes now, so that another can do as it does.
+pub(super) fn flushes() -> bool {
+    #[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
+    return read() & FLUSH == FLUSH;
+    #[cfg(any(miri, not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
+    false
+}
+
 impl Drop for FlushToZero {
     fn drop(&mut self) {
-        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+        #[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
         write(self.before);
     }
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(not(miri), target_arch = "x86_64"))]
 fn read() -> Mode {
     let mut mode: Mode = 0;
     // SAFETY: stores four bytes to a local of four bytes; SSE is part of x86-64.
@@ -62,14 +70,14 @@ fn read() -> Mode {
     mode
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(not(miri), target_arch = "x86_64"))]
 fn write(mode: Mode) {
     // SAFETY: loads four bytes from a local of four bytes; callers pass a mode that was read, with flush bits that every
     // x86-64 processor has, so no reserved bit is set and no exception unmasked.
     unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const mode, options(nostack, preserves_flags)) };
 }
 
-#[cfg(target_arch = "aarch64")]
+#[cfg(all(not(miri), target_arch = "aarch64"))]
 fn read() -> Mode {
     let mode: Mode;
     // SAFETY: reads a register that user code may read.
@@ -77,13 +85,13 @@ fn read() -> Mode {
     mode
 }
 
-#[cfg(target_arch = "aarch64")]
+#[cfg(all(not(miri), target_arch = "aarch64"))]
 fn write(mode: Mode) {
     // SAFETY: writes a register that user code may write; callers pass a mode that was read, with FZ set or as it was.
     unsafe { asm!("msr fpcr, {}", in(reg) mode, options(nostack, preserves_flags)) };
 }
 
-#[cfg(all(test, any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[cfg(all(test, not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod tests {
     use super::FlushToZero;
     use std::hint::black_box;
@@ -95,7 +103,9 @@ mod tests {
     #[test]
     fn a_guard_flushes_and_restores() {
         assert!(halved() > 0.0);
+        assert!(!super::flushes());
         let outer = FlushToZero::begin();
+        assert!(super::flushes());
         assert!(black_box(halved().to_bits()) == 0);
         drop(FlushToZero::begin());
         assert!(black_box(halved().to_bits()) == 0);

@@ -4,12 +4,11 @@
 //! reads it for as long as it likes and gives it back for the sender to fill again or free. The receiver neither
 //! allocates nor frees. Queues, where every value counts, are plain `rtrb` rings.
 //!
-//! Built on `crossbeam_utils`' [`AtomicCell`] (MIT or Apache-2.0), lock-free for a box, so there is no `unsafe` here;
-//! the `triple_buffer` crate does as much, but under the MPL and without giving ownership away.
+//! Built on [`Slot`]; the `triple_buffer` crate does as much, but under the MPL and without giving ownership away.
 
 use std::sync::Arc;
 
-use crossbeam_utils::atomic::AtomicCell;
+use super::slot::Slot;
 
 /// Boxes that a receiver may hold at a time without giving one back.
 const HELD: usize = 4;
@@ -18,24 +17,22 @@ const HELD: usize = 4;
 /// one, since the sender makes a box only when none is left in it.
 const PLACES: usize = 2 * (HELD + 2);
 
-type Slot<T> = Arc<AtomicCell<Option<Box<T>>>>;
-
 /// The sending end.
 pub(super) struct Sender<T> {
-    slot: Slot<T>,
+    slot: Arc<Slot<T>>,
     returned: rtrb::Consumer<Box<T>>,
     spare: Option<Box<T>>,
 }
 
 /// The receiving end.
 pub(super) struct Receiver<T> {
-    slot: Slot<T>,
+    slot: Arc<Slot<T>>,
     returns: rtrb::Producer<Box<T>>,
 }
 
 /// A slot that holds the newest value, empty at first.
 pub(super) fn newest<T: Send>() -> (Sender<T>, Receiver<T>) {
-    let slot = Slot::default();
+    let slot = Arc::new(Slot::default());
     let (returns, returned) = rtrb::RingBuffer::new(PLACES);
     let sender = Sender {
         slot: Arc::clone(&slot),

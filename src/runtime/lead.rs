@@ -82,7 +82,7 @@ fn carried(before: Vec3, at: Vec3, frames: f32, scene: &Scene) -> Vec3 {
     let local = scene.to_local(at).as_vec3();
     let reach = 1.0 + CLEARANCE_M / way.length();
     let ray = Ray::between(local, local + way * reach);
-    match scene.bvh().closest_hit(&ray, [NO_GROUP; 2]) {
+    match scene.closest_hit(&ray, [NO_GROUP; 2]) {
         None => at + way,
         Some(hit) => at + way * (hit.t * reach - CLEARANCE_M / way.length()).max(0.0),
     }

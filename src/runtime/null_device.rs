@@ -11,6 +11,10 @@ use std::time::Duration;
 use super::affinity::{AffinityPolicy, Placement, ThreadRole, place_this_thread};
 use super::clock::now;
 use crate::error::{Error, Result};
+use crate::output::device::{Device, DeviceCallback, DeviceGrant, OpenDevice};
+
+/// Audio frames that [`NullOutput`] asks for at once.
+const BURST_FRAMES: u32 = 192;
 
 /// What a null device has seen.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -73,6 +77,47 @@ impl NullDevice {
 impl Drop for NullDevice {
     fn drop(&mut self) {
         self.join();
+    }
+}
+
+/// A null device in a device's place.
+pub struct NullOutput;
+
+struct OpenNull {
+    /// Ends when dropped.
+    _device: NullDevice,
+    grant: DeviceGrant,
+}
+
+impl Device for NullOutput {
+    fn open(
+        &mut self,
+        rate_hz: u32,
+        mut callback: Box<dyn DeviceCallback>,
+    ) -> Result<Box<dyn OpenDevice>> {
+        let fill = move |output: &mut [f32]| callback.fill(output);
+        let frames = BURST_FRAMES as usize;
+        let device = NullDevice::start(rate_hz, frames, AffinityPolicy::None, fill)?;
+        let grant = DeviceGrant {
+            rate_hz,
+            burst_frames: BURST_FRAMES,
+            buffer_frames: BURST_FRAMES,
+            ..DeviceGrant::default()
+        };
+        Ok(Box::new(OpenNull {
+            _device: device,
+            grant,
+        }))
+    }
+}
+
+impl OpenDevice for OpenNull {
+    fn grant(&self) -> DeviceGrant {
+        self.grant
+    }
+
+    fn xruns(&mut self) -> u32 {
+        0
     }
 }
 

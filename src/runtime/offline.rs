@@ -51,8 +51,8 @@ pub struct OfflineReport {
 /// Renders graphics frame after graphics frame.
 pub struct OfflineRenderer {
     settings: OfflineSettings,
-    propagation: ScheduledPropagation,
-    extrapolator: Extrapolator,
+    pub(super) propagation: ScheduledPropagation,
+    pub(super) extrapolator: Extrapolator,
     generator: Generator,
     frame_paths: FramePaths,
     report: OfflineReport,
@@ -120,6 +120,11 @@ impl OfflineRenderer {
     /// The newest update in use.
     pub fn paths(&self) -> &PathSet {
         self.extrapolator.current()
+    }
+
+    /// The last graphics frame's paths, as generation took them.
+    pub fn frame_paths(&self) -> &FramePaths {
+        &self.frame_paths
     }
 
     /// What has been found so far.

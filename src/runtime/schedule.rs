@@ -99,6 +99,11 @@ impl ScheduledPropagation {
         }
     }
 
+    /// The propagator, to change its scene's instances.
+    pub(super) fn propagator_mut(&mut self) -> &mut Propagator {
+        &mut self.propagator
+    }
+
     /// Gives memory back that an earlier result used.
     pub(super) fn recycle(&mut self, retired: PathSet) {
         self.spare = retired;

@@ -17,30 +17,62 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
+use super::flush_to_zero::{FlushToZero, flushes};
 use crate::error::{Error, Result};
-use crate::propagation::Workers;
+use crate::propagation::{Serial, Workers};
 
 /// Most threads that are started.
 pub const MOST_THREADS: usize = 64;
 
-/// Turns that a helper waits awake for the next phase before it sleeps: some tens of microseconds, about what the
-/// caller needs between two phases of an update.
-const SPINS: u32 = 4000;
+/// Turns that a helper waits awake for the next phase before it sleeps, and the caller for a helper's last job: some tens
+/// of microseconds, about what the caller needs between two phases of an update.
+const SPINS: u32 = if cfg!(miri) { 4 } else { 4000 };
 
 /// A job for one index, with its lifetime taken off.
 #[derive(Clone, Copy)]
 struct Job(*const (dyn Fn(usize) + Sync));
 
-// SAFETY: what it points to is `Sync`, and `Threads::for_each` keeps it alive until no helper holds it.
+// SAFETY: what it points to is `Sync`, and `Threads::share_out` keeps it alive until no helper holds it.
 unsafe impl Send for Job {}
 
 #[derive(Default)]
 struct Round {
     job: Option<Job>,
     count: usize,
-    /// Helpers that have not yet left the round.
-    busy: usize,
+    /// Whether the caller flushes subnormal numbers: helpers do as it does, or the bits would tell them apart.
+    flushes: bool,
+    /// Helpers that sleep until the next round.
+    asleep: usize,
     panic: Option<Box<dyn Any + Send>>,
+}
+
+/// What [`Floor::gate`] says: a round's number, whether helpers may still join it, and how many are in it.
+///
+/// A helper that comes late finds the gate shut and is not waited for, so a slow wake-up costs nothing but its help.
+#[derive(Clone, Copy)]
+struct Gate(u64);
+
+impl Gate {
+    const OPEN: u64 = 1 << 15;
+    const INSIDE: u64 = Self::OPEN - 1;
+    const ROUND: u64 = 1 << 16;
+
+    fn number(self) -> u64 {
+        self.0 / Self::ROUND
+    }
+
+    fn is_open(self) -> bool {
+        self.0 & Self::OPEN != 0
+    }
+
+    fn is_empty(self) -> bool {
+        self.0 & Self::INSIDE == 0
+    }
+
+    /// The next round's, open and empty.
+    fn next(self) -> Self {
+        Self(((self.number() + 1) * Self::ROUND) | Self::OPEN)
+    }
 }
 
 #[derive(Default)]
@@ -48,8 +80,8 @@ struct Floor {
     round: Mutex<Round>,
     begins: Condvar,
     ends: Condvar,
-    /// Number of the round; changes under the lock.
-    number: AtomicU64,
+    /// A [`Gate`]; opens under the lock.
+    gate: AtomicU64,
     next: AtomicUsize,
     closing: AtomicBool,
 }
@@ -58,6 +90,10 @@ impl Floor {
     /// A panic under the lock leaves nothing half done: it is caught before.
     fn round(&self) -> MutexGuard<'_, Round> {
         self.round.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn gate(&self) -> Gate {
+        Gate(self.gate.load(Ordering::Acquire))
     }
 
     /// Takes index after index until none is left.
@@ -77,35 +113,97 @@ impl Floor {
     fn help(&self) {
         let mut seen = 0;
         loop {
-            for _ in 0..SPINS {
-                if self.number.load(Ordering::Relaxed) != seen {
-                    break;
-                }
-                std::hint::spin_loop();
-            }
-            let mut round = self.round();
-            while self.number.load(Ordering::Relaxed) == seen {
-                round = self
-                    .begins
-                    .wait(round)
-                    .unwrap_or_else(PoisonError::into_inner);
-            }
-            seen = self.number.load(Ordering::Relaxed);
+            let gate = self.wait_for_round(seen);
+            seen = gate.number();
             if self.closing.load(Ordering::Relaxed) {
                 return;
             }
-            let (job, count) = (round.job, round.count);
-            drop(round);
-            if let Some(Job(job)) = job {
-                // SAFETY: the caller of `for_each` waits until this helper has left the round, and keeps the job so long.
-                let job = unsafe { &*job };
-                self.work(count, job);
+            if self.join(seen) {
+                let (job, count, flushes) = {
+                    let round = self.round();
+                    (round.job, round.count, round.flushes)
+                };
+                let flush = flushes.then(FlushToZero::begin);
+                if let Some(Job(job)) = job {
+                    // SAFETY: this helper is inside the gate, and the caller keeps the job until nobody is.
+                    let job = unsafe { &*job };
+                    self.work(count, job);
+                }
+                drop(flush);
+                self.leave();
             }
-            let mut round = self.round();
-            round.busy -= 1;
-            if round.busy == 0 {
-                self.ends.notify_one();
+        }
+    }
+
+    /// Comes back with another round than the one seen last: awake at first, asleep if it takes long.
+    fn wait_for_round(&self, seen: u64) -> Gate {
+        for _ in 0..SPINS {
+            let gate = self.gate();
+            if gate.number() != seen {
+                return gate;
             }
+            std::hint::spin_loop();
+        }
+        let mut round = self.round();
+        round.asleep += 1;
+        while self.gate().number() == seen {
+            round = self
+                .begins
+                .wait(round)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+        round.asleep -= 1;
+        self.gate()
+    }
+
+    /// Goes through the gate of a round, unless it is shut or another's by now.
+    fn join(&self, number: u64) -> bool {
+        let enter = |gate: u64| {
+            let gate = Gate(gate);
+            (gate.is_open() && gate.number() == number).then_some(gate.0 + 1)
+        };
+        self.gate
+            .fetch_update(Ordering::AcqRel, Ordering::Relaxed, enter)
+            .is_ok()
+    }
+
+    fn leave(&self) {
+        let left = Gate(self.gate.fetch_sub(1, Ordering::AcqRel) - 1);
+        if left.is_empty() && !left.is_open() {
+            // Under the lock, so that a caller who is about to sleep hears of it.
+            let _round = self.round();
+            self.ends.notify_one();
+        }
+    }
+
+    /// Shuts the gate and comes back when nobody is inside.
+    fn close(&self) {
+        self.gate.fetch_and(!Gate::OPEN, Ordering::AcqRel);
+        for _ in 0..SPINS {
+            if self.gate().is_empty() {
+                return;
+            }
+            std::hint::spin_loop();
+        }
+        let mut round = self.round();
+        while !self.gate().is_empty() {
+            round = self
+                .ends
+                .wait(round)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Opens the next round and wakes those that sleep.
+    fn open(&self, job: Option<Job>, count: usize) {
+        let mut round = self.round();
+        round.job = job;
+        round.count = count;
+        round.flushes = flushes();
+        self.next.store(0, Ordering::Relaxed);
+        self.gate.store(self.gate().next().0, Ordering::Release);
+        if round.asleep > 0 {
+            self.begins.notify_all();
         }
     }
 }
@@ -157,26 +255,12 @@ impl Threads {
     }
 
     fn share_out(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
-        let floor = &*self.floor;
-        // SAFETY: only the lifetime changes; this function does not return before every helper has left the round.
+        // SAFETY: only the lifetime changes; `close` does not return before every helper has left the round, and nothing before it unwinds.
         let lasting: *const (dyn Fn(usize) + Sync) = unsafe { std::mem::transmute(job) };
-        {
-            let mut round = floor.round();
-            round.job = Some(Job(lasting));
-            round.count = count;
-            round.busy = self.helpers.len();
-            floor.next.store(0, Ordering::Relaxed);
-            floor.number.fetch_add(1, Ordering::Relaxed);
-        }
-        floor.begins.notify_all();
-        floor.work(count, job);
-        let mut round = floor.round();
-        while round.busy > 0 {
-            round = floor
-                .ends
-                .wait(round)
-                .unwrap_or_else(PoisonError::into_inner);
-        }
+        self.floor.open(Some(Job(lasting)), count);
+        self.floor.work(count, job);
+        self.floor.close();
+        let mut round = self.floor.round();
         round.job = None;
         let panic = round.panic.take();
         drop(round);
@@ -212,31 +296,35 @@ impl Workers for Threads {
         self.helpers.len() + 1
     }
 
-    fn for_each<T: Send>(&self, items: &mut [T], job: impl Fn(usize, &mut T) + Sync) {
+    fn for_both<A: Send, B: Send>(
+        &self,
+        (a, b): (&mut [A], &mut [B]),
+        first: impl Fn(usize, &mut A) + Sync,
+        second: impl Fn(usize, &mut B) + Sync,
+    ) {
         let busy = self.caller.try_lock();
-        let alone = busy.is_err() || self.helpers.is_empty() || items.len() < 2;
-        if alone {
-            for (index, item) in items.iter_mut().enumerate() {
-                job(index, item);
-            }
+        let (middle, count) = (a.len(), a.len() + b.len());
+        if busy.is_err() || self.helpers.is_empty() || count < 2 {
+            Serial.for_both((a, b), first, second);
             return;
         }
-        let first = First(items.as_mut_ptr());
-        self.share_out(items.len(), &|index| {
-            // SAFETY: `Floor::work` hands out each index below the length once.
-            job(index, unsafe { first.item(index) });
+        let (a, b) = (First(a.as_mut_ptr()), First(b.as_mut_ptr()));
+        self.share_out(count, &|index| {
+            if index < middle {
+                // SAFETY: `Floor::work` hands out each index below the sum of lengths once.
+                first(index, unsafe { a.item(index) });
+            } else {
+                // SAFETY: as above; what is beyond the first list lies in the second.
+                second(index - middle, unsafe { b.item(index - middle) });
+            }
         });
     }
 }
 
 impl Drop for Threads {
     fn drop(&mut self) {
-        {
-            let _round = self.floor.round();
-            self.floor.closing.store(true, Ordering::Relaxed);
-            self.floor.number.fetch_add(1, Ordering::Relaxed);
-        }
-        self.floor.begins.notify_all();
+        self.floor.closing.store(true, Ordering::Relaxed);
+        self.floor.open(None, 0);
         for helper in self.helpers.drain(..) {
             // Jobs' panics are caught, so a helper ends well.
             let _ = helper.join();
@@ -248,16 +336,19 @@ impl Drop for Threads {
 mod tests {
     use super::*;
 
+    /// Rounds of a test: Miri takes its time.
+    const ROUNDS: usize = if cfg!(miri) { 3 } else { 50 };
+
     #[test]
     fn every_item_is_visited_once_by_any_number_of_threads() {
         for count in [1, 2, 3, 5] {
             let threads = Threads::start(count).unwrap();
             for length in [0usize, 1, 2, 7, 100] {
                 let mut items = vec![0usize; length];
-                for _ in 0..50 {
+                for _ in 0..ROUNDS {
                     threads.for_each(&mut items, |index, item| *item += index + 1);
                 }
-                let expected: Vec<usize> = (0..length).map(|i| 50 * (i + 1)).collect();
+                let expected: Vec<usize> = (0..length).map(|i| ROUNDS * (i + 1)).collect();
                 assert_eq!(items, expected, "{count} threads");
             }
         }
@@ -280,6 +371,33 @@ mod tests {
     }
 
     #[test]
+    fn two_lists_are_worked_off_as_one() {
+        let threads = Threads::start(2).unwrap();
+        let (mut a, mut b) = ([0; 5], vec![String::new(); 9]);
+        for _ in 0..200 {
+            threads.for_both(
+                (&mut a, &mut b),
+                |index, item| *item += index,
+                |index, item| *item = index.to_string(),
+            );
+        }
+        assert_eq!(a, [0, 200, 400, 600, 800]);
+        assert!((0..9).all(|index| b[index] == index.to_string()));
+    }
+
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "the helper has to fall asleep")]
+    fn a_helper_that_sleeps_is_not_waited_for() {
+        let threads = Threads::start(2).unwrap();
+        let mut items = [0; 2];
+        for _ in 0..20 {
+            std::thread::sleep(std::time::Duration::from_millis(2));
+            threads.for_each(&mut items, |_, item| *item += 1);
+        }
+        assert_eq!(items, [20; 2]);
+    }
+
+    #[test]
     fn a_job_may_ask_again() {
         let threads = Threads::start(2).unwrap();
         let mut items = [[0; 3]; 4];
@@ -287,6 +405,17 @@ mod tests {
             threads.for_each(row, |_, item| *item += 1)
         });
         assert_eq!(items, [[1; 3]; 4]);
+    }
+
+    #[test]
+    fn helpers_flush_subnormals_if_the_caller_does() {
+        let threads = Threads::start(3).unwrap();
+        let mut modes = [true; 64];
+        threads.for_each(&mut modes, |_, mode| *mode = flushes());
+        assert_eq!(modes, [false; 64]);
+        let _flush = FlushToZero::begin();
+        threads.for_each(&mut modes, |_, mode| *mode = flushes());
+        assert_eq!(modes, [flushes(); 64]);
     }
 
     #[test]

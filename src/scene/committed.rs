@@ -1,17 +1,20 @@
-//! A committed scene: checked, welded, merged into surfaces, with a tree over its triangles. It does not change; another
-//! one replaces it.
+//! A committed scene: checked, welded, merged into surfaces, with a tree over its triangles. What is committed does not
+//! change; another scene replaces it. What moves stands in [`super::instances`].
 //!
 //! Committing is control side and allocates. All queries take `&self`, neither allocate nor block, and may be asked
 //! from any thread at once.
+
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
 use super::commit::{CommittedMesh, commit_mesh};
 use super::edges::EdgeSet;
+use super::instances::Instances;
 use super::materials::MaterialTable;
 use super::mesh::TriangleMesh;
-use super::surface::Surface;
 use super::surface::free_panel::{FreePanel, FreePanels};
+use super::surface::{Surface, SurfaceSet};
 use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material, Medium};
@@ -44,21 +47,23 @@ impl Default for SceneSettings {
     }
 }
 
-/// An immutable acoustic scene.
+/// An acoustic scene: a fixed part, shared by all copies, and the instances of parts that move
+/// ([`Scene::add_instance`]). Numbers below those of the fixed part name its surfaces, triangles and edges.
 ///
 /// Local coordinates are world coordinates less the centre of the bounds, so that single precision lasts far from the
 /// origin.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    mesh: CommittedMesh,
-    bvh: Bvh,
-    edges: EdgeSet,
-    reflectances: Vec<Reflectance>,
-    transmission_factors: Vec<BandArray>,
+    pub(super) mesh: Arc<CommittedMesh>,
+    bvh: Arc<Bvh>,
+    edges: Arc<EdgeSet>,
+    reflectances: Arc<[Reflectance]>,
+    transmission_factors: Arc<[BandArray]>,
     speed_of_sound_m_s: f64,
     air_np_per_m: BandArray,
     diagonal_m: f32,
-    free_panels: FreePanels,
+    free_panels: Arc<FreePanels>,
+    pub(super) instances: Instances,
 }
 
 impl Scene {
@@ -100,9 +105,9 @@ impl Scene {
             settings.largest_free_panel_m2,
         );
         Ok(Self {
-            bvh,
-            edges,
-            free_panels,
+            bvh: Arc::new(bvh),
+            edges: Arc::new(edges),
+            free_panels: Arc::new(free_panels),
             reflectances: mesh.materials.iter().map(Reflectance::of).collect(),
             transmission_factors: mesh
                 .materials
@@ -112,8 +117,14 @@ impl Scene {
             speed_of_sound_m_s,
             air_np_per_m,
             diagonal_m: mesh.report.bounds_min.distance(mesh.report.bounds_max),
-            mesh,
+            mesh: Arc::new(mesh),
+            instances: Instances::default(),
         })
+    }
+
+    /// Whether two scenes have the same fixed part, one a copy of the other.
+    pub fn same_fixed_part(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.mesh, &other.mesh)
     }
 
     /// World to local coordinates.
@@ -128,39 +139,43 @@ impl Scene {
         (local + self.mesh.centre).as_vec3()
     }
 
-    /// The tree, in local coordinates; a triangle's group is its surface.
+    /// The fixed part's tree, in local coordinates; a triangle's group is its surface. [`Self::closest_hit`] and
+    /// [`Self::any_hit`] know the instances too.
     #[inline]
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
     }
 
-    /// Edges that sound bends around, in local coordinates.
+    /// The fixed part's edges that sound bends around, in local coordinates.
     #[inline]
     pub fn edges(&self) -> &EdgeSet {
         &self.edges
     }
 
-    /// All surfaces.
+    /// All surfaces of the fixed part.
     pub fn surfaces(&self) -> &[Surface] {
         &self.mesh.surfaces.surfaces
     }
 
-    /// A surface by its index.
-    ///
-    /// # Panics
-    /// If there is none.
+    /// A surface by its index, an instance's as it stands. That of an instance that has gone is nowhere.
     #[inline]
     pub fn surface(&self, index: u32) -> &Surface {
-        &self.mesh.surfaces.surfaces[index as usize]
+        match self.mesh.surfaces.surfaces.get(index as usize) {
+            Some(surface) => surface,
+            None => self.instance_surface(index),
+        }
     }
 
     /// Whether a surface can reflect like a mirror at a point of its plane, in local coordinates.
     #[inline]
     pub fn reflects_at(&self, surface: u32, point: DVec3) -> bool {
+        if surface as usize >= self.mesh.surfaces.surfaces.len() {
+            return self.instance_reflects_at(surface, point);
+        }
         self.mesh.surfaces.reflects_at(surface, point)
     }
 
-    /// Small panels with free edges.
+    /// The fixed part's small panels with free edges.
     #[inline]
     pub fn free_panels(&self) -> &FreePanels {
         &self.free_panels
@@ -169,57 +184,111 @@ impl Scene {
     /// The small free panel at a point of a surface, seen from the normal's side or from the other, in local coordinates.
     pub fn free_panel_at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FreePanel> {
         let set = &self.mesh.surfaces;
+        if surface as usize >= set.surfaces.len() {
+            return self.instance_free_panel_at(surface, point, in_front);
+        }
         self.free_panels.at(set, surface, point, in_front)
     }
 
     /// Whether a triangle is part of a connected plane piece that is large enough to reflect like a mirror.
     #[inline]
     pub fn is_panel(&self, triangle: u32) -> bool {
+        if !self.has_triangle(triangle) {
+            return self.instance_is_panel(triangle);
+        }
         self.mesh.surfaces.is_panel(triangle)
     }
 
     /// The surface that a triangle belongs to.
     #[inline]
     pub fn surface_of(&self, triangle: u32) -> u32 {
-        self.mesh.surfaces.triangle_surface[triangle as usize]
+        match self.mesh.surfaces.triangle_surface.get(triangle as usize) {
+            Some(surface) => *surface,
+            None => self.instance_surface_of(triangle),
+        }
+    }
+
+    /// Whether a triangle's number is the fixed part's.
+    #[inline]
+    pub(super) fn has_triangle(&self, triangle: u32) -> bool {
+        (triangle as usize) < self.mesh.triangles.len()
+    }
+
+    /// Corners of a triangle of the fixed part, in local coordinates.
+    #[inline]
+    pub(super) fn corners_of(&self, triangle: u32) -> [Vec3; 3] {
+        self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize])
+    }
+
+    /// The fixed part's surfaces with their triangles.
+    pub(super) fn surface_set(&self) -> &SurfaceSet {
+        &self.mesh.surfaces
     }
 
     /// Whether a ray meets this triangle: the tree's own test of it, without the tree.
     #[inline]
     pub fn blocks(&self, triangle: u32, ray: &Ray) -> bool {
-        let corners =
-            self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize]);
+        if !self.has_triangle(triangle) {
+            return self.instance_blocks(triangle, ray);
+        }
+        let corners = self.corners_of(triangle);
         let margin_m = self.bvh.margin_m();
-        PreparedRay::of(ray).is_some_and(|ray| ray.meet(&corners, margin_m).is_some())
+        PreparedRay::of(ray, margin_m).is_some_and(|ray| ray.meet(&corners).is_some())
     }
 
     /// A triangle's normal by its winding, of any length: from the side on which its corners run counter-clockwise.
     #[inline]
     pub fn triangle_normal(&self, triangle: u32) -> Vec3 {
-        let [a, b, c] =
-            self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize]);
+        if !self.has_triangle(triangle) {
+            return self.instance_normal(triangle);
+        }
+        let [a, b, c] = self.corners_of(triangle);
         (b - a).cross(c - a)
     }
 
     /// A surface's material.
     #[inline]
     pub fn material(&self, surface: u32) -> &Material {
-        &self.mesh.materials[self.surface(surface).material as usize]
+        let (number, fixed) = (
+            self.surface(surface).material as usize,
+            &self.mesh.materials,
+        );
+        match fixed.get(number) {
+            Some(found) => found,
+            None => self
+                .more_material(number - fixed.len())
+                .unwrap_or(&fixed[0]),
+        }
     }
 
     /// A surface's reflection at every angle.
     #[inline]
     pub fn reflectance(&self, surface: u32) -> &Reflectance {
-        &self.reflectances[self.surface(surface).material as usize]
+        let (number, fixed) = (self.surface(surface).material as usize, &self.reflectances);
+        match fixed.get(number) {
+            Some(found) => found,
+            None => self
+                .more_reflectance(number - fixed.len())
+                .unwrap_or(&fixed[0]),
+        }
     }
 
     /// Pressure factor of one passage through a surface.
     #[inline]
     pub fn transmission_factor(&self, surface: u32) -> &BandArray {
-        &self.transmission_factors[self.surface(surface).material as usize]
+        let (number, fixed) = (
+            self.surface(surface).material as usize,
+            &self.transmission_factors,
+        );
+        match fixed.get(number) {
+            Some(found) => found,
+            None => self
+                .more_transmission(number - fixed.len())
+                .unwrap_or(&fixed[0]),
+        }
     }
 
-    /// All materials in use.
+    /// All materials in use by the fixed part.
     pub fn materials(&self) -> &[Material] {
         &self.mesh.materials
     }
@@ -252,14 +321,17 @@ impl Scene {
         self.diagonal_m
     }
 
-    /// Corners of every triangle, in world coordinates.
+    /// Corners of every triangle, in world coordinates: the fixed part's by number, then those of instances.
     pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
         let corner = |v: u32| self.to_world(self.mesh.vertices[v as usize].as_dvec3());
-        self.mesh.triangles.iter().map(move |t| t.map(corner))
+        let fixed = self.mesh.triangles.iter().map(move |t| t.map(corner));
+        let of_instances = self.instance_triangles();
+        fixed.chain(of_instances.map(|t| t.map(|corner| self.to_world(corner))))
     }
 
-    /// Memory that the scene occupies, in bytes.
+    /// Memory that the scene occupies, in bytes, without the parts of its instances.
     pub fn memory_bytes(&self) -> usize {
-        self.bvh.memory_bytes() + self.mesh.memory_bytes() + self.edges.memory_bytes()
+        let fixed = self.bvh.memory_bytes() + self.mesh.memory_bytes() + self.edges.memory_bytes();
+        fixed + self.instances.memory_bytes()
     }
 }

@@ -6,7 +6,7 @@
 //! name = "concert_hall"            # the file's stem if absent
 //! [[sources]]
 //! name = "source01"
-//! position = [1.0, 1.5, -2.0]
+//! position = [1.0, 1.5, -2.0]      # more in `layout_source`
 //! [listener]                       # optional
 //! from = [0.0, 1.7, 0.0]
 //! to = [10.0, 1.7, 0.0]
@@ -22,6 +22,7 @@ use glam::Vec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::layout_source::{NamedSource, read_sources};
 use super::materials::MaterialTable;
 use super::toml_file::{TomlFile, read_text};
 use crate::error::Result;
@@ -37,15 +38,6 @@ pub struct SceneLayout {
     pub listener: Option<Walk>,
     /// The file's own materials, to be added to others with [`MaterialTable::extend`].
     pub materials: MaterialTable,
-}
-
-/// A sound source of a layout.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NamedSource {
-    /// Name, unlike any other source's.
-    pub name: String,
-    /// Position in metres.
-    pub position: Vec3,
 }
 
 /// A listener who walks to and fro on a straight line at constant speed, or stands.
@@ -126,7 +118,8 @@ impl SceneLayout {
     }
 }
 
-fn required<'v, 'a>(
+/// A key that must be there.
+pub(super) fn required<'v, 'a>(
     file: TomlFile<'a>,
     owner: &Spanned<DeValue<'a>>,
     table: &'v DeTable<'a>,
@@ -137,34 +130,6 @@ fn required<'v, 'a>(
         let problem = format!("`{key}` is missing in {place}");
         file.error(owner.span(), problem, &format!("add {key} = …"))
     })
-}
-
-fn read_sources<'a>(file: TomlFile<'a>, value: &Spanned<DeValue<'a>>) -> Result<Vec<NamedSource>> {
-    let DeValue::Array(values) = value.get_ref() else {
-        return Err(file.error(
-            value.span(),
-            "`sources` is not a list",
-            "write [[sources]] with two brackets",
-        ));
-    };
-    let mut sources: Vec<NamedSource> = Vec::new();
-    for value in values.iter() {
-        let table = file.table(value, "sources")?;
-        file.known_keys(table, "a source", &["name", "position"])?;
-        let name_value = required(file, value, table, "name", "a source")?;
-        let name = file.string(name_value, "name")?;
-        if sources.iter().any(|source| source.name == name) {
-            return Err(file.error(
-                name_value.span(),
-                format!("two sources named `{}`", name.escape_debug()),
-                "give each source a name of its own",
-            ));
-        }
-        let position = required(file, value, table, "position", "a source")?;
-        let position = file.position(position, "position")?;
-        sources.push(NamedSource { name, position });
-    }
-    Ok(sources)
 }
 
 fn read_walk<'a>(file: TomlFile<'a>, value: &Spanned<DeValue<'a>>) -> Result<Walk> {

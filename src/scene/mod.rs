@@ -1,12 +1,16 @@
-//! What the visitor brings: meshes, materials, sources, a listener. Once committed a scene does not change.
+//! What the visitor brings: meshes, materials, sources, a listener. Once committed a scene does not change but for its
+//! instances, which move.
 //!
 //! Control side. Coordinates are metres, right-handed, +y up.
 
 mod cells;
 pub mod commit;
 pub mod committed;
+pub mod directivity;
 pub mod edges;
+pub mod instances;
 pub mod layout;
+pub mod layout_source;
 mod material_entry;
 pub mod materials;
 pub mod mesh;
@@ -20,12 +24,15 @@ pub mod weld;
 
 pub use commit::{CommittedMesh, commit_mesh};
 pub use committed::{Scene, SceneSettings};
+pub use directivity::{Directivity, DirectivityTable};
 pub use edges::{Edge, EdgeSet};
-pub use layout::{NamedSource, SceneLayout, Walk};
+pub use instances::{InstanceId, InstancePose};
+pub use layout::{SceneLayout, Walk};
+pub use layout_source::NamedSource;
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;
 pub use obj::{ObjFile, ObjOptions, UpAxis, load_obj};
 pub use pose::{ListenerPose, SourceId, SourcePose};
-pub use source::{Directivity, Effects, SourceSettings};
+pub use source::{Effects, SourceSettings};
 pub use surface::{Surface, SurfaceSet};
 pub use weld::{IntakeReport, clean};

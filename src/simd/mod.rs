@@ -3,11 +3,15 @@
 //! Mindless: knows neither bands nor samples. The only home of `core::arch`; this file uses none of it and is what
 //! every later instruction set is tested against.
 
+pub(crate) mod lanes;
 #[cfg(target_arch = "aarch64")]
 pub(crate) mod neon;
+pub(crate) mod stack;
 pub(crate) mod tracing;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
+
+pub(crate) use lanes::{LaneSet, Lanes, NUMBERS, kernel};
 
 use std::ops::{Add, AddAssign, Mul, MulAssign, Sub};
 
@@ -44,12 +48,6 @@ impl F32x8 {
     #[inline(always)]
     pub fn store(self, values: &mut [f32]) {
         values[..8].copy_from_slice(&self.0);
-    }
-
-    /// `self * factor + term`, rounded twice (no fused operation, so every target gives the same bits).
-    #[inline(always)]
-    pub fn mul_add(self, factor: Self, term: Self) -> Self {
-        self * factor + term
     }
 
     /// Sum of the lanes, in the fixed order ((0+4)+(2+6)) + ((1+5)+(3+7)).
@@ -104,7 +102,6 @@ mod tests {
         let b = F32x8::splat(0.5);
         assert_eq!((a * b).0[7], 4.0);
         assert_eq!((a - b).0[0], 0.5);
-        assert_eq!(a.mul_add(b, a).0[1], 3.0);
         assert_eq!(a.sum(), 36.0);
         let mut out = [0.0; 9];
         F32x8::load(&a.0).store(&mut out[1..]);

@@ -3,130 +3,281 @@
 //! Mindless: numbers in a layout, and the portable arithmetic that every instruction set is tested against. What they
 //! mean stands in `geometry`.
 
-/// A ray against boxes: planes of a box are crossed at `(plane − origin) · scale`, the scale of near planes a hair too
-/// small and that of far planes a hair too large, so that rounding never closes a box that the ray meets.
+/// A ray against boxes: a plane is crossed at `(plane − origin) · inverse`, which lanes may write as
+/// `plane · inverse − origin · inverse`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SlabRay {
     /// Start.
     pub(crate) origin: [f32; 3],
-    /// One over the direction, reduced.
-    pub(crate) near_scale: [f32; 3],
-    /// One over the direction, enlarged.
-    pub(crate) far_scale: [f32; 3],
-    /// Whether the ray runs down an axis, so that upper planes are the near ones.
-    pub(crate) down: [bool; 3],
+    /// One over the direction.
+    pub(crate) inverse: [f32; 3],
 }
 
-/// A ray against boxes in fused arithmetic: planes are crossed at `plane · scale + offset`.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FusedSlabRay {
-    pub(crate) near_scale: [f32; 3],
-    pub(crate) near_offset: [f32; 3],
-    pub(crate) far_scale: [f32; 3],
-    pub(crate) far_offset: [f32; 3],
-}
+/// 1 + 2 γ(3) rounded up, γ(n) = n ε / (1 − n ε) with ε half a unit in the last place (\[IZE13\]).
+pub(crate) const FAR_WIDENING: f32 = 1.000_000_5;
 
-/// Eight half units in the last place of an `f32`.
-///
-/// The specification crosses a plane `p` at `v = (p − o) s`, rounded twice: within 2.1 half units in the last place of
-/// `v`. Fused it is `p s′ − c`, rounded once, with `s′ = s (1 ± slack)` and `c = o s′ (1 ± slack)`, whose own rounding is
-/// two half units. So the near side comes out lower and the far side higher wherever `v` is positive; where it is
-/// negative both sides are cut off at 0. No box is missed that the specification enters.
-pub(crate) const FUSED_SLACK: f32 = 1.0 / (1u32 << 21) as f32;
+/// Its counterpart for near planes.
+pub(crate) const NEAR_NARROWING: f32 = 0.999_999_5;
 
-/// Planes of `W` boxes: three lower, three upper.
+/// Planes of `W` boxes: lower and upper, axis after axis.
 pub(crate) type Planes<const W: usize> = [[f32; W]; 6];
 
-impl SlabRay {
-    /// Row of [`Planes`] that the ray crosses first on an axis; the other is the farther.
+/// A row of [`Planes`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row(usize);
+
+impl Row {
+    /// The rows that a ray crosses first, from one over its direction.
     #[inline(always)]
-    pub(crate) fn near_row(&self, axis: usize) -> usize {
-        axis + 3 * usize::from(self.down[axis])
+    pub(crate) fn near(inverse: [f32; 3]) -> [Self; 3] {
+        [0, 1, 2].map(|axis| Self(2 * axis + (inverse[axis].to_bits() >> 31) as usize))
     }
 
-    /// Row of [`Planes`] that the ray crosses last on an axis.
+    /// The row of the box's other side.
     #[inline(always)]
-    pub(crate) fn far_row(&self, axis: usize) -> usize {
-        axis + 3 * usize::from(!self.down[axis])
+    pub(crate) fn opposite(self) -> Self {
+        Self(self.0 ^ 1)
     }
 
-    /// For fused arithmetic, which may enter more boxes and never fewer.
+    /// Its number: 5 at most.
     #[inline(always)]
-    pub(crate) fn fused(&self) -> FusedSlabRay {
-        let mut fused = FusedSlabRay {
-            near_scale: [0.0; 3],
-            near_offset: [0.0; 3],
-            far_scale: [0.0; 3],
-            far_offset: [0.0; 3],
-        };
-        for axis in 0..3 {
-            let near = self.near_scale[axis] * (1.0 - FUSED_SLACK);
-            let far = self.far_scale[axis] * (1.0 + FUSED_SLACK);
-            let (near_at, far_at) = (near * self.origin[axis], far * self.origin[axis]);
-            fused.near_scale[axis] = near;
-            fused.near_offset[axis] = -(near_at + near_at.abs() * FUSED_SLACK);
-            fused.far_scale[axis] = far;
-            fused.far_offset[axis] = -(far_at - far_at.abs() * FUSED_SLACK);
-        }
-        fused
-    }
-
-    /// Parameters between which the ray is in one box, whether or not there are any.
-    #[inline(always)]
-    pub(crate) fn span<const W: usize>(&self, planes: &Planes<W>, lane: usize) -> (f32, f32) {
-        let mut near = f32::NEG_INFINITY;
-        let mut far = f32::INFINITY;
-        for axis in 0..3 {
-            let first = planes[self.near_row(axis)][lane] - self.origin[axis];
-            let last = planes[self.far_row(axis)][lane] - self.origin[axis];
-            near = near.max(first * self.near_scale[axis]);
-            far = far.min(last * self.far_scale[axis]);
-        }
-        (near, far)
-    }
-
-    /// Which boxes the ray enters between 0 and `t_max`, a bit each, and where.
-    #[inline(always)]
-    pub(crate) fn enter<const W: usize>(
-        &self,
-        planes: &Planes<W>,
-        t_max: f32,
-        entries: &mut [f32; W],
-    ) -> u32 {
-        let mut entered = 0;
-        for (lane, entry) in entries.iter_mut().enumerate() {
-            let (near, far) = self.span(planes, lane);
-            *entry = if near > 0.0 { near } else { 0.0 };
-            entered |= u32::from(*entry <= far.min(t_max)) << lane;
-        }
-        entered
+    pub(crate) fn number(self) -> usize {
+        self.0
     }
 }
 
-/// A ray against triangles: axes permuted and sheared so that it runs along +z (\[WOOP13\]).
+impl SlabRay {
+    /// Parameters between which the ray is in one box, whether or not there are any: the first a hair too small and the
+    /// last a hair too large, so that rounding never closes a box that the ray meets.
+    #[inline(always)]
+    pub(crate) fn span(&self, side: impl Fn(Row) -> f32) -> (f32, f32) {
+        let mut near = f32::NEG_INFINITY;
+        let mut far = f32::INFINITY;
+        for (axis, row) in Row::near(self.inverse).into_iter().enumerate() {
+            let at = |row: Row| (side(row) - self.origin[axis]) * self.inverse[axis];
+            near = near.max(at(row));
+            far = far.min(at(row.opposite()));
+        }
+        (near * NEAR_NARROWING, far * FAR_WIDENING)
+    }
+
+    /// A key for each of `W` boxes, as [`KeyOrder`] has it.
+    #[inline(always)]
+    pub(crate) fn enter<const W: usize>(&self, planes: &Planes<W>, t_max: f32) -> [u32; W] {
+        std::array::from_fn(|lane| {
+            let (near, far) = self.span(|row| planes[row.number()][lane]);
+            let entry = if near > 0.0 { near } else { 0.0 };
+            if entry <= far.min(t_max) {
+                entry.to_bits() & !(W as u32 - 1) | lane as u32
+            } else {
+                u32::MAX
+            }
+        })
+    }
+}
+
+/// What boxes a ray enters and in which order, as numbers: a key is where it enters, rounded down, and the box's lane.
+/// The least of several keys is that of the nearest box; greater than all bounds is that of a box not entered.
+///
+/// Parameters are never negative, so their bits order as they do.
+pub(crate) trait KeyOrder: Copy {
+    /// Whether a walk decides by a branch if there is a second box, instead of writing down always.
+    const BRANCHES: bool;
+    /// Which box a key is of.
+    fn lane(self, key: u32) -> usize;
+    /// What keys are compared with: the key of the last box that is entered no later than at a parameter.
+    fn bound(self, t_max: f32) -> u32;
+    /// Whether a key is of a box entered later, or not at all.
+    fn is_beyond(self, key: u32, bound: u32) -> bool;
+}
+
+/// Keys of 32 bits, the lane in the lowest: log2 `W` of them.
+#[derive(Clone, Copy)]
+pub(crate) struct LaneInLowBits<const W: usize>;
+
+impl<const W: usize> KeyOrder for LaneInLowBits<W> {
+    const BRANCHES: bool = true;
+
+    #[inline(always)]
+    fn lane(self, key: u32) -> usize {
+        key as usize % W
+    }
+
+    #[inline(always)]
+    fn bound(self, t_max: f32) -> u32 {
+        t_max.to_bits() | (W as u32 - 1)
+    }
+
+    #[inline(always)]
+    fn is_beyond(self, key: u32, bound: u32) -> bool {
+        key > bound
+    }
+}
+
+/// A ray against triangles: axes permuted and sheared so that it runs along z (\[WOOP13\]).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShearRay {
     /// Start.
     pub(crate) origin: [f32; 3],
-    /// Which axis stands for x, y and z; 2 at most.
-    pub(crate) axis: [usize; 3],
+    /// Which axes stand for x, y and z.
+    pub(crate) axes: Axes,
     /// Shear along x and y, and one over the direction's z.
     pub(crate) shear: [f32; 3],
     /// Hits at or before this parameter do not count.
     pub(crate) t_min: f32,
 }
 
+/// Three axes in turn.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Axes([usize; 3]);
+
+impl Axes {
+    /// Those of which a given one, of 0 to 2, is the last.
+    #[inline(always)]
+    pub(crate) fn ending_at(last: usize) -> Self {
+        const TURNS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+        Self(TURNS[last.min(2)])
+    }
+
+    /// Their numbers: 2 at most.
+    #[inline(always)]
+    pub(crate) fn numbers(self) -> [usize; 3] {
+        self.0
+    }
+}
+
 /// Four triangles: corner, axis, lane.
 pub(crate) type Corners = [[[f32; 4]; 3]; 3];
 
-impl ShearRay {
-    /// Parameter at which the ray meets the triangle in a lane, if it is beyond `t_min` and not beyond `t_max`.
+/// Smallest direction component that boxes see, as a share of the largest: 2⁻⁴⁰. What it moves a ray by is far less
+/// than what boxes stand off.
+pub(crate) const SMALLEST_COMPONENT: f32 = 1.0 / (1u64 << 40) as f32;
+
+/// Where rays may start and how long their directions may be for the lanes' arithmetic: outside it could miss boxes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near {
+    /// Farthest coordinate of a start; not a number if none will do.
+    pub(crate) reach: f32,
+}
+
+impl Near {
+    /// Greatest component of a direction.
+    pub(crate) const LONGEST: f32 = (1u64 << 40) as f32;
+    /// Least of the greatest components of directions.
+    pub(crate) const SHORTEST: f32 = 1.0 / Self::LONGEST;
+}
+
+/// A ray as it comes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RawRay {
+    /// Start.
+    pub(crate) origin: [f32; 3],
+    /// Of any length.
+    pub(crate) direction: [f32; 3],
+    /// Hits at or before this parameter do not count; not negative.
+    pub(crate) t_min: f32,
+    /// How far a triangle's box stands off it.
+    pub(crate) margin: f32,
+}
+
+/// A ray against triangles and the boxes they stand in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TriangleRay {
+    /// Against boxes.
+    pub(crate) slabs: SlabRay,
+    /// Against triangles.
+    pub(crate) shear: ShearRay,
+    /// How far a triangle's box stands off it.
+    pub(crate) margin: f32,
+}
+
+impl TriangleRay {
+    /// Of a ray whose numbers are finite and whose direction is not zero.
+    #[inline(always)]
+    pub(crate) fn of(ray: &RawRay) -> Self {
+        let RawRay {
+            origin,
+            direction,
+            t_min,
+            margin,
+        } = *ray;
+        let size = direction.map(f32::abs);
+        let largest = size[0].max(size[1]).max(size[2]);
+        let smallest = (largest * SMALLEST_COMPONENT).max(f32::MIN_POSITIVE);
+        let inverse = [0, 1, 2].map(|k| 1.0 / size[k].max(smallest).copysign(direction[k]));
+        let first_largest = size.iter().position(|&s| s == largest);
+        let axes = Axes::ending_at(first_largest.unwrap_or(2));
+        let [kx, ky, kz] = axes.numbers();
+        let shear = [
+            direction[kx] * inverse[kz],
+            direction[ky] * inverse[kz],
+            inverse[kz],
+        ];
+        Self {
+            slabs: SlabRay { origin, inverse },
+            shear: ShearRay {
+                origin,
+                axes,
+                shear,
+                t_min,
+            },
+            margin,
+        }
+    }
+
+    /// Parameter at which the ray meets the triangle in a lane: beyond `t_min`, before `before`.
     ///
     /// The specification of all triangle kernels, which give the same bits: the order of operations is fixed and none
     /// is fused.
     #[inline(always)]
-    pub(crate) fn meet(&self, corners: &Corners, lane: usize, t_max: f32) -> Option<f32> {
-        let [kx, ky, kz] = self.axis.map(|k| k.min(2));
+    pub(crate) fn meet(&self, corners: &Corners, lane: usize, before: f32) -> Option<f32> {
+        let t = self.shear.meet(corners, lane)?;
+        let [a, b, c] = corners.map(|corner| corner.map(|row| row[lane]));
+        let (near, far) = self.slabs.span(|row| {
+            let axis = row.number() / 2;
+            let (a, b, c) = (a[axis], b[axis], c[axis]);
+            match row.number() % 2 {
+                0 => a.min(b).min(c) - self.margin,
+                _ => a.max(b).max(c) + self.margin,
+            }
+        });
+        let t = if near > t { near } else { t };
+        (near <= far && far >= 0.0 && t < before).then_some(t)
+    }
+
+    /// Which of four triangles the ray meets between `t_min` and `before`, a bit each, and where.
+    #[inline(always)]
+    pub(crate) fn meet_four(&self, corners: &Corners, before: f32, at: &mut [f32; 4]) -> u32 {
+        self.meet_again(corners, before, at, 0b1111)
+    }
+
+    /// As [`Self::meet_four`] for some lanes, a bit each.
+    #[inline(always)]
+    pub(crate) fn meet_again(
+        &self,
+        corners: &Corners,
+        before: f32,
+        at: &mut [f32; 4],
+        lanes: u32,
+    ) -> u32 {
+        let mut met = 0;
+        for (lane, at) in at.iter_mut().enumerate() {
+            if lanes >> lane & 1 == 1
+                && let Some(t) = self.meet(corners, lane, before)
+            {
+                *at = t;
+                met |= 1 << lane;
+            }
+        }
+        met
+    }
+}
+
+impl ShearRay {
+    /// Parameter at which the ray meets the triangle in a lane, if it is beyond `t_min`.
+    #[inline(always)]
+    fn meet(&self, corners: &Corners, lane: usize) -> Option<f32> {
+        let [kx, ky, kz] = self.axes.numbers();
         let [sx, sy, sz] = self.shear;
         let sheared = corners.map(|corner| {
             let z = corner[kz][lane] - self.origin[kz];
@@ -157,43 +308,7 @@ impl ShearRay {
         if determinant == 0.0 {
             return None;
         }
-        let t = ((u * (sz * az) + v * (sz * bz)) + w * (sz * cz)) / determinant;
-        (t > self.t_min && t <= t_max).then_some(t)
-    }
-
-    /// Which of four triangles the ray meets between `t_min` and `t_max`, a bit each, and where.
-    #[inline(always)]
-    pub(crate) fn meet_four(&self, corners: &Corners, t_max: f32, at: &mut [f32; 4]) -> u32 {
-        let mut met = 0;
-        for (lane, at) in at.iter_mut().enumerate() {
-            if let Some(t) = self.meet(corners, lane, t_max) {
-                *at = t;
-                met |= 1 << lane;
-            }
-        }
-        met
-    }
-
-    /// Decides the lanes of `again`, where an edge function is zero, by [`Self::meet`]; the others are in `met`.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn meet_again(
-        &self,
-        corners: &Corners,
-        t_max: f32,
-        at: &mut [f32; 4],
-        met: u32,
-        again: u32,
-    ) -> u32 {
-        let mut met = met & !again;
-        for (lane, at) in at.iter_mut().enumerate() {
-            if again >> lane & 1 == 1
-                && let Some(t) = self.meet(corners, lane, t_max)
-            {
-                *at = t;
-                met |= 1 << lane;
-            }
-        }
-        met
+        let t = (((u * az + v * bz) + w * cz) * sz) / determinant;
+        (t > self.t_min).then_some(t)
     }
 }

@@ -5,9 +5,16 @@
 //! may be entered where it does not enter them, never the other way round. Kernels are generic over a
 //! number for their caller, so that each has one caller and becomes part of it; of a shared one the compiler makes a call.
 
+mod lanes;
+
+pub(crate) use lanes::Ymm;
+
 use core::arch::x86_64::*;
 
-use super::tracing::{Corners, Planes, ShearRay, SlabRay};
+use super::tracing::{
+    Axes, Corners, FAR_WIDENING, KeyOrder, NEAR_NARROWING, Near, Planes, RawRay, Row,
+    SMALLEST_COMPONENT, TriangleRay,
+};
 
 /// Proof that the machine has AVX2 and FMA.
 #[derive(Debug, Clone, Copy)]
@@ -54,182 +61,338 @@ fn store4(lanes: &mut [f32; 4], values: __m128) {
     unsafe { _mm_storeu_ps(lanes.as_mut_ptr(), values) }
 }
 
+/// A row of planes.
 #[inline]
-#[target_feature(enable = "avx2,fma")]
-fn load8(lanes: &[f32; 8]) -> __m256 {
-    // SAFETY: a reference to eight f32; the load needs no alignment.
-    unsafe { _mm256_loadu_ps(lanes.as_ptr()) }
+#[target_feature(enable = "sse2")]
+fn row4(planes: &Planes<4>, row: Row) -> __m128 {
+    // SAFETY: a row is one of six of four f32; the load needs no alignment.
+    unsafe { _mm_loadu_ps(planes.as_ptr().cast::<f32>().byte_add(16 * row.number())) }
 }
 
+/// A row of planes.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-fn store8(lanes: &mut [f32; 8], values: __m256) {
-    // SAFETY: a unique reference to eight f32; the store needs no alignment.
-    unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), values) }
+fn row8(planes: &Planes<8>, row: Row) -> __m256 {
+    // SAFETY: a row is one of six of eight f32; the load needs no alignment.
+    unsafe { _mm256_loadu_ps(planes.as_ptr().cast::<f32>().byte_add(32 * row.number())) }
+}
+
+/// A ray in the first three lanes: where it starts and one over its direction.
+#[derive(Clone, Copy)]
+pub(crate) struct Ready {
+    origin: __m128,
+    direction: __m128,
+    inverse: __m128,
+    /// Axis of the largest component of the direction, the first of equals.
+    longest: usize,
+}
+
+impl Ready {
+    /// Of a ray that is near.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    pub(crate) fn of<const CALLER: u8>(ray: &RawRay, near: Near) -> Option<Self> {
+        let [ox, oy, oz] = ray.origin;
+        let [dx, dy, dz] = ray.direction;
+        let origin = _mm_setr_ps(ox, oy, oz, 0.0);
+        let direction = _mm_setr_ps(dx, dy, dz, 0.0);
+        let sign = _mm_set1_ps(-0.0);
+        let size = _mm_andnot_ps(sign, direction);
+        // Written so that numbers that are none are not near.
+        let is_near = _mm_and_ps(
+            _mm_cmple_ps(_mm_andnot_ps(sign, origin), _mm_set1_ps(near.reach)),
+            _mm_cmple_ps(size, _mm_set1_ps(Near::LONGEST)),
+        );
+        let two = _mm_max_ps(size, _mm_shuffle_ps::<0b01_00_11_10>(size, size));
+        let largest = _mm_max_ps(two, _mm_shuffle_ps::<0b10_11_00_01>(two, two));
+        if _mm_movemask_ps(is_near) & 7 != 7 || _mm_cvtss_f32(largest) < Near::SHORTEST {
+            return None;
+        }
+        let smallest = _mm_mul_ps(largest, _mm_set1_ps(SMALLEST_COMPONENT));
+        let bounded = _mm_or_ps(_mm_max_ps(size, smallest), _mm_and_ps(sign, direction));
+        let is_longest = _mm_movemask_ps(_mm_cmpeq_ps(size, largest)) as u32;
+        Some(Self {
+            origin,
+            direction,
+            inverse: _mm_div_ps(_mm_set1_ps(1.0), bounded),
+            longest: is_longest.trailing_zeros() as usize,
+        })
+    }
+
+    /// Lanes as numbers.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    fn lanes(values: __m128) -> [f32; 3] {
+        let mut lanes = [0.0; 4];
+        store4(&mut lanes, values);
+        [lanes[0], lanes[1], lanes[2]]
+    }
 }
 
 /// A ray against four boxes at once.
 #[derive(Clone, Copy)]
-pub(crate) struct Slabs4<'a> {
-    ray: &'a SlabRay,
-    origin: [__m128; 3],
-    near_scale: [__m128; 3],
-    far_scale: [__m128; 3],
+pub(crate) struct Slabs4 {
+    near: [Row; 3],
+    scale: [__m128; 3],
+    offset: [__m128; 3],
 }
 
-impl<'a> Slabs4<'a> {
+impl Slabs4 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: &'a SlabRay) -> Self {
-        let splat = |v: [f32; 3]| [_mm_set1_ps(v[0]), _mm_set1_ps(v[1]), _mm_set1_ps(v[2])];
+    pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
+        let offset = _mm_xor_ps(_mm_mul_ps(ray.origin, ray.inverse), _mm_set1_ps(-0.0));
+        let inverse = Ready::lanes(ray.inverse);
         Self {
-            ray,
-            origin: splat(ray.origin),
-            near_scale: splat(ray.near_scale),
-            far_scale: splat(ray.far_scale),
+            near: Row::near(inverse),
+            scale: inverse.map(|v| _mm_set1_ps(v)),
+            offset: Ready::lanes(offset).map(|v| _mm_set1_ps(v)),
         }
     }
 
-    /// As [`SlabRay::enter`], to the bit.
+    /// Where the ray enters each box, and which boxes it does enter.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn enter<const CALLER: u8>(
-        &self,
-        planes: &Planes<4>,
-        t_max: f32,
-        entries: &mut [f32; 4],
-    ) -> u32 {
+    fn spans(&self, planes: &Planes<4>, t_max: f32) -> (__m128, __m128) {
         let near = |axis: usize| {
-            let plane = load4(&planes[self.ray.near_row(axis)]);
-            _mm_mul_ps(_mm_sub_ps(plane, self.origin[axis]), self.near_scale[axis])
+            let plane = row4(planes, self.near[axis]);
+            _mm_add_ps(_mm_mul_ps(plane, self.scale[axis]), self.offset[axis])
         };
         let far = |axis: usize| {
-            let plane = load4(&planes[self.ray.far_row(axis)]);
-            _mm_mul_ps(_mm_sub_ps(plane, self.origin[axis]), self.far_scale[axis])
+            let plane = row4(planes, self.near[axis].opposite());
+            _mm_add_ps(_mm_mul_ps(plane, self.scale[axis]), self.offset[axis])
         };
         // Of two zeros the second counts, so no entry is −0.
         let zero = _mm_setzero_ps();
-        let entry = _mm_max_ps(_mm_max_ps(_mm_max_ps(near(0), near(1)), near(2)), zero);
+        let entry = _mm_max_ps(_mm_max_ps(near(0), near(1)), _mm_max_ps(near(2), zero));
         let exit = _mm_min_ps(
             _mm_min_ps(far(0), far(1)),
             _mm_min_ps(far(2), _mm_set1_ps(t_max)),
         );
-        store4(entries, entry);
-        _mm_movemask_ps(_mm_cmple_ps(entry, exit)) as u32
+        (entry, _mm_cmple_ps(entry, exit))
+    }
+
+    /// A key for every box ([`Keys4`]).
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    pub(crate) fn enter<const CALLER: u8>(&self, planes: &Planes<4>, t_max: f32) -> __m128 {
+        let (entry, entered) = self.spans(planes, t_max);
+        let lanes = _mm_castsi128_ps(_mm_setr_epi32(0, 1, 2, 3));
+        let rounded = _mm_andnot_ps(_mm_castsi128_ps(_mm_set1_epi32(3)), entry);
+        let key = _mm_castps_si128(_mm_or_ps(rounded, lanes));
+        // Never a denormal number, which minima may take for zero.
+        let key = _mm_castsi128_ps(_mm_add_epi32(key, _mm_set1_epi32(Keys4::SHIFT as i32)));
+        let none = _mm_castsi128_ps(_mm_set1_epi32(Keys4::NONE as i32));
+        _mm_or_ps(_mm_and_ps(entered, key), _mm_andnot_ps(entered, none))
+    }
+
+    /// Which boxes the ray enters, a bit each.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    pub(crate) fn entered<const CALLER: u8>(&self, planes: &Planes<4>, t_max: f32) -> u32 {
+        _mm_movemask_ps(self.spans(planes, t_max).1) as u32
     }
 }
 
-/// A ray against eight boxes at once, fused ([`FUSED_SLACK`](super::tracing::FUSED_SLACK)).
-#[derive(Clone, Copy)]
-pub(crate) struct Slabs8<'a> {
-    ray: &'a SlabRay,
-    near_scale: [__m256; 3],
-    near_offset: [__m256; 3],
-    far_scale: [__m256; 3],
-    far_offset: [__m256; 3],
+/// The least of four keys, and the others.
+#[inline]
+#[target_feature(enable = "sse2")]
+pub(crate) fn take4<const CALLER: u8>(keys: __m128) -> (u32, __m128) {
+    let two = _mm_min_ps(keys, _mm_shuffle_ps::<0b01_00_11_10>(keys, keys));
+    let least = _mm_min_ps(two, _mm_shuffle_ps::<0b10_11_00_01>(two, two));
+    let none = _mm_castsi128_ps(_mm_set1_epi32(Keys4::NONE as i32));
+    let gone = _mm_and_ps(_mm_cmpeq_ps(keys, least), none);
+    let key = _mm_cvtsi128_si32(_mm_castps_si128(least)) as u32;
+    (key, _mm_max_ps(keys, gone))
 }
 
-impl<'a> Slabs8<'a> {
+/// Keys that are compared as `f32`: where a box is entered, as bits, the lane in the lowest two, and [`Self::SHIFT`].
+#[derive(Clone, Copy)]
+pub(crate) struct Keys4;
+
+impl Keys4 {
+    /// Smallest normal number.
+    const SHIFT: u32 = 1 << 23;
+    /// Key of no box: the greatest number. Nothing near enough for lanes is entered that far out.
+    const NONE: u32 = 0x7f7f_ffff;
+}
+
+impl KeyOrder for Keys4 {
+    const BRANCHES: bool = true;
+
+    #[inline(always)]
+    fn lane(self, key: u32) -> usize {
+        key as usize % 4
+    }
+
+    #[inline(always)]
+    fn bound(self, t_max: f32) -> u32 {
+        ((t_max.to_bits() | 3) + Self::SHIFT).min(Self::NONE - 1)
+    }
+
+    #[inline(always)]
+    fn is_beyond(self, key: u32, bound: u32) -> bool {
+        key > bound
+    }
+}
+
+/// A ray against eight boxes at once, fused.
+#[derive(Clone, Copy)]
+pub(crate) struct Slabs8 {
+    near: [Row; 3],
+    scale: [__m256; 3],
+    offset: [__m256; 3],
+}
+
+impl Slabs8 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn of<const CALLER: u8>(ray: &'a SlabRay) -> Self {
-        let fused = ray.fused();
-        let splat = |v: [f32; 3]| {
-            [
-                _mm256_set1_ps(v[0]),
-                _mm256_set1_ps(v[1]),
-                _mm256_set1_ps(v[2]),
-            ]
-        };
+    pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
+        let offset = _mm_xor_ps(_mm_mul_ps(ray.origin, ray.inverse), _mm_set1_ps(-0.0));
+        let inverse = Ready::lanes(ray.inverse);
         Self {
-            ray,
-            near_scale: splat(fused.near_scale),
-            near_offset: splat(fused.near_offset),
-            far_scale: splat(fused.far_scale),
-            far_offset: splat(fused.far_offset),
+            near: Row::near(inverse),
+            scale: inverse.map(|v| _mm256_set1_ps(v)),
+            offset: Ready::lanes(offset).map(|v| _mm256_set1_ps(v)),
         }
     }
 
-    /// As [`SlabRay::enter`], but for boxes that the ray misses by a rounding, which it may enter here.
+    /// Where the ray enters each box, and where it leaves it.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn enter<const CALLER: u8>(
-        &self,
-        planes: &Planes<8>,
-        t_max: f32,
-        entries: &mut [f32; 8],
-    ) -> u32 {
+    fn spans(&self, planes: &Planes<8>, t_max: f32) -> (__m256, __m256) {
         let near = |axis: usize| {
-            let plane = load8(&planes[self.ray.near_row(axis)]);
-            _mm256_fmadd_ps(plane, self.near_scale[axis], self.near_offset[axis])
+            let plane = row8(planes, self.near[axis]);
+            _mm256_fmadd_ps(plane, self.scale[axis], self.offset[axis])
         };
         let far = |axis: usize| {
-            let plane = load8(&planes[self.ray.far_row(axis)]);
-            _mm256_fmadd_ps(plane, self.far_scale[axis], self.far_offset[axis])
+            let plane = row8(planes, self.near[axis].opposite());
+            _mm256_fmadd_ps(plane, self.scale[axis], self.offset[axis])
         };
         // Of two zeros the second counts, so no entry is −0.
         let zero = _mm256_setzero_ps();
-        let nearest = _mm256_max_ps(_mm256_max_ps(near(0), near(1)), near(2));
-        let entry = _mm256_max_ps(nearest, zero);
+        let entry = _mm256_max_ps(
+            _mm256_max_ps(near(0), near(1)),
+            _mm256_max_ps(near(2), zero),
+        );
         let exit = _mm256_min_ps(
             _mm256_min_ps(far(0), far(1)),
             _mm256_min_ps(far(2), _mm256_set1_ps(t_max)),
         );
-        store8(entries, entry);
+        (entry, exit)
+    }
+
+    /// A key for every box ([`Keys8`]).
+    #[inline]
+    #[target_feature(enable = "avx2,fma")]
+    pub(crate) fn enter<const CALLER: u8>(&self, planes: &Planes<8>, t_max: f32) -> __m128i {
+        let (entry, exit) = self.spans(planes, t_max);
+        let missed = _mm256_cmp_ps::<_CMP_NLE_UQ>(entry, exit);
+        let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
+        let keys = _mm256_srli_epi32::<15>(keys);
+        // What is too large for sixteen bits becomes the greatest.
+        _mm_packus_epi32(
+            _mm256_castsi256_si128(keys),
+            _mm256_extracti128_si256::<1>(keys),
+        )
+    }
+
+    /// Which boxes the ray enters, a bit each.
+    #[inline]
+    #[target_feature(enable = "avx2,fma")]
+    pub(crate) fn entered<const CALLER: u8>(&self, planes: &Planes<8>, t_max: f32) -> u32 {
+        let (entry, exit) = self.spans(planes, t_max);
         _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32
+    }
+}
+
+/// The least of eight keys, and the others.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+pub(crate) fn take8<const CALLER: u8>(keys: __m128i) -> (u32, __m128i) {
+    let least = _mm_minpos_epu16(keys);
+    let lane = _mm_shuffle_epi8(least, _mm_set1_epi16(0x0302));
+    let gone = _mm_cmpeq_epi16(lane, _mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7));
+    (_mm_cvtsi128_si32(least) as u32, _mm_or_si128(keys, gone))
+}
+
+/// Keys of sixteen bits: the highest of where a box is entered but for the sign. The least of eight comes as an
+/// instruction gives it, its lane above it.
+#[derive(Clone, Copy)]
+pub(crate) struct Keys8;
+
+impl KeyOrder for Keys8 {
+    const BRANCHES: bool = true;
+
+    #[inline(always)]
+    fn lane(self, key: u32) -> usize {
+        (key >> 16) as usize % 8
+    }
+
+    #[inline(always)]
+    fn bound(self, t_max: f32) -> u32 {
+        t_max.to_bits() >> 15
+    }
+
+    #[inline(always)]
+    fn is_beyond(self, key: u32, bound: u32) -> bool {
+        key & 0xffff > bound
     }
 }
 
 /// A ray against four triangles at once.
 #[derive(Clone, Copy)]
 pub(crate) struct Shear4<'a> {
-    ray: &'a ShearRay,
-    /// Axes again, known to be three.
-    axis: [usize; 3],
+    ray: &'a RawRay,
+    ready: Ready,
+    axes: [usize; 3],
+    /// Permuted.
     origin: [__m128; 3],
+    /// As [`TriangleRay`] has it, the last turned about.
     shear: [__m128; 3],
-    t_min: __m128,
 }
 
 impl<'a> Shear4<'a> {
-    /// Of a ray.
+    /// Of a ray, raw and ready.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: &'a ShearRay) -> Self {
-        let [x, y, z] = ray.axis;
-        let axis = [x.min(2), y.min(2), z.min(2)];
-        let origin = [
-            ray.origin[axis[0]],
-            ray.origin[axis[1]],
-            ray.origin[axis[2]],
-        ];
-        let splat = |v: [f32; 3]| [_mm_set1_ps(v[0]), _mm_set1_ps(v[1]), _mm_set1_ps(v[2])];
+    pub(crate) fn of<const CALLER: u8>(ray: &'a RawRay, ready: &Ready) -> Self {
+        let axes = Axes::ending_at(ready.longest)
+            .numbers()
+            .map(|axis| axis.min(2));
+        let inverse = Ready::lanes(ready.inverse)[axes[2]];
+        let stretched = Ready::lanes(_mm_mul_ps(ready.direction, _mm_set1_ps(inverse)));
         Self {
             ray,
-            axis,
-            origin: splat(origin),
-            shear: splat(ray.shear),
-            t_min: _mm_set1_ps(ray.t_min),
+            ready: *ready,
+            axes,
+            origin: axes.map(|axis| _mm_set1_ps(ray.origin[axis])),
+            shear: [
+                _mm_set1_ps(stretched[axes[0]]),
+                _mm_set1_ps(stretched[axes[1]]),
+                _mm_set1_ps(-inverse),
+            ],
         }
     }
 
-    /// As [`ShearRay::meet_four`], to the bit.
+    /// As [`TriangleRay::meet_four`], to the bit.
     #[inline]
     #[target_feature(enable = "sse2")]
     pub(crate) fn meet<const CALLER: u8>(
         &self,
         corners: &Corners,
-        t_max: f32,
+        before: f32,
         at: &mut [f32; 4],
     ) -> u32 {
-        let [kx, ky, kz] = self.axis;
+        let [kx, ky, kz] = self.axes;
         let [sx, sy, sz] = self.shear;
+        // All three turned about, which changes no sign of u, v and w and lets loads be operands.
         let sheared = |corner: &[[f32; 4]; 3]| {
-            let z = _mm_sub_ps(load4(&corner[kz]), self.origin[2]);
-            let x = _mm_sub_ps(load4(&corner[kx]), self.origin[0]);
-            let y = _mm_sub_ps(load4(&corner[ky]), self.origin[1]);
+            let z = _mm_sub_ps(self.origin[2], load4(&corner[kz]));
+            let x = _mm_sub_ps(self.origin[0], load4(&corner[kx]));
+            let y = _mm_sub_ps(self.origin[1], load4(&corner[ky]));
             let x = _mm_sub_ps(x, _mm_mul_ps(sx, z));
             let y = _mm_sub_ps(y, _mm_mul_ps(sy, z));
             (x, y, z)
@@ -243,35 +406,69 @@ impl<'a> Shear4<'a> {
         let zero = _mm_setzero_ps();
         let least = _mm_min_ps(u, _mm_min_ps(v, w));
         let most = _mm_max_ps(u, _mm_max_ps(v, w));
-        let outside = _mm_and_ps(_mm_cmplt_ps(least, zero), _mm_cmpgt_ps(most, zero));
-        if _mm_movemask_ps(outside) == 0b1111 {
+        // Written so that numbers that are none are outside.
+        let inside = _mm_or_ps(_mm_cmple_ps(zero, least), _mm_cmple_ps(most, zero));
+        let may_meet = _mm_movemask_ps(inside) as u32;
+        if may_meet == 0 {
             return 0;
         }
-        let on_edge = _mm_or_ps(
-            _mm_cmpeq_ps(u, zero),
-            _mm_or_ps(_mm_cmpeq_ps(v, zero), _mm_cmpeq_ps(w, zero)),
-        );
-        let again = _mm_movemask_ps(_mm_andnot_ps(outside, on_edge)) as u32;
+        let within = _mm_or_ps(_mm_cmplt_ps(zero, least), _mm_cmplt_ps(most, zero));
+        let on_edge = may_meet & !(_mm_movemask_ps(within) as u32);
+        if on_edge != 0 {
+            return self.meet_again(corners, before, at, may_meet);
+        }
         let determinant = _mm_add_ps(_mm_add_ps(u, v), w);
         let depth = _mm_add_ps(
-            _mm_add_ps(
-                _mm_mul_ps(u, _mm_mul_ps(sz, az)),
-                _mm_mul_ps(v, _mm_mul_ps(sz, bz)),
-            ),
-            _mm_mul_ps(w, _mm_mul_ps(sz, cz)),
+            _mm_add_ps(_mm_mul_ps(u, az), _mm_mul_ps(v, bz)),
+            _mm_mul_ps(w, cz),
         );
-        let t = _mm_div_ps(depth, determinant);
-        let within = _mm_and_ps(
-            _mm_cmpgt_ps(t, self.t_min),
-            _mm_cmple_ps(t, _mm_set1_ps(t_max)),
+        let t = _mm_div_ps(_mm_mul_ps(depth, sz), determinant);
+        let in_time = _mm_and_ps(
+            _mm_cmpgt_ps(t, _mm_set1_ps(self.ray.t_min)),
+            _mm_cmplt_ps(t, _mm_set1_ps(before)),
         );
-        let inside = _mm_andnot_ps(outside, within);
-        let met = _mm_andnot_ps(_mm_cmpeq_ps(determinant, zero), inside);
-        store4(at, t);
-        let met = _mm_movemask_ps(met) as u32;
-        if again == 0 {
-            return met;
+        let met = _mm_and_ps(within, in_time);
+        if _mm_movemask_ps(met) == 0 {
+            return 0;
         }
-        self.ray.meet_again(corners, t_max, at, met, again)
+        let (near, far) = self.spans(corners);
+        let t = _mm_max_ps(near, t);
+        let in_box = _mm_and_ps(_mm_cmple_ps(near, far), _mm_cmple_ps(zero, far));
+        let in_time = _mm_cmplt_ps(t, _mm_set1_ps(before));
+        store4(at, t);
+        _mm_movemask_ps(_mm_and_ps(met, _mm_and_ps(in_box, in_time))) as u32
+    }
+
+    /// Where the ray is in each triangle's own box.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    fn spans(&self, corners: &Corners) -> (__m128, __m128) {
+        let [a, b, c] = corners;
+        let margin = _mm_set1_ps(self.ray.margin);
+        let inverse = Ready::lanes(self.ready.inverse);
+        let span = |axis: usize| {
+            let (a, b, c) = (load4(&a[axis]), load4(&b[axis]), load4(&c[axis]));
+            let lower = _mm_sub_ps(_mm_min_ps(_mm_min_ps(a, b), c), margin);
+            let upper = _mm_add_ps(_mm_max_ps(_mm_max_ps(a, b), c), margin);
+            let origin = _mm_set1_ps(self.ray.origin[axis]);
+            let inverse = _mm_set1_ps(inverse[axis]);
+            let first = _mm_mul_ps(_mm_sub_ps(lower, origin), inverse);
+            let second = _mm_mul_ps(_mm_sub_ps(upper, origin), inverse);
+            (_mm_min_ps(first, second), _mm_max_ps(first, second))
+        };
+        let ((nx, fx), (ny, fy), (nz, fz)) = (span(0), span(1), span(2));
+        let near = _mm_max_ps(_mm_max_ps(nx, ny), nz);
+        let far = _mm_min_ps(_mm_min_ps(fx, fy), fz);
+        (
+            _mm_mul_ps(near, _mm_set1_ps(NEAR_NARROWING)),
+            _mm_mul_ps(far, _mm_set1_ps(FAR_WIDENING)),
+        )
+    }
+
+    /// For blocks of which an edge function is zero: the specification itself.
+    #[cold]
+    #[inline(never)]
+    fn meet_again(&self, corners: &Corners, before: f32, at: &mut [f32; 4], lanes: u32) -> u32 {
+        TriangleRay::of(self.ray).meet_again(corners, before, at, lanes)
     }
 }

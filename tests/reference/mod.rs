@@ -2,12 +2,14 @@
 #![allow(
     dead_code,
     unreachable_pub,
+    clippy::unwrap_used,
     reason = "each test uses the oracle it needs"
 )]
 
 pub mod boundary_elements;
 pub mod crossover;
 pub mod dft;
+pub mod generators;
 pub mod shoebox;
 pub mod synthetic_hrtf;
 pub mod visibility;

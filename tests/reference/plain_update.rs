@@ -9,7 +9,7 @@ use foresound::propagation::diffraction::{self, Spot};
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
 use foresound::propagation::late::{LateEstimator, SourceRays};
 use foresound::propagation::neighbours::fill_up;
-use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, mix, rotation};
+use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, lattice, mix, rotation};
 use foresound::propagation::sequence::Sequence;
 use foresound::propagation::sequence_set::SequenceSet;
 use foresound::propagation::{MAX_BENDS, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
@@ -41,6 +41,10 @@ impl PlainPropagator {
         }
     }
 
+    pub fn scene_mut(&mut self) -> &mut Scene {
+        Arc::make_mut(&mut self.scene)
+    }
+
     pub fn update(&mut self, listener: &ListenerPose, sources: &[SourcePose]) -> PathSet {
         let guide = self.guide(listener);
         self.memories
@@ -49,6 +53,7 @@ impl PlainPropagator {
             update: self.update,
             listener: *listener,
             sources: sources.to_vec(),
+            instances: self.scene.instance_poses().collect(),
             ..PathSet::default()
         };
         for pose in sources {
@@ -69,7 +74,7 @@ impl PlainPropagator {
             let mut met = Vec::new();
             while met.len() < self.settings.depth {
                 let last = met.first().copied().unwrap_or(NO_GROUP);
-                let Some(hit) = scene.bvh().closest_hit(&ray, [last, NO_GROUP]) else {
+                let Some(hit) = scene.closest_hit(&ray, [last, NO_GROUP]) else {
                     break;
                 };
                 if !scene.is_panel(hit.triangle) {
@@ -118,9 +123,9 @@ impl PlainPropagator {
             origin,
             listener: ear,
             pose: *pose,
+            directions: &lattice(settings.source_rays),
             turn: rotation(update, settings.seed ^ own_seed),
             rotation: update % ROTATIONS,
-            count: settings.source_rays,
             depth: settings.depth,
             seed: mix(settings.seed) ^ own_seed,
         };
@@ -132,7 +137,8 @@ impl PlainPropagator {
             add(&mut candidates, *sequence);
         }
         for (sequence, _) in &memory.cache {
-            add(&mut candidates, *sequence);
+            // What commutes depends on how instances stand now.
+            add(&mut candidates, least_order(&scene, sequence.surfaces()));
         }
         let nearest_m = pose.settings.nearest_m(f64::from(settings.nearest_m));
         // Bent paths are no list to search: the same function, and what it is worth is the law `edge`'s to say.

@@ -11,6 +11,7 @@ use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
+use foresound::scene::SourceId;
 use foresound::{Error, Result};
 use serde_json::json;
 
@@ -82,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let file = asset(&format!("speech/voice{:02}.wav", number + 1))?;
         let clip = load_sound(&file, RATE_HZ)?;
         sounds.push(Sound {
-            position: source.position,
+            source: source.pose(SourceId::new(number as u16, 0)),
             clip,
             looped: true,
         });
@@ -94,6 +95,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             what: name,
             scene: &hall.scene,
             hrtf: &hrtf,
+            parts: &[],
             sounds: &sounds,
             listener: &listener,
             duration_s: arguments.seconds,

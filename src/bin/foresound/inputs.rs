@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::evaluation::clip::{Clip, load_clip};
+use foresound::extrapolation::PredictorKind;
 use foresound::scene::layout::SceneLayout;
 use foresound::scene::obj::{ObjOptions, UpAxis, load_obj};
-use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
+use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
 use foresound::{Error, Result};
 use glam::Vec3;
 
@@ -142,13 +143,21 @@ pub(crate) fn parse_place(argument: &str, text: &str) -> Result<Vec3> {
     }
 }
 
-/// A place and the sound that comes from there.
+/// A source and the sound that comes from it.
 pub(crate) struct SourceArgument {
-    pub(crate) position: Vec3,
+    pub(crate) place: SourcePlace,
     pub(crate) file: PathBuf,
 }
 
-/// `x,y,z=voice.wav`.
+/// Where a sound comes from.
+pub(crate) enum SourcePlace {
+    /// A place in metres.
+    At(Vec3),
+    /// A source of the scene's layout, with all its settings.
+    Named(String),
+}
+
+/// `x,y,z=voice.wav` or `NAME=voice.wav`.
 pub(crate) fn parse_source(text: &str) -> Result<SourceArgument> {
     let Some((place, file)) = text.split_once('=').filter(|(_, file)| !file.is_empty()) else {
         let advice = "write x,y,z=voice.wav";
@@ -158,9 +167,50 @@ pub(crate) fn parse_source(text: &str) -> Result<SourceArgument> {
             advice,
         ));
     };
+    let starts_as_name = |text: &str| text.starts_with(|c: char| c.is_alphabetic() || c == '_');
+    let place = if starts_as_name(place) && !place.contains(',') {
+        SourcePlace::Named(place.to_owned())
+    } else {
+        SourcePlace::At(parse_place("--source", place)?)
+    };
     Ok(SourceArgument {
-        position: parse_place("--source", place)?,
+        place,
         file: file.into(),
+    })
+}
+
+impl SourcePlace {
+    /// The source itself, under the handle of its slot.
+    pub(crate) fn pose(&self, slot: usize, layout: Option<&SceneLayout>) -> Result<SourcePose> {
+        let id = SourceId::new(slot as u16, 0);
+        let name = match self {
+            Self::At(position) => return Ok(SourcePose::at(id, *position)),
+            Self::Named(name) => name,
+        };
+        let sources = layout.map_or(&[][..], |layout| &layout.sources);
+        let found = sources.iter().find(|source| source.name == *name);
+        found.map(|source| source.pose(id)).ok_or_else(|| {
+            let known: Vec<_> = sources.iter().map(|source| source.name.as_str()).collect();
+            let advice = if known.is_empty() {
+                "give x,y,z, or name sources in a TOML file beside the scene".to_owned()
+            } else {
+                format!("give x,y,z or one of {}", known.join(", "))
+            };
+            Error::setting("--source", format!("no source is called {name:?}"), &advice)
+        })
+    }
+}
+
+/// A predictor by its name.
+pub(crate) fn predictor_named(name: &str) -> Result<PredictorKind> {
+    let found = PredictorKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == name);
+    found.ok_or_else(|| {
+        let known: Vec<_> = PredictorKind::ALL.iter().map(|kind| kind.name()).collect();
+        let problem = format!("{name:?} is no predictor");
+        let advice = format!("choose of: {}", known.join(", "));
+        Error::setting("--predictor", problem, &advice)
     })
 }
 

@@ -1,5 +1,5 @@
 //! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `evaluate`, `bench`, `soak`,
-//! `scenes`.
+//! `scenes`, and with the feature `play` also `play`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
 //! says what to do, and exit code 2; a law that does not hold in exit code 1.
@@ -16,6 +16,8 @@ mod evaluate;
 mod inputs;
 mod inspect;
 mod listener_path;
+#[cfg(feature = "play")]
+mod play;
 mod progress;
 mod render;
 mod restless;
@@ -23,7 +25,10 @@ mod rir;
 mod scenes;
 mod session;
 mod soak;
+mod traces;
 mod validate;
+#[cfg(feature = "play")]
+mod walker;
 
 use std::process::ExitCode;
 
@@ -56,6 +61,9 @@ enum Command {
     Validate(validate::Arguments),
     /// Runs the engine in real time into a null device while everything changes at random.
     Soak(soak::Arguments),
+    /// Plays a scene on the sound device, live, with a listener who walks by the keyboard.
+    #[cfg(feature = "play")]
+    Play(play::Arguments),
     /// Scores asynchronous rendering against synchronous: the paper's Tables 5 and 6, with a report.
     Evaluate(evaluate::Arguments),
     /// Writes the benchmark scenes anew.
@@ -97,6 +105,8 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Inspect(arguments) => inspect::run(&arguments)?,
         Command::Validate(arguments) => return validate::run(&arguments),
         Command::Soak(arguments) => soak::run(&arguments)?,
+        #[cfg(feature = "play")]
+        Command::Play(arguments) => play::run(&arguments)?,
         Command::Evaluate(arguments) => evaluate::run(&arguments)?,
         Command::Scenes(arguments) => scenes::run(&arguments)?,
         Command::Bench(arguments) => bench::run(&arguments)?,

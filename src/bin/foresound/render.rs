@@ -1,6 +1,6 @@
 //! `render`: a user's scene, sounds and listener into a binaural WAV.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
@@ -11,9 +11,9 @@ use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::{Error, Result};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, tell};
+use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, predictor_named, tell};
 use crate::listener_path::ListenerPath;
-use crate::session::{Session, Sound, median};
+use crate::session::{MovingPart, Session, Sound, median};
 
 /// Seconds of tail after the last sound ends.
 const TAIL_S: f64 = 1.5;
@@ -25,10 +25,10 @@ pub(crate) struct Arguments {
     scene: PathBuf,
     #[command(flatten)]
     intake: SceneArguments,
-    /// A sound and its place in metres, +y up; may be given many times.
+    /// A sound and its place in metres, +y up, or a source's name in the scene's TOML file; may be given many times.
     #[arg(
         long = "source",
-        value_name = "x,y,z=voice.wav",
+        value_name = "x,y,z|NAME=voice.wav",
         required = true,
         allow_hyphen_values = true
     )]
@@ -36,6 +36,14 @@ pub(crate) struct Arguments {
     /// The listener's place, or a CSV file with the columns t,x,y,z and, if wanted, yaw and pitch in degrees.
     #[arg(long, value_name = "PATH.csv|x,y,z", allow_hyphen_values = true)]
     listener: String,
+    /// A part that moves: an OBJ file in coordinates of its own, and where its origin is, as for the listener; may be
+    /// given many times.
+    #[arg(
+        long = "part",
+        value_name = "PART.obj=PATH.csv|x,y,z",
+        allow_hyphen_values = true
+    )]
+    parts: Vec<String>,
     /// The WAV file to write: stereo, 32-bit float.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -93,18 +101,7 @@ impl Arguments {
     }
 
     fn predictor(&self) -> Result<PredictorKind> {
-        let found = PredictorKind::ALL
-            .into_iter()
-            .find(|kind| kind.name() == self.predictor);
-        found.ok_or_else(|| {
-            let known: Vec<_> = PredictorKind::ALL.iter().map(|kind| kind.name()).collect();
-            let problem = format!("{:?} is no predictor", self.predictor);
-            Error::setting(
-                "--predictor",
-                problem,
-                &format!("give {}", known.join(" or ")),
-            )
-        })
+        predictor_named(&self.predictor)
     }
 
     fn duration_s(&self, sounds: &[Sound], listener: &ListenerPath) -> Result<f64> {
@@ -125,6 +122,21 @@ impl Arguments {
     }
 }
 
+/// `door.obj=door.csv`.
+fn load_part(text: &str, intake: &SceneArguments) -> Result<MovingPart> {
+    let Some((file, path)) = text.split_once('=') else {
+        let problem = format!("{text:?} has no place");
+        return Err(Error::setting("--part", problem, "write part.obj=path.csv"));
+    };
+    let path = ListenerPath::parse(path)?;
+    let loaded = load_scene(Path::new(file), intake)?;
+    tell(&loaded.notes);
+    Ok(MovingPart {
+        part: loaded.scene,
+        path,
+    })
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let schedule = arguments.schedule()?;
     let predictor = arguments.predictor()?;
@@ -137,11 +149,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     tell(&loaded.notes);
+    let parts: Vec<_> = arguments
+        .parts
+        .iter()
+        .map(|text| load_part(text, &arguments.intake))
+        .collect::<Result<_>>()?;
     let mut sounds = Vec::with_capacity(sources.len());
-    for source in sources {
+    for (slot, source) in sources.iter().enumerate() {
+        let pose = source.place.pose(slot, loaded.layout.as_ref())?;
         let clip = load_sound(&source.file, arguments.rate)?;
         sounds.push(Sound {
-            position: source.position,
+            source: pose,
             clip,
             looped: arguments.looped,
         });
@@ -166,6 +184,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         what: "render",
         scene: &loaded.scene,
         hrtf: &hrtf,
+        parts: &parts,
         sounds: &sounds,
         listener: &listener,
         duration_s,

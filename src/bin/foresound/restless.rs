@@ -82,10 +82,10 @@ impl Restless {
             self.controller.set_propagation(rays)?;
         }
         if self.dice() < 0.05 {
-            // `best` still grows its memory on the sound thread, which a soak would count against the engine.
-            let kinds = [PredictorKind::Hold, PredictorKind::Linear];
-            let which = usize::from(self.dice() < 0.5);
-            self.controller.set_predictor(kinds[which]);
+            let which = (self.dice() * PredictorKind::ALL.len() as f32) as usize;
+            let last = PredictorKind::ALL.len() - 1;
+            self.controller
+                .set_predictor(PredictorKind::ALL[which.min(last)]);
         }
         let mut poses = Vec::with_capacity(self.here.len());
         for n in 0..self.here.len() {

@@ -11,6 +11,7 @@ use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::{OfflineSettings, Schedule};
+use foresound::scene::{SourceId, SourcePose};
 use foresound::{Error, Result};
 use serde_json::json;
 
@@ -81,7 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut samples = vec![0.0; lead + 1];
     samples[lead] = 1.0;
     let sounds = [Sound {
-        position,
+        source: SourcePose::at(SourceId::new(0, 0), position),
         clip: Clip {
             rate_hz: arguments.rate,
             samples,
@@ -93,6 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             what: "impulse response",
             scene: &loaded.scene,
             hrtf,
+            parts: &[],
             sounds: &sounds,
             listener: &listener,
             duration_s: arguments.seconds + 1.0 / GRAPHICS_RATE_HZ,

@@ -7,17 +7,34 @@ use foresound::evaluation::clip::Clip;
 use foresound::generation::Hrtf;
 use foresound::propagation::PathSet;
 use foresound::runtime::{OfflineRenderer, OfflineReport, OfflineSettings, Poses};
-use foresound::scene::{Scene, SourceId, SourcePose};
-use glam::Vec3;
+use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose};
 
 use crate::listener_path::ListenerPath;
 use crate::progress::Progress;
 
-/// A sound at a place.
+/// A sound and the source that it comes from.
 pub(crate) struct Sound {
-    pub(crate) position: Vec3,
+    pub(crate) source: SourcePose,
     pub(crate) clip: Clip,
     pub(crate) looped: bool,
+}
+
+/// A part of the scene that moves, in coordinates of its own.
+pub(crate) struct MovingPart {
+    pub(crate) part: Arc<Scene>,
+    /// Where its origin is and how it is turned.
+    pub(crate) path: ListenerPath,
+}
+
+impl MovingPart {
+    fn at(&self, id: InstanceId, time_s: f64) -> InstancePose {
+        let pose = self.path.at(time_s);
+        InstancePose {
+            id,
+            position: pose.position.as_dvec3(),
+            rotation: pose.orientation,
+        }
+    }
 }
 
 /// What to render.
@@ -25,6 +42,8 @@ pub(crate) struct Session<'a> {
     pub(crate) what: &'static str,
     pub(crate) scene: &'a Arc<Scene>,
     pub(crate) hrtf: &'a Arc<Hrtf>,
+    pub(crate) parts: &'a [MovingPart],
+    /// Under the handles of slots 0, 1, 2, …
     pub(crate) sounds: &'a [Sound],
     pub(crate) listener: &'a ListenerPath,
     pub(crate) duration_s: f64,
@@ -46,13 +65,16 @@ impl Session<'_> {
             Arc::clone(self.hrtf),
             self.settings.clone(),
         )?;
+        let mut instances = Vec::with_capacity(self.parts.len());
+        for moving in self.parts {
+            let pose = moving.at(InstanceId::default(), 0.0);
+            let id = renderer.add_instance(Arc::clone(&moving.part), &pose)?;
+            instances.push(InstancePose { id, ..pose });
+        }
         let frames = (self.duration_s * self.settings.graphics_rate_hz).ceil() as u64;
         let mut progress = Progress::new(self.what, frames);
         let mut poses = Poses::default();
-        for (slot, sound) in self.sounds.iter().enumerate() {
-            let id = SourceId::new(slot as u16, 0);
-            poses.sources.push(SourcePose::at(id, sound.position));
-        }
+        poses.sources.extend(self.sounds.iter().map(|s| s.source));
         let mut signal = |slot: usize, from: u64, samples: &mut [f32]| {
             let sound = &self.sounds[slot];
             if sound.looped {
@@ -64,6 +86,10 @@ impl Session<'_> {
         let mut middle = PathSet::default();
         for frame in 0..frames {
             poses.listener = self.listener.at(renderer.time_s());
+            for (instance, moving) in instances.iter_mut().zip(self.parts) {
+                *instance = moving.at(instance.id, renderer.time_s());
+            }
+            renderer.set_instance_poses(&instances)?;
             renderer.next_frame(&poses, &mut signal, sink)?;
             if frame == frames / 2 {
                 middle = renderer.paths().clone();

@@ -1,7 +1,7 @@
 //! `soak`: the engine in real time into a null device, while everything about it changes at random.
 
 use std::hint::black_box;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::sampling::{mix, unit};
+use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
-    Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics,
+    Budget, Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
 };
 use foresound::{Error, Result};
 use serde_json::json;
@@ -18,11 +19,14 @@ use serde_json::json;
 use crate::counting;
 use crate::inputs::{SceneArguments, load_scene};
 use crate::restless::Restless;
+use crate::traces::write_trace;
 
 /// The app's graphics frame.
 const GRAPHICS_FRAME: Duration = Duration::from_micros(16_667);
 /// Seconds until memory has settled: every scene, source and ring has been used once.
 const SETTLED_S: f64 = 5.0;
+/// Slots of the generator: more sources than that share them.
+const SLOTS: usize = 16;
 /// Scenes that are swapped.
 const SCENES: [&str; 2] = ["concert_hall", "doorway"];
 
@@ -31,7 +35,7 @@ pub(crate) struct Arguments {
     /// Length in minutes.
     #[arg(long, default_value_t = 1.0)]
     minutes: f64,
-    /// Most sources at a time, 1 to 256.
+    /// Most sources at a time, 1 to 256; beyond sixteen they share slots.
     #[arg(long, default_value_t = 16)]
     sources: usize,
     /// Threads that compete for the cores.
@@ -40,6 +44,15 @@ pub(crate) struct Arguments {
     /// Audio frames a block.
     #[arg(long, default_value_t = 256)]
     block: usize,
+    /// Longest propagation update in milliseconds, kept by giving up detail.
+    #[arg(long, value_name = "MS")]
+    update_ms: Option<f64>,
+    /// Share of a core that propagation and sound may take.
+    #[arg(long, value_name = "SHARE")]
+    core_share: Option<f64>,
+    /// Write what every thread did when, for Perfetto.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -78,7 +91,11 @@ impl Drop for Load {
 
 /// Runs in real time; gives resident memory when it had settled and at the end.
 #[expect(clippy::disallowed_methods, reason = "a soak runs by the clock")]
-fn keep_going(restless: &mut Restless, seconds: f64) -> Result<[f64; 2]> {
+fn keep_going(
+    restless: &mut Restless,
+    seconds: f64,
+    mut log: Option<&mut TraceLog>,
+) -> Result<[f64; 2]> {
     let began = Instant::now();
     let mut start_mb = resident_mb();
     let mut due = began;
@@ -87,6 +104,9 @@ fn keep_going(restless: &mut Restless, seconds: f64) -> Result<[f64; 2]> {
     while began.elapsed().as_secs_f64() < seconds {
         let time_s = began.elapsed().as_secs_f64();
         restless.frame(time_s)?;
+        if let Some(log) = &mut log {
+            restless.controller.collect_spans(log);
+        }
         if !settled && time_s > settled_s {
             start_mb = resident_mb();
             settled = true;
@@ -102,7 +122,7 @@ fn keep_going(restless: &mut Restless, seconds: f64) -> Result<[f64; 2]> {
 }
 
 /// Memory in use in MB; 0 where the system does not say.
-fn resident_mb() -> f64 {
+pub(crate) fn resident_mb() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
     let kilobytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok());
@@ -140,8 +160,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let settings = EngineSettings {
         generation: GeneratorSettings {
-            max_sources: arguments.sources,
+            max_sources: arguments.sources.min(SLOTS),
             ..GeneratorSettings::default()
+        },
+        most_sources: Some(arguments.sources),
+        budget: Budget {
+            update_s: arguments.update_ms.map(|ms| 1e-3 * ms),
+            core_share: arguments.core_share,
+            ..Budget::default()
+        },
+        trace_spans: if arguments.trace.is_some() {
+            1 << 14
+        } else {
+            0
         },
         block_frames: arguments.block,
         ..EngineSettings::default()
@@ -168,7 +199,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let operations = Arc::new(AtomicU64::new(0));
     let load = Load::start(arguments.load_threads);
     let device = device(renderer, &settings, &operations)?;
-    let rss_mb = keep_going(&mut restless, 60.0 * arguments.minutes)?;
+    let mut log = TraceLog::default();
+    let traced = arguments.trace.is_some().then_some(&mut log);
+    let rss_mb = keep_going(&mut restless, 60.0 * arguments.minutes, traced)?;
     let heard = device.stop();
     drop(load);
     let statistics = restless.controller.statistics();
@@ -181,7 +214,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         operations,
         rss_mb,
     );
-    Ok(())
+    match &arguments.trace {
+        Some(file) => write_trace(file, &log),
+        None => Ok(()),
+    }
 }
 
 fn tell(
@@ -196,6 +232,7 @@ fn tell(
     let period_s = arguments.block as f64 / f64::from(generation.rate_hz);
     let share = |time_s: f64| time_s / period_s;
     let block = &statistics.block;
+    let microseconds = |times: &Percentiles| json!({"p50": 1e6 * times.p50_s, "p95": 1e6 * times.p95_s, "p999": 1e6 * times.p999_s});
     let milliseconds = |time_s: f64| 1e3 * time_s;
     let result = json!({
         "blocks": heard.blocks,
@@ -215,6 +252,12 @@ fn tell(
             "p50": milliseconds(statistics.propagation.p50_s),
             "p95": milliseconds(statistics.propagation.p95_s),
         },
+        "direct_us": microseconds(&statistics.direct),
+        "eps_us": microseconds(&statistics.extrapolation),
+        "sgs_us": microseconds(&statistics.generation),
+        "tier": statistics.tier.0,
+        "unheard_sources": statistics.unheard_sources,
+        "starved_samples": statistics.starved_samples,
         "graphics_frame_ms": milliseconds(statistics.graphics_frame_s),
         "dropped_paths": statistics.dropped_paths,
         "cores": format!("{:#b}", heard.placement.cores),

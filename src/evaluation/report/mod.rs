@@ -3,16 +3,23 @@
 //! Host only. Takes finished rows and pictures, gives the text of `index.html`: style inside, pictures as data.
 
 mod base64;
+mod figures_of_merit;
+mod listed;
+mod overload;
+mod similarity;
 mod similarity_map;
+mod speed;
 mod style;
 mod tables;
 
 use std::fmt::Write;
 
 pub use self::base64::data_uri;
+pub use self::overload::OverloadRow;
 pub use self::similarity_map::SimilarityMap;
+pub use self::speed::{Middle, SpeedRow, SpeedTable};
 
-use super::cells::Platform;
+use super::cells::{Condition, Platform};
 use super::scores::Spread;
 
 /// One cell and predictor.
@@ -22,8 +29,8 @@ pub struct Row {
     pub platform: Platform,
     /// Name of the scene.
     pub scene: String,
-    /// Whether the listener walks.
-    pub dynamic: bool,
+    /// How everybody moves.
+    pub condition: Condition,
     /// Number of sources.
     pub sources: usize,
     /// Extrapolation level L.
@@ -50,22 +57,19 @@ pub struct Row {
     pub reference_paths: usize,
     /// Share of a thorough search's paths that the reference has in mid-walk.
     pub reference_recall: f64,
+    /// The same by energy.
+    pub reference_energy_recall: f64,
     /// Checksum of the first repeat's reference.
     pub reference_checksum: String,
     /// What the cell's WAV files begin with.
     pub wav_stem: String,
 }
 
-impl Row {
-    /// static or dynamic.
-    pub fn condition(&self) -> &'static str {
-        if self.dynamic { "dynamic" } else { "static" }
-    }
-}
-
 /// A picture with what it shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
+    /// What it is called; figures of one title stand together.
+    pub title: String,
     /// What is seen, in a sentence or two.
     pub caption: String,
     /// The picture as a data URI.
@@ -86,6 +90,14 @@ pub struct Listening {
 pub struct Report {
     /// The tables' rows.
     pub rows: Vec<Row>,
+    /// `best` and what is left of it without its parts.
+    pub ablation: Vec<Row>,
+    /// The stress case of the paper's Figure 7.
+    pub doorway: Vec<Row>,
+    /// What `bench speed` measured.
+    pub speed: SpeedTable,
+    /// What a machine plays that is too slow.
+    pub overload: Vec<OverloadRow>,
     /// Pictures in order.
     pub figures: Vec<Figure>,
     /// Sounds in order.
@@ -102,14 +114,25 @@ impl Report {
             (
                 "similarity",
                 "Similarity (Table 5)",
-                tables::similarity(&self.rows),
+                similarity::similarity(&self.rows),
             ),
             (
                 "wins",
                 "Extrapolation against hold (Table 6)",
                 tables::wins(&self.rows),
             ),
-            ("ablation", "Ablation", tables::ablation(&self.rows)),
+            ("speed", "Speed (Tables 3 and 4)", speed::speed(&self.speed)),
+            ("ablation", "Ablation", tables::ablation(&self.ablation)),
+            (
+                "doorway",
+                "Past a door (Figure 7's cell)",
+                self.doorway_section(),
+            ),
+            (
+                "overload",
+                "Playback under overload (Figure 8)",
+                overload::overload(&self.overload),
+            ),
             ("figures", "Figures", self.figure_section()),
             ("listen", "Listen", self.listening_section()),
             ("reference", "The reference", tables::references(&self.rows)),
@@ -143,18 +166,34 @@ impl Report {
         page
     }
 
+    fn doorway_section(&self) -> String {
+        if self.doorway.is_empty() {
+            return String::new();
+        }
+        let rows: Vec<&Row> = self.doorway.iter().collect();
+        format!(
+            "<p>Two rooms, one door, a walk that crosses a wall's edge beside it: paths come and go at once.</p>{}",
+            listed::listed(&rows)
+        )
+    }
+
     fn figure_section(&self) -> String {
-        self.figures
-            .iter()
-            .map(|figure| {
-                let caption = escaped(&figure.caption);
-                format!(
-                    "<figure><img src=\"{}\" alt=\"{caption}\">\
-                     <figcaption>{caption}</figcaption></figure>",
-                    figure.image
-                )
-            })
-            .collect()
+        let mut section = String::new();
+        let mut last = "";
+        for figure in &self.figures {
+            if figure.title != last {
+                let _ = write!(section, "<h3>{}</h3>", escaped(&figure.title));
+                last = &figure.title;
+            }
+            let caption = escaped(&figure.caption);
+            let _ = write!(
+                section,
+                "<figure><div class=\"scroll\" tabindex=\"0\"><img src=\"{}\" alt=\"{caption}\"></div>\
+                 <figcaption>{caption}</figcaption></figure>",
+                figure.image
+            );
+        }
+        section
     }
 
     fn listening_section(&self) -> String {

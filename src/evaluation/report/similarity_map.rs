@@ -3,6 +3,7 @@
 use glam::vec2;
 
 use crate::Result;
+use crate::evaluation::axis::hz_text;
 use crate::evaluation::canvas::Canvas;
 use crate::evaluation::colormap::{Colormap, Colour};
 use crate::evaluation::lettering::{Align, Font};
@@ -13,6 +14,9 @@ use crate::evaluation::ssim::{LEAST_SIZE, ssim_map};
 const MAP_PX: [f32; 2] = [1180.0, 240.0];
 const LEFT_PX: f32 = 90.0;
 const TOP_PX: f32 = 64.0;
+
+/// Frequencies that the axis names, in Hz.
+const TICKS_HZ: [f64; 6] = [500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16_000.0];
 
 /// What the picture shows: both ears' powers averaged.
 pub struct SimilarityMap<'a> {
@@ -64,8 +68,27 @@ impl SimilarityMap<'_> {
         for second in 0..=seconds as usize {
             let x = LEFT_PX + MAP_PX[0] * second as f32 / seconds;
             let at = vec2(x, TOP_PX + MAP_PX[1] + 18.0);
-            canvas.text(at, Align::Centre, Font::Small, ink, &format!("{second} s"));
+            canvas.text(at, Align::Centre, Font::Small, ink, &format!("{second}"));
         }
+        let below = vec2(LEFT_PX + 0.5 * MAP_PX[0], TOP_PX + MAP_PX[1] + 44.0);
+        canvas.text(below, Align::Centre, Font::Label, ink, "time (s)");
+        for hz in TICKS_HZ
+            .into_iter()
+            .filter(|hz| 2.0 * hz < f64::from(self.rate_hz))
+        {
+            // Windows that do not lie inside are left out: half of one below and above.
+            let band = a.band_of_hz(hz) + 0.5 - (LEAST_SIZE / 2) as f64;
+            let share = band / height as f64;
+            if (0.0..=1.0).contains(&share) {
+                let at = vec2(LEFT_PX - 8.0, TOP_PX + MAP_PX[1] * (1.0 - share as f32));
+                canvas.line(at + vec2(3.0, 0.0), at + vec2(8.0, 0.0), 1.0, ink, 1.0);
+                canvas.text(at, Align::Right, Font::Small, ink, &hz_text(hz));
+            }
+        }
+        let beside = vec2(20.0, TOP_PX + 0.5 * MAP_PX[1]);
+        canvas.text_up(beside, Font::Small, ink, "frequency (mel)");
+        let above = vec2(LEFT_PX + MAP_PX[0] + 36.0, TOP_PX - 14.0);
+        canvas.text(above, Align::Centre, Font::Small, ink, "SSIM");
         for (share, text) in [(0.0, "0"), (0.5, "0.5"), (1.0, "1")] {
             let y = TOP_PX + MAP_PX[1] * (1.0 - share as f32);
             canvas.text(

@@ -22,7 +22,11 @@ th{font-weight:600;color:var(--quiet)}
 .names th:nth-child(2),.names td:nth-child(2){text-align:left}
 th:first-child,td:first-child{text-align:left;position:sticky;left:0;background:var(--card)}
 tbody tr:last-child td{border-bottom:0}
+.scroll:focus-visible{outline:2px solid var(--accent)}
+caption{text-align:left;color:var(--quiet);font-size:.86rem;padding:.4rem .6rem;caption-side:top}
 tr.group td{font-weight:600;padding-top:.7rem}
+tr.group td:nth-child(n+2){font-weight:400;color:var(--quiet)}
+tr.begins td{border-top:1px solid var(--line)}
 td .sd{color:var(--quiet);font-size:.85em}
 .paper,tr.paper td{color:var(--paper)}
 .met{background:var(--good)}
@@ -35,7 +39,7 @@ td .sd{color:var(--quiet);font-size:.85em}
 .card label{display:block;font-size:.86rem;color:var(--quiet);margin:.3rem 0}
 audio{display:block;width:100%;height:2.2rem}
 figure{margin:1rem 0}
-figure img{display:block;width:100%;max-width:76rem;border:1px solid var(--line);border-radius:6px;background:#fff}
+figure img{display:block;width:100%;min-width:40rem;background:#fff}
 figcaption{color:var(--quiet);font-size:.9rem;max-width:76rem;margin-top:.3rem}
 dl{display:grid;grid-template-columns:minmax(8rem,max-content) 1fr;gap:.3rem 1.2rem}
 dt{color:var(--quiet)}dd{margin:0;overflow-wrap:anywhere}

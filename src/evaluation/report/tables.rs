@@ -1,56 +1,21 @@
-//! The page's tables: ours, with the paper's printed value below.
+//! The page's smaller tables: summary, wins, ablation, references.
 
 use std::fmt::Write;
 
+use super::figures_of_merit::PLAIN;
+use super::listed::listed;
 use super::{Row, escaped};
-use crate::evaluation::cells::{Platform, SOURCE_COUNTS};
-use crate::evaluation::paper::{Printed, table_five, table_six};
-use crate::evaluation::scores::Spread;
-use crate::evaluation::si_snr::capped_text;
-
-/// What the issue asks of `best` with a walking and a standing listener: PESQ, SSIM, SI-SNR.
-const TARGETS: [[f64; 3]; 2] = [[4.63, 0.9995, 40.0], [4.50, 0.990, 25.0]];
-
-/// The table's predictors, in its order; others are the ablation's.
-const PLAIN: [&str; 3] = ["hold", "linear", "best"];
-
-/// Mean and deviation; the mean alone where, to these decimals, nothing deviates.
-fn spread_text(spread: Spread, decimals: usize) -> String {
-    if spread.sd < 0.5 * 0.1f64.powi(decimals as i32) {
-        return format!("{:.decimals$}", spread.mean);
-    }
-    format!(
-        "{:.decimals$}<span class=\"sd\"> ± {:.decimals$}</span>",
-        spread.mean, spread.sd
-    )
-}
-
-fn si_snr_text(spread: Spread) -> String {
-    if spread.mean > crate::evaluation::si_snr::CAP_DB {
-        capped_text(spread.mean).replace('>', "&gt;")
-    } else {
-        spread_text(spread, 2)
-    }
-}
-
-/// The three figures' texts, and whether each meets the target.
-fn figures(row: &Row) -> [(String, bool); 3] {
-    let target = TARGETS[usize::from(row.dynamic)];
-    let pesq = row.pesq.map_or(("–".to_owned(), false), |s| {
-        (spread_text(s, 2), s.mean >= target[0])
-    });
-    [
-        pesq,
-        (spread_text(row.ssim, 4), row.ssim.mean >= target[1]),
-        (si_snr_text(row.si_snr_db), row.si_snr_db.mean >= target[2]),
-    ]
-}
+use crate::evaluation::cells::{Condition, Platform, SOURCE_COUNTS};
+use crate::evaluation::paper::table_six;
 
 /// Tiles above everything: the worst cell of each predictor with a walking listener.
 pub(super) fn summary(rows: &[Row]) -> String {
     let mut tiles = String::new();
     for name in PLAIN {
-        let walking = || rows.iter().filter(|r| r.dynamic && r.predictor == name);
+        let walking = || {
+            let walks = |r: &&Row| r.condition == Condition::Dynamic && r.is_late;
+            rows.iter().filter(walks).filter(|r| r.predictor == name)
+        };
         if walking().next().is_none() {
             continue;
         }
@@ -77,90 +42,13 @@ pub(super) fn summary(rows: &[Row]) -> String {
     )
 }
 
-/// Table 5, one table a platform and condition.
-pub(super) fn similarity(rows: &[Row]) -> String {
-    let mut html = String::new();
-    for platform in Platform::ALL {
-        for dynamic in [true, false] {
-            let part: Vec<&Row> = rows
-                .iter()
-                .filter(|r| r.platform == platform && r.dynamic == dynamic)
-                .filter(|r| PLAIN.contains(&r.predictor.as_str()))
-                .collect();
-            if part.is_empty() {
-                continue;
-            }
-            let listener = if dynamic { "walking" } else { "standing" };
-            let _ = write!(html, "<h3>{}, {listener} listener</h3>", platform.name());
-            html.push_str(&cells(&part));
-        }
-    }
-    html
-}
-
-fn cells(rows: &[&Row]) -> String {
-    let head = "<tr><th>cell</th><th>predictor</th><th>L</th><th>FPS</th><th>PESQ</th><th>SSIM</th><th>SI-SNR dB</th><th>EPS µs</th></tr>";
-    let mut body = String::new();
-    let mut last = String::new();
-    for (place, row) in rows.iter().enumerate() {
-        let signal = if row.signal == "speech" {
-            ""
-        } else {
-            &row.signal
-        };
-        let at_once = if row.is_late { "" } else { " at once" };
-        let cell = format!("{} {} {signal}{at_once}", row.scene, row.sources);
-        let name = if cell == last {
-            String::new()
-        } else {
-            escaped(&cell)
-        };
-        let _ = write!(
-            body,
-            "<tr><td>{name}</td><td>{}</td><td>{}</td><td>{}</td>",
-            escaped(&row.predictor),
-            row.level,
-            row.graphics_rate_hz
-        );
-        for (text, met) in figures(row) {
-            let class = if met { " class=\"met\"" } else { "" };
-            let _ = write!(body, "<td{class}>{text}</td>");
-        }
-        let _ = write!(body, "<td>{:.0}</td></tr>", row.extrapolation_us);
-        let ends = rows.get(place + 1).is_none_or(|next| {
-            next.scene != row.scene
-                || next.sources != row.sources
-                || next.is_late != row.is_late
-                || next.signal != row.signal
-        });
-        if ends
-            && row.signal == "speech"
-            && let Some(printed) = table_five(row.platform, &row.scene, row.dynamic, row.sources)
-        {
-            body.push_str(&printed_row(&printed));
-        }
-        last = cell;
-    }
-    format!(
-        "<div class=\"scroll\"><table class=\"names\"><thead>{head}</thead><tbody>{body}</tbody></table></div>"
-    )
-}
-
-fn printed_row(printed: &Printed) -> String {
-    format!(
-        "<tr class=\"paper\"><td></td><td>the paper</td><td></td><td></td><td>{}</td><td>{}</td><td>{}</td><td></td></tr>",
-        printed.pesq,
-        printed.ssim,
-        printed.si_snr_db.replace('>', "&gt;")
-    )
-}
-
 /// Table 6: of the three figures, how many `linear` and how many `hold` win, on the workstation.
 pub(super) fn wins(rows: &[Row]) -> String {
     let find = |scene: &str, sources: usize, name: &str| {
         rows.iter().find(|r| {
             r.platform == Platform::Workstation
-                && r.dynamic
+                && r.condition == Condition::Dynamic
+                && r.is_late
                 && r.scene == scene
                 && r.sources == sources
                 && r.predictor == name
@@ -168,10 +56,16 @@ pub(super) fn wins(rows: &[Row]) -> String {
         })
     };
     let mut body = String::new();
+    let mut totals = [[0usize; 2]; SOURCE_COUNTS.len()];
+    let mut printed_totals = totals;
     for scene in crate::evaluation::cells::SCENES {
         let mut line = String::new();
         let mut any = false;
-        for sources in SOURCE_COUNTS {
+        for (column, sources) in SOURCE_COUNTS.into_iter().enumerate() {
+            let printed = table_six(scene, sources).unwrap_or("");
+            for (total, wins) in printed_totals[column].iter_mut().zip(printed.split('/')) {
+                *total += wins.parse().unwrap_or(0);
+            }
             let pair = find(scene, sources, "linear").zip(find(scene, sources, "hold"));
             let ours = pair.map(|(linear, hold)| {
                 any = true;
@@ -185,13 +79,17 @@ pub(super) fn wins(rows: &[Row]) -> String {
                 let (a, b) = (figures(linear), figures(hold));
                 let count =
                     |x: [f64; 3], y: [f64; 3]| x.iter().zip(y).filter(|(x, y)| **x > *y).count();
-                format!("{}/{}", count(a, b), count(b, a))
+                let wins = [count(a, b), count(b, a)];
+                for (total, wins) in totals[column].iter_mut().zip(wins) {
+                    *total += wins;
+                }
+                format!("{}/{}", wins[0], wins[1])
             });
             let _ = write!(
                 line,
                 "<td>{} <span class=\"paper\">{}</span></td>",
                 ours.as_deref().unwrap_or("–"),
-                table_six(scene, sources).unwrap_or("")
+                printed
             );
         }
         if any {
@@ -201,33 +99,40 @@ pub(super) fn wins(rows: &[Row]) -> String {
     if body.is_empty() {
         return body;
     }
+    let pairs = totals.iter().zip(&printed_totals);
+    let total: String = pairs
+        .map(|([linear, hold], [p, q])| {
+            let ours = match linear + hold {
+                0 => "–".to_owned(),
+                _ => format!("{linear}/{hold}"),
+            };
+            format!("<td>{ours} <span class=\"paper\">{p}/{q}</span></td>")
+        })
+        .collect();
+    let total = format!("<tr class=\"begins\"><td>total</td>{total}</tr>");
     let head: String = SOURCE_COUNTS
         .iter()
-        .map(|n| format!("<th>{n}</th>"))
+        .map(|n| format!("<th scope=\"col\">{n}</th>"))
         .collect();
     format!(
-        "<p>How many of PESQ, SSIM and SI-SNR <code>linear</code> and <code>hold</code> win, by number of sources.</p>\
-         <div class=\"scroll\"><table><thead><tr><th>scene</th>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+        "<p>How many of PESQ, SSIM and SI-SNR <code>linear</code> and <code>hold</code> win on the means over repeats, by \
+         number of sources: ours, then <span class=\"paper\">the paper's</span>. Equal means are nobody's win.</p>\
+         <div class=\"scroll\" tabindex=\"0\"><table><caption>linear/hold wins, workstation, walking listener</caption>\
+         <thead><tr><th scope=\"col\">scene</th>{head}</tr></thead><tbody>{body}{total}</tbody></table></div>"
     )
 }
 
-/// `best` and its leave-outs, where there are any.
+/// `best`, its ingredients alone and left out, where there are any.
 pub(super) fn ablation(rows: &[Row]) -> String {
-    let is_part = |r: &&Row| r.predictor.starts_with("best-");
-    let part: Vec<&Row> = rows
-        .iter()
-        .filter(|row| {
-            rows.iter()
-                .filter(is_part)
-                .any(|r| r.wav_stem == row.wav_stem)
-        })
-        .collect();
-    if part.is_empty() {
+    if rows.is_empty() {
         return String::new();
     }
     format!(
-        "<p>What each ingredient of <code>best</code> is worth: all of them, each left out, geometry alone.</p>{}",
-        cells(&part)
+        "<p>What each ingredient of <code>best</code> is worth, with a walking listener: all of them, each alone, each left \
+         out. Alone, geometry and dropping act on the newest update's paths; rays ask whether these are still open; \
+         memory keeps paths of earlier updates, which without rays stay as they were; lead computes updates for where \
+         the listener will be.</p>{}",
+        listed(&rows.iter().collect::<Vec<_>>())
     )
 }
 
@@ -242,16 +147,20 @@ pub(super) fn references(rows: &[Row]) -> String {
         last = &row.wav_stem;
         let _ = write!(
             body,
-            "<tr><td>{}</td><td>{}</td><td>{:.2} %</td><td>{}</td><td><code>{}</code></td></tr>",
+            "<tr><td>{}</td><td>{}</td><td>{:.2} %</td><td>{:.2} %</td><td>{}</td><td><code>{}</code></td></tr>",
             escaped(&row.wav_stem),
             row.reference_paths,
             100.0 * row.reference_recall,
+            100.0 * row.reference_energy_recall,
             row.repeats,
             row.reference_checksum
         );
     }
     format!(
-        "<p>Recall: the share of the paths found with eight times the rays which the reference has in mid-walk.</p>\
-         <div class=\"scroll\"><table><thead><tr><th>cell</th><th>paths</th><th>recall</th><th>repeats</th><th>checksum</th></tr></thead><tbody>{body}</tbody></table></div>"
+        "<p>Recall: which share of the paths that are found with eight times the rays the reference has in mid-walk, by \
+         number and by energy. Checksum: FNV-1a, 64 bits, of the first repeat's samples in f32.</p>\
+         <div class=\"scroll\" tabindex=\"0\"><table><caption>References, a line a cell</caption><thead><tr><th scope=\"col\">cell</th>\
+         <th scope=\"col\">paths</th><th scope=\"col\">recall</th><th scope=\"col\">by energy</th><th scope=\"col\">repeats</th>\
+         <th scope=\"col\">checksum</th></tr></thead><tbody>{body}</tbody></table></div>"
     )
 }

@@ -11,6 +11,7 @@ mod recall_rooms;
 pub mod reciprocity;
 pub mod rooms;
 pub mod shoebox;
+pub mod thread_count;
 pub mod transmission;
 
 use crate::error::{Error, Result};
@@ -59,7 +60,7 @@ impl Row {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 8] = [
+const LAWS: [(&str, Law); 9] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -68,6 +69,7 @@ const LAWS: [(&str, Law); 8] = [
     ("air", air::rows),
     ("edge", edge::rows),
     ("transmission", transmission::rows),
+    ("thread count", thread_count::rows),
 ];
 
 /// Names of all laws.

@@ -62,7 +62,7 @@ pub enum Standing {
 }
 
 impl Candidate {
-    /// From a path of an update, open.
+    /// From a path of an update, open; `scene` is as it stood for that update.
     pub fn new(path: &Path, update: &PathSet, scene: &Scene, nearest_m: f64) -> Self {
         let mut candidate = Self {
             path: *path,
@@ -106,6 +106,9 @@ impl Candidate {
         let Some(spot) = now.spot(self.path.source) else {
             return Standing::Out;
         };
+        if self.has_gone(now.scene) {
+            return Standing::Out;
+        }
         let sequence = match self.course {
             Course::Unknown => return Standing::Path(self.held(now)),
             // An update leaves these out where the direct path is seen.
@@ -179,6 +182,19 @@ impl Candidate {
             ..self.path
         };
         as_of_update(&path, now.listener, scene)
+    }
+
+    /// Whether one of its surfaces was an instance's that is there no more, or whose number is another's now.
+    fn has_gone(&self, scene: &Scene) -> bool {
+        if !scene.has_instances() {
+            return false;
+        }
+        let exists = |surface: &u32| scene.has_surface(*surface);
+        let another = match self.course {
+            Course::Mirrors(sequence) => sequence.path_id(scene, self.path.source) != self.path.id,
+            Course::Bends(_) | Course::Unknown => false,
+        };
+        another || !self.path.surfaces().iter().all(exists)
     }
 
     /// Pressure squared over all bands when last seen in an update.

@@ -9,20 +9,39 @@ use super::history::Word;
 use super::{BestSettings, Now};
 use crate::propagation::PathSet;
 
-/// Candidates kept at most, over all sources: a full memory drops those that updates no longer name.
+/// Candidates kept at most, over all sources: a full memory drops what comes last by identity.
 const CAPACITY: usize = 32_768;
 
 /// All candidates, sorted by identity.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Memory {
     /// The candidates.
     pub candidates: Vec<Candidate>,
     next: Vec<Candidate>,
+    capacity: usize,
     /// Updates taken so far.
     pub updates: u64,
 }
 
+impl Default for Memory {
+    fn default() -> Self {
+        Self {
+            candidates: Vec::new(),
+            next: Vec::new(),
+            capacity: CAPACITY,
+            updates: 0,
+        }
+    }
+}
+
 impl Memory {
+    /// Makes room for this many candidates, and keeps to it.
+    pub(super) fn bound(&mut self, candidates: usize) {
+        self.capacity = candidates.min(CAPACITY);
+        self.candidates.reserve_exact(self.capacity);
+        self.next.reserve_exact(self.capacity);
+    }
+
     /// Takes an update over; `word` is what it is worth.
     pub(super) fn take(
         &mut self,
@@ -38,10 +57,10 @@ impl Memory {
             while let Some(absent) = old.next_if(|candidate| candidate.path.id < path.id) {
                 let kept = absent_from_update(absent, now, word, self.updates, settings);
                 self.next
-                    .extend(kept.filter(|_| self.next.len() < CAPACITY));
+                    .extend(kept.filter(|_| self.next.len() < self.capacity));
             }
             let known = old.next_if(|candidate| candidate.path.id == path.id);
-            let mut candidate = Candidate::new(path, update, now.scene, now.nearest_m);
+            let mut candidate = Candidate::new(path, update, now.then, now.nearest_m);
             candidate.valid_in = self.updates;
             candidate.tested = word.binding.then_some(word.frame);
             if let Some(known) = known
@@ -50,12 +69,14 @@ impl Memory {
             {
                 (candidate.open, candidate.tested) = (known.open, known.tested);
             }
-            self.next.push(candidate);
+            if self.next.len() < self.capacity {
+                self.next.push(candidate);
+            }
         }
         for absent in old {
             let kept = absent_from_update(absent, now, word, self.updates, settings);
             self.next
-                .extend(kept.filter(|_| self.next.len() < CAPACITY));
+                .extend(kept.filter(|_| self.next.len() < self.capacity));
         }
         std::mem::swap(&mut self.candidates, &mut self.next);
     }

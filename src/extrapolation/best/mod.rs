@@ -3,7 +3,7 @@
 //! Runs on the sound thread. Takes updates as they arrive, gives the reflected and bent paths of each graphics frame
 //! (less the direct field's, which every predictor has anew). Bounded by
 //! the number of candidates and by [`BestSettings::rays_per_source`]; allocates only while there are more candidates
-//! than ever before. Own work, after the measurements that ARCHITECTURE.md tells of: between two updates the stale delay
+//! than ever before, and not at all once bounded. Own work, after the measurements that ARCHITECTURE.md tells of: between two updates the stale delay
 //! of a path does the most harm, its stale visibility comes second, its amplitude last.
 //!
 //! - [`candidate`]: one path as it stands now, from its surfaces and today's poses;
@@ -21,6 +21,7 @@ mod tail;
 
 use super::extrapolator::is_wanted;
 use super::frame::FramePath;
+use super::posed::has_moved;
 use crate::propagation::PathSet;
 use crate::propagation::diffraction::Spot;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -37,6 +38,8 @@ use rays::Inspection;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Now<'a> {
     pub(super) scene: &'a Scene,
+    /// The scene as it stood for the newest update.
+    pub(super) then: &'a Scene,
     pub(super) listener: &'a ListenerPose,
     pub(super) sources: &'a [SourcePose],
     /// Of each source whether the listener does not see it.
@@ -80,6 +83,13 @@ impl Best {
         }
     }
 
+    /// Makes room for this many candidates and keeps to it, so that [`Self::frame`] allocates nothing.
+    pub(super) fn bound(&mut self, candidates: usize) {
+        self.memory.bound(candidates);
+        self.inspection.reserve(candidates);
+        self.standings.reserve(candidates);
+    }
+
     /// Adds the paths of a graphics frame to `paths` that are not part of the direct field; `arrived` is the update
     /// that is used from this frame on, if there is one. Gives the number of rays cast.
     pub(super) fn frame(
@@ -90,7 +100,9 @@ impl Best {
     ) -> u64 {
         self.history.push(now.listener.position);
         if let Some(update) = arrived {
-            let word = self.history.date(update.listener.position, self.frame);
+            let mut word = self.history.date(update.listener.position, self.frame);
+            // The listener's place does not date an update of a scene that has moved since.
+            word.binding &= !has_moved(now.scene, now.then);
             self.memory.take(update, now, word, &self.settings);
         }
         let candidates = &mut self.memory.candidates;

@@ -19,6 +19,11 @@ pub struct Inspection {
 }
 
 impl Inspection {
+    /// Makes room for this many candidates.
+    pub(super) fn reserve(&mut self, candidates: usize) {
+        self.queue.reserve(candidates);
+    }
+
     /// Casts rays for up to `budget` of them; gives how many were cast.
     pub(super) fn spend(
         &mut self,

@@ -3,11 +3,11 @@
 //! The functions here carry the feature, so the kernels and the loop become one piece of code; the way in is
 //! [`crate::simd::neon`]'s.
 
-use super::Query;
 use super::node::Node;
-use super::walk;
+use super::{Query, portable, walk};
 use crate::geometry::ray::Hit;
-use crate::simd::neon::{Shear4, Slabs4, enter_neon};
+use crate::simd::neon::{Ready, Shear4, Slabs4, enter_neon, take4};
+use crate::simd::tracing::LaneInLowBits;
 
 // Callers of kernels, which are compiled for each of them.
 const CLOSEST: u8 = 0;
@@ -23,24 +23,36 @@ pub(super) fn any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
 
 #[target_feature(enable = "neon")]
 fn neon_closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
-    let slabs = Slabs4::of::<CLOSEST>(&query.ray.slabs);
-    let shear = Shear4::of::<CLOSEST>(&query.ray.shear);
+    let raw = query.raw()?;
+    let Some(ready) = Ready::of::<CLOSEST>(&raw, query.near) else {
+        return portable::closest(nodes, query);
+    };
+    let slabs = Slabs4::of::<CLOSEST>(&ready);
+    let shear = Shear4::of::<CLOSEST>(&raw, &ready);
     walk::closest(
         nodes,
         query,
-        |node, t_max, entries| slabs.enter::<CLOSEST>(&node.planes, t_max, entries),
+        LaneInLowBits::<4>,
+        |node, t_max| slabs.enter::<CLOSEST>(&node.planes, t_max),
+        |keys| take4::<CLOSEST>(keys),
         |block, t_max, at| shear.meet::<CLOSEST>(&block.corners, t_max, at),
     )
 }
 
 #[target_feature(enable = "neon")]
 fn neon_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
-    let slabs = Slabs4::of::<ANY>(&query.ray.slabs);
-    let shear = Shear4::of::<ANY>(&query.ray.shear);
+    let Some(raw) = query.raw() else {
+        return false;
+    };
+    let Some(ready) = Ready::of::<ANY>(&raw, query.near) else {
+        return portable::any(nodes, query);
+    };
+    let slabs = Slabs4::of::<ANY>(&ready);
+    let shear = Shear4::of::<ANY>(&raw, &ready);
     walk::any(
         nodes,
         query,
-        |node, t_max, entries| slabs.enter::<ANY>(&node.planes, t_max, entries),
+        |node, t_max| slabs.entered::<ANY>(&node.planes, t_max),
         |block, t_max, at| shear.meet::<ANY>(&block.corners, t_max, at),
     )
 }

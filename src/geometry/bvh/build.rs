@@ -8,7 +8,7 @@ use obvhs::bvh2::Bvh2;
 
 use super::bounds::Bounds;
 use super::collapse::{Choice, Collapsed, collapse};
-use super::node::{Block, Node};
+use super::node::{Block, Node, REACH, SLACK};
 use super::split::{balanced_tree, binary_tree};
 use super::walk::STACK;
 use super::{Bvh, InstructionSet, Nodes};
@@ -16,6 +16,9 @@ use crate::geometry::triangle::box_margin;
 
 /// Coordinates beyond do not count, so that areas stay finite in `f32` and box arithmetic does in `f32` too: 2⁴⁰.
 const FARTHEST: f32 = (1u64 << 40) as f32;
+
+/// Scenes no larger than this are walked without lanes, whose arithmetic underflows there: 2⁻⁴⁰.
+const SMALLEST: f32 = 1.0 / FARTHEST;
 
 #[derive(Clone, Copy)]
 struct Item {
@@ -85,21 +88,21 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
     let (nodes, leaves) = match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Sse2 => {
-            let (nodes, leaves) = wide::<4>(&tree, &boxes);
+            let (nodes, leaves) = wide::<4>(&tree, &boxes, extent * SLACK);
             (Nodes::Sse2(nodes), leaves)
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 if let Some(avx2) = crate::simd::x86::Avx2::detect() => {
-            let (nodes, leaves) = wide::<8>(&tree, &boxes);
+            let (nodes, leaves) = wide::<8>(&tree, &boxes, extent * SLACK);
             (Nodes::Avx2(nodes, avx2), leaves)
         }
         #[cfg(target_arch = "aarch64")]
         InstructionSet::Neon => {
-            let (nodes, leaves) = wide::<4>(&tree, &boxes);
+            let (nodes, leaves) = wide::<4>(&tree, &boxes, extent * SLACK);
             (Nodes::Neon(nodes), leaves)
         }
         _ => {
-            let (nodes, leaves) = wide::<4>(&tree, &boxes);
+            let (nodes, leaves) = wide::<4>(&tree, &boxes, extent * SLACK);
             (Nodes::Portable(nodes), leaves)
         }
     };
@@ -116,13 +119,22 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         blocks: leaves.iter().map(block).collect(),
         triangle_count: items.len(),
         margin,
+        reach: if extent > SMALLEST {
+            extent * REACH
+        } else {
+            f32::NAN
+        },
     }
 }
 
-fn wide<const W: usize>(tree: &Bvh2, boxes: &[Bounds]) -> (Vec<Node<W>>, Vec<Vec<u32>>) {
-    let mut wide: Collapsed<W> = collapse(tree, Choice::Cheapest);
+fn wide<const W: usize>(
+    tree: &Bvh2,
+    boxes: &[Bounds],
+    slack: f32,
+) -> (Vec<Node<W>>, Vec<Vec<u32>>) {
+    let mut wide: Collapsed<W> = collapse(tree, Choice::Cheapest, slack);
     if wide.stack > STACK {
-        wide = collapse(&balanced_tree(boxes), Choice::Shallowest);
+        wide = collapse(&balanced_tree(boxes), Choice::Shallowest, slack);
     }
     wide.nodes.shrink_to_fit();
     (wide.nodes, wide.leaves)

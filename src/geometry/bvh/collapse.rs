@@ -19,7 +19,7 @@ const BLOCK_COST: f64 = 1.0;
 pub(super) struct Collapsed<const W: usize> {
     pub(super) nodes: Vec<Node<W>>,
     pub(super) leaves: Vec<Vec<u32>>,
-    /// Entries that a walk of this tree may have to remember at once.
+    /// Nodes that a walk of this tree may have to remember at once.
     pub(super) stack: usize,
 }
 
@@ -43,7 +43,7 @@ struct Choices<const W: usize> {
     count: u32,
 }
 
-pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice) -> Collapsed<W> {
+pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice, slack: f32) -> Collapsed<W> {
     let choices = choose::<W>(tree, choice);
     let mut wide = Collapsed {
         nodes: vec![Node::EMPTY],
@@ -56,15 +56,13 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice) -> Collapsed
     while let Some((from, to, above)) = open.pop() {
         children.clear();
         children_of(tree, &choices, from, &mut children);
-        // A walk remembers all children for a moment, then all but the one it goes to.
-        wide.stack = wide.stack.max(above + children.len());
-        let remembered = above + children.len() - 1;
+        // A walk for any hit goes to the first lane first: the small ones are dense, a hit in them is likely.
+        children.sort_by(|&a, &b| half_area(tree, a).total_cmp(&half_area(tree, b)));
+        // A walk writes a node down at every node, and remembers it where there is more than one child.
+        wide.stack = wide.stack.max(above + 1);
+        let remembered = above + usize::from(children.len() > 1);
         for (lane, &child) in children.iter().enumerate() {
-            let aabb = tree.nodes[child].aabb();
-            let bounds = Bounds {
-                min: aabb.min.into(),
-                max: aabb.max.into(),
-            };
+            let bounds = bounds_of(tree, child);
             let link = if choices[child].left[0] == 0 {
                 wide.leaves.push(triangles_below(tree, child));
                 LEAF | (wide.leaves.len() - 1) as u32
@@ -73,10 +71,22 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice) -> Collapsed
                 open.push((child, wide.nodes.len() - 1, remembered));
                 (wide.nodes.len() - 1) as u32
             };
-            wide.nodes[to].set(lane, &bounds, link);
+            wide.nodes[to].set(lane, &bounds, slack, link);
         }
     }
     wide
+}
+
+fn bounds_of(tree: &Bvh2, node: usize) -> Bounds {
+    let aabb = tree.nodes[node].aabb();
+    Bounds {
+        min: aabb.min.into(),
+        max: aabb.max.into(),
+    }
+}
+
+fn half_area(tree: &Bvh2, node: usize) -> f64 {
+    bounds_of(tree, node).half_area()
 }
 
 /// The cheapest choice at every node, from the leaves up.
@@ -99,12 +109,7 @@ fn choose<const W: usize>(tree: &Bvh2, choice: Choice) -> Vec<Choices<W>> {
     let mut choices = vec![nothing; tree.nodes.len()];
     for &index in order.iter().rev() {
         let node = &tree.nodes[index];
-        let aabb = node.aabb();
-        let area = Bounds {
-            min: aabb.min.into(),
-            max: aabb.max.into(),
-        }
-        .half_area();
+        let area = half_area(tree, index);
         choices[index] = if node.prim_count > 0 {
             Choices {
                 cost: [area * BLOCK_COST; W],

@@ -20,7 +20,11 @@ mod x86_64;
 use glam::Vec3;
 
 use super::ray::{Hit, Ray};
-use super::triangle::PreparedRay;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use super::triangle::raw;
+use crate::simd::tracing::Near;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use crate::simd::tracing::RawRay;
 use node::{Block, NO_TRIANGLE, Node};
 
 pub use instruction_set::InstructionSet;
@@ -35,6 +39,8 @@ pub struct Bvh {
     blocks: Vec<Block>,
     triangle_count: usize,
     margin: f32,
+    /// How far out a ray may start and still be walked in lanes.
+    reach: f32,
 }
 
 /// Nodes as wide as the instruction set's lanes, and the proof that the machine has it.
@@ -57,28 +63,25 @@ impl Default for Nodes {
 
 /// One ray's question to a tree.
 struct Query<'a> {
-    ray: PreparedRay,
+    ray: &'a Ray,
     ignored: [u32; 2],
     blocks: &'a [Block],
     margin: f32,
+    near: Near,
 }
 
 impl Query<'_> {
-    /// A triangle that the lanes found, if its group counts and the specification agrees.
-    ///
-    /// Not inlined: a ray confirms one or two triangles, and in the loop its constants would take the lanes' registers.
-    #[inline(never)]
-    fn confirm(&self, block: &Block, lane: usize, t: f32) -> Option<Hit> {
-        let group = block.groups[lane];
-        if group == self.ignored[0] || group == self.ignored[1] {
-            return None;
-        }
-        let t = self.ray.confirm(&block.corners_of(lane), self.margin, t)?;
-        Some(Hit {
-            t,
-            triangle: block.triangles[lane],
-            group,
-        })
+    #[inline(always)]
+    fn counts(&self, group: u32) -> bool {
+        group != self.ignored[0] && group != self.ignored[1]
+    }
+
+    /// The ray for lanes, unless its interval is empty.
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+    #[inline(always)]
+    fn raw(&self) -> Option<RawRay> {
+        let raw = raw(self.ray, self.margin);
+        (raw.t_min < self.ray.t_max).then_some(raw)
     }
 }
 
@@ -110,17 +113,13 @@ impl Bvh {
     /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray that starts on a plane
     /// names the plane's group and needs no offset. A ray without direction or with numbers that are none meets nothing.
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-        let query = self.query(ray, ignored)?;
+        let query = self.query(ray, ignored);
         match &self.nodes {
             Nodes::Portable(nodes) => portable::closest(nodes, &query),
             #[cfg(target_arch = "x86_64")]
             Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, &query),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, _) if self.is_far_out(ray) => portable::closest(nodes, &query),
-            #[cfg(target_arch = "x86_64")]
             Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, &query),
-            #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) if self.is_far_out(ray) => portable::closest(nodes, &query),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => aarch64::closest(nodes, &query),
         }
@@ -128,42 +127,27 @@ impl Bvh {
 
     /// Whether any triangle outside two groups lies on a ray; otherwise as [`Self::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
-        let Some(query) = self.query(ray, ignored) else {
-            return false;
-        };
+        let query = self.query(ray, ignored);
         match &self.nodes {
             Nodes::Portable(nodes) => portable::any(nodes, &query),
             #[cfg(target_arch = "x86_64")]
             Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, &query),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, _) if self.is_far_out(ray) => portable::any(nodes, &query),
-            #[cfg(target_arch = "x86_64")]
             Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, &query),
-            #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) if self.is_far_out(ray) => portable::any(nodes, &query),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => aarch64::any(nodes, &query),
         }
     }
 
     #[inline(always)]
-    fn query(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Query<'_>> {
-        Some(Query {
-            ray: PreparedRay::of(ray)?,
+    fn query<'a>(&'a self, ray: &'a Ray, ignored: [u32; 2]) -> Query<'a> {
+        Query {
+            ray,
             ignored,
             blocks: &self.blocks,
             margin: self.margin,
-        })
-    }
-
-    /// Whether fused box arithmetic could overflow: it multiplies coordinates by up to 2⁴⁰ over the direction's largest
-    /// component, where the specification subtracts first. Such rays take the portable way.
-    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-    #[inline(always)]
-    fn is_far_out(&self, ray: &Ray) -> bool {
-        const FARTHEST: f32 = (1u64 << 40) as f32;
-        const SHORTEST: f32 = 1.0 / (1u64 << 40) as f32;
-        ray.origin.abs().max_element() > FARTHEST || ray.direction.abs().max_element() < SHORTEST
+            near: Near { reach: self.reach },
+        }
     }
 
     /// Number of triangles.

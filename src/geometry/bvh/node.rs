@@ -11,6 +11,17 @@ pub(super) const LEAF: u32 = 1 << 31;
 /// A triangle number that is none: fills a block's unused lanes.
 pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 
+/// What nodes' boxes stand off what they hold, as a share of the scene's largest coordinate E: 2⁻¹⁷, or 128 ε of half
+/// units in the last place.
+///
+/// The specification of boxes crosses a plane p at (p − o) / d to within 13 ε of it. The lanes multiply before they
+/// subtract, which adds ε (|p| + |o| + |p − o|) / |d|. With |p| <= E and |o| <= 4 E ([`REACH`]) both are no more than
+/// (13 · 5 + 1 + 4 + 5) ε E / |d|, so no box is missed that the specification enters.
+pub(super) const SLACK: f32 = 1.0 / (1u32 << 17) as f32;
+
+/// How far out rays may start for [`SLACK`], in largest coordinates.
+pub(super) const REACH: f32 = 4.0;
+
 /// Up to `W` children. Unused lanes have boxes that nothing enters.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
@@ -23,19 +34,19 @@ impl<const W: usize> Node<W> {
     pub(super) const EMPTY: Self = Self {
         planes: [
             [f32::INFINITY; W],
-            [f32::INFINITY; W],
+            [f32::NEG_INFINITY; W],
             [f32::INFINITY; W],
             [f32::NEG_INFINITY; W],
-            [f32::NEG_INFINITY; W],
+            [f32::INFINITY; W],
             [f32::NEG_INFINITY; W],
         ],
         links: [0; W],
     };
 
-    pub(super) fn set(&mut self, lane: usize, bounds: &Bounds, link: u32) {
+    pub(super) fn set(&mut self, lane: usize, bounds: &Bounds, slack: f32, link: u32) {
         for axis in 0..3 {
-            self.planes[axis][lane] = bounds.min[axis];
-            self.planes[axis + 3][lane] = bounds.max[axis];
+            self.planes[2 * axis][lane] = bounds.min[axis] - slack;
+            self.planes[2 * axis + 1][lane] = bounds.max[axis] + slack;
         }
         self.links[lane] = link;
     }

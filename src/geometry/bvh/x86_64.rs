@@ -3,11 +3,12 @@
 //! The functions here carry the features, so the kernels and the loop become one piece of code; the way in is
 //! [`crate::simd::x86`]'s.
 
-use super::Query;
 use super::node::Node;
-use super::walk;
+use super::{Query, portable, walk};
 use crate::geometry::ray::Hit;
-use crate::simd::x86::{Avx2, Shear4, Slabs4, Slabs8, enter_avx2, enter_sse2};
+use crate::simd::x86::{
+    Avx2, Keys4, Keys8, Ready, Shear4, Slabs4, Slabs8, enter_avx2, enter_sse2, take4, take8,
+};
 
 // Callers of kernels, which are compiled for each of them.
 const SSE2_CLOSEST: u8 = 0;
@@ -33,48 +34,72 @@ pub(super) fn any_avx2(avx2: Avx2, nodes: &[Node<8>], query: &Query<'_>) -> bool
 
 #[target_feature(enable = "sse2")]
 fn sse2_closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
-    let slabs = Slabs4::of::<SSE2_CLOSEST>(&query.ray.slabs);
-    let shear = Shear4::of::<SSE2_CLOSEST>(&query.ray.shear);
+    let raw = query.raw()?;
+    let Some(ready) = Ready::of::<SSE2_CLOSEST>(&raw, query.near) else {
+        return portable::closest(nodes, query);
+    };
+    let slabs = Slabs4::of::<SSE2_CLOSEST>(&ready);
+    let shear = Shear4::of::<SSE2_CLOSEST>(&raw, &ready);
     walk::closest(
         nodes,
         query,
-        |node, t_max, entries| slabs.enter::<SSE2_CLOSEST>(&node.planes, t_max, entries),
+        Keys4,
+        |node, t_max| slabs.enter::<SSE2_CLOSEST>(&node.planes, t_max),
+        |keys| take4::<SSE2_CLOSEST>(keys),
         |block, t_max, at| shear.meet::<SSE2_CLOSEST>(&block.corners, t_max, at),
     )
 }
 
 #[target_feature(enable = "sse2")]
 fn sse2_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
-    let slabs = Slabs4::of::<SSE2_ANY>(&query.ray.slabs);
-    let shear = Shear4::of::<SSE2_ANY>(&query.ray.shear);
+    let Some(raw) = query.raw() else {
+        return false;
+    };
+    let Some(ready) = Ready::of::<SSE2_ANY>(&raw, query.near) else {
+        return portable::any(nodes, query);
+    };
+    let slabs = Slabs4::of::<SSE2_ANY>(&ready);
+    let shear = Shear4::of::<SSE2_ANY>(&raw, &ready);
     walk::any(
         nodes,
         query,
-        |node, t_max, entries| slabs.enter::<SSE2_ANY>(&node.planes, t_max, entries),
+        |node, t_max| slabs.entered::<SSE2_ANY>(&node.planes, t_max),
         |block, t_max, at| shear.meet::<SSE2_ANY>(&block.corners, t_max, at),
     )
 }
 
 #[target_feature(enable = "avx2,fma")]
 fn avx2_closest(nodes: &[Node<8>], query: &Query<'_>) -> Option<Hit> {
-    let slabs = Slabs8::of::<AVX2_CLOSEST>(&query.ray.slabs);
-    let shear = Shear4::of::<AVX2_CLOSEST>(&query.ray.shear);
+    let raw = query.raw()?;
+    let Some(ready) = Ready::of::<AVX2_CLOSEST>(&raw, query.near) else {
+        return portable::closest(nodes, query);
+    };
+    let slabs = Slabs8::of::<AVX2_CLOSEST>(&ready);
+    let shear = Shear4::of::<AVX2_CLOSEST>(&raw, &ready);
     walk::closest(
         nodes,
         query,
-        |node, t_max, entries| slabs.enter::<AVX2_CLOSEST>(&node.planes, t_max, entries),
+        Keys8,
+        |node, t_max| slabs.enter::<AVX2_CLOSEST>(&node.planes, t_max),
+        |keys| take8::<AVX2_CLOSEST>(keys),
         |block, t_max, at| shear.meet::<AVX2_CLOSEST>(&block.corners, t_max, at),
     )
 }
 
 #[target_feature(enable = "avx2,fma")]
 fn avx2_any(nodes: &[Node<8>], query: &Query<'_>) -> bool {
-    let slabs = Slabs8::of::<AVX2_ANY>(&query.ray.slabs);
-    let shear = Shear4::of::<AVX2_ANY>(&query.ray.shear);
+    let Some(raw) = query.raw() else {
+        return false;
+    };
+    let Some(ready) = Ready::of::<AVX2_ANY>(&raw, query.near) else {
+        return portable::any(nodes, query);
+    };
+    let slabs = Slabs8::of::<AVX2_ANY>(&ready);
+    let shear = Shear4::of::<AVX2_ANY>(&raw, &ready);
     walk::any(
         nodes,
         query,
-        |node, t_max, entries| slabs.enter::<AVX2_ANY>(&node.planes, t_max, entries),
+        |node, t_max| slabs.entered::<AVX2_ANY>(&node.planes, t_max),
         |block, t_max, at| shear.meet::<AVX2_ANY>(&block.corners, t_max, at),
     )
 }

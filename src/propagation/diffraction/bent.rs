@@ -33,7 +33,7 @@ pub fn stand(edge: &Edge, apex: DVec3) -> DVec3 {
 pub fn sees(scene: &Scene, from: DVec3, to: DVec3, ignored: [u32; 2], rays: &mut u64) -> bool {
     *rays += 1;
     let line = Ray::between(from.as_vec3(), to.as_vec3());
-    !scene.bvh().any_hit(&line, ignored)
+    !scene.any_hit(&line, ignored)
 }
 
 /// Wavenumbers of the band centres in rad/m.

@@ -104,7 +104,7 @@ struct OneWave {
 impl OneBend {
     fn of(scene: &Scene, spot: &Spot, edge: u32) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-        let bend = scene.edges().get(edge).bend(from, to)?;
+        let bend = scene.edge(edge).bend(from, to)?;
         let detour_m = (bend.length_m() - from.distance(to)).max(0.0);
         let left = fade_out(detour_m);
         (left > 0.0).then_some(Self {
@@ -116,14 +116,14 @@ impl OneBend {
     }
 
     fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
-        let line = scene.edges().get(self.edge);
+        let line = &scene.edge(self.edge);
         let stand = bent::stand(line, self.bend.apex);
         let mut sees = |place| bent::sees(scene, scene.to_local(place), stand, line.faces, rays);
         sees(spot.to) && sees(spot.from)
     }
 
     fn wave(self, scene: &Scene, spot: &Spot) -> OneWave {
-        let line = scene.edges().get(self.edge);
+        let line = &scene.edge(self.edge);
         let beside_transmission = spot.source.settings.effects.transmission;
         let length_m = bent::distance_m(&self.bend);
         let (incident, reflected) =

@@ -56,7 +56,6 @@ pub fn find(
 ) {
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
     let most_m = from.distance(to) + LONGEST_DETOUR_M;
-    let edges = scene.edges();
     let mut tried: [Option<Way>; MOST_TRIED] = [None; MOST_TRIED];
     for found in near.as_slice() {
         // No way over an edge is shorter than the one that bends there alone.
@@ -64,8 +63,8 @@ pub fn find(
         if found.length_m > longest_m {
             break;
         }
-        for &second in edges.neighbours(found.edge) {
-            let other = edges.get(second);
+        for second in scene.edge_neighbours(found.edge) {
+            let other = scene.edge(second);
             let alone = other.at(other.apex_m(from, to).clamp(0.0, other.length_m));
             if from.distance(alone) + alone.distance(to) < longest_m
                 && other.angle_of(to).is_some()
@@ -109,7 +108,8 @@ impl Way {
     /// too long.
     pub fn over(scene: &Scene, edges: [u32; 2], spot: &Spot) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-        let [a, b] = edges.map(|edge| scene.edges().get(edge));
+        let lines = edges.map(|edge| scene.edge(edge));
+        let [a, b] = &lines;
         a.angle_of(from)?;
         b.angle_of(to)?;
         let [first, second] = shortest([a, b], from, to);
@@ -151,7 +151,8 @@ impl Way {
     /// Whether nothing stands on the way. Adds the rays it cast, three at most, to `rays`.
     pub fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-        let [a, b] = self.edges.map(|edge| scene.edges().get(edge));
+        let lines = self.edges.map(|edge| scene.edge(edge));
+        let [a, b] = &lines;
         let (first, second) = (
             bent::stand(a, self.bends[0].apex),
             bent::stand(b, self.bends[1].apex),
@@ -216,7 +217,7 @@ fn shortest([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
 
 /// Signed band gains of a way relative to the free field over its length.
 fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
-    let edges = way.edges.map(|edge| scene.edges().get(edge));
+    let edges = &way.edges.map(|edge| scene.edge(edge));
     let [before_m, between_m, after_m] = [
         way.bends[0].before_m,
         way.bends[1].before_m,
@@ -242,11 +243,11 @@ fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
     };
     // Of one wall's share that is heard through it there is nothing to take away twice.
     let through = spot.source.settings.effects.transmission;
-    let beside_transmission = [through, through && !share_face(edges)];
+    let beside_transmission = [through, through && !share_face([&edges[0], &edges[1]])];
     let [first, second] = [0, 1].map(|i| {
         let (incident, reflected) = bent::around(
             scene,
-            edges[i],
+            &edges[i],
             &way.bends[i],
             distances[i],
             beside_transmission[i],
@@ -255,8 +256,8 @@ fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
     });
     // A wedge already halves a wave that comes or goes along a face, once at each edge; what leaves the first along the
     // face arrives whole at the second.
-    let along =
-        runs_along(edges[0], way.bends[0].outgoing) && runs_along(edges[1], way.bends[1].incoming);
+    let along = runs_along(&edges[0], way.bends[0].outgoing)
+        && runs_along(&edges[1], way.bends[1].incoming);
     let share = if along { 2.0 } else { 1.0 };
     std::array::from_fn(|b| bent::signed(first[b] * second[b] * share))
 }

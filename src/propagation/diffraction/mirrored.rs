@@ -69,11 +69,11 @@ pub fn find(
     let places = [spot.from, spot.to].map(|place| scene.to_local(place));
     let mut likely = [Likely::default(); MOST_TRIED];
     for found in near.as_slice() {
-        let mirrors = scene.edges().mirrors(found.edge);
+        let mirrors = scene.edge_mirrors(found.edge);
         let mut images = [[Seen::of(scene, places[0], None); MOST_EDGE_MIRRORS + 1]; 2];
         for (end, seen) in images.iter_mut().enumerate() {
             seen[0] = Seen::of(scene, places[end], None);
-            for (seen, &mirror) in seen[1..].iter_mut().zip(mirrors) {
+            for (seen, &mirror) in seen[1..].iter_mut().zip(mirrors.iter()) {
                 *seen = Seen::of(scene, places[end], Some(mirror));
             }
         }
@@ -107,7 +107,7 @@ pub fn find(
 
 /// Adds the way over an edge between two ends to the likely ones, if it is there and among the loudest.
 fn look(scene: &Scene, ends: [Seen; 2], edge: u32, spot: &Spot, likely: &mut [Likely; MOST_TRIED]) {
-    let line = scene.edges().get(edge);
+    let line = &scene.edge(edge);
     let Some(bend) = line.bend(ends[0].image, ends[1].image) else {
         return;
     };
@@ -152,7 +152,7 @@ impl Mirrored {
     }
 
     fn between(scene: &Scene, ends: [Seen; 2], edge: u32) -> Option<Self> {
-        let line = scene.edges().get(edge);
+        let line = &scene.edge(edge);
         let bend = line.bend(ends[0].image, ends[1].image)?;
         let stand = bent::stand(line, bend.apex);
         let way = Self {
@@ -182,7 +182,7 @@ impl Mirrored {
 
     /// Signed band gains relative to the free field over its length.
     fn gains(&self, scene: &Scene) -> BandArray {
-        let line = scene.edges().get(self.edge);
+        let line = &scene.edge(self.edge);
         let length_m = bent::distance_m(&self.bend);
         // No reflection is followed through walls, so a wall takes all of one away.
         let (incident, reflected) = bent::around(scene, line, &self.bend, length_m, false);
@@ -205,7 +205,7 @@ impl Mirrored {
 
     /// Whether nothing stands on the way. Adds the rays it cast, four at most, to `rays`.
     pub fn is_clear(&self, scene: &Scene, rays: &mut u64) -> bool {
-        let faces = scene.edges().get(self.edge).faces;
+        let faces = scene.edge(self.edge).faces;
         (0..2).all(|end| {
             let Seen { real, mirror, .. } = self.ends[end];
             match (self.hits[end], mirror) {

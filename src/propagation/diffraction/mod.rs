@@ -65,7 +65,7 @@ pub fn update(
         0 => NearEdges::default(),
         _ => {
             let longest_m = from.distance(to) + LONGEST_DETOUR_M;
-            scene.edges().bends(from, to, longest_m)
+            scene.bends(from, to, longest_m)
         }
     };
     let listed = near.as_slice().iter().map(|found| found.edge);
@@ -74,7 +74,7 @@ pub fn update(
         return edges;
     }
     let longest_m = from.distance(to) + LONGEST_DETOUR_M;
-    let near = scene.edges().first_bends(from, to, longest_m);
+    let near = scene.first_bends(from, to, longest_m);
     if effects.reflections {
         mirrored::find(scene, spot, &near, rays, give);
     }
@@ -93,7 +93,7 @@ fn fade_out(detour_m: f64) -> f64 {
 /// loudness.
 fn rough_gain(scene: &Scene, edge: u32, bend: &Bend) -> f64 {
     let angles = WedgeAngles {
-        n: scene.edges().get(edge).n,
+        n: scene.edge(edge).n,
         incoming: bend.incoming,
         outgoing: bend.outgoing,
     };

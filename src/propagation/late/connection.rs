@@ -10,7 +10,9 @@
 
 use glam::Vec3;
 
-use crate::acoustics::BandArray;
+use super::source_rays::Bounces;
+use crate::acoustics::bands::fading;
+use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
@@ -29,7 +31,7 @@ const CHOICE_SPREAD_M: f32 = 1.5;
 
 /// Energy that a bounce has for the tail.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Candidate {
+pub(super) struct Bounce {
     pub(super) point: Vec3,
     /// Unit normal on the side that sound leaves to.
     pub(super) normal: Vec3,
@@ -40,19 +42,20 @@ pub(super) struct Candidate {
     pub(super) energy: BandArray,
     /// What it may send to a listener, over all bands: what it is chosen by.
     pub(super) weight: f32,
-    /// Beyond the depth of discrete paths.
-    pub(super) is_far: bool,
 }
 
-impl Candidate {
+impl Bounce {
     /// Takes in what the bounce stands for, and what it may send to a listener thereabouts.
+    #[inline]
     pub(super) fn weigh(&mut self, listener: Vec3, gain: f32) {
-        for energy in &mut self.energy {
-            *energy *= gain;
+        for b in 0..BANDS {
+            self.energy[b] *= gain;
         }
         let cell = (listener / CELL_M).floor() * CELL_M + 0.5 * CELL_M;
         let spread = self.point.distance_squared(cell) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
-        self.weight = self.energy.iter().sum::<f32>() / spread;
+        let e = &self.energy;
+        let sum = ((e[0] + e[4]) + (e[2] + e[6])) + ((e[1] + e[5]) + (e[3] + e[7]));
+        self.weight = sum / spread;
     }
 }
 
@@ -93,13 +96,12 @@ impl Arrival {
 pub(super) fn connect(
     scene: &Scene,
     listener: Vec3,
-    candidates: &[Candidate],
+    bounces: &Bounces,
     arrivals: &mut Vec<Arrival>,
     rays: &mut u64,
 ) {
-    for is_far in [false, true] {
-        let chosen = || candidates.iter().filter(|c| c.is_far == is_far);
-        let total: f64 = chosen().map(|c| f64::from(c.weight)).sum();
+    for list in [&bounces.near, &bounces.far] {
+        let total: f64 = list.iter().map(|bounce| f64::from(bounce.weight)).sum();
         let stride = total / (SHADOW_RAYS / 2) as f64;
         if stride <= 0.0 {
             continue;
@@ -107,34 +109,31 @@ pub(super) fn connect(
         // Marks stand at (n + ½) strides along the sum of weights.
         let mut mark = 0.5 * stride;
         let mut sum = 0.0;
-        for candidate in chosen() {
-            sum += f64::from(candidate.weight);
+        for bounce in list {
+            sum += f64::from(bounce.weight);
+            if mark >= sum {
+                continue;
+            }
             let mut marks = 0.0;
             while mark < sum {
                 mark += stride;
                 marks += 1.0;
             }
-            if marks == 0.0 {
-                continue;
-            }
             *rays += 1;
-            let leg = Ray::between(candidate.point, listener);
-            if scene.bvh().any_hit(&leg, [candidate.surface, NO_GROUP]) {
+            let leg = Ray::between(bounce.point, listener);
+            if scene.any_hit(&leg, [bounce.surface, NO_GROUP]) {
                 continue;
             }
-            let gain = (marks * stride / f64::from(candidate.weight)) as f32;
-            let after_m = candidate.point.distance(listener);
-            let length_m = candidate.length_m + after_m;
-            let mut energy = candidate.energy;
-            for (energy, m) in energy.iter_mut().zip(scene.air_np_per_m()) {
-                *energy *= gain * (-2.0 * m * length_m).exp();
-            }
+            let gain = (marks * stride / f64::from(bounce.weight)) as f32;
+            let after_m = bounce.point.distance(listener);
+            let length_m = bounce.length_m + after_m;
+            let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));
             arrivals.push(Arrival {
-                point: candidate.point,
-                normal: candidate.normal,
-                before_m: candidate.length_m,
+                point: bounce.point,
+                normal: bounce.normal,
+                before_m: bounce.length_m,
                 after_m,
-                energy,
+                energy: std::array::from_fn(|b| bounce.energy[b] * gain * air[b]),
             });
         }
     }

@@ -5,6 +5,7 @@
 //! open, it falls as the rays do. The line is laid through the part that lies beyond the discrete paths' bounces: a
 //! source on a stage has short legs and soft curtains about it at first, which say nothing of the hall.
 
+use super::super::sampling::ROTATIONS;
 use crate::acoustics::{BANDS, BandArray};
 use crate::scene::Scene;
 
@@ -45,6 +46,45 @@ pub(super) struct DecayCurve {
     /// First legs, which start anywhere.
     first_m: f64,
     first: u32,
+}
+
+/// The curves of sixteen rotations and their sum, as a tree: of one new curve four sums follow. The sum depends on the
+/// curves by their numbers, not on which is the newest.
+#[derive(Debug, Clone)]
+pub(super) struct CurveTree {
+    /// The root is at 1, what `i` sums up at `2 i` and `2 i + 1`, the curves are at the end.
+    nodes: Vec<DecayCurve>,
+}
+
+/// Place of the first curve in the tree.
+const LEAVES: usize = ROTATIONS as usize;
+
+impl Default for CurveTree {
+    fn default() -> Self {
+        Self {
+            nodes: vec![DecayCurve::default(); 2 * LEAVES],
+        }
+    }
+}
+
+impl CurveTree {
+    /// Has a curve drawn anew.
+    pub(super) fn renew(&mut self, number: usize, draw: impl FnOnce(&mut DecayCurve)) {
+        let mut place = LEAVES + number % LEAVES;
+        let curve = &mut self.nodes[place];
+        *curve = DecayCurve::default();
+        draw(curve);
+        while place > 1 {
+            place /= 2;
+            let (sums, parts) = self.nodes.split_at_mut(2 * place);
+            sums[place].set_sum(&parts[0], &parts[1]);
+        }
+    }
+
+    /// The sum of all.
+    pub(super) fn sum(&self) -> &DecayCurve {
+        &self.nodes[1]
+    }
 }
 
 /// What the curve says.
@@ -110,17 +150,17 @@ impl DecayCurve {
         }
     }
 
-    pub(super) fn add(&mut self, other: &Self) {
-        for (sum, energy) in self.energy.iter_mut().zip(&other.energy) {
-            for b in 0..BANDS {
-                sum[b] += energy[b];
+    fn set_sum(&mut self, a: &Self, b: &Self) {
+        for (sum, (a, b)) in self.energy.iter_mut().zip(a.energy.iter().zip(&b.energy)) {
+            for band in 0..BANDS {
+                sum[band] = a[band] + b[band];
             }
         }
-        self.count += other.count;
-        self.legs_m += other.legs_m;
-        self.legs += other.legs;
-        self.first_m += other.first_m;
-        self.first += other.first;
+        self.count = a.count + b.count;
+        self.legs_m = a.legs_m + b.legs_m;
+        self.legs = a.legs + b.legs;
+        self.first_m = a.first_m + b.first_m;
+        self.first = a.first + b.first;
     }
 
     /// `None` if no ray met anything.

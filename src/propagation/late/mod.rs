@@ -29,14 +29,14 @@ use super::path::LateSource;
 use super::sampling::ROTATIONS;
 use super::sequence_set::SequenceSet;
 use crate::scene::{Scene, SourceId};
-use connection::{Arrival, Candidate};
-use decay::DecayCurve;
+use connection::Arrival;
+use decay::CurveTree;
+use source_rays::Bounces;
 
 /// What the rays of one rotation found.
 #[derive(Debug, Clone, Default)]
 struct Slot {
     filled: bool,
-    curve: DecayCurve,
     arrivals: Vec<Arrival>,
 }
 
@@ -44,7 +44,8 @@ struct Slot {
 #[derive(Debug, Clone)]
 pub struct LateEstimator {
     slots: Vec<Slot>,
-    candidates: Vec<Candidate>,
+    curves: CurveTree,
+    bounces: Bounces,
     /// The newest straight line's time.
     nearest_s: f64,
     /// The newest place of the listener, local coordinates.
@@ -55,7 +56,8 @@ impl Default for LateEstimator {
     fn default() -> Self {
         Self {
             slots: vec![Slot::default(); ROTATIONS as usize],
-            candidates: Vec::new(),
+            curves: CurveTree::default(),
+            bounces: Bounces::default(),
             nearest_s: 0.0,
             listener: Vec3::ZERO,
         }
@@ -68,31 +70,23 @@ impl LateEstimator {
     pub fn trace(
         &mut self,
         scene: &Scene,
-        from: &SourceRays,
+        from: &SourceRays<'_>,
         found: &mut SequenceSet,
         rays: &mut u64,
     ) {
-        let slot = &mut self.slots[(from.rotation % ROTATIONS) as usize];
+        let number = (from.rotation % ROTATIONS) as usize;
+        self.bounces.clear(from);
+        self.curves.renew(number, |curve| {
+            source_rays::follow(scene, from, found, curve, &mut self.bounces, rays);
+        });
+        let slot = &mut self.slots[number];
         slot.filled = true;
-        slot.curve = DecayCurve::default();
         slot.arrivals.clear();
         slot.arrivals.reserve(connection::SHADOW_RAYS);
-        self.candidates.clear();
-        let bounces = from.count as usize * from.depth.max(1);
-        self.candidates
-            .reserve(bounces + source_rays::FAR_RAYS as usize * source_rays::FAR_BOUNCES);
-        source_rays::follow(
-            scene,
-            from,
-            found,
-            &mut slot.curve,
-            &mut self.candidates,
-            rays,
-        );
         connection::connect(
             scene,
             from.listener.as_vec3(),
-            &self.candidates,
+            &self.bounces,
             &mut slot.arrivals,
             rays,
         );
@@ -102,12 +96,8 @@ impl LateEstimator {
 
     /// The estimate over the last sixteen updates, for the listener of the last.
     pub fn estimate(&self, scene: &Scene, source: SourceId) -> LateSource {
-        let mut curve = DecayCurve::default();
         let filled = || self.slots.iter().filter(|slot| slot.filled);
-        for slot in filled() {
-            curve.add(&slot.curve);
-        }
-        let Some(decay) = curve.decay(scene) else {
+        let Some(decay) = self.curves.sum().decay(scene) else {
             return LateSource::silent(source);
         };
         let mut late = LateSource {

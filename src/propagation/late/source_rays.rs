@@ -6,10 +6,10 @@
 use glam::{DVec3, Mat3, Vec3};
 
 use super::super::path::MAX_ORDER;
-use super::super::sampling::{fibonacci_direction, lambert_direction, mix, unit};
-use super::super::sequence::Sequence;
+use super::super::sampling::{lambert_direction, mix, unit};
+use super::super::sequence::Commutation;
 use super::super::sequence_set::SequenceSet;
-use super::connection::Candidate;
+use super::connection::Bounce;
 use super::decay::DecayCurve;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
@@ -20,7 +20,7 @@ use crate::scene::{Scene, SourcePose};
 const SCATTERING_BAND: usize = 4;
 
 /// Rays that go on beyond the depth of discrete paths.
-pub const FAR_RAYS: u32 = 8;
+pub const FAR_RAYS: usize = 8;
 
 /// Bounces after which those end too: in a diffuse field of absorption 0.1 they have lost 15 dB by then, and the decay
 /// of what is left is known.
@@ -31,30 +31,66 @@ const LEAST_SHARE: f32 = 1e-6;
 
 /// Where source rays start and how many there are.
 #[derive(Debug, Clone, Copy)]
-pub struct SourceRays {
+pub struct SourceRays<'a> {
     /// The source, local coordinates.
     pub origin: DVec3,
     /// The listener, local coordinates.
     pub listener: DVec3,
     /// The source as it is: rays carry what its directivity sends along them.
     pub pose: SourcePose,
+    /// The lattice ([`super::super::sampling::lattice`]), one direction a ray.
+    pub directions: &'a [Vec3],
     /// Rotation of the lattice.
     pub turn: Mat3,
     /// Number of the rotation, `update % ROTATIONS`.
     pub rotation: u64,
-    /// Number of rays.
-    pub count: u32,
     /// Highest order of discrete paths.
     pub depth: usize,
     /// Seed of the diffuse bounces.
     pub seed: u64,
 }
 
-impl SourceRays {
+/// Rays that one far ray of `count` stands for.
+fn far_stands_for(count: usize) -> usize {
+    (count / FAR_RAYS).max(1)
+}
+
+/// Whether ray `index` of `count` goes on for [`FAR_BOUNCES`] in a rotation: another residue in each, so that far rays see
+/// all heights of the lattice.
+pub fn is_far(index: usize, count: usize, rotation: u64) -> bool {
+    let every = far_stands_for(count);
+    index % every == (7 * rotation % every as u64) as usize
+}
+
+impl SourceRays<'_> {
     /// A number from 0 to below 1 for a ray's bounce.
-    fn draw(&self, index: u32, step: usize, k: u64) -> f32 {
-        let place = self.rotation << 32 | u64::from(index) << 8 | (step as u64) << 2;
+    #[inline]
+    fn draw(&self, index: usize, step: usize, k: u64) -> f32 {
+        let place = self.rotation << 32 | (index as u64) << 8 | (step as u64) << 2;
         unit(mix(self.seed ^ mix(place | k)))
+    }
+}
+
+/// Bounces that may be looked at from the listener, in the order of the rays.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Bounces {
+    /// Within the depth of discrete paths.
+    pub(super) near: Vec<Bounce>,
+    /// Beyond.
+    pub(super) far: Vec<Bounce>,
+}
+
+impl Bounces {
+    /// Empties both lists, with room for all that `from` can give.
+    pub(super) fn clear(&mut self, from: &SourceRays<'_>) {
+        self.near.clear();
+        self.near.reserve(from.directions.len() * from.depth.max(1));
+        self.far.clear();
+        let far_rays = from
+            .directions
+            .len()
+            .div_ceil(far_stands_for(from.directions.len()));
+        self.far.reserve(far_rays * FAR_BOUNCES);
     }
 }
 
@@ -62,41 +98,45 @@ impl SourceRays {
 /// with.
 pub(super) fn follow(
     scene: &Scene,
-    from: &SourceRays,
+    from: &SourceRays<'_>,
     found: &mut SequenceSet,
     curve: &mut DecayCurve,
-    candidates: &mut Vec<Candidate>,
+    bounces: &mut Bounces,
     rays: &mut u64,
 ) {
-    let every = (from.count / FAR_RAYS).max(1);
-    for index in 0..from.count {
-        // Another residue in each rotation, so that far rays see all heights of the lattice.
-        let is_far = index % every == (7 * from.rotation % u64::from(every)) as u32;
-        let bounces = if is_far {
-            FAR_BOUNCES
-        } else {
-            from.depth.max(1)
-        };
+    let count = from.directions.len();
+    let every = far_stands_for(count);
+    let depth = from.depth.max(1);
+    let is_omni = from.pose.settings.directivity.is_omni();
+    let listener = from.listener.as_vec3();
+    for index in 0..count {
+        let is_far = is_far(index, count, from.rotation);
+        let most = if is_far { FAR_BOUNCES } else { depth };
         let mut ray = SourceRay::new(from, index, is_far);
-        let directivity = from.pose.factor_towards(ray.ray.direction);
+        let factor = match is_omni {
+            true => [1.0; BANDS],
+            false => from.pose.factor_towards(ray.ray.direction),
+        };
         if is_far {
             curve.begin();
         }
-        for step in 0..bounces {
+        for step in 0..most {
             *rays += 1;
-            let far_of = if step >= from.depth.max(1) { every } else { 1 };
-            match ray.advance(scene, from, found, curve, step) {
-                Some(mut candidate) => {
-                    candidate.is_far = far_of > 1;
-                    let gain = 4.0 * std::f32::consts::PI * far_of as f32 / from.count as f32;
-                    for (energy, factor) in candidate.energy.iter_mut().zip(directivity) {
-                        *energy *= factor * factor;
-                    }
-                    candidate.weigh(from.listener.as_vec3(), gain);
-                    candidates.push(candidate);
+            let Some(mut bounce) = ray.advance(scene, from, found, curve, step) else {
+                break;
+            };
+            if !is_omni {
+                for b in 0..BANDS {
+                    bounce.energy[b] *= factor[b] * factor[b];
                 }
-                None => break,
             }
+            let (list, stands_for) = match step < depth {
+                true => (&mut bounces.near, 1),
+                false => (&mut bounces.far, every),
+            };
+            let gain = 4.0 * std::f32::consts::PI * stands_for as f32 / count as f32;
+            bounce.weigh(listener, gain);
+            list.push(bounce);
         }
         if is_far && !ray.escaped {
             curve.leave(&ray.share, ray.time_s(scene));
@@ -106,7 +146,7 @@ pub(super) fn follow(
 
 /// A ray under way.
 struct SourceRay {
-    index: u32,
+    index: usize,
     is_far: bool,
     escaped: bool,
     ray: Ray,
@@ -116,7 +156,10 @@ struct SourceRay {
     share: BandArray,
     /// What of it the discrete paths carry.
     specular: BandArray,
+    /// Surfaces that it was mirrored in, and their normals.
     surfaces: [u32; MAX_ORDER],
+    normals: [DVec3; MAX_ORDER],
+    commutation: Commutation,
     /// Whether all its bounces so far were mirror reflections by panels.
     mirrored: bool,
     /// Whether all surfaces so far were panels.
@@ -124,8 +167,8 @@ struct SourceRay {
 }
 
 impl SourceRay {
-    fn new(from: &SourceRays, index: u32, is_far: bool) -> Self {
-        let direction = from.turn * fibonacci_direction(index, from.count);
+    fn new(from: &SourceRays<'_>, index: usize, is_far: bool) -> Self {
+        let direction = from.turn * from.directions[index];
         Self {
             index,
             is_far,
@@ -136,6 +179,8 @@ impl SourceRay {
             share: [1.0; BANDS],
             specular: [1.0; BANDS],
             surfaces: [0; MAX_ORDER],
+            normals: [DVec3::ZERO; MAX_ORDER],
+            commutation: Commutation::default(),
             mirrored: true,
             panels: true,
         }
@@ -146,43 +191,50 @@ impl SourceRay {
     }
 
     /// To the next surface and away from it; `None` where the ray ends.
+    #[inline]
     fn advance(
         &mut self,
         scene: &Scene,
-        from: &SourceRays,
+        from: &SourceRays<'_>,
         found: &mut SequenceSet,
         curve: &mut DecayCurve,
         step: usize,
-    ) -> Option<Candidate> {
-        let from_s = self.time_s(scene);
-        let Some(hit) = scene.bvh().closest_hit(&self.ray, [self.last, NO_GROUP]) else {
+    ) -> Option<Bounce> {
+        let Some(hit) = scene.closest_hit(&self.ray, [self.last, NO_GROUP]) else {
             self.escaped = true;
             return None;
         };
-        self.length_m += hit.t;
         curve.leg(step == 0, f64::from(hit.t));
         if self.is_far {
+            let from_s = self.time_s(scene);
+            self.length_m += hit.t;
             curve.carry(&self.share, from_s, self.time_s(scene));
+        } else {
+            self.length_m += hit.t;
         }
-        let normal = facing(
-            scene.surface(hit.group).normal.as_vec3(),
-            self.ray.direction,
-        );
-        let reflectance = scene.reflectance(hit.group);
-        let scattering = scene.material(hit.group).scattering;
-        let kept = reflectance.energy(normal.dot(self.ray.direction).abs());
-        self.panels &= scene.is_panel(hit.triangle) && step < from.depth;
-        let mut energy = [0.0; BANDS];
+        let plane = scene.surface(hit.group).normal;
+        let normal = facing(plane.as_vec3(), self.ray.direction);
+        let into = normal.dot(self.ray.direction);
+        let scattering = &scene.material(hit.group).scattering;
+        let kept = scene.reflectance(hit.group).energy(into.abs());
+        self.panels = self.panels && step < from.depth && scene.is_panel(hit.triangle);
         for b in 0..BANDS {
             self.share[b] *= kept[b];
-            self.specular[b] *= kept[b] * (1.0 - scattering[b]);
-            let discrete = if self.panels { self.specular[b] } else { 0.0 };
-            energy[b] = (self.share[b] - discrete).max(0.0);
+        }
+        let mut energy = self.share;
+        if self.panels {
+            for b in 0..BANDS {
+                self.specular[b] *= kept[b] * (1.0 - scattering[b]);
+                let rest = energy[b] - self.specular[b];
+                energy[b] = if rest > 0.0 { rest } else { 0.0 };
+            }
         }
         self.mirrored &= self.panels;
         if self.mirrored && step < MAX_ORDER {
             self.surfaces[step] = hit.group;
-            found.insert(Sequence::canonical(scene, &self.surfaces[..=step]));
+            self.normals[step] = plane;
+            self.commutation.put_last(&self.normals[..=step]);
+            found.insert(self.commutation.canonical(&self.surfaces[..=step]));
         }
         let point = self.ray.at(hit.t);
         let draw = |k: u64| from.draw(self.index, step, k);
@@ -190,23 +242,27 @@ impl SourceRay {
             self.mirrored = false;
             lambert_direction(normal, draw(1), draw(2))
         } else {
-            self.ray.direction - 2.0 * normal.dot(self.ray.direction) * normal
+            self.ray.direction - 2.0 * into * normal
         };
         self.ray = Ray::new(point, onward.normalize_or(normal));
         self.last = hit.group;
-        let alive = self.share.iter().any(|share| *share > LEAST_SHARE);
-        alive.then_some(Candidate {
+        let mut alive = false;
+        for b in 0..BANDS {
+            alive |= self.share[b] > LEAST_SHARE;
+        }
+        alive.then_some(Bounce {
             point,
             normal,
             surface: hit.group,
             length_m: self.length_m,
             energy,
-            ..Candidate::default()
+            weight: 0.0,
         })
     }
 }
 
 /// The normal on the side that a ray comes from.
+#[inline]
 fn facing(normal: Vec3, direction: Vec3) -> Vec3 {
     if normal.dot(direction) > 0.0 {
         -normal

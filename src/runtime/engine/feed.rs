@@ -56,6 +56,35 @@ impl Feed {
         }
         0
     }
+
+    /// Goes on without being heard; gives the number of samples that a stream owed.
+    pub(super) fn skip(&mut self, frames: usize) -> u32 {
+        match self {
+            Self::Silence => 0,
+            Self::Clip {
+                samples,
+                next,
+                looped,
+            } => {
+                *next = match (*looped, samples.len()) {
+                    (true, length) if length > 0 => (*next + frames) % length,
+                    (_, length) => (*next + frames).min(length),
+                };
+                0
+            }
+            Self::Stream(ring) => {
+                let count = ring.slots().min(frames);
+                if let Ok(chunk) = ring.read_chunk(count) {
+                    chunk.commit_all();
+                }
+                if ring.is_abandoned() {
+                    0
+                } else {
+                    (frames - count) as u32
+                }
+            }
+        }
+    }
 }
 
 /// The app's end of a stream: a ring of mono samples at the engine's rate. May move to any one thread; wait-free.
@@ -111,6 +140,27 @@ mod tests {
         assert_eq!(block, [1.0, 2.0, 1.0, 2.0, 1.0]);
         clip(&[], true).fill(&mut block);
         assert_eq!(block, [0.0; 5]);
+    }
+
+    #[test]
+    fn what_is_skipped_goes_on_as_if_it_was_heard() {
+        for looped in [false, true] {
+            for length in [0, 1, 3, 7, 100] {
+                let samples: Vec<f32> = (0..length).map(|n| n as f32).collect();
+                let (mut heard, mut skipped) = (clip(&samples, looped), clip(&samples, looped));
+                let mut blocks = [[0.0; 5]; 2];
+                for _ in 0..4 {
+                    heard.fill(&mut blocks[0]);
+                    assert_eq!(skipped.skip(5), 0);
+                }
+                heard.fill(&mut blocks[0]);
+                skipped.fill(&mut blocks[1]);
+                assert_eq!(blocks[0], blocks[1]);
+            }
+        }
+        let (mut writer, mut feed) = StreamWriter::new(4);
+        writer.write(&[1.0, 2.0, 3.0]);
+        assert_eq!((feed.skip(2), feed.skip(2)), (0, 1));
     }
 
     #[test]

@@ -1,30 +1,47 @@
 //! What the engine's threads tell each other.
 
-use crate::extrapolation::{Continuation, Extrapolator, PredictorKind};
-use crate::propagation::PathSet;
-use crate::scene::{ListenerPose, SourceId, SourcePose};
+use std::sync::Arc;
+
+use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
+use crate::propagation::{MAX_ORDER, PathSet};
+use crate::runtime::budget::Budget;
+use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 use super::feed::Feed;
+
+/// A slot that is none: the source is not heard.
+pub(super) const NO_SLOT: u16 = u16::MAX;
+
+/// Where a source's sound goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FeedPlace {
+    /// The app's source.
+    pub(super) id: SourceId,
+    /// The generator's slot, or [`NO_SLOT`].
+    pub(super) slot: u16,
+    pub(super) gain: f32,
+}
 
 /// One graphics frame for the renderer: the newest counts. It is the whole truth about which sources there are.
 #[derive(Debug, Default)]
 pub(super) struct AudioFrame {
     pub(super) listener: ListenerPose,
+    /// What has a slot of the generator's: a source each, unless sources share slots.
     pub(super) sources: Vec<SourcePose>,
-    /// Gain of each source, in their order.
-    pub(super) gains: Vec<f32>,
+    /// Where instances stand.
+    pub(super) instances: Vec<InstancePose>,
+    /// Every source's sound, in the order of their handles' slots.
+    pub(super) feeds: Vec<FeedPlace>,
     pub(super) paused: bool,
-    /// Time between graphics frames, T_g, in seconds.
-    pub(super) frame_s: f64,
     /// Whether this is a graphics frame, or the last one again because something else changed.
     pub(super) is_new: bool,
 }
 
 impl AudioFrame {
-    pub(super) fn with_capacity(sources: usize) -> Self {
+    pub(super) fn with_capacity(sources: usize, slots: usize) -> Self {
         Self {
-            sources: Vec::with_capacity(sources),
-            gains: Vec::with_capacity(sources),
+            sources: Vec::with_capacity(slots),
+            feeds: Vec::with_capacity(sources),
             ..Self::default()
         }
     }
@@ -35,7 +52,12 @@ impl AudioFrame {
 pub(super) struct WorldFrame {
     pub(super) listener: ListenerPose,
     pub(super) sources: Vec<SourcePose>,
+    /// The scene with all its instances, wherever they stood when one was added or removed last.
+    pub(super) scene: Arc<Scene>,
+    /// Where instances stand.
+    pub(super) instances: Vec<InstancePose>,
     pub(super) predictor: PredictorKind,
+    pub(super) budget: Budget,
     /// Seconds since the engine began.
     pub(super) time_s: f64,
 }
@@ -45,12 +67,16 @@ pub(super) struct WorldFrame {
 #[derive(Default)]
 pub(super) struct Delivery {
     pub(super) paths: PathSet,
-    /// Time that the update took, T_SPS, in seconds.
-    pub(super) propagation_s: f64,
+    /// Time that the update took, T_SPS, in seconds, and the rest after it.
+    pub(super) interval_s: f64,
+    /// Gain of each order of reflection under the budget.
+    pub(super) order_gain: [f32; MAX_ORDER + 1],
     /// Whether the update was computed within its graphics frame.
     pub(super) synchronous: bool,
     /// Extrapolation for another scene, to be used from this update on.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
+    /// The scene with other instances, to be used from this update on.
+    pub(super) scenes: Option<PosedScenes>,
     /// Another predictor, to be used from this update on.
     pub(super) predictor: Option<Continuation>,
 }

@@ -13,13 +13,17 @@
 //! The level L is decided when an update is taken: Eq. 1 of its own time and of the time between graphics frames, fixed
 //! until the next one (the paper's Figure 2).
 
+mod audibility;
 mod controller;
 mod feed;
+mod frame_clock;
 mod histogram;
 mod messages;
+mod mixer;
 mod propagation_thread;
 mod renderer;
 mod scene_builder;
+mod seating;
 mod settings;
 mod source_table;
 mod statistics;
@@ -31,7 +35,7 @@ pub use controller::{Controller, EngineState};
 pub use feed::StreamWriter;
 pub use histogram::Percentiles;
 pub use renderer::{RenderReport, Renderer};
-pub use settings::{EngineSchedule, EngineSettings, FrameTime};
+pub use settings::{EngineSchedule, EngineSettings, FrameTime, MOST_SOURCES};
 pub use statistics::Statistics;
 
 use crate::error::Result;
@@ -39,7 +43,11 @@ use crate::generation::Generator;
 use crate::propagation::Propagator;
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
+use super::budget::Governor;
+use super::clock::now;
 use super::handover::newest;
+use super::trace::{Track, spans};
+use super::workers::Threads;
 use controller::Links;
 use messages::AudioFrame;
 use renderer::Parts;
@@ -62,7 +70,10 @@ impl Engine {
     pub fn new(settings: EngineSettings) -> Result<(Controller, Renderer)> {
         settings.check()?;
         let head = settings.head()?;
-        let sources = settings.generation.max_sources;
+        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
+        let epoch = now();
+        let [app, propagation, sound] = [Track::App, Track::Propagation, Track::Sound]
+            .map(|track| spans(track, settings.trace_spans, epoch));
         let scene = Arc::new(open_air()?);
         let propagator = Box::new(Propagator::new(scene, settings.propagation)?);
         let extrapolator = extrapolator_for(&propagator, settings.predictor, settings.max_paths);
@@ -81,10 +92,17 @@ impl Engine {
             meters: Arc::clone(&meters),
             max_paths: settings.max_paths,
             synchronous: false,
+            tracers: Threads::start(1)?,
+            governor: Governor::default(),
+            detail: Governor::default().detail(&settings.propagation, settings.max_paths),
+            last_time_s: None,
+            spans: propagation.0,
             before_update: settings.before_update,
             newest: None,
             predictor: settings.predictor,
             extrapolator: None,
+            given: Arc::clone(propagator.scene()),
+            scenes: None,
             update: 0,
             propagator,
         };
@@ -93,9 +111,10 @@ impl Engine {
             deliveries,
             feeds,
             retired,
-            frame: Box::new(AudioFrame::with_capacity(sources)),
+            frame: Box::new(AudioFrame::with_capacity(sources, slots)),
             extrapolator,
             generator,
+            spans: sound.0,
             meters: Arc::clone(&meters),
             settings: settings.clone(),
         });
@@ -106,6 +125,8 @@ impl Engine {
             retired: retired_receiver,
             orders,
             meters,
+            spans: app.0,
+            span_readers: [app.1, propagation.1, sound.1],
         };
         let controller = Controller::new(settings, links, Box::new(worker))?;
         Ok((controller, renderer))

@@ -10,11 +10,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::settings::EngineSchedule;
+use super::settings::{EngineSchedule, EngineSettings};
 use super::worker::Worker;
 use crate::error::{Error, Result};
+use crate::propagation::Workers;
 use crate::runtime::affinity::{AffinityPolicy, ThreadRole, place_this_thread};
+use crate::runtime::clock::now;
 use crate::runtime::flush_to_zero::FlushToZero;
+use crate::runtime::workers::Threads;
 
 /// Longest sleep without a wake-up call, so that a lost one costs no more than that.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
@@ -34,21 +37,25 @@ pub(super) enum Propagation {
 
 impl Propagation {
     /// Puts a worker where the schedule wants it.
-    pub(super) fn start(
-        mut worker: Box<Worker>,
-        schedule: EngineSchedule,
-        policy: AffinityPolicy,
-    ) -> Result<Self> {
+    pub(super) fn start(mut worker: Box<Worker>, settings: &EngineSettings) -> Result<Self> {
         worker
             .meters
             .propagation_failed
             .store(false, Ordering::Release);
-        worker.synchronous = schedule == EngineSchedule::Synchronous;
+        worker.synchronous = settings.schedule == EngineSchedule::Synchronous;
+        let tracers = match settings.schedule {
+            EngineSchedule::Synchronous => settings.tracing_threads,
+            EngineSchedule::Asynchronous => 1,
+        };
+        if worker.tracers.count() != tracers {
+            worker.tracers = Threads::start(tracers)?;
+        }
         if worker.synchronous {
             return Ok(Self::Inline(worker));
         }
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
+        let policy = settings.affinity;
         let thread = thread::Builder::new()
             .name("foresound-propagation".into())
             .spawn(move || run(worker, &stopped, policy))
@@ -94,16 +101,30 @@ fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Bo
     let _flush = FlushToZero::begin();
     while !stop.load(Ordering::Acquire) {
         match try_step(&mut worker) {
-            Some(true) => {}
-            Some(false) => thread::park_timeout(LONGEST_SLEEP),
+            Some(Some(rest)) => wait(rest, stop),
+            Some(None) => thread::park_timeout(LONGEST_SLEEP),
             None => break,
         }
     }
     worker
 }
 
+/// Rests under the budget, whatever wakes the thread meanwhile, unless it is to end.
+fn wait(rest: Duration, stop: &AtomicBool) {
+    if rest.is_zero() {
+        return;
+    }
+    let began = now();
+    while let Some(left) = rest.checked_sub(began.elapsed()) {
+        if left.is_zero() || stop.load(Ordering::Acquire) {
+            return;
+        }
+        thread::park_timeout(left);
+    }
+}
+
 /// One step; `None` if it panicked, which is noted.
-fn try_step(worker: &mut Worker) -> Option<bool> {
+fn try_step(worker: &mut Worker) -> Option<Option<Duration>> {
     // What a panic may leave half done is the propagator, which is replaced before the next step, and a box on its way.
     let result = catch_unwind(AssertUnwindSafe(|| worker.step()));
     if result.is_err() {

@@ -8,21 +8,30 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use super::feed::Feed;
+use super::frame_clock::FrameClock;
 use super::messages::{AudioFrame, Delivery, FeedChange};
+use super::mixer::Mixer;
 use super::settings::EngineSettings;
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Extrapolator, FramePaths, LATE_STEPS, extrapolation_level};
+use crate::extrapolation::{
+    Continuation, Extrapolator, FramePaths, LATE_STEPS, extrapolation_level,
+};
 use crate::generation::Generator;
+use crate::propagation::MAX_ORDER;
 use crate::runtime::affinity::{Placement, ThreadRole, place_this_thread};
 use crate::runtime::clock::now;
 use crate::runtime::flush_to_zero::FlushToZero;
 use crate::runtime::handover::Receiver;
-use crate::scene::SourceId;
+use crate::runtime::trace::{SpanKind, SpanWriter};
 
-/// Most sources that a generator has slots for.
-const MOST_SOURCES: usize = 256;
+/// Most slots of a generator.
+const MOST_SLOTS: usize = 256;
 /// Longest ramp of a graphics frame, in seconds.
 const LONGEST_RAMP_S: f64 = 0.1;
+/// Most that an order's gain moves in a second, under the budget.
+const ORDER_FADE_PER_S: f64 = 4.0;
+/// Share of a block in the mean of sound's share of a core.
+const SHARE_WEIGHT: f64 = 0.02;
 /// Time in seconds of the fade into and out of a pause.
 const PAUSE_FADE_S: f32 = 0.005;
 
@@ -59,30 +68,22 @@ pub(super) struct Parts {
     pub(super) frame: Box<AudioFrame>,
     pub(super) extrapolator: Box<Extrapolator>,
     pub(super) generator: Generator,
+    pub(super) spans: SpanWriter,
     pub(super) meters: Arc<Meters>,
     pub(super) settings: EngineSettings,
-}
-
-/// What the renderer knows of one source slot.
-#[derive(Default)]
-struct Slot {
-    feed: Feed,
-    /// Whose feed it is.
-    owner: SourceId,
-    /// Who has the slot in the graphics frame in use.
-    tenant: SourceId,
-    is_present: bool,
-    gain: f32,
-    target: f32,
 }
 
 /// The audio half. Moves to the thread that makes sound; not shared.
 pub struct Renderer {
     parts: Parts,
-    slots: Vec<Slot>,
-    /// One block a slot.
-    inputs: Vec<f32>,
+    mixer: Mixer,
     frame_paths: FramePaths,
+    clock: FrameClock,
+    /// Gain of each order of reflection, on its way to what the budget wants.
+    order_gain: [f32; MAX_ORDER + 1],
+    wanted_gain: [f32; MAX_ORDER + 1],
+    /// Share of a core, lately.
+    share: f64,
     /// Gain of everything, on its way to 0 in a pause.
     master: f32,
 }
@@ -90,14 +91,23 @@ pub struct Renderer {
 impl Renderer {
     pub(super) fn new(parts: Parts) -> Self {
         let settings = &parts.settings;
-        let sources = settings.generation.max_sources;
+        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
         let mut frame_paths = FramePaths::default();
-        frame_paths.paths.reserve(settings.max_paths + sources);
-        frame_paths.late.reserve(sources * LATE_STEPS);
+        let paths = Continuation::most_paths(settings.max_paths) + slots;
+        frame_paths.paths.reserve(paths);
+        frame_paths.late.reserve(slots * LATE_STEPS);
         Self {
-            slots: (0..sources).map(|_| Slot::default()).collect(),
-            inputs: vec![0.0; sources * settings.block_frames],
+            mixer: Mixer::new(
+                sources,
+                slots,
+                settings.block_frames,
+                settings.generation.rate_hz,
+            ),
+            clock: FrameClock::new(settings.frame_time),
             frame_paths,
+            order_gain: [1.0; MAX_ORDER + 1],
+            wanted_gain: [1.0; MAX_ORDER + 1],
+            share: 0.0,
             master: 1.0,
             parts,
         }
@@ -144,6 +154,12 @@ impl Renderer {
         report.missed_deadline = spent.as_secs_f64() > lasts_s;
         report.level = meters.level.load(Ordering::Relaxed);
         report.controller_gone = self.parts.frames.is_abandoned();
+        self.share += SHARE_WEIGHT * (spent.as_secs_f64() / lasts_s.max(1e-6) - self.share);
+        let millicores = (1e3 * self.share) as u32;
+        meters.sound_millicores.store(millicores, Ordering::Relaxed);
+        self.parts
+            .spans
+            .record(SpanKind::Block, started, spent, report.level.into());
         meters.block.record(spent);
         add(&meters.blocks, 1);
         add(&meters.missed, u64::from(report.missed_deadline));
@@ -155,14 +171,10 @@ impl Renderer {
     /// Takes new sounds as long as there is a place for the old ones to go.
     fn take_feeds(&mut self) {
         while !self.parts.retired.is_full() {
-            let Ok(FeedChange { id, feed }) = self.parts.feeds.pop() else {
+            let Ok(change) = self.parts.feeds.pop() else {
                 return;
             };
-            let mut old = feed;
-            if let Some(slot) = self.slots.get_mut(id.slot()) {
-                std::mem::swap(&mut slot.feed, &mut old);
-                slot.owner = id;
-            }
+            let old = self.mixer.change(change);
             // There is a place: this side alone fills it.
             if let Err(rtrb::PushError::Full(old)) = self.parts.retired.push(old) {
                 std::mem::forget(old);
@@ -177,41 +189,65 @@ impl Renderer {
         };
         let old = std::mem::replace(&mut self.parts.frame, frame);
         self.parts.frames.give_back(old);
-        for slot in &mut self.slots {
-            slot.is_present = false;
-        }
         let frame = &self.parts.frame;
-        for (pose, &gain) in frame.sources.iter().zip(&frame.gains) {
-            if let Some(slot) = self.slots.get_mut(pose.id.slot()) {
-                if slot.tenant != pose.id {
-                    // Another source begins at its own gain.
-                    slot.gain = gain;
-                }
-                slot.tenant = pose.id;
-                slot.is_present = true;
-                slot.target = gain;
-            }
-        }
+        self.mixer.place(&frame.feeds);
         if !frame.is_new {
             return;
         }
         report.graphics_frames += 1;
-        // Frames that no block hears are not graphics frames to extrapolation.
-        let rate_hz = f64::from(self.parts.settings.generation.rate_hz);
-        let frame_s = frame.frame_s.max(block_frames as f64 / rate_hz);
+        let frame_s = self.clock.take(now());
         let (frame_ns, meters) = ((frame_s * 1e9) as u64, &self.parts.meters);
         meters.frame_ns.store(frame_ns, Ordering::Relaxed);
         self.take_update(frame_s, report);
-        let started = now();
-        let (listener, sources) = (self.parts.frame.listener, &self.parts.frame.sources);
-        self.parts
-            .extrapolator
-            .frame(&listener, sources, &mut self.frame_paths);
-        self.parts.meters.extrapolation.record(started.elapsed());
-        let ramp_frames = (frame_s.min(LONGEST_RAMP_S) * rate_hz).round() as u32;
+        self.extrapolate();
+        self.fade_orders(frame_s);
+        // A block that lasts longer than a graphics frame is ramped as a whole.
+        let rate_hz = f64::from(self.parts.settings.generation.rate_hz);
+        let ramp_s = frame_s.max(block_frames as f64 / rate_hz);
+        let ramp_frames = (ramp_s.min(LONGEST_RAMP_S) * rate_hz).round() as u32;
         self.parts
             .generator
             .set_frame(&self.frame_paths, ramp_frames);
+    }
+
+    /// Direct paths, then everything else.
+    fn extrapolate(&mut self) {
+        let Parts {
+            frame,
+            extrapolator,
+            meters,
+            spans,
+            ..
+        } = &mut self.parts;
+        let (listener, sources) = (frame.listener, &frame.sources);
+        let began = now();
+        extrapolator.set_instance_poses(&frame.instances);
+        let rays = extrapolator.begin_frame(&listener, sources, &mut self.frame_paths);
+        let spent = began.elapsed();
+        meters.direct.record(spent);
+        spans.record(SpanKind::Direct, began, spent, rays);
+        let began = now();
+        extrapolator.finish_frame(&listener, sources, &mut self.frame_paths);
+        let spent = began.elapsed();
+        meters.extrapolation.record(spent);
+        let paths = self.frame_paths.paths.len() as u64;
+        spans.record(SpanKind::Extrapolation, began, spent, paths);
+    }
+
+    /// Moves the gains of the orders towards what the budget wants, and applies them.
+    fn fade_orders(&mut self, frame_s: f64) {
+        let step = (ORDER_FADE_PER_S * frame_s) as f32;
+        for (gain, wanted) in self.order_gain.iter_mut().zip(&self.wanted_gain) {
+            *gain += (wanted - *gain).clamp(-step, step);
+        }
+        if self.order_gain == [1.0; MAX_ORDER + 1] {
+            return;
+        }
+        for path in &mut self.frame_paths.paths {
+            let gain = self.order_gain.get(usize::from(path.order));
+            let gain = gain.copied().unwrap_or(1.0);
+            path.amplitude = path.amplitude.map(|amplitude| gain * amplitude);
+        }
     }
 
     fn take_update(&mut self, frame_s: f64, report: &mut RenderReport) {
@@ -222,14 +258,18 @@ impl Renderer {
         if let Some(fresh) = &mut delivery.extrapolator {
             std::mem::swap(extrapolator, fresh);
         }
+        if let Some(scenes) = &mut delivery.scenes {
+            extrapolator.swap_scene(scenes);
+        }
         if let Some(predictor) = delivery.predictor.take() {
             delivery.predictor = Some(extrapolator.set_predictor(predictor));
         }
         let level = if delivery.synchronous {
             0
         } else {
-            extrapolation_level(delivery.propagation_s, frame_s)
+            extrapolation_level(delivery.interval_s, frame_s)
         };
+        self.wanted_gain = delivery.order_gain;
         let paths = std::mem::take(&mut delivery.paths);
         let meters = &self.parts.meters;
         meters.level.store(level, Ordering::Relaxed);
@@ -251,26 +291,18 @@ impl Renderer {
             return;
         }
         let started = now();
-        let block = self.parts.settings.block_frames;
-        let mut inputs: [&[f32]; MOST_SOURCES] = [&[]; MOST_SOURCES];
-        let places = self.slots.iter_mut().zip(self.inputs.chunks_mut(block));
-        for ((slot, place), input) in places.zip(&mut inputs) {
-            let sounds = slot.is_present && slot.owner == slot.tenant;
-            if !sounds || matches!(slot.feed, Feed::Silence) {
-                continue;
-            }
-            let place = &mut place[..frames];
-            report.starved_samples += slot.feed.fill(place);
-            ramp(place, slot.gain, slot.target);
-            slot.gain = slot.target;
-            *input = place;
-        }
-        let inputs = &inputs[..self.slots.len()];
-        let made = self.parts.generator.render(inputs, output);
+        report.starved_samples += self.mixer.mix(frames);
+        let mut inputs: [&[f32]; MOST_SLOTS] = [&[]; MOST_SLOTS];
+        let slots = self.mixer.inputs(frames, &mut inputs);
+        let made = self.parts.generator.render(&inputs[..slots], output);
         report.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
         self.fade_master(output, if paused { 0.0 } else { 1.0 });
-        self.parts.meters.generation.record(started.elapsed());
+        let spent = started.elapsed();
+        self.parts.meters.generation.record(spent);
+        self.parts
+            .spans
+            .record(SpanKind::Generation, started, spent, made.voices.into());
     }
 
     fn fade_master(&mut self, output: &mut [f32], target: f32) {
@@ -283,16 +315,5 @@ impl Renderer {
             pair[0] *= self.master;
             pair[1] *= self.master;
         }
-    }
-}
-
-/// Multiplies by a gain that goes from one value to another.
-fn ramp(block: &mut [f32], from: f32, to: f32) {
-    if from == 1.0 && to == 1.0 {
-        return;
-    }
-    let step = (to - from) / block.len() as f32;
-    for (n, sample) in block.iter_mut().enumerate() {
-        *sample *= from + step * (n + 1) as f32;
     }
 }

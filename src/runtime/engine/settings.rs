@@ -7,11 +7,17 @@ use crate::extrapolation::PredictorKind;
 use crate::generation::{GeneratorSettings, Hrtf};
 use crate::propagation::PropagationSettings;
 use crate::runtime::affinity::AffinityPolicy;
+use crate::runtime::budget::Budget;
+use crate::runtime::workers::MOST_THREADS;
+
+/// Most sources of an engine.
+pub const MOST_SOURCES: usize = 4096;
 
 /// When propagation runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EngineSchedule {
-    /// Within every [`super::Controller::tick`], on the app's thread: the baseline.
+    /// Within every [`super::Controller::tick`], on the app's thread and its helpers ([`EngineSettings::tracing_threads`]):
+    /// the baseline.
     Synchronous,
     /// On a thread of its own that never stops, on the newest poses; extrapolation fills the frames in between.
     #[default]
@@ -31,8 +37,12 @@ pub enum FrameTime {
 /// Sizes, limits and choices of an engine.
 #[derive(Debug, Clone)]
 pub struct EngineSettings {
-    /// Rate, limit on sources and everything else of the sound itself.
+    /// Rate, slots for sources and everything else of the sound itself.
     pub generation: GeneratorSettings,
+    /// Most sources that the app may add, 1 to [`MOST_SOURCES`]; `None` is one a slot of
+    /// [`GeneratorSettings::max_sources`]. Where there are more sources than slots, the loudest at the listener have
+    /// slots of their own, neighbours among the others share one, and the masked are not heard; cost grows with slots.
+    pub most_sources: Option<usize>,
     /// Head-related set; `None` takes the built-in one for the rate.
     pub hrtf: Option<Arc<Hrtf>>,
     /// Audio frames a block, 32 to 4096.
@@ -41,12 +51,19 @@ pub struct EngineSettings {
     pub max_paths: usize,
     /// Rays, depth and memory of propagation.
     pub propagation: PropagationSettings,
+    /// Threads that trace an update of the synchronous schedule, the app's among them, 1 to [`MOST_THREADS`]. In the
+    /// asynchronous schedule the propagation thread traces alone: the other core is the sound's.
+    pub tracing_threads: usize,
     /// When propagation runs.
     pub schedule: EngineSchedule,
     /// How paths go on between updates.
     pub predictor: PredictorKind,
     /// Where threads run.
     pub affinity: AffinityPolicy,
+    /// What may be spent; [`super::Controller::set_budget`] changes it.
+    pub budget: Budget,
+    /// Spans that each thread records until [`super::Controller::collect_spans`] takes them, to 2^20; 0 records none.
+    pub trace_spans: usize,
     /// How long a graphics frame is.
     pub frame_time: FrameTime,
     /// Called before every update with its number, on the thread that computes it: a place for a profiler's mark. If it
@@ -59,13 +76,17 @@ impl Default for EngineSettings {
     fn default() -> Self {
         Self {
             generation: GeneratorSettings::default(),
+            most_sources: None,
             hrtf: None,
             block_frames: 256,
             max_paths: 2048,
             propagation: PropagationSettings::default(),
+            tracing_threads: 2,
             schedule: EngineSchedule::default(),
             predictor: PredictorKind::default(),
             affinity: AffinityPolicy::default(),
+            budget: Budget::default(),
+            trace_spans: 0,
             frame_time: FrameTime::default(),
             before_update: None,
         }
@@ -84,6 +105,12 @@ impl EngineSettings {
         };
         range("block_frames", self.block_frames, 32, 4096)?;
         range("max_paths", self.max_paths, 1, 16_384)?;
+        range("trace_spans", self.trace_spans, 0, 1 << 20)?;
+        if let Some(most_sources) = self.most_sources {
+            range("most_sources", most_sources, 1, MOST_SOURCES)?;
+        }
+        self.budget.check()?;
+        range("tracing_threads", self.tracing_threads, 1, MOST_THREADS)?;
         match self.frame_time {
             FrameTime::Fixed(seconds) if !(0.001..=1.0).contains(&seconds) => {
                 let problem = format!("{seconds} s is outside 0.001 to 1");
@@ -92,6 +119,11 @@ impl EngineSettings {
             }
             _ => self.generation.check(),
         }
+    }
+
+    /// Most sources that the app may add.
+    pub fn most_sources(&self) -> usize {
+        self.most_sources.unwrap_or(self.generation.max_sources)
     }
 
     pub(super) fn head(&self) -> Result<Arc<Hrtf>> {

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 
 use glam::Vec3;
 
+use super::seating::Guest;
 use crate::error::{Error, Result};
 use crate::scene::{SourceId, SourcePose};
 
@@ -16,6 +17,8 @@ struct Tenant {
     pose: SourcePose,
     gain: f32,
     muted: bool,
+    /// Whether it has a sound.
+    plays: bool,
 }
 
 #[derive(Debug, Default)]
@@ -56,7 +59,7 @@ impl SourceTable {
         check_place("position", position)?;
         let Some(index) = self.free.pop_front() else {
             let problem = format!("all {} sources are in use", self.slots.len());
-            let advice = "remove one, or raise max_sources";
+            let advice = "remove one, or raise most_sources";
             return Err(Error::engine(problem, advice));
         };
         let slot = &mut self.slots[usize::from(index)];
@@ -65,6 +68,7 @@ impl SourceTable {
             pose: SourcePose::at(id, position),
             gain: 1.0,
             muted: false,
+            plays: false,
         });
         Ok(id)
     }
@@ -100,6 +104,11 @@ impl SourceTable {
 
     pub(super) fn set_muted(&mut self, id: SourceId, muted: bool) -> Result<()> {
         self.tenant(id)?.muted = muted;
+        Ok(())
+    }
+
+    pub(super) fn set_plays(&mut self, id: SourceId, plays: bool) -> Result<()> {
+        self.tenant(id)?.plays = plays;
         Ok(())
     }
 
@@ -140,12 +149,15 @@ impl SourceTable {
         self.slots.len() - self.free.len()
     }
 
-    /// Every source's pose and gain, by slot.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (SourcePose, f32)> + '_ {
+    /// Every source, by slot.
+    pub(super) fn iter(&self) -> impl Iterator<Item = Guest> + Clone + '_ {
         self.slots.iter().filter_map(|slot| {
             let tenant = slot.tenant?;
-            let gain = if tenant.muted { 0.0 } else { tenant.gain };
-            Some((tenant.pose, gain))
+            Some(Guest {
+                pose: tenant.pose,
+                gain: if tenant.muted { 0.0 } else { tenant.gain },
+                plays: tenant.plays,
+            })
         })
     }
 }

@@ -9,11 +9,13 @@ use crossbeam_utils::atomic::AtomicCell;
 
 use super::histogram::{Histogram, Percentiles};
 use crate::runtime::affinity::Placement;
+use crate::runtime::budget::Tier;
 
 /// Counters and times that the engine's threads share.
 #[derive(Default)]
 pub(super) struct Meters {
     pub(super) propagation: Histogram,
+    pub(super) direct: Histogram,
     pub(super) extrapolation: Histogram,
     pub(super) generation: Histogram,
     pub(super) block: Histogram,
@@ -25,6 +27,11 @@ pub(super) struct Meters {
     pub(super) starved_samples: AtomicU64,
     pub(super) paths: AtomicU32,
     pub(super) level: AtomicU32,
+    pub(super) tier: AtomicU32,
+    /// Thousandths of a core that sound takes.
+    pub(super) sound_millicores: AtomicU32,
+    pub(super) unheard_sources: AtomicU32,
+    pub(super) rays: AtomicU64,
     pub(super) propagation_ns: AtomicU64,
     pub(super) frame_ns: AtomicU64,
     pub(super) propagation_failed: AtomicBool,
@@ -37,7 +44,9 @@ pub(super) struct Meters {
 pub struct Statistics {
     /// Time of propagation updates.
     pub propagation: Percentiles,
-    /// Time of extrapolation a graphics frame, direct paths included.
+    /// Time of the direct paths a graphics frame: a ray a source, and more where walls let sound through.
+    pub direct: Percentiles,
+    /// Time of extrapolation a graphics frame, without direct paths.
     pub extrapolation: Percentiles,
     /// Time of generation a block.
     pub generation: Percentiles,
@@ -57,12 +66,20 @@ pub struct Statistics {
     pub dropped_paths: u64,
     /// Samples that streams were late with.
     pub starved_samples: u64,
-    /// T_SPS: time of the update in use, in seconds.
+    /// T_SPS: time of the newest update, in seconds.
     pub propagation_s: f64,
     /// T_g: time between the graphics frames that are heard, in seconds.
     pub graphics_frame_s: f64,
     /// Extrapolation level L in use, by Eq. 1 from those two. At 0 updates fit in a frame and extrapolation is bypassed.
     pub level: u32,
+    /// The budget's tier in force, or on its way to be.
+    pub tier: Tier,
+    /// Share of a core that sound takes, lately.
+    pub sound_share: f64,
+    /// Sources that others mask, of the newest tick; always 0 while every source has a slot.
+    pub unheard_sources: u32,
+    /// Rays of the newest update.
+    pub rays: u64,
     /// Where the propagation thread runs.
     pub propagation_placement: Placement,
     /// Where the sound thread runs, once it has placed itself.
@@ -70,10 +87,16 @@ pub struct Statistics {
 }
 
 impl Meters {
+    /// Share of a core that sound takes, lately.
+    pub(super) fn sound_share(&self) -> f64 {
+        f64::from(self.sound_millicores.load(Ordering::Relaxed)) * 1e-3
+    }
+
     pub(super) fn read(&self) -> Statistics {
         let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         Statistics {
             propagation: self.propagation.percentiles(),
+            direct: self.direct.percentiles(),
             extrapolation: self.extrapolation.percentiles(),
             generation: self.generation.percentiles(),
             block: self.block.percentiles(),
@@ -87,6 +110,10 @@ impl Meters {
             propagation_s: count(&self.propagation_ns) as f64 * 1e-9,
             graphics_frame_s: count(&self.frame_ns) as f64 * 1e-9,
             level: self.level.load(Ordering::Relaxed),
+            tier: Tier(self.tier.load(Ordering::Relaxed) as u8),
+            sound_share: self.sound_share(),
+            unheard_sources: self.unheard_sources.load(Ordering::Relaxed),
+            rays: count(&self.rays),
             propagation_placement: self.propagation_placement.load(),
             sound_placement: self.sound_placement.load(),
         }

@@ -1,23 +1,26 @@
 //! One step of propagation at run time: newest orders, newest poses, one update, off to the renderer.
 //!
-//! Runs on whichever thread calls [`Worker::step`]: the propagation thread, or the app's in the synchronous schedule.
-//! Allocates while a scene is new; frees what the renderer has retired. Here a pool of tracing threads would hang in:
-//! `Propagator::update` is the only call that takes time.
+//! Runs on whichever thread calls [`Worker::step`]: the propagation thread alone, or the app's and its helpers in the
+//! synchronous schedule. Allocates while a scene is new; frees what the renderer has retired.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-
-use crossbeam_utils::atomic::AtomicCell;
+use std::time::Duration;
 
 use super::messages::{Delivery, WorldFrame};
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Continuation, Extrapolator, PredictorKind};
+use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
 use crate::propagation::{Path, Propagator};
+use crate::runtime::budget::{Detail, Governor, Spent};
 use crate::runtime::clock::{nanoseconds, now};
 use crate::runtime::handover::{Receiver, Sender};
+use crate::runtime::slot::Slot;
+use crate::runtime::trace::{SpanKind, SpanWriter};
+use crate::runtime::workers::Threads;
+use crate::scene::Scene;
 
 /// The newest propagator that the controller wants used: for another scene, or with other settings.
-pub(super) type Orders = Arc<AtomicCell<Option<Box<Propagator>>>>;
+pub(super) type Orders = Arc<Slot<Propagator>>;
 
 /// Propagation with its ends of the handovers.
 pub(super) struct Worker {
@@ -28,6 +31,14 @@ pub(super) struct Worker {
     pub(super) meters: Arc<Meters>,
     pub(super) max_paths: usize,
     pub(super) synchronous: bool,
+    /// Who traces, besides the thread that steps.
+    pub(super) tracers: Threads,
+    pub(super) governor: Governor,
+    /// What the budget leaves.
+    pub(super) detail: Detail,
+    /// Time of the last update's poses.
+    pub(super) last_time_s: Option<f64>,
+    pub(super) spans: SpanWriter,
     pub(super) before_update: Option<fn(u64)>,
     /// The poses in use.
     pub(super) newest: Option<Box<WorldFrame>>,
@@ -35,6 +46,10 @@ pub(super) struct Worker {
     pub(super) predictor: PredictorKind,
     /// Extrapolation for a new scene, waiting for its first update.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
+    /// The scene that the propagator was given last; it has its own copy as soon as instances move.
+    pub(super) given: Arc<Scene>,
+    /// The same with other instances, waiting for its first update.
+    pub(super) scenes: Option<PosedScenes>,
     pub(super) update: u64,
 }
 
@@ -51,34 +66,44 @@ pub(super) fn extrapolator_for(
 }
 
 impl Worker {
-    /// Computes an update if there are new poses or a new order; tells whether it did.
-    pub(super) fn step(&mut self) -> bool {
+    /// Computes an update if there are new poses or a new order; gives the time to rest until the next, or `None` if
+    /// there was nothing to do.
+    pub(super) fn step(&mut self) -> Option<Duration> {
         let ordered = self.take_order();
         let posed = self.take_poses();
-        let Some(world) = self.newest.take_if(|_| ordered || posed) else {
-            return false;
-        };
+        let world = self.newest.take_if(|_| ordered || posed)?;
+        self.take_instances(&world);
         if let Some(before_update) = self.before_update {
             before_update(self.update);
         }
         let mut delivery = self.deliveries.blank(Delivery::default);
         let started = now();
-        self.propagator.update(
+        self.propagator.update_with(
+            &self.tracers,
             &world.listener,
             &world.sources,
             world.time_s,
             &mut delivery.paths,
         );
         let spent = started.elapsed();
-        let trimmed = keep_loudest(&mut delivery.paths.paths, self.max_paths);
-        delivery.propagation_s = spent.as_secs_f64();
+        let trimmed = keep_loudest(&mut delivery.paths.paths, self.detail.max_paths);
+        delivery.order_gain = self.detail.order_gain;
+        let paths = delivery.paths.paths.len() as u64;
+        self.meters
+            .rays
+            .store(delivery.paths.rays, Ordering::Relaxed);
+        self.govern(&world, spent);
+        let rest = Duration::from_secs_f64(self.governor.rest_s());
+        delivery.interval_s = (spent + rest).as_secs_f64();
         delivery.synchronous = self.synchronous;
         delivery.extrapolator = self.extrapolator.take();
-        delivery.predictor =
-            (world.predictor != self.predictor).then(|| Continuation::of(world.predictor));
+        delivery.scenes = self.scenes.take();
+        delivery.predictor = (world.predictor != self.predictor)
+            .then(|| Continuation::with_room(world.predictor, self.max_paths));
         self.predictor = world.predictor;
         self.newest = Some(world);
         self.update += 1;
+        self.spans.record(SpanKind::Update, started, spent, paths);
         self.meters.propagation.record(spent);
         add(&self.meters.trimmed_paths, trimmed as u64);
         let latest_ns = nanoseconds(spent);
@@ -86,7 +111,34 @@ impl Worker {
             .propagation_ns
             .store(latest_ns, Ordering::Relaxed);
         self.send(delivery);
-        true
+        Some(rest)
+    }
+
+    /// What the budget makes of an update.
+    fn govern(&mut self, world: &WorldFrame, took: Duration) {
+        let before = self.governor.tier();
+        let spent = Spent {
+            update_s: took.as_secs_f64(),
+            since_last_s: world.time_s - self.last_time_s.unwrap_or(world.time_s),
+            sound_share: self.meters.sound_share(),
+            can_rest: !self.synchronous,
+        };
+        self.last_time_s = Some(world.time_s);
+        self.governor.observe(&world.budget, &spent);
+        let tier = self.governor.tier();
+        if tier != before {
+            let number = u32::from(tier.0);
+            self.meters.tier.store(number, Ordering::Relaxed);
+            self.spans
+                .record(SpanKind::Tier, now(), Duration::ZERO, number.into());
+        }
+        self.take_detail();
+    }
+
+    fn take_detail(&mut self) {
+        let settings = self.propagator.settings();
+        self.detail = self.governor.detail(settings, self.max_paths);
+        self.propagator.set_effort(self.detail.effort);
     }
 
     fn take_order(&mut self) -> bool {
@@ -94,13 +146,34 @@ impl Worker {
             return false;
         };
         let before = std::mem::replace(&mut self.propagator, ordered);
-        let same_scene = Arc::ptr_eq(before.scene(), self.propagator.scene())
+        let scene = self.propagator.scene();
+        let same_scene = before.scene().same_fixed_part(scene)
             && before.settings().nearest_m == self.propagator.settings().nearest_m;
         if !same_scene {
             let kind = self.predictor;
             self.extrapolator = Some(extrapolator_for(&self.propagator, kind, self.max_paths));
+            self.scenes = None;
+            self.governor.begin_scene();
+        } else if scene.has_instances() || before.scene().has_instances() {
+            self.scenes = Some(PosedScenes::of(scene));
         }
+        self.given = Arc::clone(scene);
+        self.take_detail();
         true
+    }
+
+    /// Instances that were added, removed or moved.
+    fn take_instances(&mut self, world: &WorldFrame) {
+        // Poses of another scene wait for its propagator.
+        if !Arc::ptr_eq(&world.scene, &self.given) && world.scene.same_fixed_part(&self.given) {
+            self.given = Arc::clone(&world.scene);
+            *self.propagator.scene_mut() = Scene::clone(&world.scene);
+            self.scenes = Some(PosedScenes::of(&world.scene));
+        }
+        if self.propagator.scene().has_instances() {
+            let scene = self.propagator.scene_mut();
+            scene.set_instance_poses(&world.instances);
+        }
     }
 
     fn take_poses(&mut self) -> bool {
@@ -118,6 +191,7 @@ impl Worker {
         if let Some(mut missed) = self.deliveries.recall() {
             if delivery.extrapolator.is_none() {
                 delivery.extrapolator = missed.extrapolator.take();
+                delivery.scenes = delivery.scenes.take().or_else(|| missed.scenes.take());
             }
             if delivery.predictor.is_none() {
                 delivery.predictor = missed.predictor.take();
@@ -127,6 +201,10 @@ impl Worker {
         self.deliveries.send(delivery);
     }
 }
+
+/// Energy over that of the loudest path dropped up to which paths are faded, so that one whose rank changes neither
+/// comes nor goes with a step: 6 dB.
+const KNEE: f32 = 4.0;
 
 /// Drops the quietest paths beyond a limit, keeps the order, and gives the number dropped.
 fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
@@ -138,8 +216,68 @@ fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
                 .total_cmp(&energy(a))
                 .then_with(|| a.id.cmp(&b.id))
         });
+        let silent = energy(&paths[most]).max(f32::MIN_POSITIVE);
         paths.truncate(most);
+        for path in paths.iter_mut() {
+            let over = energy(path) / silent;
+            if over < KNEE {
+                let gain = (over - 1.0) / (KNEE - 1.0);
+                path.amplitude = path.amplitude.map(|a| a * gain.max(0.0));
+            }
+        }
         paths.sort_unstable_by_key(|path| path.id);
     }
     dropped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::propagation::{MAX_BENDS, MAX_ORDER, PathId};
+    use crate::scene::SourceId;
+    use glam::Vec3;
+
+    fn path(number: u64, amplitude: f32) -> Path {
+        Path {
+            id: PathId(number),
+            source: SourceId::default(),
+            order: 1,
+            bends: 0,
+            edges: [0; MAX_BENDS],
+            surfaces: [0; MAX_ORDER],
+            points: [Vec3::ZERO; MAX_ORDER],
+            image: Vec3::ZERO,
+            length_m: 1.0,
+            amplitude: [amplitude; 8],
+        }
+    }
+
+    #[test]
+    fn a_path_that_loses_its_rank_has_faded_before() {
+        let heard = |amplitude: f32| {
+            let others = (1..6).map(|n| path(n, 0.1 + 0.2 * n as f32));
+            let mut paths: Vec<Path> = others.chain([path(9, amplitude)]).collect();
+            assert_eq!(keep_loudest(&mut paths, 4), 2);
+            assert!(paths.is_sorted_by_key(|path| path.id));
+            let found = paths.iter().find(|path| path.id == PathId(9));
+            found.map_or(0.0, |path| path.amplitude[0])
+        };
+        let mut last = heard(0.3);
+        assert_eq!(last, 0.0);
+        for step in 1..=1000 {
+            let next = heard(0.3 + 0.001 * step as f32);
+            // 6 dB about the limit: at most some three times as fast as the path itself.
+            assert!((next - last).abs() < 0.005, "{last} to {next}");
+            last = next;
+        }
+        assert_eq!(last, 1.3);
+    }
+
+    #[test]
+    fn within_the_limit_nothing_is_touched() {
+        let mut paths: Vec<Path> = (0..4).map(|n| path(n, 0.5)).collect();
+        let before = paths.clone();
+        assert_eq!(keep_loudest(&mut paths, 4), 0);
+        assert_eq!(paths, before);
+    }
 }

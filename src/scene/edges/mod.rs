@@ -58,7 +58,7 @@ impl NearEdges {
     }
 
     /// Length that a further way must stay below to be taken.
-    fn bound_m(&self, longest_m: f64) -> f64 {
+    pub(super) fn bound_m(&self, longest_m: f64) -> f64 {
         if self.count < MOST_NEAR {
             longest_m
         } else {
@@ -66,7 +66,7 @@ impl NearEdges {
         }
     }
 
-    fn insert(&mut self, new: NearEdge) {
+    pub(super) fn insert(&mut self, new: NearEdge) {
         let rank = |e: &NearEdge| (e.length_m, e.edge);
         let place = self.as_slice().partition_point(|e| rank(e) < rank(&new));
         if place == MOST_NEAR {
@@ -142,47 +142,57 @@ impl EdgeSet {
     /// The [`MOST_NEAR`] shortest ways from one place to another over one edge, none longer than `longest_m`, both
     /// places outside the wedge and the bend within the edge's ends. Says nothing of what stands in between.
     pub fn bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        self.nearest(from, to, longest_m, |edge| {
-            edge.bend(from, to).map(|bend| bend.length_m())
-        })
+        let mut near = NearEdges::default();
+        self.add_bends(&mut near, from, to, longest_m, |edge| edge);
+        near
     }
 
-    /// The same, asked of some edges only, each of which may come more than once.
-    pub fn bends_over(
+    /// Adds [`Self::bends`] to an answer, under other numbers.
+    pub(super) fn add_bends(
         &self,
-        edges: impl Iterator<Item = u32>,
+        near: &mut NearEdges,
         from: DVec3,
         to: DVec3,
-    ) -> NearEdges {
-        let mut near = NearEdges::default();
-        for edge in edges {
-            let known = near.as_slice().iter().any(|found| found.edge == edge);
-            if let Some(bend) = self.get(edge).bend(from, to).filter(|_| !known) {
-                let length_m = bend.length_m();
-                near.insert(NearEdge { edge, length_m });
-            }
-        }
-        near
+        longest_m: f64,
+        number: impl Fn(u32) -> u32,
+    ) {
+        self.nearest(near, (from, to), longest_m, number, |edge| {
+            edge.bend(from, to).map(|bend| bend.length_m())
+        });
     }
 
     /// The same as [`Self::bends`] for ways that may bend again before they end: only `from` must lie outside the wedge, and a bend beyond
     /// an edge's end counts as one at its end.
     pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        self.nearest(from, to, longest_m, |edge| {
+        let mut near = NearEdges::default();
+        self.add_first_bends(&mut near, from, to, longest_m, |edge| edge);
+        near
+    }
+
+    /// Adds [`Self::first_bends`] to an answer, under other numbers.
+    pub(super) fn add_first_bends(
+        &self,
+        near: &mut NearEdges,
+        from: DVec3,
+        to: DVec3,
+        longest_m: f64,
+        number: impl Fn(u32) -> u32,
+    ) {
+        self.nearest(near, (from, to), longest_m, number, |edge| {
             edge.angle_of(from)?;
             let at = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
             Some(from.distance(at) + at.distance(to))
-        })
+        });
     }
 
     fn nearest(
         &self,
-        from: DVec3,
-        to: DVec3,
+        near: &mut NearEdges,
+        (from, to): (DVec3, DVec3),
         longest_m: f64,
+        number: impl Fn(u32) -> u32,
         way_m: impl Fn(&Edge) -> Option<f64>,
-    ) -> NearEdges {
-        let mut near = NearEdges::default();
+    ) {
         let slack_m = self.tree.slack_m();
         self.tree.walk(|min, max, leaf| {
             let outside_m = |p: DVec3| p.distance(p.clamp(min, max));
@@ -191,12 +201,12 @@ impl EdgeSet {
             }
             for &edge in leaf {
                 if let Some(length_m) = way_m(self.get(edge)).filter(|l| *l <= longest_m) {
+                    let edge = number(edge);
                     near.insert(NearEdge { edge, length_m });
                 }
             }
             true
         });
-        near
     }
 
     /// Memory that the set occupies, in bytes.

@@ -42,6 +42,11 @@ pub(in crate::scene) fn edge_key(faces: [u64; 2], ends: [DVec3; 2]) -> u64 {
     hash
 }
 
+/// Key of a part's surface or edge in one of its instances: it does not depend on where that stands.
+pub(in crate::scene) fn instance_key(key: u64, instance: u32) -> u64 {
+    mixed(key ^ mixed(u64::from(instance)))
+}
+
 fn step(value: f64, size: f64) -> u64 {
     (value / size + 0.5 + OFF_GRID).floor() as i64 as u64
 }

@@ -1,11 +1,12 @@
 //! The rays of an update without the update: as many, of the same kinds, from the same places.
 //!
-//! Guide rays are the update's own. Source rays have its origins, directions and number of bounces, all of them
-//! specular. Occlusion rays are the legs of the paths that it found, repeated up to the number that it cast.
+//! Guide rays are the update's own. Source rays have its origins, directions and number of bounces, far ones too, all of
+//! them specular. Occlusion rays are the legs of the paths that it found, repeated up to the number that it cast.
 
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
-use foresound::propagation::sampling::{fibonacci_direction, mix, rotation};
+use foresound::propagation::late::source_rays::{FAR_BOUNCES, is_far};
+use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, mix, rotation};
 use foresound::propagation::{PathSet, PropagationSettings};
 use foresound::scene::Scene;
 use glam::Vec3;
@@ -38,10 +39,15 @@ impl OwnRays {
             let turn = rotation(set.update, seed);
             for i in 0..settings.source_rays {
                 let direction = turn * fibonacci_direction(i, settings.source_rays);
+                let far = is_far(
+                    i as usize,
+                    settings.source_rays as usize,
+                    set.update % ROTATIONS,
+                );
                 follow(
                     scene,
                     Ray::new(origin, direction),
-                    settings.depth,
+                    if far { FAR_BOUNCES } else { settings.depth },
                     false,
                     &mut closest,
                 );

@@ -1,47 +1,65 @@
 //! `evaluate`: the paper's Tables 5 and 6 with our engine, and the report on them.
 
+mod ablation;
 mod figures;
+mod motion;
+mod overload;
 mod plan;
+mod stage;
 mod tables;
 mod unit;
+mod work;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
 
-use foresound::generation::Hrtf;
+use foresound::evaluation::report::{Report, SpeedTable};
+use foresound::output::WholeFile;
 use foresound::{Error, Result};
 
-use self::plan::Unit;
-use self::unit::{Props, RATE_HZ, Stage, UnitResult, fnv};
-use crate::inputs::{SceneArguments, asset, load_scene, load_sound, tell};
-use crate::progress::Progress;
+use self::plan::{Part, Unit};
+use self::stage::Stage;
+use self::tables::Found;
+use crate::inputs::{SceneArguments, tell};
+
+/// What `bench speed --json` printed, if nothing else is named.
+const SPEED_FILE: &str = "out/speed.json";
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// workstation, mobile or both: whose graphics rates and levels.
     #[arg(long, default_value = "both")]
     platform: String,
-    /// One scene instead of the paper's three: a name, or an OBJ file with a layout beside it.
+    /// One scene instead of the paper's three: a name, or an OBJ file. Where no layout stands beside it (FILE.toml),
+    /// sources and a walk are laid out in open space.
     #[arg(long)]
     scene: Option<String>,
+    #[command(flatten)]
+    intake: SceneArguments,
+    /// Folder of WAV files that the sources speak, instead of the sixteen voices.
+    #[arg(long, value_name = "DIR")]
+    speech: Option<PathBuf>,
     /// One number of sources instead of 1, 2, 4, 8 and 16.
     #[arg(long)]
     sources: Option<usize>,
-    /// static, dynamic or both.
+    /// static, dynamic, stress (a running listener, moving sources, L = 24), both (the paper's two), or all.
     #[arg(long, default_value = "both")]
     condition: String,
-    /// hold, linear, best, all, or ablation: all and best without each of its ingredients.
+    /// The stress condition, besides.
+    #[arg(long)]
+    stress: bool,
+    /// hold, linear, best, all, or ablation: all and best without each of its ingredients, in every cell.
     #[arg(long, default_value = "all")]
     predictor: String,
-    /// modelled: results are used L + 1 graphics frames late; none: at once.
+    /// modelled: results are used L + 1 graphics frames late; none: at once; both.
     #[arg(long, default_value = "modelled")]
     latency: String,
-    /// speech, music or percussion.
+    /// speech, music, percussion, or all.
     #[arg(long, default_value = "speech")]
     signal: String,
+    /// Leave the late reverb out of reference and estimates: discrete paths alone are compared.
+    #[arg(long)]
+    no_late: bool,
     /// Repeats of each cell; five, or one with --quick.
     #[arg(long)]
     repeats: Option<u64>,
@@ -51,6 +69,9 @@ pub(crate) struct Arguments {
     /// One cell a scene, one repeat.
     #[arg(long)]
     quick: bool,
+    /// Output of `bench speed --json` for the report's Tables 3 and 4 (out/speed.json, if it is there).
+    #[arg(long, value_name = "FILE")]
+    speed: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -71,118 +92,95 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let problem = format!("{} s", arguments.seconds);
         return Err(Error::setting("--seconds", problem, "give 2 to 120"));
     }
-    let units = plan::units(arguments)?;
-    let props = props(arguments)?;
-    let mut stages = BTreeMap::new();
-    for unit in &units {
-        if !stages.contains_key(&unit.scene) {
-            stages.insert(unit.scene.clone(), stage(&unit.scene)?);
-        }
-    }
-    let results = all_results(&units, &stages, &props)?;
-    let rows = tables::rows(&units, &results);
-    tables::write(&arguments.out, &rows)?;
-    let report = figures::report(&arguments.out, &units, &rows)?;
+    let speed = speed(arguments.speed.as_deref())?;
+    let mut units = plan::units(arguments)?;
+    let stages = stages(arguments, &units)?;
+    keep_possible(arguments, &stages, &mut units)?;
+    let signals = units.iter().map(|unit| unit.signal.as_str());
+    let props = stage::props(arguments, signals)?;
+    let results = work::all_results(&units, &stages, &props)?;
+    let found = Found::of(&units, &results);
+    let overload = overload::overload(&arguments.out, &units, &results)?;
+    let text = tables::json(&found, &overload.rows);
+    tables::write(&arguments.out, &found, &text)?;
+    let mut report = Report {
+        rows: found.rows,
+        ablation: found.ablation,
+        doorway: found.doorway,
+        speed,
+        overload: overload.rows,
+        figures: Vec::new(),
+        listening: Vec::new(),
+        conditions: figures::conditions(arguments, &units, &results),
+    };
+    figures::add(&arguments.out, &units, &mut report)?;
+    report.figures.extend(overload.figures);
+    report.listening.extend(overload.listening);
+    let page = arguments.out.join("index.html");
+    WholeFile::write(&page, |file| {
+        std::io::Write::write_all(file, report.html().as_bytes())
+    })?;
     if arguments.json {
-        println!("{}", tables::json(&rows));
+        println!("{text}");
     } else {
-        tables::print(&rows);
-        println!("report: {}", report.display());
+        tables::print(&report.rows);
+        println!("report: {}", page.display());
     }
     Ok(())
 }
 
-fn props(arguments: &Arguments) -> Result<Props> {
-    let files: Vec<PathBuf> = match arguments.signal.as_str() {
-        "speech" => (1..=16)
-            .map(|voice| asset(&format!("speech/voice{voice:02}.wav")))
-            .collect::<Result<_>>()?,
-        other @ ("music" | "percussion") => vec![asset(&format!("signals/{other}.wav"))?],
-        other => {
-            let problem = format!("{other:?} is unknown");
-            let advice = "give speech, music or percussion";
-            return Err(Error::setting("--signal", problem, advice));
+/// The scene of every unit, by label.
+fn stages(arguments: &Arguments, units: &[Unit]) -> Result<BTreeMap<String, Stage>> {
+    let mut stages = BTreeMap::new();
+    for unit in units {
+        if stages.contains_key(&unit.scene) {
+            continue;
         }
-    };
-    let clips = files
-        .iter()
-        .map(|file| load_sound(file, RATE_HZ))
-        .collect::<Result<_>>()?;
-    let program = std::env::current_exe().and_then(std::fs::read);
-    Ok(Props {
-        hrtf: Arc::new(Hrtf::builtin(RATE_HZ)?),
-        clips,
-        out: arguments.out.clone(),
-        // A program that cannot read itself finds no earlier results.
-        program: program.map_or(u64::from(std::process::id()), fnv),
-    })
+        let named = match &arguments.scene {
+            Some(named) if unit.part == Part::Table => named,
+            _ => &unit.scene,
+        };
+        stages.insert(unit.scene.clone(), stage::stage(named, &arguments.intake)?);
+    }
+    Ok(stages)
 }
 
-fn stage(name: &str) -> Result<Stage> {
-    let loaded = load_scene(Path::new(name), &SceneArguments::default())?;
-    tell(&loaded.notes);
-    let layout = loaded.layout.filter(|layout| !layout.sources.is_empty());
-    let walk = layout.as_ref().and_then(|layout| layout.listener);
-    let (Some(layout), Some(walk)) = (layout, walk) else {
-        let advice = "put a TOML file with sources and a listener beside the OBJ file";
-        return Err(Error::file(name, "has no layout", advice));
-    };
-    let corners = loaded.scene.triangles().flatten();
-    let numbers = corners.flat_map(|corner| corner.to_array());
-    let places = layout.sources.iter().map(|s| s.position);
-    let places = places.chain([walk.from, walk.to, walk.standing]);
-    let numbers = numbers.chain(places.flat_map(|place| place.to_array()));
-    Ok(Stage {
-        checksum: fnv(numbers.flat_map(f32::to_le_bytes)),
-        scene: loaded.scene,
-        layout,
-        walk,
-    })
-}
-
-/// Results of all units in their order, made on as many threads as the machine has cores. No result depends on the
-/// others or on the threads.
-fn all_results(
-    units: &[Unit],
+/// Leaves out, or refuses if asked for, cells of more sources than their scene has places for.
+fn keep_possible(
+    arguments: &Arguments,
     stages: &BTreeMap<String, Stage>,
-    props: &Props,
-) -> Result<Vec<UnitResult>> {
-    let workers = std::thread::available_parallelism().map_or(1, usize::from);
-    let next = AtomicUsize::new(0);
-    let stop = AtomicBool::new(false);
-    let mut results: Vec<Option<UnitResult>> = vec![None; units.len()];
-    let mut progress = Progress::new("evaluate", units.len() as u64);
-    std::thread::scope(|scope| -> Result<()> {
-        let (sender, receiver) = mpsc::channel();
-        for _ in 0..workers.min(units.len()) {
-            let (sender, next, stop) = (sender.clone(), &next, &stop);
-            scope.spawn(move || {
-                while !stop.load(Ordering::Relaxed) {
-                    let place = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(unit) = units.get(place) else {
-                        break;
-                    };
-                    let Some(stage) = stages.get(&unit.scene) else {
-                        break;
-                    };
-                    if sender
-                        .send((place, unit::result(unit, stage, props)))
-                        .is_err()
-                    {
-                        break;
-                    }
-                }
-            });
+    units: &mut Vec<Unit>,
+) -> Result<()> {
+    for (label, stage) in stages {
+        let places = stage.sources.len();
+        let too_many = |unit: &Unit| unit.scene == *label && unit.sources > places;
+        if !units.iter().any(too_many) {
+            continue;
         }
-        drop(sender);
-        for (place, result) in receiver {
-            if result.is_err() {
-                stop.store(true, Ordering::Relaxed);
-            }
-            results[place] = Some(result?);
-            progress.step();
+        if let Some(count) = arguments.sources {
+            let problem = format!("{count}, but {label} has places for {places}");
+            let advice = format!("give at most {places}, or add sources to its TOML file");
+            return Err(Error::setting("--sources", problem, &advice));
         }
-        Ok(())
-    })?;
-    Ok(results.into_iter().flatten().collect())
+        tell(&[format!(
+            "{label}: has places for {places} sources; cells of more are left out"
+        )]);
+        units.retain(|unit| !too_many(unit));
+    }
+    if units.is_empty() {
+        let advice = "give --sources 1, or add sources to the scene's TOML file";
+        return Err(Error::setting("evaluate", "no cell is left", advice));
+    }
+    Ok(())
+}
+
+/// The speed table of a file: the one that was named, or the usual one if it is there.
+fn speed(named: Option<&Path>) -> Result<SpeedTable> {
+    let file = named.unwrap_or(Path::new(SPEED_FILE));
+    if named.is_none() && !file.is_file() {
+        return Ok(SpeedTable::default());
+    }
+    let advice = "make it with `foresound bench speed --json > FILE`";
+    let text = std::fs::read(file).map_err(|e| Error::file(file, e, advice))?;
+    serde_json::from_slice(&text).map_err(|e| Error::format(file, None, e, advice))
 }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use foresound::evaluation::paper::table_five;
-use foresound::evaluation::report::Row;
+use foresound::evaluation::report::{OverloadRow, Row};
 use foresound::evaluation::scores::Spread;
 use foresound::evaluation::si_snr::capped_text;
 use foresound::output::WholeFile;
@@ -12,65 +12,104 @@ use foresound::runtime::Latency;
 use foresound::{Error, Result};
 use serde_json::{Value, json};
 
-use super::plan::Unit;
-use super::unit::UnitResult;
+use super::plan::{Part, Unit};
+use super::unit::{Estimate, UnitResult, latency_name};
 
-/// One row a cell and predictor, in the order of the units.
-pub(super) fn rows(units: &[Unit], results: &[UnitResult]) -> Vec<Row> {
-    let mut rows = Vec::new();
-    let mut from = 0;
-    while from < units.len() {
-        let unit = &units[from];
-        let name = unit.cell_name();
-        let count = units[from..]
-            .iter()
-            .take_while(|u| u.cell_name() == name)
-            .count();
-        let repeats = &results[from..from + count];
-        for (place, variant) in unit.variants.iter().enumerate() {
-            let scores = || repeats.iter().map(|result| result.estimates[place].scores);
-            let times = repeats.iter().map(|r| r.estimates[place].extrapolation_us);
-            let (Some(ssim), Some(si_snr_db)) = (
-                Spread::of(scores().map(|s| s.ssim)),
-                Spread::of(scores().map(|s| s.si_snr_db)),
-            ) else {
-                continue;
-            };
-            let of_all = |values: &mut dyn Iterator<Item = f64>| {
-                Spread::of(values).map_or(0.0, |spread| spread.mean)
-            };
-            rows.push(Row {
-                platform: unit.platform,
-                scene: unit.scene.clone(),
-                dynamic: unit.dynamic,
-                sources: unit.sources,
-                level: unit.pace.level,
-                graphics_rate_hz: unit.pace.graphics_rate_hz,
-                predictor: variant.name.to_owned(),
-                is_late: unit.latency == Latency::Modelled,
-                signal: unit.signal.clone(),
-                repeats: count,
-                pesq: Spread::of(scores().filter_map(|s| s.pesq)),
-                ssim,
-                si_snr_db,
-                extrapolation_us: of_all(&mut { times }),
-                reference_paths: repeats[0].reference_paths,
-                reference_recall: of_all(&mut repeats.iter().map(|r| r.reference_recall)),
-                reference_checksum: repeats[0].reference_checksum.clone(),
-                wav_stem: name.clone(),
-            });
+/// Rows by where they go.
+pub(super) struct Found {
+    pub(super) rows: Vec<Row>,
+    pub(super) ablation: Vec<Row>,
+    pub(super) doorway: Vec<Row>,
+}
+
+impl Found {
+    /// Means over the repeats of each cell.
+    pub(super) fn of(units: &[Unit], results: &[UnitResult]) -> Self {
+        let mut found = Self {
+            rows: Vec::new(),
+            ablation: Vec::new(),
+            doorway: Vec::new(),
+        };
+        let same = |a: &Unit, b: &Unit| a.part == b.part && a.cell_name() == b.cell_name();
+        let mut from = 0;
+        while from < units.len() {
+            let unit = &units[from];
+            let count = units[from..].iter().take_while(|u| same(u, unit)).count();
+            let repeats = &results[from..from + count];
+            for (variant, latency) in unit.estimates() {
+                let ablated = unit.ablation.contains(&variant);
+                let Some(row) = row(unit, repeats, variant.name, latency) else {
+                    continue;
+                };
+                match (unit.part, ablated) {
+                    (Part::Doorway, _) => found.doorway.push(row),
+                    (Part::Table, true) => found.ablation.push(row),
+                    (Part::Table, false) => found.rows.push(row),
+                }
+            }
+            // What is left of `best` stands beside `best` in the same renderings.
+            if unit.part == Part::Table && !unit.ablation.is_empty() {
+                let first = found.ablation.len() - unit.ablation.len();
+                let repeats = &repeats[..if units[from..from + count]
+                    .iter()
+                    .all(|u| !u.ablation.is_empty())
+                {
+                    count
+                } else {
+                    1
+                }];
+                let whole = row(unit, repeats, "best", Latency::Modelled);
+                found.ablation.splice(first..first, whole);
+            }
+            from += count;
         }
-        from += count;
+        found
     }
-    rows
+}
+
+/// One row: a cell and predictor; `None` if no repeat has it.
+fn row(unit: &Unit, repeats: &[UnitResult], name: &str, latency: Latency) -> Option<Row> {
+    let is_it = |e: &&Estimate| e.predictor == name && e.latency == latency_name(latency);
+    let estimates: Vec<&Estimate> = repeats
+        .iter()
+        .filter_map(|result| result.estimates.iter().find(is_it))
+        .collect();
+    let spread = |pick: &dyn Fn(&Estimate) -> f64| {
+        Spread::of(estimates.iter().map(|estimate| pick(estimate)))
+    };
+    let mean = |pick: &dyn Fn(&UnitResult) -> f64| {
+        Spread::of(repeats.iter().map(pick)).map_or(0.0, |spread| spread.mean)
+    };
+    let first = repeats.first()?;
+    Some(Row {
+        platform: unit.platform,
+        scene: unit.scene.clone(),
+        condition: unit.condition,
+        sources: unit.sources,
+        level: unit.pace.level,
+        graphics_rate_hz: unit.pace.graphics_rate_hz,
+        predictor: name.to_owned(),
+        is_late: latency == Latency::Modelled,
+        signal: unit.signal.clone(),
+        repeats: estimates.len(),
+        pesq: Spread::of(estimates.iter().filter_map(|e| e.scores.pesq)),
+        ssim: spread(&|e| e.scores.ssim)?,
+        si_snr_db: spread(&|e| e.scores.si_snr_db)?,
+        extrapolation_us: spread(&|e| e.extrapolation_us)?.mean,
+        reference_paths: first.reference_paths,
+        reference_recall: mean(&|result| result.reference_recall),
+        reference_energy_recall: mean(&|result| result.reference_energy_recall),
+        reference_checksum: first.reference_checksum.clone(),
+        wav_stem: unit.cell_name(),
+    })
 }
 
 fn value(row: &Row) -> Value {
-    let printed = table_five(row.platform, &row.scene, row.dynamic, row.sources);
+    let printed = table_five(row.platform, &row.scene, row.condition, row.sources);
     json!({
         "platform": row.platform,
         "scene": row.scene,
-        "condition": row.condition(),
+        "condition": row.condition.name(),
         "sources": row.sources,
         "level": row.level,
         "fps": row.graphics_rate_hz,
@@ -87,6 +126,7 @@ fn value(row: &Row) -> Value {
         "extrapolation_us": row.extrapolation_us,
         "reference_paths": row.reference_paths,
         "reference_recall": row.reference_recall,
+        "reference_energy_recall": row.reference_energy_recall,
         "reference_checksum": row.reference_checksum,
         "paper_pesq": printed.map(|p| p.pesq),
         "paper_ssim": printed.map(|p| p.ssim),
@@ -94,21 +134,30 @@ fn value(row: &Row) -> Value {
     })
 }
 
-/// Everything as one JSON object.
-pub(super) fn json(rows: &[Row]) -> Value {
-    json!({ "rows": rows.iter().map(value).collect::<Vec<_>>() })
+/// Everything as one JSON object: the tables' rows, then, where they were rendered, the ablation's, the doorway's and
+/// what was played under overload.
+pub(super) fn json(found: &Found, overload: &[OverloadRow]) -> Value {
+    let values = |rows: &[Row]| rows.iter().map(value).collect::<Vec<_>>();
+    json!({
+        "rows": values(&found.rows),
+        "ablation": values(&found.ablation),
+        "doorway": values(&found.doorway),
+        "overload": overload,
+    })
 }
 
 /// `tables.csv` and `tables.json`.
-pub(super) fn write(out: &Path, rows: &[Row]) -> Result<()> {
+pub(super) fn write(out: &Path, found: &Found, text: &Value) -> Result<()> {
     WholeFile::write(out.join("tables.json"), |file| {
-        writeln!(file, "{:#}", json(rows))?;
+        writeln!(file, "{text:#}")?;
         Ok(())
     })?;
+    let rows = found.rows.iter().chain(&found.ablation);
+    let rows = rows.chain(&found.doorway);
     let path = out.join("tables.csv");
     let mut writer = csv::Writer::from_writer(Vec::new());
     let wrong = |e: csv::Error| Error::file(&path, e, "report this as a mistake of ours");
-    for (place, row) in rows.iter().enumerate() {
+    for (place, row) in rows.enumerate() {
         let Value::Object(object) = value(row) else {
             continue;
         };
@@ -138,15 +187,19 @@ pub(super) fn print(rows: &[Row]) {
         "platform", "scene", "listener", "n", "L", "predictor", "PESQ", "SSIM", "SI-SNR"
     );
     for row in rows {
-        let printed = table_five(row.platform, &row.scene, row.dynamic, row.sources);
+        let printed = table_five(row.platform, &row.scene, row.condition, row.sources);
         println!(
             "{:<12} {:<13} {:<8} {:>3} {:>3} {:<22} {:>6} {:>7.4} {:>8}   {}",
             row.platform.name(),
             row.scene,
-            row.condition(),
+            row.condition.name(),
             row.sources,
             row.level,
-            row.predictor,
+            if row.is_late {
+                row.predictor.clone()
+            } else {
+                format!("{}, at once", row.predictor)
+            },
             row.pesq
                 .map_or("-".to_owned(), |s| format!("{:.3}", s.mean)),
             row.ssim.mean,

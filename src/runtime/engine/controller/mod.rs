@@ -4,6 +4,7 @@
 //! [`Controller::set_schedule`], [`Controller::restart`] and on being dropped (one update at most), and in the synchronous
 //! schedule, where [`Controller::tick`] is the propagation.
 
+mod instances;
 mod scenes;
 mod sources;
 
@@ -13,25 +14,21 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::feed::Feed;
-use super::messages::{AudioFrame, FeedChange, WorldFrame};
+use super::messages::{AudioFrame, FeedChange, FeedPlace, WorldFrame};
 use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
+use super::seating::{Guest, Seating};
 use super::settings::{EngineSettings, FrameTime};
 use super::source_table::{SourceTable, check_place};
 use super::statistics::{Meters, Statistics};
 use super::worker::{Orders, Worker};
 use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
+use crate::runtime::budget::Budget;
 use crate::runtime::clock::now;
 use crate::runtime::handover::Sender;
-use crate::scene::{ListenerPose, Scene, SourcePose};
-
-/// Ticks farther apart than this, in seconds, are a pause and not a graphics frame.
-const LONGEST_FRAME_S: f64 = 0.5;
-/// Share of a new graphics frame in the mean T_g.
-const FRAME_WEIGHT: f64 = 0.1;
-/// T_g until two ticks have been seen, in seconds.
-const FIRST_FRAME_S: f64 = 1.0 / 60.0;
+use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
+use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
 
 /// How the engine is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +51,8 @@ pub(super) struct Links {
     pub(super) retired: rtrb::Consumer<Feed>,
     pub(super) orders: Orders,
     pub(super) meters: Arc<Meters>,
+    pub(super) spans: SpanWriter,
+    pub(super) span_readers: [SpanReader; 3],
 }
 
 /// The app's half.
@@ -63,33 +62,39 @@ pub struct Controller {
     propagation: Propagation,
     builder: SceneBuilder,
     scene: Arc<Scene>,
+    /// Where its instances stand, by slot.
+    instances: Vec<InstancePose>,
     sources: SourceTable,
+    /// Who shares slots, where there are more sources than slots.
+    seating: Option<Seating>,
+    /// What has a slot, and where each sound goes, as of the newest tick.
+    seated: Vec<SourcePose>,
+    places: Vec<FeedPlace>,
     /// Feed changes that the ring had no place for, one a slot at most.
     waiting: VecDeque<FeedChange>,
     listener: ListenerPose,
     paused: bool,
     began: Instant,
-    last_tick: Option<Instant>,
-    frame_s: f64,
+    ticks: u64,
 }
 
 impl Controller {
     pub(super) fn new(settings: EngineSettings, links: Links, worker: Box<Worker>) -> Result<Self> {
-        let frame_s = match settings.frame_time {
-            FrameTime::Fixed(seconds) => seconds,
-            FrameTime::Measured => FIRST_FRAME_S,
-        };
+        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
         Ok(Self {
             scene: Arc::clone(worker.propagator.scene()),
-            propagation: Propagation::start(worker, settings.schedule, settings.affinity)?,
+            propagation: Propagation::start(worker, &settings)?,
             builder: SceneBuilder::default(),
-            sources: SourceTable::new(settings.generation.max_sources),
+            instances: Vec::new(),
+            sources: SourceTable::new(sources),
+            seating: (sources > slots).then(|| Seating::new(sources, slots)),
+            seated: Vec::with_capacity(slots),
+            places: Vec::with_capacity(sources),
             waiting: VecDeque::new(),
             listener: ListenerPose::default(),
             paused: false,
             began: now(),
-            last_tick: None,
-            frame_s,
+            ticks: 0,
             links,
             settings,
         })
@@ -101,28 +106,69 @@ impl Controller {
     /// The first of: [`Error::Setting`] for a pose with a number that is none or beyond 1,000 km, [`Error::StaleSource`],
     /// [`Error::Mesh`] of a scene that was being built. The frame goes out all the same, with the last good poses.
     pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
+        let began = now();
         let mut result = self.install_scene();
         result = result.and(self.take_listener(listener));
         for pose in sources {
             result = result.and(self.sources.pose(pose));
         }
-        self.measure_frame();
+        let time_s = self.time_s();
+        self.ticks += 1;
+        self.seat(time_s);
         let mut world = self.links.world.blank(|| WorldFrame {
             listener,
             sources: Vec::new(),
+            scene: Arc::clone(&self.scene),
+            instances: Vec::new(),
             predictor: PredictorKind::default(),
+            budget: Budget::default(),
             time_s: 0.0,
         });
         world.listener = self.listener;
         world.sources.clear();
-        let poses = self.sources.iter().map(|(pose, _)| pose);
-        world.sources.extend(poses);
+        world.sources.extend_from_slice(&self.seated);
+        if !Arc::ptr_eq(&world.scene, &self.scene) {
+            world.scene = Arc::clone(&self.scene);
+        }
+        world.instances.clone_from(&self.instances);
         world.predictor = self.settings.predictor;
-        world.time_s = self.began.elapsed().as_secs_f64();
+        world.budget = self.settings.budget;
+        world.time_s = time_s;
         self.links.world.send(world);
         self.propagation.wake();
         self.send_frame(true);
+        let sources = self.sources.count() as u64;
+        self.links
+            .spans
+            .record(SpanKind::Tick, began, began.elapsed(), sources);
         result
+    }
+
+    /// Seconds since the engine began: counted where the frame time is given, else measured.
+    fn time_s(&self) -> f64 {
+        match self.settings.frame_time {
+            FrameTime::Fixed(frame_s) => self.ticks as f64 * frame_s,
+            FrameTime::Measured => self.began.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// Who has which slot: everybody their own, unless there are more sources than slots.
+    fn seat(&mut self, time_s: f64) {
+        let guests = self.sources.iter();
+        let ear = self.listener.position;
+        if let Some(seating) = &mut self.seating {
+            seating.arrange(guests, ear, time_s, &mut self.seated, &mut self.places);
+            let unheard = &self.links.meters.unheard_sources;
+            unheard.store(seating.unheard, Ordering::Relaxed);
+            return;
+        }
+        self.seated.clear();
+        self.places.clear();
+        for Guest { pose, gain, .. } in guests {
+            self.seated.push(pose);
+            let (id, slot) = (pose.id, pose.id.slot() as u16);
+            self.places.push(FeedPlace { id, slot, gain });
+        }
     }
 
     fn take_listener(&mut self, listener: ListenerPose) -> Result<()> {
@@ -140,25 +186,12 @@ impl Controller {
         Ok(())
     }
 
-    fn measure_frame(&mut self) {
-        if let FrameTime::Fixed(_) = self.settings.frame_time {
-            return;
-        }
-        let tick = now();
-        if let Some(last) = self.last_tick.replace(tick) {
-            let passed_s = tick.duration_since(last).as_secs_f64();
-            if passed_s < LONGEST_FRAME_S {
-                self.frame_s += FRAME_WEIGHT * (passed_s - self.frame_s);
-            }
-        }
-    }
-
     fn send_frame(&mut self, is_new: bool) {
         self.send_waiting();
-        let mut frame = self
-            .links
-            .frames
-            .blank(|| AudioFrame::with_capacity(self.settings.generation.max_sources));
+        let settings = &self.settings;
+        let mut frame = self.links.frames.blank(|| {
+            AudioFrame::with_capacity(settings.most_sources(), settings.generation.max_sources)
+        });
         // A frame that nobody took is a frame still.
         let missed = self.links.frames.recall();
         frame.is_new = is_new || missed.as_ref().is_some_and(|missed| missed.is_new);
@@ -167,13 +200,9 @@ impl Controller {
         }
         frame.listener = self.listener;
         frame.paused = self.paused;
-        frame.frame_s = self.frame_s;
-        frame.sources.clear();
-        frame.gains.clear();
-        for (pose, gain) in self.sources.iter() {
-            frame.sources.push(pose);
-            frame.gains.push(gain);
-        }
+        frame.instances.clone_from(&self.instances);
+        frame.sources.clone_from(&self.seated);
+        frame.feeds.clone_from(&self.places);
         self.links.frames.send(frame);
     }
 
@@ -200,6 +229,23 @@ impl Controller {
             EngineState::Paused
         } else {
             EngineState::Running
+        }
+    }
+
+    /// Says what may be spent, from the next update on.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] names a limit outside its range; nothing changes then.
+    pub fn set_budget(&mut self, budget: Budget) -> Result<()> {
+        budget.check()?;
+        self.settings.budget = budget;
+        Ok(())
+    }
+
+    /// Moves what the threads have recorded to a log, if [`EngineSettings::trace_spans`] has them record.
+    pub fn collect_spans(&mut self, log: &mut TraceLog) {
+        for reader in &mut self.links.span_readers {
+            log.collect(reader);
         }
     }
 

@@ -11,13 +11,18 @@ use crate::runtime::engine::settings::EngineSchedule;
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 impl Controller {
-    /// Replaces the scene. The old one is heard until the new one's first update is there. Allocates.
+    /// Replaces the scene. The old one is heard until the new one's first update is there. Instances stay, at the
+    /// same places in world coordinates and under the same handles. Allocates.
     ///
     /// # Errors
-    /// None that a running engine's settings could give.
+    /// [`Error::Setting`] for a scene with instances of its own.
     pub fn set_scene(&mut self, scene: Arc<Scene>) -> Result<()> {
+        if scene.has_instances() && !Arc::ptr_eq(&scene, &self.scene) {
+            let advice = "give what is fixed and add instances to the engine";
+            return Err(Error::setting("scene", "it has instances", advice));
+        }
         self.builder.cancel();
-        self.order(scene, self.settings.propagation)
+        self.order(self.with_instances(scene), self.settings.propagation)
     }
 
     /// Builds a scene on a thread of its own; the tick after it is ready uses it, or gives its error. Of several builds
@@ -39,14 +44,15 @@ impl Controller {
         self.builder.is_building()
     }
 
-    /// The scene in use, or about to be.
+    /// The scene in use, or about to be, with its instances wherever they stood when one was added or removed last;
+    /// [`Self::instances`] tells where they stand.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
 
     pub(super) fn install_scene(&mut self) -> Result<()> {
         match self.builder.poll() {
-            Some(scene) => self.order(scene?, self.settings.propagation),
+            Some(scene) => self.order(self.with_instances(scene?), self.settings.propagation),
             None => Ok(()),
         }
     }
@@ -99,8 +105,7 @@ impl Controller {
             let advice = "make another engine";
             return Err(Error::engine("propagation was lost", advice));
         };
-        let (schedule, affinity) = (self.settings.schedule, self.settings.affinity);
-        self.propagation = Propagation::start(worker, schedule, affinity)?;
+        self.propagation = Propagation::start(worker, &self.settings)?;
         Ok(())
     }
 }

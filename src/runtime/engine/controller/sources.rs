@@ -14,7 +14,7 @@ impl Controller {
     /// Adds a silent source.
     ///
     /// # Errors
-    /// [`Error::Engine`] if all slots are in use, [`Error::Setting`] for a position that is none.
+    /// [`Error::Engine`] if there are [`crate::runtime::EngineSettings::most_sources`] already, [`Error::Setting`] for a position that is none.
     pub fn add_source(&mut self, position: Vec3) -> Result<SourceId> {
         self.sources.add(position)
     }
@@ -59,7 +59,7 @@ impl Controller {
     /// # Errors
     /// [`Error::StaleSource`].
     pub fn play(&mut self, id: SourceId, samples: Arc<[f32]>, looped: bool) -> Result<()> {
-        self.sources.check(id)?;
+        self.sources.set_plays(id, !samples.is_empty())?;
         let clip = Feed::Clip {
             samples,
             next: 0,
@@ -81,6 +81,7 @@ impl Controller {
             return Err(Error::setting("capacity", problem, advice));
         }
         let (writer, feed) = StreamWriter::new(capacity);
+        self.sources.set_plays(id, true)?;
         self.send_feed(id, feed);
         Ok(writer)
     }
@@ -90,7 +91,7 @@ impl Controller {
     /// # Errors
     /// [`Error::StaleSource`].
     pub fn stop(&mut self, id: SourceId) -> Result<()> {
-        self.sources.check(id)?;
+        self.sources.set_plays(id, false)?;
         self.send_feed(id, Feed::Silence);
         Ok(())
     }

@@ -1,0 +1,226 @@
+#!/usr/bin/env bash
+# Proves what can be proved of the bridges and the Android library without a device: a line a proof, with its figure.
+# Usage: check.sh [--all] [--json] [PROOF...]; names of proofs run those alone. --all adds the slow ones. --json prints
+# one object at the end instead. Ends non-zero if a proof fails; what a missing package prevents is a SKIP line
+# (install.sh has the packages).
+set -uo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(dirname "$here")
+cd "$root" || exit 1
+work=${CARGO_TARGET_DIR:-$root/target}/android-check
+mkdir -p "$work"
+all=0 json=0 only=()
+for argument in "$@"; do
+    case $argument in
+    --all) all=1 ;;
+    --json) json=1 ;;
+    -*) echo "unknown option $argument; see the head of $0" >&2 && exit 2 ;;
+    *) only+=("$argument") ;;
+    esac
+done
+
+rows=() failed=0
+tell() { # status, name, figure
+    [ "$json" = 1 ] || printf '%-4s %-12s %s\n' "$1" "$2" "$3"
+    local figure=${3//\\/\\\\}
+    rows+=("$(printf '{"proof":"%s","status":"%s","figure":"%s"}' "$2" "$1" "${figure//\"/\\\"}")")
+}
+wanted() {
+    [ ${#only[@]} = 0 ] && return 0
+    local name
+    for name in "${only[@]}"; do [ "$name" = "$1" ] && return 0; done
+    return 1
+}
+# Runs a function whose last line of output is its figure. Exit 77 is a skip.
+prove() {
+    local name=$1
+    wanted "$name" || return 0
+    ("prove_$name") >"$work/$name.log" 2>&1
+    local code=$? figure
+    figure=$(grep -v '^$' "$work/$name.log" | tail -n 1)
+    case $code in
+    0) tell ok "$name" "$figure" ;;
+    77) tell SKIP "$name" "$figure" ;;
+    *)
+        failed=1
+        tell FAIL "$name" "see $work/$name.log: $figure"
+        [ "$json" = 1 ] || tail -n 15 "$work/$name.log"
+        ;;
+    esac
+}
+need() { # tools
+    local tool
+    for tool in "$@"; do
+        command -v "$tool" >/dev/null || { echo "no $tool; run android/install.sh" && exit 77; }
+    done
+}
+recipe() { # key of cargo-ndk.toml: its value without quotes and brackets, lists with commas
+    sed -n "s/^$1 *= *//p" cargo-ndk.toml | sed 's/#.*//' | tr -d '[]" '
+}
+flags() { # the recipe as cargo's flags
+    printf -- '--profile\n%s\n--features\n%s\n' "$(recipe profile)" "$(recipe features)"
+    [ "$(recipe default-features)" = false ] && echo --no-default-features
+}
+
+# --- the host's library -------------------------------------------------------------------------------------------
+
+host=$work/host
+mapfile -t cargo_flags < <(flags)
+
+# Exactly these are exported: what the header declares, and JNI_OnLoad.
+exports() { # nm, library
+    grep -oE '\bforesound_[a-z_]+\(' include/foresound.h | tr -d '(' | sort -u >"$work/wanted.txt"
+    echo JNI_OnLoad >>"$work/wanted.txt"
+    sort -o "$work/wanted.txt" "$work/wanted.txt"
+    "$1" -D --defined-only "$2" | awk '{ print $3 }' | sed 's/@.*//' | sort >"$work/exported.txt"
+    diff "$work/wanted.txt" "$work/exported.txt" || { echo "exports differ from the header" && return 1; }
+}
+prove_library() {
+    need nm
+    CARGO_TARGET_DIR=$host cargo rustc --locked --lib --crate-type cdylib "${cargo_flags[@]}" || return 1
+    exports nm "$host/release/libforesound.so" || return 1
+    echo "exports $(wc -l <"$work/exported.txt") bytes $(stat -c %s "$host/release/libforesound.so")"
+}
+prove_reference() {
+    cargo run --release --locked --example bridge_reference -- assets/scenes/doorway.obj "$work/rust.raw" "$work/rust.txt" || return 1
+    echo "bytes $(stat -c %s "$work/rust.raw") paths $(wc -l <"$work/rust.txt")"
+}
+same() { # file: the same bits as the Rust walk, and no silence
+    [ -s "$work/rust.raw" ] || { echo "no Rust walk; run the proof reference" && return 1; }
+    cmp "$work/rust.raw" "$1" || return 1
+    [ "$(tr -d '\0' <"$1" | wc -c)" -gt 100000 ] || { echo "both are silent" && return 1; }
+}
+prove_c() {
+    need gcc g++
+    gcc -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wpedantic -Werror -Iinclude android/c/walk.c -o "$work/walk" \
+        -L"$host/release" -lforesound -Wl,-rpath,"$host/release" || return 1
+    g++ -std=c++11 -Wall -Wextra -Wpedantic -Werror -fsyntax-only -x c++ include/foresound.h || return 1
+    "$work/walk" assets/scenes/doorway.obj "$work/c.raw" || return 1
+    same "$work/c.raw" || return 1
+    echo "C99 and C++11 compile; 90 frames with the bits of Rust"
+}
+
+# --- Java -----------------------------------------------------------------------------------------------------------
+
+classes=$work/classes
+natives=android/foresound/src/main/java/dev/foresound/Native.java
+# The heap is touched at once, so that what grows is not Java's.
+java_run() { # part, arguments
+    java -Xcheck:jni -XX:+UseSerialGC -Xms32m -Xmx32m -XX:+AlwaysPreTouch -Djava.library.path="$host/release" -cp "$classes" dev.foresound.Bridge "$@" \
+        >"$work/java-$1.out" 2>&1
+    local code=$?
+    cat "$work/java-$1.out"
+    [ $code = 0 ] || return 1
+    # What -Xcheck:jni has to say is a failure.
+    ! grep -E '^(WARNING|FATAL)' "$work/java-$1.out" | grep -v 'native access'
+}
+compile_java() {
+    need javac java
+    mkdir -p "$classes"
+    javac --release 17 -d "$classes" $natives android/jvm/Bridge.java
+}
+prove_java_walk() {
+    compile_java || return 1
+    java_run walk assets/scenes/doorway.obj "$work/java.raw" || return 1
+    same "$work/java.raw" || return 1
+    echo "90 frames with the bits of Rust; $(tail -n 1 "$work/java-walk.out")"
+}
+prove_java_abuse() { compile_java && java_run abuse; }
+prove_java_cycles() { compile_java && java_run cycles 100000; }
+prove_java_threads() { compile_java && java_run threads; }
+prove_java_tick() {
+    # Times are the library's, not those of the checking layer.
+    compile_java || return 1
+    java -XX:+UseSerialGC -Djava.library.path="$host/release" -cp "$classes" dev.foresound.Bridge tick
+}
+
+# --- Kotlin ---------------------------------------------------------------------------------------------------------
+
+kernel=kotlin-jupyter-kernel==0.19.0.944
+prove_kotlin() {
+    need javac java python3 unzip
+    local jars=$work/kotlin/run_kotlin_kernel/jars
+    if [ ! -d "$jars" ]; then
+        # A current compiler with coroutines, in a package that a registry has.
+        mkdir -p "$work/kotlin"
+        python3 -m pip download -q --no-deps -d "$work/kotlin" "$kernel" ||
+            { echo "no Kotlin compiler: pip gave no $kernel" && exit 77; }
+        unzip -qo "$work"/kotlin/*.whl -d "$work/kotlin"
+        [ -d "$jars" ] || jars=$(dirname "$(find "$work/kotlin" -name 'kotlin-jupyter-kernel-*-all.jar' | head -n 1)")
+    fi
+    local compiler standard out=$work/kotlin-classes
+    compiler=$(find "$jars" -name 'kotlin-jupyter-kernel-*-all.jar' | head -n 1)
+    standard=$(find "$jars" -name 'kotlin-stdlib-[0-9]*.jar' | head -n 1)
+    rm -rf "$out"
+    mkdir -p "$out"
+    javac --release 17 -d "$out" $natives $(find android/jvm/stubs -name '*.java') || return 1
+    java -Xmx1g -cp "$compiler:$standard" org.jetbrains.kotlin.cli.jvm.K2JVMCompiler -no-stdlib -no-reflect \
+        -jvm-target 17 -Werror -cp "$compiler:$standard:$out" -d "$out" \
+        android/foresound/src/main/kotlin/dev/foresound/*.kt android/jvm/Face.kt || return 1
+    java -Xcheck:jni -XX:+UseSerialGC -Djava.library.path="$host/release" -cp "$out:$compiler:$standard" \
+        dev.foresound.FaceKt assets >"$work/face.out" 2>&1 || { cat "$work/face.out" && return 1; }
+    cat "$work/face.out"
+    ! grep -E '^(WARNING|FATAL)' "$work/face.out" || return 1
+    echo "compiles without warnings and runs; $(tail -n 1 "$work/face.out")"
+}
+
+# --- aarch64-linux-android ------------------------------------------------------------------------------------------
+
+debian_rust() {
+    [ -x /usr/bin/rustc ] || { echo "no Debian rustc; run android/install.sh" && exit 77; }
+    export RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc
+}
+prove_android() {
+    need clang-22 ld.lld-22 llvm-readelf-22 llvm-nm-22 llvm-strip-22
+    debian_rust
+    [ -d /usr/lib/rustlib/src/rust/library ] || [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/src/rust/library" ] ||
+        { echo "no rust-web-src; run android/install.sh" && exit 77; }
+    [ -d /usr/include/aarch64-linux-musl ] || { echo "no musl-dev:arm64; run android/install.sh" && exit 77; }
+    local chain=$work/toolchain
+    [ -x "$chain/bin/android-c++" ] || android/check/native/make-toolchain.sh "$chain" || return 1
+    export RUSTC_BOOTSTRAP=1 CARGO_TARGET_DIR=$work/android
+    export CARGO_TARGET_AARCH64_LINUX_ANDROID_LINKER=$chain/bin/android-clang
+    export CC_aarch64_linux_android=$chain/bin/android-cc CXX_aarch64_linux_android=$chain/bin/android-c++
+    export AR_aarch64_linux_android=llvm-ar-22
+    cargo rustc -Zbuild-std=std,panic_unwind --locked --target aarch64-linux-android --lib --crate-type cdylib \
+        "${cargo_flags[@]}" || return 1
+    local library=$CARGO_TARGET_DIR/aarch64-linux-android/release/libforesound.so
+    exports llvm-nm-22 "$library" || return 1
+    android/check/native/check-library.sh "$library"
+}
+
+# --- aarch64-unknown-linux-gnu, emulated ----------------------------------------------------------------------------
+
+prove_arm64() {
+    need qemu-aarch64 aarch64-linux-gnu-gcc python3
+    debian_rust
+    [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/aarch64-unknown-linux-gnu" ] ||
+        { echo "no libstd-rust-web-dev:arm64; run android/install.sh --all" && exit 77; }
+    export CARGO_TARGET_DIR=$work/arm64
+    export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc
+    local runner=qemu-aarch64
+    # With the cross package alone qemu has to be told where the C library is; with the real one it must not be.
+    [ -e /lib/ld-linux-aarch64.so.1 ] || runner="qemu-aarch64 -L /usr/aarch64-linux-gnu"
+    export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=$runner
+    local cross=(--release --locked --target aarch64-unknown-linux-gnu --no-default-features --features builtin-hrtf,capi)
+    cargo test "${cross[@]}" --test propagation_bits --test one_answer --test watertight || return 1
+    cargo run "${cross[@]}" --example bridge_reference -- assets/scenes/doorway.obj "$work/arm64.raw" "$work/arm64.txt" ||
+        return 1
+    python3 android/check/compare.py "$work/rust.raw" "$work/arm64.raw" 80 "$work/rust.txt" "$work/arm64.txt" 1e-4
+}
+
+prove library
+prove reference
+prove c
+prove java_walk
+prove java_abuse
+prove java_cycles
+prove java_threads
+prove java_tick
+prove kotlin
+prove android
+if [ $all = 1 ] || [ ${#only[@]} != 0 ]; then prove arm64; else tell SKIP arm64 "slow; run with --all"; fi
+if [ $json = 1 ]; then
+    printf '{"proofs":[%s]}\n' "$(IFS=,; echo "${rows[*]}")"
+fi
+exit $failed

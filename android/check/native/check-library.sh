@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# What can be said of an Android library without a device: machine, pages, relocations, needed libraries, size.
+# Usage: check-library.sh LIBRARY; the last line is the figures.
+set -euo pipefail
+library=${1:?library}
+# Head-related sets are data of this many bytes; the limit is for the code.
+most_bytes=$((3 * 1024 * 1024))
+here=$(cd "$(dirname "$0")" && pwd)
+heads=$(cat "$here"/../../../assets/hrtf/*.hrtf | wc -c)
+bad=0
+fail() { echo "FAIL $*" && bad=1; }
+
+llvm-readelf-22 -h "$library" | grep -q 'Machine:.*AArch64' || fail "not for AArch64"
+segments=$(llvm-readelf-22 -lW "$library")
+alignments=$(awk '$1 == "LOAD" { print $NF }' <<<"$segments" | sort -u)
+[ "$alignments" = 0x4000 ] || fail "segments are aligned to $alignments, not 16 KiB"
+grep -qE 'LOAD.* RWE' <<<"$segments" && fail "a segment is writable and executable"
+grep -qE 'GNU_STACK.* RWE' <<<"$segments" && fail "the stack is executable"
+grep -q 'GNU_RELRO' <<<"$segments" || fail "no read-only relocations"
+dynamic=$(llvm-readelf-22 -dW "$library")
+grep -q TEXTREL <<<"$dynamic" && fail "text relocations"
+needed=$(sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p' <<<"$dynamic" | sort)
+for name in $needed; do
+    case $name in
+    libc.so | libm.so | libdl.so | liblog.so | libandroid.so | libaaudio.so | libOpenSLES.so) ;;
+    *) fail "needs $name, which API 26 does not promise" ;;
+    esac
+done
+stripped=$(mktemp)
+trap 'rm -f "$stripped"' EXIT
+llvm-strip-22 --strip-unneeded -o "$stripped" "$library"
+bytes=$(stat -c %s "$stripped")
+code=$((bytes - heads))
+[ "$code" -le "$most_bytes" ] || fail "$code bytes without head-related sets, more than $most_bytes"
+echo "stripped $bytes bytes, $code without heads; 16 KiB segments; no text relocations; needs $(xargs <<<"$needed")"
+exit $bad

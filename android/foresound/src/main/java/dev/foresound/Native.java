@@ -1,0 +1,98 @@
+package dev.foresound;
+
+import java.io.IOException;
+import java.nio.ByteBuffer;
+
+/**
+ * The natives of libforesound, registered by its JNI_OnLoad; the Kotlin classes of this package are the face of it.
+ *
+ * Handles are numbers above zero. A closed or foreign one throws, whatever it is given to. Lists of numbers have the
+ * order of the C structures in foresound.h, without their sizes.
+ */
+final class Native {
+    static final int OPTIONS = 22;
+    static final int STATISTICS = 36;
+    static final int SCENE_INFO = 12;
+    static final int OUTPUT_INFO = 17;
+    static final int SOURCE_OPTIONS = 11;
+    /** Bytes of a pose in a frame: source, three of position, four of orientation. */
+    static final int POSE_BYTES = 32;
+
+    static {
+        System.loadLibrary("foresound");
+    }
+
+    private Native() {}
+
+    static native int version();
+
+    static native int openHandles();
+
+    static native void close(long handle);
+
+    static native void optionDefaults(double[] options);
+
+    /** Handles of engine and renderer into the two places of {@code handles}; {@code hrtf} may be null. */
+    static native void create(double[] options, byte[] hrtf, long[] handles);
+
+    /** The listener's pose and those of {@code sources} sources, in a direct buffer in native order. */
+    static native void tick(long engine, ByteBuffer frame, int sources);
+
+    static native void setScene(long engine, long scene);
+
+    static native void setPropagation(long engine, int guideRays, int sourceRays, int depth);
+
+    static native void pause(long engine);
+
+    static native void resume(long engine);
+
+    static native void restart(long engine);
+
+    static native void statistics(long engine, double[] numbers);
+
+    /** All but the first two may be null. */
+    static native long sceneFromMesh(
+            float[] positions,
+            int[] indices,
+            int[] triangleMaterials,
+            String[] materials,
+            String materialsToml,
+            double[] options);
+
+    /** All but the first may be null. */
+    static native long sceneFromFile(String path, String materialsToml, double[] options) throws IOException;
+
+    static native void sceneInfo(long scene, double[] numbers);
+
+    static native int addSource(long engine, float x, float y, float z);
+
+    static native void removeSource(long engine, int source);
+
+    static native void configureSource(long engine, int source, double[] options);
+
+    static native void setGain(long engine, int source, float gain);
+
+    static native void mute(long engine, int source, boolean muted);
+
+    static native void play(long engine, int source, long clip, boolean looped);
+
+    static native void stop(long engine, int source);
+
+    static native long stream(long engine, int source, int capacity);
+
+    static native long clipFromSamples(float[] samples, int rateHz, int engineRateHz);
+
+    static native long clipFromWav(byte[] bytes, int engineRateHz);
+
+    /** Floats in native order from a direct buffer; gives how many fitted. */
+    static native int writeStream(long stream, ByteBuffer samples, int count);
+
+    /** Interleaved stereo floats in native order into a direct buffer; gives the number of voices. */
+    static native int render(long renderer, ByteBuffer output, int frames);
+
+    static native int latency(long renderer);
+
+    static native long startOutput(long renderer, int blocksAhead);
+
+    static native void outputInfo(long output, double[] numbers);
+}

@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Installs what check.sh uses from Debian, as root. check.sh works without any of it and says what it skips.
+# Usage: install.sh [--all]; --all adds what `check.sh --all` needs.
+set -euo pipefail
+packages=(gcc g++ libc6-dev openjdk-17-jdk-headless)
+# Linking for Android without an NDK: standard library's source, a rustc that it fits, clang, C++ headers for Oboe.
+packages+=(rustc-web rust-web-src clang-22 lld-22 llvm-22 libc++-22-dev musl-dev:arm64)
+if [ "${1:-}" = --all ]; then
+    # Tests on 64-bit ARM, emulated.
+    packages+=(gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user libstd-rust-web-dev:arm64)
+fi
+if [ "$(id -u)" != 0 ]; then
+    echo "not root; ask somebody who is for: ${packages[*]}" >&2
+    exit 1
+fi
+dpkg --add-architecture arm64
+apt-get update -qq
+for package in "${packages[@]}"; do
+    # One at a time: a release that lacks one still gives the others.
+    apt-get install -y -qq --no-install-recommends "$package" >/dev/null || echo "not to be had: $package" >&2
+done

@@ -1,0 +1,443 @@
+package dev.foresound;
+
+import java.nio.ByteBuffer;
+import java.nio.ByteOrder;
+import java.nio.file.Files;
+import java.nio.file.Path;
+import java.util.Arrays;
+import java.util.concurrent.atomic.AtomicInteger;
+
+/**
+ * Drives the natives on a host's virtual machine. One argument a part: walk SCENE OUT, abuse, cycles N, threads, tick.
+ * Prints lines of figures; anything unexpected ends it with an exception.
+ */
+final class Bridge {
+    static final int RATE_HZ = 48_000;
+
+    public static void main(String[] arguments) throws Exception {
+        if (Native.version() >> 16 != 1) throw new AssertionError("version " + Native.version());
+        switch (arguments[0]) {
+            case "walk" -> walk(arguments[1], Path.of(arguments[2]));
+            case "abuse" -> abuse();
+            case "cycles" -> cycles(Integer.parseInt(arguments[1]));
+            case "threads" -> threads();
+            case "tick" -> tick();
+            default -> throw new IllegalArgumentException(arguments[0]);
+        }
+        if (Native.openHandles() != 0) throw new AssertionError(Native.openHandles() + " handles are left open");
+    }
+
+    static ByteBuffer direct(int bytes) {
+        return ByteBuffer.allocateDirect(bytes).order(ByteOrder.nativeOrder());
+    }
+
+    static double[] options() {
+        double[] options = new double[Native.OPTIONS];
+        Native.optionDefaults(options);
+        options[0] = RATE_HZ;
+        return options;
+    }
+
+    /** Small and without propagation's thread: for what is not about sound. */
+    static double[] light() {
+        double[] options = options();
+        options[1] = 64;
+        options[2] = 1;
+        options[3] = 8;
+        options[4] = 1;
+        options[5] = 16;
+        options[6] = 1;
+        options[7] = 1;
+        options[8] = 0;
+        options[10] = 1;
+        options[15] = 1;
+        options[16] = 0;
+        options[21] = 0.01;
+        return options;
+    }
+
+    static void pose(ByteBuffer frame, int place, int source, float x, float y, float z, float turn) {
+        frame.position(place * Native.POSE_BYTES);
+        frame.putInt(source).putFloat(x).putFloat(y).putFloat(z);
+        frame.putFloat(0).putFloat(turn).putFloat(0).putFloat(1);
+    }
+
+    /** The walk of reference.rs. */
+    static void walk(String sceneFile, Path out) throws Exception {
+        final int frames = 800, ticks = 90;
+        double[] options = options();
+        options[6] = 256;
+        options[10] = 1;
+        options[20] = 1.0 / 60.0;
+        long[] handles = new long[2];
+        Native.create(options, null, handles);
+        long engine = handles[0], renderer = handles[1];
+        long scene = Native.sceneFromFile(sceneFile, null, null);
+        double[] info = new double[Native.SCENE_INFO];
+        Native.sceneInfo(scene, info);
+        Native.setScene(engine, scene);
+        Native.close(scene);
+        float[] signal = new float[2 * RATE_HZ];
+        int state = 12_345;
+        for (int n = 0; n < signal.length; n++) {
+            state = state * 1_664_525 + 1_013_904_223;
+            float noise = (float) ((state >>> 16) - 32_768) / 262_144.0f;
+            signal[n] = n % 9600 < 8 ? 0.5f : noise;
+        }
+        long clip = Native.clipFromSamples(signal, RATE_HZ, RATE_HZ);
+        int near = Native.addSource(engine, 5.0f, 1.5f, 3.2f);
+        int far = Native.addSource(engine, 10.0f, 1.5f, 2.0f);
+        Native.play(engine, near, clip, true);
+        Native.play(engine, far, clip, false);
+        Native.close(clip);
+        Native.setGain(engine, far, 0.5f);
+        ByteBuffer frame = direct(2 * Native.POSE_BYTES);
+        ByteBuffer block = direct(2 * frames * 4);
+        byte[] copy = new byte[block.capacity()];
+        int voices = 0;
+        try (var file = Files.newOutputStream(out)) {
+            for (int tick = 0; tick < ticks; tick++) {
+                float part = (float) tick / (float) ticks;
+                pose(frame, 0, 1, 12.5f - 6.0f * part, 1.65f, 0.5f + 4.0f * part, 0.5f * part);
+                pose(frame, 1, near, 5.0f, 1.5f, 3.25f - part, 0);
+                Native.tick(engine, frame, 1);
+                voices = Math.max(voices, Native.render(renderer, block, frames));
+                block.get(0, copy);
+                file.write(copy);
+            }
+        }
+        double[] statistics = new double[Native.STATISTICS];
+        Native.statistics(engine, statistics);
+        Native.close(engine);
+        Native.close(renderer);
+        System.out.printf("walk triangles %.0f voices %d updates %.0f%n", info[1], voices, statistics[26]);
+        if (voices < 10 || statistics[26] != ticks) throw new AssertionError("too quiet a walk");
+    }
+
+    interface Call {
+        void run() throws Exception;
+    }
+
+    static int refused;
+
+    static void refuses(Class<? extends Throwable> wanted, Call call) {
+        try {
+            call.run();
+        } catch (Throwable thrown) {
+            boolean hasWords = thrown.getMessage() != null && thrown.getMessage().length() > 5;
+            if (!wanted.isInstance(thrown) || !hasWords) throw new AssertionError(wanted + " wanted", thrown);
+            refused++;
+            return;
+        }
+        throw new AssertionError("should have been refused: " + wanted);
+    }
+
+    static void abuse() throws Exception {
+        final var argument = IllegalArgumentException.class;
+        final var state = IllegalStateException.class;
+        final var none = NullPointerException.class;
+        long[] handles = new long[2];
+        Native.create(light(), null, handles);
+        final long engine = handles[0], renderer = handles[1];
+        final int source = Native.addSource(engine, 0, 0, 0);
+        final ByteBuffer frame = direct(2 * Native.POSE_BYTES);
+        pose(frame, 0, 0, 0, 1, 0, 0);
+        pose(frame, 1, source, 1, 1, 0, 0);
+        Native.tick(engine, frame, 1);
+        final ByteBuffer block = direct(512);
+        Native.render(renderer, block, 64);
+        // Creation.
+        refuses(none, () -> Native.create(null, null, handles));
+        refuses(none, () -> Native.create(light(), null, null));
+        refuses(argument, () -> Native.create(light(), null, new long[1]));
+        refuses(argument, () -> Native.create(new double[3], null, handles));
+        double[] headed = light();
+        headed[15] = 0;
+        refuses(argument, () -> Native.create(headed, new byte[10], handles));
+        for (int field = 0; field < Native.OPTIONS; field++) {
+            for (double wrong : new double[] {Double.NaN, -1e300, Double.POSITIVE_INFINITY}) {
+                double[] options = light();
+                options[field] = wrong;
+                refuses(argument, () -> Native.create(options, null, new long[2]));
+            }
+        }
+        // Handles of every wrong kind, for every method.
+        final long scene = Native.sceneFromMesh(
+                new float[] {0, 0, 0, 1, 0, 0, 0, 0, 1}, new int[] {0, 1, 2}, null, null, null, null);
+        final long clip = Native.clipFromSamples(new float[100], RATE_HZ, RATE_HZ);
+        final long stream = Native.stream(engine, source, 64);
+        for (long wrong : new long[] {0, 1, -1, Long.MIN_VALUE, Long.MAX_VALUE, engine ^ 1L << 50}) {
+            for (Call call : calls(wrong, source, scene, clip, frame, block)) refuses(state, call);
+        }
+        for (long wrong : new long[] {engine ^ 1, engine ^ 1L << 40}) {
+            for (Call call : engineCalls(wrong, source, scene, clip, frame)) refuses(state, call);
+        }
+        for (long wrong : new long[] {scene, clip, stream}) {
+            for (Call call : engineCalls(wrong, source, scene, clip, frame)) refuses(argument, call);
+        }
+        refuses(argument, () -> Native.setScene(engine, clip));
+        refuses(argument, () -> Native.play(engine, source, scene, false));
+        refuses(argument, () -> Native.render(engine, block, 64));
+        refuses(argument, () -> Native.startOutput(engine, 2));
+        refuses(argument, () -> Native.outputInfo(renderer, new double[Native.OUTPUT_INFO]));
+        // Frames.
+        refuses(none, () -> Native.tick(engine, null, 0));
+        refuses(argument, () -> Native.tick(engine, ByteBuffer.allocate(64), 1));
+        refuses(argument, () -> Native.tick(engine, direct(31), 0));
+        refuses(argument, () -> Native.tick(engine, frame, 2));
+        refuses(argument, () -> Native.tick(engine, frame, -1));
+        refuses(argument, () -> Native.tick(engine, frame, Integer.MAX_VALUE));
+        for (float wrong : new float[] {Float.NaN, Float.POSITIVE_INFINITY, -1e30f}) {
+            pose(frame, 0, 0, wrong, 0, 0, 0);
+            refuses(argument, () -> Native.tick(engine, frame, 0));
+            pose(frame, 0, 0, 0, 1, 0, 0);
+            pose(frame, 1, source, 0, wrong, 0, 0);
+            refuses(argument, () -> Native.tick(engine, frame, 1));
+        }
+        pose(frame, 1, source + 7, 0, 0, 0, 0);
+        refuses(argument, () -> Native.tick(engine, frame, 1));
+        pose(frame, 1, source, 0, 0, 0, 0);
+        // A buffer that lies askew in its parent is read all the same.
+        ByteBuffer askew = direct(100).position(3).slice().order(ByteOrder.nativeOrder());
+        pose(askew, 0, 0, 0, 1, 0, 0);
+        pose(askew, 1, source, 1, 1, 0, 0);
+        Native.tick(engine, askew, 1);
+        Native.render(renderer, direct(515).position(3).slice(), 64);
+        // Sound.
+        refuses(none, () -> Native.render(renderer, null, 1));
+        refuses(argument, () -> Native.render(renderer, block, 65));
+        refuses(argument, () -> Native.render(renderer, block, -5));
+        refuses(argument, () -> Native.render(renderer, ByteBuffer.allocate(512), 1));
+        refuses(argument, () -> Native.writeStream(stream, block, 129));
+        refuses(none, () -> Native.writeStream(stream, null, 1));
+        if (Native.writeStream(stream, block, 128) != 64) throw new AssertionError("a ring of 64");
+        if (Native.writeStream(stream, block, 1) != 0) throw new AssertionError("a full ring");
+        refuses(argument, () -> Native.stream(engine, source, 0));
+        refuses(argument, () -> Native.stream(engine, source, -1));
+        refuses(argument, () -> Native.startOutput(renderer, 0));
+        // Sources and clips.
+        refuses(argument, () -> Native.setGain(engine, source, Float.NaN));
+        refuses(argument, () -> Native.setGain(engine, source, -1));
+        refuses(argument, () -> Native.setGain(engine, source + 1, 1));
+        refuses(argument, () -> Native.addSource(engine, Float.NaN, 0, 0));
+        refuses(state, () -> Native.addSource(engine, 0, 0, 0));
+        refuses(none, () -> Native.configureSource(engine, source, null));
+        refuses(argument, () -> Native.configureSource(engine, source, new double[10]));
+        for (int field = 0; field < Native.SOURCE_OPTIONS; field++) {
+            double[] options = {31, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0};
+            Native.configureSource(engine, source, options);
+            options[field] = field == 0 ? 32 : Double.NaN;
+            refuses(argument, () -> Native.configureSource(engine, source, options));
+        }
+        refuses(none, () -> Native.clipFromSamples(null, 48_000, 48_000));
+        refuses(argument, () -> Native.clipFromSamples(new float[] {Float.NaN}, 48_000, 48_000));
+        refuses(argument, () -> Native.clipFromSamples(new float[1], -1, 48_000));
+        refuses(none, () -> Native.clipFromWav(null, 48_000));
+        refuses(argument, () -> Native.clipFromWav(new byte[100], 48_000));
+        final long slow = Native.clipFromSamples(new float[9], 1000, 44_100);
+        refuses(argument, () -> Native.play(engine, source, slow, true));
+        Native.close(slow);
+        // Scenes.
+        float[] corners = {0, 0, 0, 1, 0, 0, 0, 0, 1};
+        refuses(none, () -> Native.sceneFromMesh(null, new int[3], null, null, null, null));
+        refuses(none, () -> Native.sceneFromMesh(corners, null, null, null, null, null));
+        refuses(argument, () -> Native.sceneFromMesh(new float[8], new int[3], null, null, null, null));
+        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, 3}, null, null, null, null));
+        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, -1}, null, null, null, null));
+        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1}, null, null, null, null));
+        refuses(argument, () -> Native.sceneFromMesh(new float[0], new int[0], null, null, null, null));
+        refuses(none, () -> Native.sceneFromMesh(
+                corners, new int[] {0, 1, 2}, new int[1], new String[] {null}, null, null));
+        refuses(argument, () -> Native.sceneFromMesh(
+                corners, new int[] {0, 1, 2}, new int[] {5}, new String[] {"a"}, null, null));
+        refuses(argument, () -> Native.sceneFromMesh(corners, new int[] {0, 1, 2}, null, null, "[what", null));
+        refuses(argument, () -> Native.sceneFromMesh(
+                corners, new int[] {0, 1, 2}, null, null, null, new double[] {0, 1, -500, 50, 100}));
+        refuses(none, () -> Native.sceneFromFile(null, null, null));
+        refuses(java.io.IOException.class, () -> Native.sceneFromFile("/no/such\u0000 file \ud83d\ude00.obj", null, null));
+        refuses(argument, () -> Native.sceneInfo(scene, new double[1]));
+        refuses(none, () -> Native.sceneInfo(scene, null));
+        refuses(argument, () -> Native.setPropagation(engine, 0, 1, 0));
+        refuses(argument, () -> Native.setPropagation(engine, 1, 1, -1));
+        // The device, which nobody hears here.
+        long output = Native.startOutput(renderer, 2);
+        refuses(state, () -> Native.render(renderer, block, 1));
+        double[] info = new double[Native.OUTPUT_INFO];
+        for (int i = 0; i < 100 && info[15] == 0; i++) {
+            Thread.sleep(50);
+            Native.outputInfo(output, info);
+        }
+        if (info[0] != 1 || info[1] != RATE_HZ || info[8] != 1) throw new AssertionError(Arrays.toString(info));
+        for (long handle : new long[] {output, stream, clip, scene, engine}) {
+            Native.close(handle);
+            refuses(state, () -> Native.close(handle));
+        }
+        for (Call call : engineCalls(engine, source, scene, clip, frame)) refuses(state, call);
+        System.out.printf("abuse refused %d%n", refused);
+    }
+
+    /** Every method that takes an engine. */
+    static Call[] engineCalls(long engine, int source, long scene, long clip, ByteBuffer frame) {
+        return new Call[] {
+            () -> Native.tick(engine, frame, 0),
+            () -> Native.setScene(engine, scene),
+            () -> Native.setPropagation(engine, 1, 1, 1),
+            () -> Native.pause(engine),
+            () -> Native.resume(engine),
+            () -> Native.restart(engine),
+            () -> Native.statistics(engine, new double[Native.STATISTICS]),
+            () -> Native.addSource(engine, 0, 0, 0),
+            () -> Native.removeSource(engine, source),
+            () -> Native.configureSource(engine, source, new double[Native.SOURCE_OPTIONS]),
+            () -> Native.setGain(engine, source, 1),
+            () -> Native.mute(engine, source, true),
+            () -> Native.play(engine, source, clip, true),
+            () -> Native.stop(engine, source),
+            () -> Native.stream(engine, source, 10),
+        };
+    }
+
+    /** Every method that takes a handle. */
+    static Call[] calls(long wrong, int source, long scene, long clip, ByteBuffer frame, ByteBuffer block) {
+        Call[] engine = engineCalls(wrong, source, scene, clip, frame);
+        Call[] rest = {
+            () -> Native.close(wrong),
+            () -> Native.sceneInfo(wrong, new double[Native.SCENE_INFO]),
+            () -> Native.writeStream(wrong, block, 1),
+            () -> Native.render(wrong, block, 1),
+            () -> Native.latency(wrong),
+            () -> Native.startOutput(wrong, 2),
+            () -> Native.outputInfo(wrong, new double[Native.OUTPUT_INFO]),
+        };
+        Call[] all = Arrays.copyOf(engine, engine.length + rest.length);
+        System.arraycopy(rest, 0, all, engine.length, rest.length);
+        return all;
+    }
+
+    static long residentKilobytes() throws Exception {
+        for (String line : Files.readAllLines(Path.of("/proc/self/status"))) {
+            if (line.startsWith("VmRSS:")) return Long.parseLong(line.replaceAll("[^0-9]", ""));
+        }
+        throw new AssertionError("no VmRSS");
+    }
+
+    /** Creates and closes clips and scenes, and an engine now and then. */
+    static void cycles(int count) throws Exception {
+        float[] samples = new float[64];
+        float[] corners = {0, 0, 0, 1, 0, 0, 0, 0, 1};
+        int[] indices = {0, 1, 2};
+        long[] handles = new long[2];
+        long before = 0;
+        int engines = 0, scenes = 0;
+        for (int n = 0; n < count; n++) {
+            // A tenth to warm up: heaps grow to their size.
+            if (n == count / 10) before = residentKilobytes();
+            long clip = Native.clipFromSamples(samples, RATE_HZ, RATE_HZ);
+            Native.close(clip);
+            try {
+                Native.close(clip);
+                throw new AssertionError("closed twice");
+            } catch (IllegalStateException closed) {
+                // As it should be.
+            }
+            if (n % 50 == 0) {
+                Native.close(Native.sceneFromMesh(corners, indices, null, null, null, null));
+                scenes++;
+            }
+            if (n % 500 == 0) {
+                Native.create(light(), null, handles);
+                Native.close(handles[n % 1000 == 0 ? 0 : 1]);
+                Native.close(handles[n % 1000 == 0 ? 1 : 0]);
+                engines++;
+            }
+        }
+        long grown = residentKilobytes() - before;
+        System.out.printf("cycles clips %d scenes %d engines %d grown_kB %d%n", count, scenes, engines, grown);
+        // A leak of 64 bytes a clip were 5.8 MB. Java's own heap has been touched before.
+        if (grown > 4_000) throw new AssertionError("memory grows");
+    }
+
+    /** Eight threads on one engine, one of them closing it under the others' hands. */
+    static void threads() throws Exception {
+        for (int round = 0; round < 10; round++) {
+            double[] options = light();
+            options[2] = 16;
+            options[10] = round % 2;
+            long[] handles = new long[2];
+            Native.create(options, null, handles);
+            long engine = handles[0], renderer = handles[1];
+            int source = Native.addSource(engine, 0, 1, 0);
+            AtomicInteger done = new AtomicInteger(), refusals = new AtomicInteger();
+            Thread[] threads = new Thread[8];
+            for (int t = 0; t < threads.length; t++) {
+                final int own = t;
+                threads[t] = new Thread(() -> {
+                    ByteBuffer frame = direct(64), block = direct(512);
+                    double[] numbers = new double[Native.STATISTICS];
+                    for (int n = 0; n < 300; n++) {
+                        try {
+                            switch ((own + n) % 6) {
+                                case 0, 1 -> {
+                                    pose(frame, 0, 0, n * 0.01f, 1, 0, 0);
+                                    pose(frame, 1, source, 0, 1, 0, 0);
+                                    Native.tick(engine, frame, 1);
+                                }
+                                case 2 -> Native.render(renderer, block, 64);
+                                case 3 -> Native.statistics(engine, numbers);
+                                case 4 -> Native.removeSource(engine, Native.addSource(engine, 1, 1, 1));
+                                default -> Native.setGain(engine, source, 0.5f);
+                            }
+                            done.incrementAndGet();
+                        } catch (IllegalStateException busyOrClosed) {
+                            refusals.incrementAndGet();
+                        }
+                        if (own == 0 && n == 250) Native.close(engine);
+                    }
+                });
+            }
+            for (Thread thread : threads) thread.start();
+            for (Thread thread : threads) thread.join();
+            Native.close(renderer);
+            if (done.get() + refusals.get() != 2400 || done.get() < 100)
+                throw new AssertionError(done + " done, " + refusals + " refused");
+            if (round == 9) System.out.printf("threads calls %d refused %d%n", done.get(), refusals.get());
+        }
+    }
+
+    /** Sixteen sources a frame: time of a tick, and what Java allocates for it. */
+    static void tick() throws Exception {
+        double[] options = options();
+        options[6] = 64;
+        options[7] = 16;
+        long[] handles = new long[2];
+        Native.create(options, null, handles);
+        long engine = handles[0], renderer = handles[1];
+        final int sources = 16;
+        ByteBuffer frame = direct((sources + 1) * Native.POSE_BYTES);
+        int[] ids = new int[sources];
+        for (int i = 0; i < sources; i++) ids[i] = Native.addSource(engine, i, 1.5f, -5);
+        final int warm = 30_000, count = 20_000;
+        long[] times = new long[count];
+        var threads = (com.sun.management.ThreadMXBean) java.lang.management.ManagementFactory.getThreadMXBean();
+        long allocated = 0;
+        threads.getCurrentThreadAllocatedBytes();
+        for (int n = -warm; n < count; n++) {
+            if (n == 0) allocated = threads.getCurrentThreadAllocatedBytes();
+            long started = System.nanoTime();
+            pose(frame, 0, 0, 0.001f * (n & 1023), 1.6f, 0, 0);
+            for (int i = 0; i < sources; i++) pose(frame, i + 1, ids[i], i, 1.5f, -5 + 0.001f * (n & 1023), 0);
+            Native.tick(engine, frame, sources);
+            if (n >= 0) times[n] = System.nanoTime() - started;
+        }
+        allocated = threads.getCurrentThreadAllocatedBytes() - allocated;
+        Native.close(engine);
+        Native.close(renderer);
+        Arrays.sort(times);
+        System.out.printf(
+                "tick sources %d p50_us %.2f p95_us %.2f p99_us %.2f worst_us %.1f java_bytes_a_frame %.4f%n",
+                sources, times[count / 2] * 1e-3, times[count * 95 / 100] * 1e-3, times[count * 99 / 100] * 1e-3,
+                times[count - 1] * 1e-3, (double) allocated / count);
+        // The question itself allocates once.
+        if (allocated > 2000) throw new AssertionError(allocated + " bytes");
+    }
+}

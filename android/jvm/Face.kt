@@ -1,0 +1,112 @@
+package dev.foresound
+
+import android.content.Context
+import java.io.File
+import java.io.IOException
+import java.nio.ByteBuffer
+import java.nio.ByteOrder
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+
+private inline fun <reified E : Throwable> refuses(call: () -> Unit) {
+    try {
+        call()
+    } catch (thrown: Throwable) {
+        check(thrown is E && (thrown.message ?: "").length > 5) { "${E::class} wanted, $thrown came" }
+        return
+    }
+    error("should have been refused: ${E::class}")
+}
+
+/** The Kotlin face on a host: everything in it once. One argument: the folder of the repository's assets. */
+fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
+    val context = Context(File(arguments[0]))
+    val options = EngineOptions(
+        rateHz = 48_000,
+        maxSources = 4,
+        guideRays = 64,
+        depth = 2,
+        schedule = Schedule.SYNCHRONOUS,
+        predictor = Predictor.BEST,
+        frameSeconds = 1.0 / 60.0,
+    )
+    var last = 0
+    Engine(options).use { engine ->
+        val scene = async { Scene.fromAsset(context, "scenes/doorway.obj") }
+        val clip = async { Clip.fromAsset(context, "speech/voice01.wav", engine.rateHz) }
+        scene.await().use {
+            check(it.info.triangles > 100 && it.info.boundsMaxM[0] > 10)
+            engine.setScene(it)
+        }
+        val voice = engine.addSource(5f, 1.5f, 3f)
+        clip.await().use { voice.play(it, looped = true) }
+        voice.configure(SourceOptions(late = false, directivity = FloatArray(8) { 0.5f }))
+        voice.setGain(0.8f)
+        val buffer = ByteBuffer.allocateDirect(2 * 800 * 4).order(ByteOrder.nativeOrder())
+        var loudest = 0f
+        for (frame in 0 until 30) {
+            engine.listener.set(6.5f, 1.6f, 2f + 0.02f * frame)
+            engine.listener.turn(0f, 0.1f, 0f, 1f)
+            voice.set(5f, 1.5f, 3f - 0.01f * frame)
+            engine.tick()
+            last = engine.render(buffer, 800)
+            for (n in 0 until 1600) loudest = maxOf(loudest, Math.abs(buffer.getFloat(4 * n)))
+        }
+        check(loudest > 1e-3f) { "silent: $loudest" }
+        val now = engine.statistics()
+        check(now.state == EngineState.RUNNING && now.updates == 30L && now.sources == 1) { "${now.updates}" }
+
+        // At most ten a second, whatever is asked for: a busy machine is slower, never faster.
+        val began = System.nanoTime()
+        val looks = engine.statisticsFlow(periodMillis = 1).take(3).toList()
+        val took = (System.nanoTime() - began) * 1e-6
+        check(looks.size == 3 && took >= 200) { "$took ms" }
+
+        val stream = voice.stream(64)
+        check(stream.write(buffer, 100) == 64)
+        voice.stop()
+        engine.tick()
+        engine.render(buffer, 800)
+        stream.close()
+        stream.close()
+        voice.mute(true)
+        voice.close()
+        voice.close()
+        refuses<IllegalArgumentException> { voice.setGain(1f) }
+        refuses<IOException> { Scene.fromFile(File("/no/such.obj")).close() }
+        refuses<IllegalArgumentException> { Scene.fromMesh(FloatArray(9), intArrayOf(0, 1, 5)).close() }
+        refuses<IllegalArgumentException> { engine.setPropagation(0, 0, 0) }
+        repeat(4) { engine.addSource(0f, 1f, 0f) }
+        refuses<IllegalStateException> { engine.addSource(0f, 1f, 0f) }
+
+        // Loads that nobody waits for any more leave nothing open.
+        repeat(20) { n ->
+            val load = launch { Scene.fromAsset(context, "scenes/doorway.obj").close() }
+            if (n % 2 == 0) Thread.sleep(1)
+            load.cancel()
+            load.join()
+        }
+
+        engine.pause()
+        check(engine.statistics().state == EngineState.PAUSED)
+        engine.resume()
+        engine.start()
+        refuses<IllegalStateException> { engine.start() }
+        refuses<IllegalStateException> { engine.render(buffer, 1) }
+        val report = checkNotNull(engine.outputReport())
+        check(report.ringFrames == 2 * 256)
+        val watch = launch { engine.statisticsFlow().collect { } }
+        engine.close()
+        // The flow ends by itself.
+        watch.join()
+        refuses<IllegalStateException> { engine.tick() }
+    }
+    // A load that was cancelled may end a moment later.
+    for (n in 0 until 100) if (Native.openHandles() != 0) Thread.sleep(50)
+    check(Native.openHandles() == 0) { "${Native.openHandles()} handles are left open" }
+    println("face voices $last")
+}

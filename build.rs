@@ -1,0 +1,14 @@
+//! Linking of the shared library for Android; nothing for any other target.
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("android") {
+        return;
+    }
+    // Devices with pages of 16 KiB refuse anything less; NDKs before r28 do not do it by themselves.
+    println!("cargo:rustc-link-arg=-Wl,-z,max-page-size=16384");
+    // A name that nobody has fails here and not on somebody's phone.
+    println!("cargo:rustc-link-arg=-Wl,-z,defs");
+    // oboe-sys links c++_static alone, where operators new and delete are not.
+    println!("cargo:rustc-link-lib=c++abi");
+}

@@ -1,0 +1,92 @@
+//! Fixed amounts of tracing and propagation, for tools that count instructions: no clock, no threads.
+//!
+//! `count_work rays FOLDER SCENE SET PASSES` asks the rays that `bench rays --dump FOLDER` wrote, `PASSES` times over;
+//! `count_work update SCENE SOURCES UPDATES` runs propagation updates of a listener that walks at 1.4 m/s. Twice the
+//! work less once the work is the work alone (`benches/count-aarch64.sh`).
+
+use std::fs;
+use std::sync::Arc;
+
+use foresound::geometry::bvh::NO_GROUP;
+use foresound::geometry::{Bvh, Ray};
+use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::Vec3;
+
+/// Metres between two of twenty updates a second.
+const STEP_M: f32 = 0.07;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments.as_slice() {
+        ["rays", folder, scene, set, passes] => rays(folder, scene, set, passes.parse()?),
+        ["update", scene, sources, updates] => update(scene, sources.parse()?, updates.parse()?),
+        _ => Err("arguments: rays FOLDER SCENE SET PASSES | update SCENE SOURCES UPDATES".into()),
+    }
+}
+
+fn rays(
+    folder: &str,
+    scene: &str,
+    set: &str,
+    passes: u32,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let floats = |name: &str| -> std::io::Result<Vec<f32>> {
+        let bytes = fs::read(format!("{folder}/{scene}-{name}.f32"))?;
+        let (values, _) = bytes.as_chunks::<4>();
+        Ok(values.iter().map(|b| f32::from_le_bytes(*b)).collect())
+    };
+    let corners = floats("triangles")?;
+    let (corners, _) = corners.as_chunks::<3>();
+    let vertices: Vec<Vec3> = corners.iter().map(|c| Vec3::from_array(*c)).collect();
+    let triangles: Vec<[u32; 3]> = (0..vertices.len() as u32 / 3)
+        .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+        .collect();
+    let tree = Bvh::build(&vertices, &triangles, &vec![0; triangles.len()]);
+    let values = floats(set)?;
+    let (values, _) = values.as_chunks::<7>();
+    let rays: Vec<Ray> = values
+        .iter()
+        .map(|&[ox, oy, oz, dx, dy, dz, t_max]| Ray {
+            t_max,
+            ..Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz))
+        })
+        .collect();
+    let any = set == "visibility";
+    let hits = |ray: &&Ray| match any {
+        true => tree.any_hit(ray, [NO_GROUP; 2]),
+        false => tree.closest_hit(ray, [NO_GROUP; 2]).is_some(),
+    };
+    let hits: usize = (0..passes).map(|_| rays.iter().filter(hits).count()).sum();
+    eprintln!("{} rays, {hits} hits", rays.len());
+    Ok(())
+}
+
+fn update(name: &str, count: usize, updates: u32) -> Result<(), Box<dyn std::error::Error>> {
+    let benchmark = procedural::by_name(name).ok_or("no such scene")?;
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
+    let mut propagator = Propagator::new(Arc::new(scene), PropagationSettings::default())?;
+    let sources: Vec<SourcePose> = (0..)
+        .zip(benchmark.sources.iter().take(count))
+        .map(|(slot, (_, place))| SourcePose::at(SourceId::new(slot, 0), *place))
+        .collect();
+    let walk = &benchmark.walk;
+    let length_m = walk.from.distance(walk.to);
+    let ear = |step: u32| ListenerPose {
+        position: walk
+            .from
+            .lerp(walk.to, (0.5 + STEP_M * step as f32 / length_m).min(1.0)),
+        ..ListenerPose::default()
+    };
+    let mut set = PathSet::default();
+    propagator.warm_up(&ear(0), &sources);
+    for step in 0..updates {
+        propagator.update(&ear(step), &sources, 0.0, &mut set);
+    }
+    eprintln!("{} sources, {} paths", sources.len(), set.paths.len());
+    Ok(())
+}

@@ -1,0 +1,100 @@
+//! Of `bench speed`: one propagation update on one thread and on two, beside its own rays cast alone.
+//!
+//! The listener walks at 1.4 m/s, 20 updates a second. The three measurements alternate, update by update, so that
+//! whatever else the machine does falls on all of them alike.
+
+#![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use foresound::Result;
+use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::runtime::Threads;
+use foresound::scene::SourcePose;
+use serde_json::{Value, json};
+
+use super::own_rays::OwnRays;
+use super::share;
+use super::walk::Walk;
+
+/// Fewest updates that a row is made of, however long they take.
+const FEWEST: usize = 5;
+
+/// What one row has measured, in milliseconds.
+#[derive(Default)]
+pub(super) struct Times {
+    one: Vec<f64>,
+    two: Vec<f64>,
+    alone: Vec<f64>,
+    paths: Vec<f64>,
+    rays: Vec<f64>,
+}
+
+pub(super) fn measure(
+    walk: &Walk,
+    sources: &[SourcePose],
+    settings: PropagationSettings,
+    seconds: f64,
+) -> Result<Times> {
+    let scene = &walk.scene;
+    let threads = Threads::start(2)?;
+    let mut one = Propagator::new(Arc::clone(scene), settings)?;
+    let mut two = Propagator::new(Arc::clone(scene), settings)?;
+    one.warm_up(&walk.ear(0), sources);
+    two.warm_up(&walk.ear(0), sources);
+    let (mut set, mut other) = (PathSet::default(), PathSet::default());
+    let mut times = Times::default();
+    let started = Instant::now();
+    for step in 0.. {
+        if step >= FEWEST && started.elapsed().as_secs_f64() > seconds {
+            break;
+        }
+        let ear = walk.ear(step);
+        let time = Instant::now();
+        one.update(&ear, sources, 0.0, &mut set);
+        times.one.push(ms(time.elapsed()));
+        let time = Instant::now();
+        two.update_with(&threads, &ear, sources, 0.0, &mut other);
+        times.two.push(ms(time.elapsed()));
+        let rays = OwnRays::of(scene, &settings, &set);
+        let time = Instant::now();
+        std::hint::black_box(rays.cast(scene));
+        times.alone.push(ms(time.elapsed()));
+        times.paths.push(set.paths.len() as f64);
+        times.rays.push(set.rays as f64);
+    }
+    Ok(times)
+}
+
+fn ms(time: Duration) -> f64 {
+    1e3 * time.as_secs_f64()
+}
+
+impl Times {
+    /// The fastest update on one thread.
+    pub(super) fn best_ms(&self) -> f64 {
+        share(&self.one, 0.0)
+    }
+
+    pub(super) fn row(&self, scene: &str, sources: usize, graphics_ms: f64) -> Value {
+        let both = |values: &[f64]| json!({"p50": share(values, 0.5), "p95": share(values, 0.95)});
+        // The fastest of each: on a busy machine the middle one tells how often it was put off.
+        let (one, alone) = (share(&self.one, 0.0), share(&self.alone, 0.0));
+        json!({
+            "scene": scene,
+            "sources": sources,
+            "graphics_ms": graphics_ms,
+            "sps_ms": both(&self.one),
+            "sps_two_threads_ms": both(&self.two),
+            "rays_alone_ms": share(&self.alone, 0.5),
+            "sps_best_ms": one,
+            "sps_two_threads_best_ms": share(&self.two, 0.0),
+            "rays_alone_best_ms": alone,
+            "update_to_rays": one / alone,
+            "two_threads_speedup": one / share(&self.two, 0.0),
+            "paths_p50": share(&self.paths, 0.5),
+            "rays_per_update": share(&self.rays, 0.5),
+        })
+    }
+}

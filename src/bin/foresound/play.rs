@@ -1,0 +1,334 @@
+//! `play`: a benchmark scene on the sound device, live; the listener walks by the keyboard. Feature `play`.
+//!
+//! One thread is the app: it reads keys, ticks sixty times a second, looks after the device and draws the meter.
+
+use std::io::{IsTerminal, Write, stderr, stdin};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, poll, read};
+use crossterm::terminal::{disable_raw_mode, enable_raw_mode};
+use foresound::extrapolation::PredictorKind;
+use foresound::generation::GeneratorSettings;
+use foresound::runtime::device::{CpalBackend, DeviceState, StandIn, Supervisor};
+use foresound::runtime::{
+    Budget, Controller, Engine, EngineSchedule, EngineSettings, EngineState, TraceLog,
+};
+use foresound::scene::ListenerPose;
+use foresound::{Error, Result};
+use glam::Vec3;
+
+use crate::inputs::{
+    LoadedScene, SceneArguments, asset, load_scene, load_sound, predictor_named, tell,
+};
+use crate::traces::write_trace;
+use crate::walker::{Pressed, Walker};
+
+/// The app's graphics frame.
+const GRAPHICS_FRAME: Duration = Duration::from_micros(16_667);
+/// Graphics frames between two drawings of the meter.
+const METER_FRAMES: u64 = 12;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Scene: a benchmark scene's name or an OBJ file with a layout beside it.
+    #[arg(long, default_value = "concert_hall")]
+    scene: PathBuf,
+    /// Speaking sources, 1 to 256; beyond sixteen they share.
+    #[arg(long, default_value_t = 4)]
+    sources: usize,
+    /// Predictor: hold, linear or best.
+    #[arg(long, default_value = "best")]
+    predictor: String,
+    /// Longest propagation update in milliseconds, kept by giving up detail.
+    #[arg(long, value_name = "MS")]
+    update_ms: Option<f64>,
+    /// Share of a core that propagation and sound may take.
+    #[arg(long, value_name = "SHARE")]
+    core_share: Option<f64>,
+    /// Audio frames a block.
+    #[arg(long, default_value_t = 256)]
+    block: usize,
+    /// End after so many seconds.
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Write what every thread did when, for Perfetto.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+}
+
+/// The terminal, without line buffering for as long as this lives.
+struct RawTerminal(bool);
+
+impl RawTerminal {
+    fn begin() -> Self {
+        Self(stdin().is_terminal() && enable_raw_mode().is_ok())
+    }
+}
+
+impl Drop for RawTerminal {
+    fn drop(&mut self) {
+        if self.0 {
+            let _given_back = disable_raw_mode();
+        }
+    }
+}
+
+struct Session {
+    controller: Controller,
+    device: Supervisor<CpalBackend>,
+    heard: DeviceState,
+    walker: Walker,
+    log: TraceLog,
+    schedule: EngineSchedule,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let mut session = Session::open(arguments)?;
+    let terminal = RawTerminal::begin();
+    if terminal.0 {
+        eprint!(
+            "walk: W A S D or arrows, Q E turn; 1 2 3 hold linear best, B baseline, space pauses, X ends\r\n"
+        );
+    } else {
+        eprintln!("no terminal to walk by: the listener takes the scene's own walk");
+    }
+    let result = session.keep_going(arguments, terminal.0);
+    drop(terminal);
+    eprintln!();
+    result?;
+    match &arguments.trace {
+        Some(file) => write_trace(file, &session.log),
+        None => Ok(()),
+    }
+}
+
+impl Session {
+    fn open(arguments: &Arguments) -> Result<Self> {
+        if !(1..=256).contains(&arguments.sources) {
+            let problem = format!("{} is outside 1 to 256", arguments.sources);
+            return Err(Error::setting(
+                "--sources",
+                problem,
+                "choose a number in that range",
+            ));
+        }
+        // A rate that a head-related set is built in for.
+        let rate_hz = match CpalBackend::preferred_rate_hz() {
+            Some(48_000) => 48_000,
+            _ => 44_100,
+        };
+        let settings = EngineSettings {
+            generation: GeneratorSettings {
+                rate_hz,
+                max_sources: arguments.sources.min(16),
+                ..GeneratorSettings::default()
+            },
+            most_sources: Some(arguments.sources),
+            predictor: predictor_named(&arguments.predictor)?,
+            budget: Budget {
+                update_s: arguments.update_ms.map(|ms| 1e-3 * ms),
+                core_share: arguments.core_share,
+                ..Budget::default()
+            },
+            block_frames: arguments.block,
+            trace_spans: if arguments.trace.is_some() {
+                1 << 14
+            } else {
+                0
+            },
+            ..EngineSettings::default()
+        };
+        let loaded = load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
+        tell(&loaded.notes);
+        let stand_in = StandIn {
+            rate_hz,
+            block_frames: settings.block_frames,
+            affinity: settings.affinity,
+        };
+        let (mut controller, mut renderer) = Engine::new(settings)?;
+        controller.set_scene(Arc::clone(&loaded.scene))?;
+        add_voices(&mut controller, &loaded, arguments.sources, rate_hz)?;
+        let fill = move |block: &mut [f32]| {
+            renderer.render(block);
+        };
+        Ok(Self {
+            controller,
+            device: Supervisor::new(CpalBackend::new(rate_hz), fill, Some(stand_in)),
+            heard: DeviceState::Playing,
+            walker: Walker::new(&loaded),
+            log: TraceLog::default(),
+            schedule: EngineSchedule::Asynchronous,
+        })
+    }
+
+    #[expect(clippy::disallowed_methods, reason = "an app keeps time")]
+    fn keep_going(&mut self, arguments: &Arguments, by_keys: bool) -> Result<()> {
+        let began = Instant::now();
+        let mut due = began;
+        for frame in 0u64.. {
+            let time_s = began.elapsed().as_secs_f64();
+            if arguments.seconds.is_some_and(|end_s| time_s >= end_s) {
+                break;
+            }
+            if by_keys && !self.keys()? {
+                break;
+            }
+            let listener = match by_keys {
+                true => self.walker.step(GRAPHICS_FRAME.as_secs_f32()),
+                false => self.walker.at(time_s),
+            };
+            self.controller.tick(listener, &[])?;
+            if self.controller.state() == EngineState::PropagationFailed {
+                self.controller.restart()?;
+            }
+            self.look_after_device(time_s);
+            if arguments.trace.is_some() {
+                self.controller.collect_spans(&mut self.log);
+            }
+            if frame % METER_FRAMES == 0 {
+                self.draw(listener);
+            }
+            due += GRAPHICS_FRAME;
+            let rest = due.saturating_duration_since(Instant::now());
+            if rest.is_zero() {
+                due = Instant::now();
+            }
+            thread::sleep(rest);
+        }
+        Ok(())
+    }
+
+    /// Says so when the device comes or goes.
+    fn look_after_device(&mut self, time_s: f64) {
+        let state = self.device.poll(time_s);
+        let same = std::mem::discriminant(&state) == std::mem::discriminant(&self.heard);
+        match &state {
+            DeviceState::Waiting { because, .. } if !same => {
+                eprint!(
+                    "\r\x1b[Kno sound: {because}; time goes on in silence until there is a device\r\n"
+                );
+            }
+            DeviceState::Playing if !same => eprint!("\r\x1b[Kthe device plays\r\n"),
+            _ => {}
+        }
+        self.heard = state;
+    }
+
+    /// Takes the keys pressed since last time; false to end.
+    fn keys(&mut self) -> Result<bool> {
+        let failed = |error: std::io::Error| {
+            Error::engine(
+                format!("no keys: {error}"),
+                "give --seconds and no terminal",
+            )
+        };
+        while poll(Duration::ZERO).map_err(failed)? {
+            let Event::Key(key) = read().map_err(failed)? else {
+                continue;
+            };
+            if !self.key(key)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn key(&mut self, key: KeyEvent) -> Result<bool> {
+        let ends = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+        let pressed = match key.code {
+            _ if ends => return Ok(false),
+            KeyCode::Char('x') | KeyCode::Esc => return Ok(false),
+            KeyCode::Char('w') | KeyCode::Up => Pressed::Ahead,
+            KeyCode::Char('s') | KeyCode::Down => Pressed::Back,
+            KeyCode::Char('a') => Pressed::Left,
+            KeyCode::Char('d') => Pressed::Right,
+            KeyCode::Char('q') | KeyCode::Left => Pressed::TurnLeft,
+            KeyCode::Char('e') | KeyCode::Right => Pressed::TurnRight,
+            KeyCode::Char(digit @ '1'..='3') => {
+                let number = digit as usize - '1' as usize;
+                self.controller.set_predictor(PredictorKind::ALL[number]);
+                return Ok(true);
+            }
+            KeyCode::Char('b') => {
+                self.schedule = match self.schedule {
+                    EngineSchedule::Asynchronous => EngineSchedule::Synchronous,
+                    EngineSchedule::Synchronous => EngineSchedule::Asynchronous,
+                };
+                self.controller.set_schedule(self.schedule)?;
+                return Ok(true);
+            }
+            KeyCode::Char(' ') => {
+                match self.controller.state() {
+                    EngineState::Paused => self.controller.resume(),
+                    _ => self.controller.pause(),
+                }
+                return Ok(true);
+            }
+            _ => return Ok(true),
+        };
+        self.walker.press(pressed);
+        Ok(true)
+    }
+
+    fn draw(&self, listener: ListenerPose) {
+        let told = self.controller.statistics();
+        let settings = self.controller.settings();
+        let period_s = settings.block_frames as f64 / f64::from(settings.generation.rate_hz);
+        let Vec3 { x, y, z } = listener.position;
+        eprint!(
+            "\r\x1b[K{:5.1} FPS  T_SPS {:6.2} ms  L {:2}  tier {}  {:4} paths  block {:3.0} % (worst {:3.0} %)  {} missed  {:6}  at {x:.1} {y:.1} {z:.1}",
+            1.0 / told.graphics_frame_s.max(1e-3),
+            1e3 * told.propagation_s,
+            told.level,
+            told.tier.0,
+            told.paths,
+            100.0 * told.block.p50_s / period_s,
+            100.0 * told.block.worst_s / period_s,
+            told.missed_deadlines,
+            settings.predictor.name(),
+        );
+        let _drawn = stderr().flush();
+    }
+}
+
+/// The scene's own places, each with a voice; more sources than places stand beside them.
+fn add_voices(
+    controller: &mut Controller,
+    loaded: &LoadedScene,
+    count: usize,
+    rate_hz: u32,
+) -> Result<()> {
+    let layout = loaded.layout.as_ref();
+    let places: Vec<Vec3> = layout
+        .map(|layout| {
+            layout
+                .sources
+                .iter()
+                .map(|source| source.position)
+                .collect()
+        })
+        .unwrap_or_default();
+    if places.is_empty() {
+        let problem = "the scene names no sources";
+        return Err(Error::setting(
+            "--scene",
+            problem,
+            "give a layout beside it (TOML), or a benchmark scene",
+        ));
+    }
+    let mut voices: Vec<Arc<[f32]>> = Vec::new();
+    for number in 0..count.min(16) {
+        let file = asset(&format!("speech/voice{:02}.wav", number + 1))?;
+        voices.push(load_sound(&file, rate_hz)?.samples.into());
+    }
+    for number in 0..count {
+        let round = (number / places.len()) as f32;
+        let beside = 0.4 * round * Vec3::new(round.cos(), 0.0, round.sin());
+        let id = controller.add_source(places[number % places.len()] + beside)?;
+        controller.play(id, Arc::clone(&voices[number % voices.len()]), true)?;
+    }
+    Ok(())
+}

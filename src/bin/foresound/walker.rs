@@ -1,0 +1,98 @@
+//! A listener who walks by the keys of a terminal, which tells of presses and never of releases: a press counts for a
+//! moment, a key that is held repeats.
+
+use foresound::geometry::Ray;
+use foresound::geometry::bvh::NO_GROUP;
+use foresound::scene::layout::Walk;
+use foresound::scene::{ListenerPose, Scene};
+use glam::{Quat, Vec3};
+use std::sync::Arc;
+
+use crate::inputs::LoadedScene;
+
+/// Seconds that a press counts for: a little longer than a held key takes to repeat.
+const HELD_S: f32 = 0.15;
+/// Walking speed in m/s and turning speed in rad/s.
+const WALK_M_S: f32 = 1.4;
+const TURN_PER_S: f32 = 1.5;
+/// Nearest to a wall, in metres.
+const CLEARANCE_M: f32 = 0.3;
+
+/// What a key asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pressed {
+    Ahead,
+    Back,
+    Left,
+    Right,
+    TurnLeft,
+    TurnRight,
+}
+
+/// The listener.
+pub(crate) struct Walker {
+    scene: Arc<Scene>,
+    walk: Option<Walk>,
+    position: Vec3,
+    yaw: f32,
+    /// Seconds for which each press still counts.
+    held_s: [f32; 6],
+}
+
+impl Walker {
+    /// Where the scene's listener stands.
+    pub(crate) fn new(loaded: &LoadedScene) -> Self {
+        let walk = loaded.layout.as_ref().and_then(|layout| layout.listener);
+        let report = loaded.scene.report();
+        let middle = (report.bounds_min + report.bounds_max) / 2.0;
+        Self {
+            scene: Arc::clone(&loaded.scene),
+            walk,
+            position: walk.map_or(middle, |walk| walk.standing),
+            yaw: 0.0,
+            held_s: [0.0; 6],
+        }
+    }
+
+    pub(crate) fn press(&mut self, pressed: Pressed) {
+        self.held_s[pressed as usize] = HELD_S;
+    }
+
+    /// Walks on for some seconds.
+    pub(crate) fn step(&mut self, seconds: f32) -> ListenerPose {
+        let held = |pressed: Pressed| self.held_s[pressed as usize].min(seconds).max(0.0);
+        let turned = held(Pressed::TurnLeft) - held(Pressed::TurnRight);
+        let way = Vec3::new(
+            held(Pressed::Right) - held(Pressed::Left),
+            0.0,
+            held(Pressed::Back) - held(Pressed::Ahead),
+        );
+        for left_s in &mut self.held_s {
+            *left_s = (*left_s - seconds).max(0.0);
+        }
+        self.yaw += TURN_PER_S * turned;
+        self.go(Quat::from_rotation_y(self.yaw) * (WALK_M_S * way));
+        ListenerPose::facing(self.position, self.yaw)
+    }
+
+    /// A step, unless a wall is in the way.
+    fn go(&mut self, way: Vec3) {
+        let Some(ahead) = way.try_normalize() else {
+            return;
+        };
+        let local = |place: Vec3| self.scene.to_local(place).as_vec3();
+        let far = self.position + way + CLEARANCE_M * ahead;
+        let ray = Ray::between(local(self.position), local(far));
+        if !self.scene.bvh().any_hit(&ray, [NO_GROUP; 2]) {
+            self.position += way;
+        }
+    }
+
+    /// Where the scene's own walk leads at a time in seconds.
+    pub(crate) fn at(&self, time_s: f64) -> ListenerPose {
+        let position = self
+            .walk
+            .map_or(self.position, |walk| walk.position_at(time_s, 0.0));
+        ListenerPose::facing(position, self.yaw)
+    }
+}

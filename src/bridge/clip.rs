@@ -1,0 +1,207 @@
+//! Clips: mono samples at an engine's rate, made of the app's samples or of WAV bytes.
+//!
+//! Control side, any thread; allocates. Channels are averaged. Another rate is converted with a Kaiser-windowed sinc of 32
+//! zero crossings a side, of which the pass band ends at 0.93 of the lower rate's half;
+//! literal sum, own choice of window.
+
+use std::f64::consts::PI;
+use std::io::Cursor;
+use std::sync::Arc;
+
+use hound::{SampleFormat, WavReader};
+
+use super::fault::{Fault, Status};
+use super::table::{Kind, Table};
+
+/// A clip's samples.
+pub struct Clip {
+    /// Mono, at the rate it was made for.
+    pub samples: Arc<[f32]>,
+    /// That rate in Hz.
+    pub rate_hz: u32,
+}
+
+/// All clips.
+pub static CLIPS: Table<Clip> = Table::new(Kind::Clip);
+
+/// Zero crossings of the sinc on each side.
+const CROSSINGS: f64 = 32.0;
+/// Shape of the Kaiser window: side lobes of the spectrum lie below -80 dB.
+const KAISER_BETA: f64 = 8.0;
+/// End of the pass band, as a part of half the lower rate: the window's transition fills the rest.
+const PASS: f64 = 0.93;
+/// Most samples of a clip: an hour and a half at 48 kHz.
+const MOST_SAMPLES: usize = 1 << 28;
+
+/// Makes a clip of samples at `rate_hz` for an engine at `engine_rate_hz`.
+///
+/// # Errors
+/// [`Status::BadArgument`] for a rate outside 1,000 to 384,000 Hz or a sample that is no number; [`Status::Full`].
+pub fn from_samples(samples: &[f32], rate_hz: u32, engine_rate_hz: u32) -> Result<u64, Fault> {
+    for rate in [rate_hz, engine_rate_hz] {
+        if !(1_000..=384_000).contains(&rate) {
+            let text = format!("rate: {rate} Hz is outside 1000 to 384000; give the clip's rate");
+            return Err(Fault::new(Status::BadArgument, text));
+        }
+    }
+    if let Some(at) = samples.iter().position(|sample| !sample.is_finite()) {
+        let text = format!(
+            "sample {at} is {}, no number; give finite samples",
+            samples[at]
+        );
+        return Err(Fault::new(Status::BadArgument, text));
+    }
+    let length = samples.len() as u64 * u64::from(engine_rate_hz) / u64::from(rate_hz);
+    if length > MOST_SAMPLES as u64 {
+        let text = format!("{length} samples are too many for a clip; use a stream");
+        return Err(Fault::new(Status::BadArgument, text));
+    }
+    let samples = if rate_hz == engine_rate_hz {
+        samples.into()
+    } else {
+        resample(samples, rate_hz, engine_rate_hz).into()
+    };
+    CLIPS.insert(Clip {
+        samples,
+        rate_hz: engine_rate_hz,
+    })
+}
+
+/// Makes a clip of the bytes of a WAV file: 8 to 32 bits or float, any number of channels.
+///
+/// # Errors
+/// [`Status::Format`] for what is no such file, and as [`from_samples`].
+pub fn from_wav(bytes: &[u8], engine_rate_hz: u32) -> Result<u64, Fault> {
+    let wrong = |error: hound::Error| {
+        let text = format!("WAV: {error}; give a file of PCM or float samples");
+        Fault::new(Status::Format, text)
+    };
+    let mut reader = WavReader::new(Cursor::new(bytes)).map_err(wrong)?;
+    let spec = reader.spec();
+    let samples: Vec<f32> = match spec.sample_format {
+        SampleFormat::Float => reader.samples::<f32>().collect::<Result<_, _>>(),
+        SampleFormat::Int => {
+            let scale = 0.5f32.powi(i32::from(spec.bits_per_sample) - 1);
+            let scaled = reader.samples::<i32>();
+            scaled
+                .map(|sample| sample.map(|s| s as f32 * scale))
+                .collect::<Result<_, _>>()
+        }
+    }
+    .map_err(wrong)?;
+    let channels = usize::from(spec.channels.max(1));
+    let mono: Vec<f32> = samples
+        .chunks_exact(channels)
+        .map(|frame| frame.iter().sum::<f32>() / channels as f32)
+        .collect();
+    from_samples(&mono, spec.sample_rate, engine_rate_hz)
+}
+
+/// The samples at another rate.
+fn resample(samples: &[f32], from_hz: u32, to_hz: u32) -> Vec<f32> {
+    let ratio = f64::from(from_hz) / f64::from(to_hz);
+    // Cut off below half the lower rate, in cycles an input sample, times two.
+    let cutoff = PASS * (1.0 / ratio).min(1.0);
+    let reach = CROSSINGS / cutoff;
+    let length = (samples.len() as u64 * u64::from(to_hz)).div_ceil(u64::from(from_hz));
+    let weight = 1.0 / bessel_i0(KAISER_BETA);
+    (0..length)
+        .map(|n| {
+            let centre = n as f64 * ratio;
+            let first = (centre - reach).ceil().max(0.0) as usize;
+            let end = ((centre + reach).floor() as usize + 1).min(samples.len());
+            let tap = |i: usize| {
+                let x = i as f64 - centre;
+                let edge = (1.0 - (x / reach).powi(2)).max(0.0).sqrt();
+                cutoff * sinc(cutoff * x) * bessel_i0(KAISER_BETA * edge) * weight
+            };
+            let taken = samples.get(first..end).unwrap_or(&[]);
+            let terms = taken.iter().zip(first..);
+            terms.map(|(s, i)| f64::from(*s) * tap(i)).sum::<f64>() as f32
+        })
+        .collect()
+}
+
+fn sinc(x: f64) -> f64 {
+    if x == 0.0 {
+        1.0
+    } else {
+        (PI * x).sin() / (PI * x)
+    }
+}
+
+/// The modified Bessel function of order zero, by its series.
+fn bessel_i0(x: f64) -> f64 {
+    let quarter = x * x / 4.0;
+    let mut term = 1.0;
+    let mut sum = 1.0;
+    for k in 1..40 {
+        term *= quarter / f64::from(k * k);
+        sum += term;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sine(rate_hz: u32, frequency_hz: f64, count: usize) -> Vec<f32> {
+        let phase = 2.0 * PI * frequency_hz / f64::from(rate_hz);
+        (0..count)
+            .map(|n| (phase * n as f64).sin() as f32)
+            .collect()
+    }
+
+    #[test]
+    fn a_tone_keeps_its_pitch_and_level() {
+        for (from, to) in [(44_100, 48_000), (48_000, 44_100), (16_000, 48_000)] {
+            let made = resample(&sine(from, 1000.0, 4800), from, to);
+            let wanted = sine(to, 1000.0, made.len());
+            // Beyond the sinc's reach from both ends; a window of -80 dB leaves 1e-4.
+            let middle = 200..made.len() - 200;
+            for n in middle {
+                assert!((made[n] - wanted[n]).abs() < 2e-4, "{from} to {to} at {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_lower_rate_cannot_hold_is_gone() {
+        let made = resample(&sine(48_000, 12_000.0, 4800), 48_000, 16_000);
+        let loudest = made[100..made.len() - 100]
+            .iter()
+            .fold(0.0f32, |most, s| most.max(s.abs()));
+        assert!(loudest < 1e-3, "{loudest}");
+    }
+
+    #[test]
+    fn bytes_that_are_no_sound_are_refused() {
+        for bytes in [&b""[..], b"RIFF", b"not a wav file at all, but long enough"] {
+            let fault = from_wav(bytes, 48_000).expect_err("no WAV");
+            assert_eq!(fault.status, Status::Format);
+        }
+        assert!(from_samples(&[0.0, f32::NAN], 48_000, 48_000).is_err());
+        assert!(from_samples(&[0.0], 0, 48_000).is_err());
+        assert!(from_samples(&[0.0], 48_000, u32::MAX).is_err());
+    }
+
+    #[test]
+    fn channels_become_one() {
+        let mut bytes = Cursor::new(Vec::new());
+        let spec = hound::WavSpec {
+            channels: 2,
+            sample_rate: 48_000,
+            bits_per_sample: 16,
+            sample_format: SampleFormat::Int,
+        };
+        let mut writer = hound::WavWriter::new(&mut bytes, spec).expect("writes");
+        for sample in [16_384i16, 0, -16_384, -16_384] {
+            writer.write_sample(sample).expect("writes");
+        }
+        writer.finalize().expect("writes");
+        let handle = from_wav(bytes.get_ref(), 48_000).expect("is a sound");
+        let clip = CLIPS.remove(handle).expect("is open");
+        assert_eq!(*clip.samples, [0.25, -0.5]);
+    }
+}

@@ -1,0 +1,140 @@
+//! Engines.
+
+use ::jni::EnvUnowned;
+use ::jni::objects::{JByteArray, JByteBuffer, JClass, JDoubleArray, JLongArray};
+use ::jni::sys::{jint, jlong};
+
+use super::memory::{Direct, array, fill};
+use super::{answer, count};
+use crate::bridge::fault::{Fault, Status};
+use crate::bridge::options::Options;
+use crate::bridge::pose::{POSE_BYTES, Pose};
+use crate::bridge::session::{self, ENGINES};
+
+pub(super) extern "system" fn option_defaults<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    numbers: JDoubleArray<'l>,
+) {
+    answer(env, |env| {
+        fill(env, "options", &numbers, &Options::default().numbers())
+    });
+}
+
+pub(super) extern "system" fn create<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    options: JDoubleArray<'l>,
+    hrtf: JByteArray<'l>,
+    handles: JLongArray<'l>,
+) {
+    answer(env, |env| {
+        let options = Options::from_numbers(&array(env, "options", &options)?)?;
+        // The place for the handles is tried before there are any.
+        fill(env, "handles", &handles, &[0, 0])?;
+        let hrtf = if hrtf.is_null() {
+            None
+        } else {
+            let signed = array(env, "hrtf", &hrtf)?;
+            Some(signed.into_iter().map(|b| b as u8).collect::<Vec<u8>>())
+        };
+        let (engine, renderer) = session::create(&options, hrtf.as_deref())?;
+        fill(
+            env,
+            "handles",
+            &handles,
+            &[engine as jlong, renderer as jlong],
+        )
+    });
+}
+
+/// The frame begins with the listener's pose, followed by those of `sources` sources: 32 bytes each in the machine's order.
+pub(super) extern "system" fn tick<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    engine: jlong,
+    frame: JByteBuffer<'l>,
+    sources: jint,
+) {
+    answer(env, |env| {
+        let sources = count("sources", sources)? as usize;
+        let Some(bytes) = (sources + 1).checked_mul(POSE_BYTES) else {
+            const MANY: &str = "sources: more than memory has";
+            return Err(Fault::fixed(Status::BadArgument, MANY));
+        };
+        let frame = Direct::of(env, "frame", &frame, bytes)?;
+        let pose = |place: usize| {
+            let mut bytes = [0; POSE_BYTES];
+            frame.read(place * POSE_BYTES, &mut bytes);
+            Pose::from_bytes(&bytes)
+        };
+        ENGINES.with(engine as u64, |session| {
+            session.tick(pose(0).listener(), (1..=sources).map(pose))
+        })
+    });
+}
+
+pub(super) extern "system" fn set_scene<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    engine: jlong,
+    scene: jlong,
+) {
+    answer(env, |_| session::set_scene(engine as u64, scene as u64));
+}
+
+pub(super) extern "system" fn set_propagation<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    engine: jlong,
+    guide_rays: jint,
+    source_rays: jint,
+    depth: jint,
+) {
+    answer(env, |_| {
+        let guide_rays = count("guideRays", guide_rays)?;
+        let source_rays = count("sourceRays", source_rays)?;
+        let depth = count("depth", depth)?;
+        ENGINES.with(engine as u64, |session| {
+            session.set_propagation(guide_rays, source_rays, depth)
+        })
+    });
+}
+
+pub(super) extern "system" fn pause<'l>(env: EnvUnowned<'l>, _: JClass<'l>, engine: jlong) {
+    answer(env, |_| {
+        ENGINES.with(engine as u64, |session| {
+            session.controller().pause();
+            Ok(())
+        })
+    });
+}
+
+pub(super) extern "system" fn resume<'l>(env: EnvUnowned<'l>, _: JClass<'l>, engine: jlong) {
+    answer(env, |_| {
+        ENGINES.with(engine as u64, |session| {
+            session.controller().resume();
+            Ok(())
+        })
+    });
+}
+
+pub(super) extern "system" fn restart<'l>(env: EnvUnowned<'l>, _: JClass<'l>, engine: jlong) {
+    answer(env, |_| {
+        ENGINES.with(engine as u64, |session| {
+            Ok(session.controller().restart()?)
+        })
+    });
+}
+
+pub(super) extern "system" fn statistics<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    engine: jlong,
+    numbers: JDoubleArray<'l>,
+) {
+    answer(env, |env| {
+        let now = ENGINES.with(engine as u64, |session| Ok(session.statistics()))?;
+        fill(env, "statistics", &numbers, &now.numbers())
+    });
+}

@@ -1,0 +1,194 @@
+//! Laws of the late reverb: decay, level, energy.
+
+use super::*;
+use crate::extrapolation::LateSend;
+
+const RATE_HZ: u32 = 44_100;
+const ENERGY_PER_S: f32 = 0.4;
+const START_S: f32 = 0.08;
+
+/// Energy a frame, summed over the lines, after an impulse in one band at time 0, with that band's decay time.
+fn response(band: usize, t60_s: f32, other_t60_s: f32, seconds: f32) -> Vec<f64> {
+    let mut reverb = LateReverb::new(RATE_HZ, 1);
+    let mut line = DelayLine::new(RATE_HZ as usize);
+    let mut decay_time_s = [other_t60_s; 8];
+    decay_time_s[band] = t60_s;
+    let frame = FramePaths {
+        late: vec![LateSend {
+            source: Default::default(),
+            energy_per_s: [ENERGY_PER_S; 8],
+            start_s: START_S,
+        }],
+        decay_time_s,
+        ..FramePaths::default()
+    };
+    // The correction mixes bands of unequal gain; the law is about one band's gain, so it is left out.
+    let correction = BandCorrection::none();
+    reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, 0, 1);
+    let mut impulse = [F32x8::ZERO; CHUNK];
+    impulse[0].0[band] = 1.0;
+    let mut signals: [Vec<f32>; LINES] = std::array::from_fn(|_| vec![0.0; CHUNK]);
+    let mut energy = Vec::new();
+    let mut now = 0;
+    while energy.len() < (seconds * RATE_HZ as f32) as usize {
+        line.write(
+            now,
+            if now == 0 {
+                &impulse
+            } else {
+                &[F32x8::ZERO; CHUNK]
+            },
+        );
+        let moment = Moment {
+            now,
+            left: 0,
+            frames: CHUNK,
+        };
+        reverb.collect(0, &line, moment);
+        if !reverb.process(0, &mut signals, 0, CHUNK) {
+            signals.iter_mut().for_each(|signal| signal.fill(0.0));
+        }
+        energy.extend((0..CHUNK).map(|i| {
+            signals
+                .iter()
+                .map(|signal| f64::from(signal[i]).powi(2))
+                .sum::<f64>()
+        }));
+        now += CHUNK as i64;
+    }
+    energy
+}
+
+/// Energy still to come (\[SCHROEDER65\]).
+fn still_to_come(energy: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut curve: Vec<f64> = energy
+        .iter()
+        .rev()
+        .map(|e| {
+            sum += e;
+            sum
+        })
+        .collect();
+    curve.reverse();
+    curve
+}
+
+/// Decay time from a straight line through the decay curve between −5 and −45 dB.
+fn decay_time_s(curve: &[f64]) -> f64 {
+    let points: Vec<(f64, f64)> = curve
+        .iter()
+        .enumerate()
+        .map(|(i, e)| (i as f64 / f64::from(RATE_HZ), 10.0 * (e / curve[0]).log10()))
+        .filter(|(_, db)| (-45.0..-5.0).contains(db))
+        .collect();
+    let n = points.len() as f64;
+    let (mean_t, mean_db) = points
+        .iter()
+        .fold((0.0, 0.0), |(t, d), p| (t + p.0 / n, d + p.1 / n));
+    let (above, below) = points.iter().fold((0.0, 0.0), |(above, below), p| {
+        let t = p.0 - mean_t;
+        (above + t * (p.1 - mean_db), below + t * t)
+    });
+    -60.0 * below / above
+}
+
+#[test]
+fn every_band_decays_at_its_own_rate_from_its_own_level() {
+    for (band, t60_s) in [(0, 4.0), (1, 2.0), (3, 1.0), (5, 0.6), (7, 0.3)] {
+        let curve = still_to_come(&response(band, t60_s, 1.1, 1.3 * t60_s + 0.3));
+        let measured_s = decay_time_s(&curve);
+        let start = (START_S * RATE_HZ as f32) as usize;
+        // E T / (6 ln 10) 10^(−6 start / T) is still to come when the tail starts.
+        let expected = f64::from(ENERGY_PER_S) * f64::from(t60_s) / 13.815_510_558
+            * 10f64.powf(-6.0 * f64::from(START_S / t60_s));
+        let level_db = 10.0 * (curve[start] / expected).log10();
+        let later = start + RATE_HZ as usize / 10;
+        let later_db =
+            10.0 * (curve[later] / expected * 10f64.powf(0.6 / f64::from(t60_s))).log10();
+        println!("{t60_s} s: measured {measured_s:.4} s, {level_db:.2} dB, {later_db:.2} dB");
+        assert!((measured_s / f64::from(t60_s) - 1.0).abs() < 0.03);
+        assert!(level_db.abs() < 0.5 && later_db.abs() < 0.5);
+    }
+}
+
+#[test]
+fn feedback_never_adds_energy() {
+    let mut values: [F32x8; LINES] =
+        std::array::from_fn(|i| F32x8(std::array::from_fn(|b| ((i * 8 + b) as f32).sin())));
+    let energy = |values: &[F32x8; LINES]| {
+        values
+            .iter()
+            .flat_map(|v| v.0)
+            .map(|v| f64::from(v).powi(2))
+            .sum::<f64>()
+    };
+    let before = energy(&values);
+    mix(&mut values);
+    // Twenty-five roundings of relative size 6e-8.
+    assert!((energy(&values) / before - 1.0).abs() < 2e-6);
+}
+
+#[test]
+fn nonsense_decay_times_are_silence() {
+    for t60_s in [0.0, -1.0, 0.05, f32::NAN] {
+        assert!(
+            response(2, t60_s, 1.0, 0.4).iter().all(|&e| e == 0.0),
+            "{t60_s}"
+        );
+    }
+}
+
+#[test]
+fn endless_decay_stays_bounded() {
+    let energy = response(2, f32::INFINITY, 1.0, 4.0);
+    let (early, late) = (
+        energy[8820..52_920].iter().sum::<f64>(),
+        energy[energy.len() - 44_100..].iter().sum::<f64>(),
+    );
+    assert!((late / early - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn spent_tail_costs_nothing() {
+    let mut reverb = LateReverb::new(RATE_HZ, 1);
+    let mut signals: [Vec<f32>; LINES] = std::array::from_fn(|_| vec![0.0; CHUNK]);
+    assert!(!reverb.process(0, &mut signals, 0, CHUNK));
+}
+
+#[test]
+fn line_lengths_share_no_factor() {
+    for rate_hz in [16_000, 44_100, 48_000] {
+        let lengths = LateReverb::new(rate_hz, 1).lengths;
+        for (i, a) in lengths.iter().enumerate() {
+            assert!(lengths[i + 1..].iter().all(|b| b % a != 0 && a != b));
+        }
+    }
+}
+
+#[test]
+fn a_start_that_is_told_less_often_moves_to_the_same_places() {
+    let moved = |every: u32| {
+        let mut reverb = LateReverb::new(RATE_HZ, 1);
+        for frame in 0..=387u32 {
+            let told = frame - frame % every;
+            let frame = FramePaths {
+                late: vec![LateSend {
+                    source: Default::default(),
+                    energy_per_s: [ENERGY_PER_S; 8],
+                    start_s: START_S + 1e-4 * told as f32,
+                }],
+                decay_time_s: [1.0; 8],
+                ..FramePaths::default()
+            };
+            let correction = BandCorrection::none();
+            reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, 0, 1);
+        }
+        reverb.sends.delay_of_first()
+    };
+    let often = moved(1);
+    assert!(moved(400) < often);
+    for every in [2, 5, 13] {
+        assert_eq!(moved(every), often, "{every}");
+    }
+}

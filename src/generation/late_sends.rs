@@ -1,0 +1,207 @@
+//! What every source sends to the late reverb: its bands, some time after emission, at ramped gains.
+//!
+//! Audio side; wait-free, bounded by the chunk; allocates at birth only. Reads delay lines, gives a chunk of each band.
+//!
+//! Frames are lanes, as in the delay lines' tiles: a tile is weighed band by band and added where it falls.
+
+use crate::acoustics::BANDS;
+use crate::acoustics::bands::amplitude_of_energy;
+use crate::extrapolation::{FramePaths, LATE_STEPS};
+use crate::simd::{F32x8, LaneSet, NUMBERS, kernel};
+
+use super::arrival::Moment;
+use super::delay_line::{DelayLine, TILE, Tile};
+use super::late_reverb::decay;
+use super::{BandCorrection, CHUNK};
+
+/// A send keeps its delay until it is wrong by more than this, in seconds: moving it costs a cross-fade.
+const DELAY_TOLERANCE_S: f32 = 0.005;
+
+/// Largest gain of a send, 60 dB.
+const MAX_GAIN: f32 = 1000.0;
+
+/// A chunk of one band, with a tile's room on either side for what is spoiled.
+type Row = [f32; CHUNK + 2 * TILE];
+
+/// One reading position of a send with ramped gains.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tap {
+    delay: i64,
+    gain: F32x8,
+    growth: F32x8,
+}
+
+impl Tap {
+    fn retarget(&mut self, gain: F32x8, left: u32, ramp: u32) {
+        let present = self.gain - self.growth * F32x8::splat(left as f32);
+        self.growth = (gain - present) * F32x8::splat(1.0 / ramp as f32);
+        self.gain = gain;
+    }
+
+    fn is_silent(&self, left: u32) -> bool {
+        self.gain == F32x8::ZERO && (left == 0 || self.growth == F32x8::ZERO)
+    }
+}
+
+/// A source's send: where it reads, and where it read before.
+#[derive(Debug, Clone, Copy, Default)]
+struct Send {
+    now: Tap,
+    before: Tap,
+}
+
+/// What the network behind the sends is like.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Network {
+    pub(super) rate_hz: f32,
+    pub(super) mean_length_s: f32,
+    /// Lag of the renewals behind an even stream, in seconds.
+    pub(super) lag_s: f32,
+}
+
+/// All sends, and the chunk they make.
+#[derive(Debug)]
+pub(super) struct LateSends {
+    set: LaneSet,
+    network: Network,
+    sends: Vec<Send>,
+    input: Box<[Row; BANDS]>,
+}
+
+impl LateSends {
+    /// Where the first send reads, in frames.
+    #[cfg(test)]
+    pub(super) fn delay_of_first(&self) -> i64 {
+        self.sends[0].now.delay
+    }
+
+    pub(super) fn new(network: Network, max_sources: usize) -> Self {
+        Self {
+            set: LaneSet::best(),
+            network,
+            sends: vec![Send::default(); max_sources * LATE_STEPS],
+            input: Box::new([[0.0; CHUNK + 2 * TILE]; BANDS]),
+        }
+    }
+
+    /// New sends. A send's start is kept within `max_delay` frames; `left` frames of the last ramp were still to come.
+    pub(super) fn set_frame(
+        &mut self,
+        frame: &FramePaths,
+        max_delay: i64,
+        correction: &BandCorrection,
+        left: u32,
+        ramp: u32,
+    ) {
+        for send in &mut self.sends {
+            send.before.retarget(F32x8::ZERO, left, ramp);
+        }
+        let Network {
+            rate_hz,
+            mean_length_s,
+            lag_s,
+        } = self.network;
+        let tolerance = (DELAY_TOLERANCE_S * rate_hz) as i64;
+        for (place, send) in self.sends.iter_mut().enumerate() {
+            let (slot, step) = (place / LATE_STEPS, place % LATE_STEPS);
+            let mut own = frame.late.iter().filter(|late| late.source.slot() == slot);
+            let Some(wanted) = own.nth(step) else {
+                send.now.retarget(F32x8::ZERO, left, ramp);
+                continue;
+            };
+            let start_s = (wanted.start_s - lag_s).max(0.0);
+            let delay = ((start_s * rate_hz) as i64).min(max_delay);
+            if send.now.is_silent(left) {
+                send.now.delay = delay;
+            } else if (delay - send.now.delay).abs() > tolerance {
+                // In whole steps from where it began: whoever hears of the way an update later moves to the same place.
+                let steps = ((delay - send.now.delay) as f32 / tolerance as f32).round() as i64;
+                let delay = (send.now.delay + steps * tolerance).clamp(0, max_delay);
+                send.before = send.now;
+                send.before.retarget(F32x8::ZERO, left, ramp);
+                send.now = Tap {
+                    delay,
+                    ..Tap::default()
+                };
+            }
+            let delay_s = send.now.delay as f32 / rate_hz;
+            let amplitude = std::array::from_fn(|b| {
+                let energy = amplitude_of_energy(wanted.energy_per_s[b] * mean_length_s);
+                let gain = energy * decay(delay_s, frame.decay_time_s[b]);
+                if gain.is_finite() {
+                    gain.min(MAX_GAIN)
+                } else {
+                    0.0
+                }
+            });
+            send.now.retarget(correction.gains(&amplitude), left, ramp);
+        }
+    }
+
+    /// Reads one source's send for a chunk.
+    pub(super) fn collect(&mut self, slot: usize, line: &DelayLine, moment: Moment) {
+        let Moment { now, left, frames } = moment;
+        let first = slot * LATE_STEPS;
+        let Some(sends) = self.sends.get(first..first + LATE_STEPS) else {
+            return;
+        };
+        for tap in sends.iter().flat_map(|send| [&send.now, &send.before]) {
+            let position = now - tap.delay;
+            if tap.is_silent(left) || line.is_silent_from(position) {
+                continue;
+            }
+            let growth = if left > 0 { tap.growth } else { F32x8::ZERO };
+            let (lane, parts) = line.tiles(position, frames);
+            let mut gains = SendGains {
+                before: tap.gain - growth * F32x8::splat(left as f32),
+                growth,
+                place: TILE - lane,
+            };
+            for tiles in parts.into_iter().filter(|tiles| !tiles.is_empty()) {
+                add_tiles(self.set, tiles, &gains, &mut self.input);
+                gains.place += tiles.len() * TILE;
+            }
+        }
+    }
+
+    /// What the sends make of the chunk in one band.
+    pub(super) fn band(&self, band: usize, frames: usize) -> &[f32] {
+        &self.input[band][TILE..TILE + frames]
+    }
+
+    /// Forgets the chunk.
+    pub(super) fn clear(&mut self) {
+        self.input.as_flattened_mut().fill(0.0);
+    }
+}
+
+/// Gains of a stretch of tiles and where it falls.
+#[derive(Debug, Clone, Copy)]
+struct SendGains {
+    /// Before the chunk's first frame.
+    before: F32x8,
+    /// A frame.
+    growth: F32x8,
+    /// In every [`Row`].
+    place: usize,
+}
+
+kernel! {
+    /// Adds tiles at growing gains.
+    fn add_tiles<L>(tiles: &[Tile], gains: &SendGains, input: &mut [Row; BANDS]) {
+        for band in 0..BANDS {
+            let before = L::splat(gains.before.0[band]);
+            let growth = L::splat(gains.growth.0[band]);
+            let row = &mut input[band];
+            let mut place = gains.place;
+            for tile in tiles {
+                // The chunk's first frame, at place TILE, has grown once.
+                let grown = L::of(NUMBERS).add(L::splat(place as f32 - (TILE - 1) as f32));
+                let gain = grown.mul_add(growth, before);
+                let sum = L::of(tile[band]).mul_add(gain, L::load_at(row, place));
+                sum.store_at(row, place);
+                place += TILE;
+            }
+        }
+    }
+}

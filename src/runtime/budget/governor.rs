@@ -1,0 +1,235 @@
+//! Chooses the tier, update by update.
+//!
+//! Down at once where an update takes too long for some time, up only when the tier above would fit with room to spare
+//! and after a while; a step up that has to be taken back makes the next wait longer. So a load at the edge does not
+//! make the detail swing.
+
+use super::tier::{Detail, MOST_TIER, Tier};
+use super::{Budget, LONGEST_SPACING_S, TierChoice};
+use crate::propagation::PropagationSettings;
+
+/// Share of a new time in the mean.
+const WEIGHT: f64 = 0.25;
+
+/// Mean over limit above which detail goes down, and updates in a row for which it has to be so.
+const TOO_MUCH: f64 = 1.0;
+const PATIENCE: u32 = 3;
+
+/// Share of the limit that the tier above has to fit into before detail goes up.
+const ROOM: f64 = 0.8;
+
+/// What a tier costs of the one before it, until it has been measured.
+const FIRST_RATIO: f64 = 0.6;
+
+/// Seconds that a tier lasts at least before detail goes up, at first and at most.
+const DWELL_S: (f64, f64) = (1.0, 32.0);
+
+/// Seconds within which a step up that is taken back was a mistake.
+const REGRET_S: f64 = 3.0;
+
+/// Seconds that a glide from one tier to the next takes; farther ones are faster.
+const GLIDE_S: f64 = 0.5;
+
+/// Seconds in which the highest mean is forgotten, to 1/e.
+const FORGET_S: f64 = 4.0;
+
+/// Seconds after a glide until a tier's cost is known.
+const SETTLED_S: f64 = 2.0;
+
+/// Farthest that one update moves between tiers.
+pub(super) const LONGEST_STEP: f64 = 0.25;
+
+/// What an update has taken.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Spent {
+    /// Seconds the update took.
+    pub update_s: f64,
+    /// Seconds since the update before began, on the app's clock.
+    pub since_last_s: f64,
+    /// Share of a core that sound takes.
+    pub sound_share: f64,
+    /// Whether updates may be spaced out.
+    pub can_rest: bool,
+}
+
+/// Chooses the tier. One for each propagation; control side.
+#[derive(Debug, Clone)]
+pub struct Governor {
+    tier: u8,
+    /// Where detail is on its way to the tier.
+    place: f64,
+    mean_s: Option<f64>,
+    /// The highest mean lately: what decides whether there is room.
+    peak_s: f64,
+    /// Cost of each tier over that of the one before.
+    ratios: [f64; MOST_TIER as usize],
+    over: u32,
+    since_change_s: f64,
+    /// Whether the last change was up.
+    rose: bool,
+    dwell_s: f64,
+    /// Tier and peak before the last change, to be compared with once that is settled.
+    before: Option<(u8, f64)>,
+    rest_s: f64,
+}
+
+impl Default for Governor {
+    fn default() -> Self {
+        Self {
+            tier: 0,
+            place: 0.0,
+            mean_s: None,
+            peak_s: 0.0,
+            ratios: [FIRST_RATIO; MOST_TIER as usize],
+            over: 0,
+            since_change_s: 0.0,
+            rose: false,
+            dwell_s: DWELL_S.0,
+            before: None,
+            rest_s: 0.0,
+        }
+    }
+}
+
+impl Governor {
+    /// The tier in force, or on its way to be.
+    pub fn tier(&self) -> Tier {
+        Tier(self.tier)
+    }
+
+    /// What is in force now.
+    pub fn detail(&self, settings: &PropagationSettings, max_paths: usize) -> Detail {
+        Detail::at(self.place, settings, max_paths)
+    }
+
+    /// Seconds to wait before the next update.
+    pub fn rest_s(&self) -> f64 {
+        self.rest_s
+    }
+
+    /// Forgets what updates took, for another scene takes other times; the tier stays.
+    pub fn begin_scene(&mut self) {
+        self.mean_s = None;
+        self.peak_s = 0.0;
+        self.over = 0;
+        self.before = None;
+    }
+
+    /// Takes notice of an update.
+    pub fn observe(&mut self, budget: &Budget, spent: &Spent) {
+        let passed_s = spent.since_last_s.clamp(0.0, 1.0);
+        self.since_change_s += passed_s;
+        let mean_s = match self.mean_s {
+            Some(mean_s) => mean_s + WEIGHT * (spent.update_s - mean_s),
+            None => spent.update_s,
+        };
+        self.mean_s = Some(mean_s);
+        self.peak_s = mean_s.max(self.peak_s * (-passed_s / FORGET_S).exp());
+        let limit_s = self.limit(budget, spent, mean_s);
+        match budget.tiers {
+            TierChoice::Exactly(tier) => self.change(tier.0.min(MOST_TIER)),
+            TierChoice::Free => self.choose(limit_s, mean_s, 0),
+            TierChoice::AtLeast(tier) => self.choose(limit_s, mean_s, tier.0.min(MOST_TIER)),
+        }
+        let way = f64::from(self.tier) - self.place;
+        if way != 0.0 {
+            let step = (passed_s / GLIDE_S * way.abs().max(1.0)).min(LONGEST_STEP);
+            self.place += way.clamp(-step, step);
+            self.peak_s = mean_s;
+        }
+    }
+
+    /// Seconds that an update may take; sets the rest besides.
+    fn limit(&mut self, budget: &Budget, spent: &Spent, mean_s: f64) -> f64 {
+        let mut limit_s = budget.update_s.unwrap_or(f64::INFINITY);
+        self.rest_s = 0.0;
+        if let Some(core_share) = budget.core_share {
+            // Sound cannot be put off: what is left of the share is propagation's, and something always is.
+            let share = (core_share - spent.sound_share).clamp(0.1 * core_share, 1.0);
+            limit_s = limit_s.min(share * LONGEST_SPACING_S);
+            if spent.can_rest && share < 1.0 {
+                let rest_s = spent.update_s.max(mean_s) * (1.0 / share - 1.0);
+                self.rest_s = rest_s.min(LONGEST_SPACING_S);
+            }
+        }
+        limit_s
+    }
+
+    fn choose(&mut self, limit_s: f64, mean_s: f64, least: u8) {
+        if self.tier < least {
+            self.change(least);
+            return;
+        }
+        self.learn();
+        let gliding = self.place != f64::from(self.tier);
+        self.over = if mean_s > TOO_MUCH * limit_s {
+            self.over + 1
+        } else {
+            0
+        };
+        if self.over >= PATIENCE && self.tier < MOST_TIER {
+            // On its way down already, it waits for what that brings, unless that cannot be enough.
+            let on_its_way = f64::from(self.tier) - self.place;
+            let expected_s = mean_s * self.mean_ratio().powf(on_its_way.max(0.0));
+            if expected_s > TOO_MUCH * limit_s {
+                if self.rose && self.since_change_s < REGRET_S + GLIDE_S {
+                    self.dwell_s = (2.0 * self.dwell_s).min(DWELL_S.1);
+                }
+                self.before = (!gliding).then_some((self.tier, self.peak_s));
+                self.change(self.tier + 1);
+            }
+            return;
+        }
+        let above = self.tier.saturating_sub(1).max(least);
+        if above == self.tier || gliding || self.since_change_s < self.dwell_s {
+            return;
+        }
+        let expected_s = self.peak_s / self.ratios[usize::from(above)];
+        if expected_s < ROOM * limit_s {
+            self.before = Some((self.tier, self.peak_s));
+            self.change(above);
+            self.rose = true;
+        } else if self.since_change_s > 2.0 * DWELL_S.1 {
+            self.dwell_s = DWELL_S.0;
+        }
+    }
+
+    fn mean_ratio(&self) -> f64 {
+        self.ratios
+            .iter()
+            .product::<f64>()
+            .powf(1.0 / f64::from(MOST_TIER))
+    }
+
+    /// Learns what the last step was worth once it is settled.
+    fn learn(&mut self) {
+        let still = self.place == f64::from(self.tier);
+        let settled = still && self.since_change_s > GLIDE_S + SETTLED_S;
+        let Some((from, before_s)) = self.before.filter(|_| settled) else {
+            return;
+        };
+        self.before = None;
+        let ratio = match self.tier.checked_sub(from) {
+            Some(1) => self.peak_s / before_s,
+            Some(_) => return,
+            None => before_s / self.peak_s,
+        };
+        let step = usize::from(self.tier.min(from));
+        if ratio.is_finite() {
+            self.ratios[step] = 0.5 * (self.ratios[step] + ratio.clamp(0.3, 0.95));
+        }
+    }
+
+    fn change(&mut self, tier: u8) {
+        if tier != self.tier {
+            self.tier = tier;
+            self.since_change_s = 0.0;
+            self.over = 0;
+            self.rose = false;
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "governor_tests.rs"]
+mod tests;

@@ -1,0 +1,222 @@
+//! The governor on a virtual clock: updates cost what a model says, and time passes as they are done.
+
+use super::*;
+use crate::propagation::Effort;
+
+const PATHS: usize = 2048;
+
+fn settings() -> PropagationSettings {
+    PropagationSettings::default()
+}
+
+/// A machine: seconds an update takes at some effort. A tenth of the work is there at any tier.
+fn cost_s(full_s: f64, effort: &Effort) -> f64 {
+    let full = Effort::full(&settings());
+    let rays = f64::from(effort.guide_rays) / f64::from(full.guide_rays);
+    let depth = (effort.depth as f64 + 1.0) / (full.depth as f64 + 1.0);
+    full_s * (0.1 + 0.6 * rays * depth + 0.3 / effort.late_interval as f64 * rays)
+}
+
+struct World {
+    governor: Governor,
+    budget: Budget,
+    time_s: f64,
+    busy_s: f64,
+    changes: u32,
+    sound_share: f64,
+}
+
+impl World {
+    fn new(budget: Budget) -> Self {
+        budget.check().expect("in range");
+        Self {
+            governor: Governor::default(),
+            budget,
+            time_s: 0.0,
+            busy_s: 0.0,
+            changes: 0,
+            sound_share: 0.0,
+        }
+    }
+
+    /// Lets updates run for some seconds on a machine that takes `full_s` at full detail.
+    fn run(&mut self, seconds: f64, full_s: impl Fn(f64) -> f64) {
+        let end_s = self.time_s + seconds;
+        let mut last_s = self.time_s;
+        while self.time_s < end_s {
+            let since_last_s = self.time_s - last_s;
+            last_s = self.time_s;
+            let detail = self.governor.detail(&settings(), PATHS);
+            let update_s = cost_s(full_s(self.time_s), &detail.effort);
+            let before = self.governor.clone();
+            let spent = Spent {
+                update_s,
+                since_last_s,
+                sound_share: self.sound_share,
+                can_rest: true,
+            };
+            self.governor.observe(&self.budget, &spent);
+            assert!((self.governor.place - before.place).abs() <= LONGEST_STEP + 1e-12);
+            self.changes += u32::from(self.governor.tier() != before.tier());
+            self.time_s += update_s + self.governor.rest_s();
+            self.busy_s += update_s;
+        }
+    }
+
+    fn update_s(&self, full_s: f64) -> f64 {
+        cost_s(full_s, &self.governor.detail(&settings(), PATHS).effort)
+    }
+}
+
+fn within(update_s: f64) -> Budget {
+    Budget {
+        update_s: Some(update_s),
+        ..Budget::default()
+    }
+}
+
+#[test]
+fn without_a_limit_everything_is_done() {
+    let mut world = World::new(Budget::default());
+    world.run(10.0, |_| 0.5);
+    assert_eq!(
+        (world.governor.tier(), world.governor.rest_s()),
+        (Tier(0), 0.0)
+    );
+    assert_eq!(world.changes, 0);
+}
+
+#[test]
+fn an_overload_is_answered_and_given_back_when_it_ends() {
+    let mut world = World::new(within(0.010));
+    world.run(5.0, |_| 0.008);
+    assert_eq!(world.governor.tier(), Tier(0));
+    world.run(5.0, |_| 0.030);
+    assert!(world.update_s(0.030) <= 0.010, "{:?}", world.governor);
+    let low = world.governor.tier();
+    assert!(low > Tier(0));
+    world.run(60.0, |_| 0.004);
+    assert_eq!(world.governor.tier(), Tier(0));
+}
+
+#[test]
+fn a_step_of_load_is_answered_within_two_seconds() {
+    let mut world = World::new(within(0.010));
+    world.run(3.0, |_| 0.009);
+    world.run(2.0, |_| 0.045);
+    assert!(world.update_s(0.045) <= 0.010, "{:?}", world.governor);
+}
+
+#[test]
+fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
+    let mut world = World::new(within(0.001));
+    world.run(10.0, |_| 1.0);
+    let changes = world.changes;
+    assert_eq!(world.governor.tier(), Tier(MOST_TIER));
+    world.run(60.0, |_| 1.0);
+    assert_eq!(world.changes, changes);
+}
+
+/// At every load there is a tier that is kept: steps up that fail become rarer, and the limit is broken seldom.
+#[test]
+fn a_load_at_the_edge_does_not_make_the_tier_swing() {
+    for tenths in 10..80 {
+        let full_s = 0.001 * f64::from(tenths);
+        let mut world = World::new(within(0.010));
+        world.run(60.0, |_| full_s);
+        world.changes = 0;
+        world.run(60.0, |time_s| full_s * (1.0 + 0.15 * (7.0 * time_s).sin()));
+        assert!(
+            world.changes <= 6,
+            "{} changes in a minute at {full_s}",
+            world.changes
+        );
+    }
+}
+
+#[test]
+fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
+    let share = |core_share: f64| Budget {
+        core_share: Some(core_share),
+        ..Budget::default()
+    };
+    let mut world = World::new(share(0.5));
+    world.sound_share = 0.1;
+    world.run(10.0, |_| 0.010);
+    assert_eq!(world.governor.tier(), Tier(0));
+    let used = world.busy_s / world.time_s;
+    assert!((0.36..=0.41).contains(&used), "{used}");
+    // 120 ms at full detail in a fifth of a core: an update may take 20 ms.
+    let mut world = World::new(share(0.2));
+    world.run(20.0, |_| 0.120);
+    assert!(world.governor.tier() > Tier(0));
+    (world.busy_s, world.time_s) = (0.0, 0.0);
+    world.run(20.0, |_| 0.120);
+    let used = world.busy_s / world.time_s;
+    assert!(used <= 0.21, "{used}");
+}
+
+#[test]
+fn tiers_can_be_forced_and_freed() {
+    let mut world = World::new(within(0.010));
+    world.budget.tiers = TierChoice::Exactly(Tier(3));
+    world.run(4.0, |_| 0.001);
+    assert_eq!(world.governor.tier(), Tier(3));
+    assert_eq!(world.governor.place, 3.0);
+    world.budget.tiers = TierChoice::AtLeast(Tier(1));
+    world.run(60.0, |_| 0.001);
+    assert_eq!(world.governor.tier(), Tier(1));
+    world.run(5.0, |_| 0.060);
+    assert!(world.governor.tier() > Tier(1));
+    world.budget.tiers = TierChoice::Free;
+    world.run(120.0, |_| 0.001);
+    assert_eq!(world.governor.tier(), Tier(0));
+}
+
+#[test]
+fn the_same_times_choose_the_same_tiers() {
+    let run = || {
+        let mut world = World::new(within(0.010));
+        world.run(30.0, |time_s| 0.02 + 0.015 * time_s.sin());
+        (world.governor.place.to_bits(), world.changes)
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn limits_out_of_range_are_refused_by_name() {
+    let wrong = [
+        (
+            Budget {
+                update_s: Some(0.0),
+                ..Budget::default()
+            },
+            "update_s",
+        ),
+        (
+            Budget {
+                update_s: Some(f64::NAN),
+                ..Budget::default()
+            },
+            "update_s",
+        ),
+        (
+            Budget {
+                core_share: Some(3.0),
+                ..Budget::default()
+            },
+            "core_share",
+        ),
+        (
+            Budget {
+                tiers: TierChoice::Exactly(Tier(MOST_TIER + 1)),
+                ..Budget::default()
+            },
+            "tiers",
+        ),
+    ];
+    for (budget, name) in wrong {
+        let error = budget.check().expect_err("refused").to_string();
+        assert!(error.starts_with(name), "{error}");
+    }
+}

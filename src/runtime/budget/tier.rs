@@ -1,0 +1,160 @@
+//! Tiers of detail, and what lies between two of them.
+
+use crate::propagation::{Effort, MAX_ORDER, PropagationSettings};
+
+/// A tier of detail: 0 is everything, higher numbers are less.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct Tier(pub u8);
+
+/// What a tier has of each setting.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// Of guide rays.
+    pub guide_rays: f32,
+    /// Of source rays.
+    pub source_rays: f32,
+    /// Of the updates for which valid sequences are tried again.
+    pub cache_updates: f32,
+    /// Of the most paths.
+    pub paths: f32,
+    /// Orders of reflection below the settings' depth.
+    pub orders_less: u8,
+    /// Updates between two looks at a source's late field.
+    pub late_interval: u64,
+}
+
+/// The tiers. Each costs about two thirds of the one before in the concert hall with sixteen sources
+/// (`bench speed --tier N` tells); rays go first, then how often the late field is looked at, orders last.
+pub const TIERS: [Share; 6] = [
+    share(1.0, 1.0, 0, 1),
+    share(0.7, 0.7, 0, 1),
+    share(0.5, 0.5, 0, 2),
+    share(0.35, 0.5, 1, 3),
+    share(0.25, 0.35, 2, 4),
+    share(0.12, 0.25, 3, 4),
+];
+
+/// The number of the last tier.
+pub const MOST_TIER: u8 = TIERS.len() as u8 - 1;
+
+const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> Share {
+    Share {
+        guide_rays: rays,
+        source_rays: rays,
+        cache_updates: paths,
+        paths,
+        orders_less,
+        late_interval,
+    }
+}
+
+/// How far before a tier's number the orders that it leaves out are silent: they have faded for at least one update when
+/// propagation stops looking for them, since no update moves farther than [`super::governor::LONGEST_STEP`].
+const SILENT_BEFORE: f64 = 0.25;
+
+/// What is in force somewhere between two tiers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detail {
+    /// For propagation.
+    pub effort: Effort,
+    /// Most paths of an update.
+    pub max_paths: usize,
+    /// Gain of each order of reflection, from the direct path on.
+    pub order_gain: [f32; MAX_ORDER + 1],
+}
+
+impl Detail {
+    /// At a place between tiers: 1.5 lies halfway from tier 1 to tier 2.
+    pub fn at(place: f64, settings: &PropagationSettings, max_paths: usize) -> Self {
+        let place = place.clamp(0.0, f64::from(MOST_TIER));
+        let (below, part) = (place as usize, place.fract() as f32);
+        let above = (below + 1).min(TIERS.len() - 1);
+        let (from, to) = (&TIERS[below], &TIERS[above]);
+        // Geometric, so that each step is the same for the ear and for the cost.
+        let scaled = |full: f64, share: fn(&Share) -> f32| {
+            let share = share(from) * (share(to) / share(from)).powf(part);
+            (full * f64::from(share)).round().max(1.0)
+        };
+        let guide_rays = scaled(settings.guide_rays.into(), |s| s.guide_rays) as u32;
+        let source_rays = scaled(settings.source_rays.into(), |s| s.source_rays) as u32;
+        Self {
+            effort: Effort {
+                guide_rays,
+                source_rays,
+                depth: settings.depth.saturating_sub(usize::from(from.orders_less)),
+                cache_updates: scaled(settings.cache_updates as f64, |s| s.cache_updates) as u64,
+                late_interval: from.late_interval,
+            },
+            max_paths: scaled(max_paths as f64, |s| s.paths) as usize,
+            order_gain: std::array::from_fn(|order| order_gain(place, order, settings.depth)),
+        }
+    }
+}
+
+/// Gain of an order of reflection: it falls from 1 to 0 on the way to the first tier that leaves the order out.
+fn order_gain(place: f64, order: usize, depth: usize) -> f32 {
+    let leaves_out = |share: &Share| order > depth.saturating_sub(usize::from(share.orders_less));
+    let reflected = order > 0 && order <= depth;
+    match TIERS.iter().position(leaves_out).filter(|_| reflected) {
+        Some(tier) => {
+            ((tier as f64 - SILENT_BEFORE - place) / (1.0 - SILENT_BEFORE)).clamp(0.0, 1.0) as f32
+        }
+        None => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTINGS: fn() -> PropagationSettings = PropagationSettings::default;
+
+    #[test]
+    fn the_first_tier_is_everything_and_no_other_has_more_than_its_forerunner() {
+        let detail = |place: f64| Detail::at(place, &SETTINGS(), 2048);
+        assert_eq!(detail(0.0).effort, Effort::full(&SETTINGS()));
+        assert_eq!(detail(0.0).order_gain, [1.0; MAX_ORDER + 1]);
+        let mut last = detail(0.0);
+        for step in 1..=500 {
+            let next = detail(f64::from(step) * 0.01);
+            assert!(next.effort.guide_rays <= last.effort.guide_rays);
+            assert!(next.effort.source_rays <= last.effort.source_rays);
+            assert!(next.effort.depth <= last.effort.depth);
+            assert!(next.effort.cache_updates <= last.effort.cache_updates);
+            assert!(next.effort.late_interval >= last.effort.late_interval);
+            assert!(next.max_paths <= last.max_paths);
+            for order in 0..=MAX_ORDER {
+                assert!(next.order_gain[order] <= last.order_gain[order]);
+                // 0.01 of a tier's way takes 0.0134 of the gain.
+                assert!(last.order_gain[order] - next.order_gain[order] < 0.014);
+            }
+            last = next;
+        }
+    }
+
+    #[test]
+    fn an_order_is_silent_before_it_is_left_out() {
+        for step in 0..=500 {
+            let detail = Detail::at(f64::from(step) * 0.01, &SETTINGS(), 2048);
+            for order in 1..=MAX_ORDER {
+                assert!(detail.effort.depth >= order || detail.order_gain[order] == 0.0);
+            }
+            assert_eq!(detail.order_gain[0], 1.0);
+        }
+        // An update's longest step before it is left out, it is silent already.
+        let before = Detail::at(3.0 - SILENT_BEFORE, &SETTINGS(), 2048);
+        assert_eq!((before.effort.depth, before.order_gain[4]), (4, 0.0));
+    }
+
+    #[test]
+    fn a_shallow_depth_stays_within_itself() {
+        let shallow = PropagationSettings {
+            depth: 1,
+            ..SETTINGS()
+        };
+        let least = Detail::at(5.0, &shallow, 4);
+        assert_eq!((least.effort.depth, least.max_paths), (0, 1));
+        assert_eq!(least.order_gain[1], 0.0);
+        assert_eq!(Detail::at(f64::NAN, &shallow, 4).effort.depth, 1);
+    }
+}

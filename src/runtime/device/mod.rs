@@ -1,0 +1,15 @@
+//! Sound devices that come and go: one that is lost is opened again, and meanwhile nobody hears but time goes on.
+//!
+//! [`Supervisor`] knows no device; a [`Backend`] opens one. What fills the blocks goes from stream to stream as a
+//! [`Loan`], so the renderer is the same before and after. The backend for a host's devices is [`CpalBackend`], with the
+//! feature `play`.
+
+mod berth;
+#[cfg(feature = "play")]
+mod cpal_backend;
+mod supervisor;
+
+pub use berth::{Berth, Fill, Loan};
+#[cfg(feature = "play")]
+pub use cpal_backend::CpalBackend;
+pub use supervisor::{Backend, DeviceState, StandIn, Supervisor};

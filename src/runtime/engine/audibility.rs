@@ -1,0 +1,70 @@
+//! How loud a source is where the listener stands, and whether it can be heard beside the others. Own.
+//!
+//! Control side. A guess by distance, gain and directivity: what blocks a source is not asked, so that a source behind a
+//! door is there when the door opens.
+
+use glam::Vec3;
+
+use crate::acoustics::BANDS;
+use crate::scene::SourcePose;
+
+/// Energy, relative to 1 at 1 m, below which nothing is heard: −100 dB re full scale.
+const SILENT: f32 = 1e-10;
+
+/// Share of the energy of all sources below which one is masked by them: −60 dB, below the tail of any of them.
+const MASKED: f32 = 1e-6;
+
+/// Factor by which a source that was heard may be fainter and still is: 6 dB.
+const HYSTERESIS: f32 = 0.25;
+
+/// Distance in metres below which a source gets no louder.
+const NEAREST_M: f32 = 0.3;
+
+/// Energy at the listener of a source that plays at full scale, without walls.
+pub(super) fn energy(pose: &SourcePose, gain: f32, listener: Vec3) -> f32 {
+    let way = listener - pose.position;
+    let distance_m = way.length().max(NEAREST_M);
+    let factor = pose.factor_towards(way.normalize_or(Vec3::NEG_Z));
+    // Reflections go everywhere, so facing away silences nobody.
+    let directed: f32 = factor.iter().map(|f| f * f).sum::<f32>() / BANDS as f32;
+    gain * gain * directed.max(0.1) / (distance_m * distance_m)
+}
+
+/// Whether a source of this energy is heard beside all, itself included.
+pub(super) fn is_audible(energy: f32, all: f32, was_audible: bool) -> bool {
+    let least = SILENT.max(MASKED * all);
+    energy
+        > if was_audible {
+            HYSTERESIS * least
+        } else {
+            least
+        }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SourceId;
+
+    fn at(x: f32) -> SourcePose {
+        SourcePose::at(SourceId::default(), Vec3::X * x)
+    }
+
+    #[test]
+    fn energy_falls_with_the_square_of_distance_and_rises_with_that_of_gain() {
+        let one = energy(&at(1.0), 1.0, Vec3::ZERO);
+        assert!((one - 1.0).abs() < 1e-6);
+        assert!((energy(&at(10.0), 1.0, Vec3::ZERO) - 0.01).abs() < 1e-6);
+        assert!((energy(&at(2.0), 2.0, Vec3::ZERO) - one).abs() < 1e-6);
+        assert!(energy(&at(0.0), 1.0, Vec3::ZERO).is_finite());
+    }
+
+    #[test]
+    fn what_is_masked_is_heard_again_only_when_clearly_louder() {
+        assert!(is_audible(1.1e-6, 1.0, false));
+        assert!(!is_audible(0.9e-6, 1.0, false));
+        assert!(is_audible(0.9e-6, 1.0, true));
+        assert!(!is_audible(0.2e-6, 1.0, true));
+        assert!(!is_audible(0.0, 0.0, true));
+    }
+}

@@ -1,0 +1,71 @@
+//! How long the graphics frames are that are heard: T_g of Eq. 1.
+//!
+//! Audio side. Ticks between two blocks count as one, so it is the frames taken by the renderer whose distance counts.
+
+use std::time::Instant;
+
+use super::settings::FrameTime;
+
+/// Frames farther apart than this, in seconds, are a pause and not a graphics frame.
+const LONGEST_FRAME_S: f64 = 0.5;
+/// Share of a new graphics frame in the mean.
+const FRAME_WEIGHT: f64 = 0.1;
+/// T_g until two frames have been seen, in seconds.
+const FIRST_FRAME_S: f64 = 1.0 / 60.0;
+
+/// Mean time between graphics frames.
+pub(super) struct FrameClock {
+    frame_s: f64,
+    last: Option<Instant>,
+    is_fixed: bool,
+}
+
+impl FrameClock {
+    pub(super) fn new(frame_time: FrameTime) -> Self {
+        let (frame_s, is_fixed) = match frame_time {
+            FrameTime::Fixed(frame_s) => (frame_s, true),
+            FrameTime::Measured => (FIRST_FRAME_S, false),
+        };
+        Self {
+            frame_s,
+            last: None,
+            is_fixed,
+        }
+    }
+
+    /// A frame is taken at a time; gives T_g in seconds.
+    pub(super) fn take(&mut self, at: Instant) -> f64 {
+        if self.is_fixed {
+            return self.frame_s;
+        }
+        if let Some(last) = self.last.replace(at) {
+            let passed_s = at.saturating_duration_since(last).as_secs_f64();
+            if passed_s < LONGEST_FRAME_S {
+                self.frame_s += FRAME_WEIGHT * (passed_s - self.frame_s);
+            }
+        }
+        self.frame_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::clock::now;
+    use std::time::Duration;
+
+    #[test]
+    fn the_mean_follows_frames_and_leaves_pauses_out() {
+        let mut clock = FrameClock::new(FrameTime::Measured);
+        let mut at = now();
+        assert_eq!(clock.take(at), FIRST_FRAME_S);
+        for _ in 0..200 {
+            at += Duration::from_millis(8);
+            clock.take(at);
+        }
+        at += Duration::from_secs(3);
+        assert!((clock.take(at) - 0.008).abs() < 1e-6);
+        let mut fixed = FrameClock::new(FrameTime::Fixed(0.01));
+        assert_eq!(fixed.take(at), 0.01);
+    }
+}

@@ -1,0 +1,234 @@
+//! Every source's sound into the slots of the generator, each at its own level.
+//!
+//! Audio side; wait-free, bounded by the number of sources; allocates at birth only. Where every source has a slot the
+//! mixture is the source itself. A source that changes slots fades out of one while it fades into the other; one in no
+//! slot keeps its place in its sound.
+
+use super::feed::Feed;
+use super::messages::{FeedChange, FeedPlace, NO_SLOT};
+use crate::scene::SourceId;
+
+/// Seconds of a cross-fade between two slots.
+const FADE_S: f32 = 0.05;
+
+/// What the renderer knows of one source.
+#[derive(Default)]
+struct Seat {
+    feed: Feed,
+    /// Whose feed it is.
+    owner: Option<SourceId>,
+    /// Who is here in the graphics frame in use.
+    tenant: Option<SourceId>,
+    is_present: bool,
+    gain: f32,
+    target: f32,
+    slot: u16,
+    /// Share of its gain that it has in its slot.
+    fade: f32,
+    /// The slot before, and the share of its gain that it still has there.
+    left: u16,
+    left_fade: f32,
+}
+
+/// All sources and the slots that they are mixed into.
+pub(super) struct Mixer {
+    seats: Vec<Seat>,
+    block: usize,
+    /// One block a slot.
+    inputs: Vec<f32>,
+    /// Slots that something was mixed into.
+    sounds: Vec<bool>,
+    scratch: Vec<f32>,
+    fade_frames: f32,
+}
+
+impl Mixer {
+    pub(super) fn new(sources: usize, slots: usize, block: usize, rate_hz: u32) -> Self {
+        Self {
+            seats: (0..sources).map(|_| Seat::default()).collect(),
+            block,
+            inputs: vec![0.0; slots * block],
+            sounds: vec![false; slots],
+            scratch: vec![0.0; block],
+            fade_frames: FADE_S * rate_hz as f32,
+        }
+    }
+
+    /// Gives a source another sound; the old one comes back.
+    pub(super) fn change(&mut self, change: FeedChange) -> Feed {
+        let mut old = change.feed;
+        if let Some(seat) = self.seats.get_mut(change.id.slot()) {
+            std::mem::swap(&mut seat.feed, &mut old);
+            seat.owner = Some(change.id);
+        }
+        old
+    }
+
+    /// Takes over a graphics frame's sources: those and no others are there.
+    pub(super) fn place(&mut self, places: &[FeedPlace]) {
+        for seat in &mut self.seats {
+            seat.is_present = false;
+        }
+        for place in places {
+            let Some(seat) = self.seats.get_mut(place.id.slot()) else {
+                continue;
+            };
+            if seat.tenant != Some(place.id) {
+                // Another source begins at its own gain.
+                seat.gain = place.gain;
+                (seat.slot, seat.fade) = (place.slot, 1.0);
+                seat.left_fade = 0.0;
+            } else if seat.slot != place.slot {
+                (seat.left, seat.left_fade) = (seat.slot, seat.fade);
+                (seat.slot, seat.fade) = (place.slot, 0.0);
+            }
+            seat.tenant = Some(place.id);
+            seat.is_present = true;
+            seat.target = place.gain;
+        }
+    }
+
+    /// Mixes the next audio frames, a block at most; gives the number of samples that streams owe.
+    pub(super) fn mix(&mut self, frames: usize) -> u32 {
+        let Self {
+            seats,
+            inputs,
+            sounds,
+            scratch,
+            ..
+        } = self;
+        let step = frames as f32 / self.fade_frames;
+        let scratch = &mut scratch[..frames];
+        let mut starved = 0;
+        sounds.fill(false);
+        for seat in seats {
+            let plays = seat.is_present && seat.owner == seat.tenant;
+            if !plays || matches!(seat.feed, Feed::Silence) {
+                continue;
+            }
+            let heard = seat.slot != NO_SLOT;
+            if !heard && seat.left_fade == 0.0 {
+                starved += seat.feed.skip(frames);
+                seat.gain = seat.target;
+                continue;
+            }
+            starved += seat.feed.fill(scratch);
+            let [from, to] = [seat.gain, seat.target];
+            let mut add = |slot: u16, from: f32, to: f32| {
+                let slot = usize::from(slot);
+                if let Some(sounds) = sounds.get_mut(slot) {
+                    let input = &mut inputs[slot * self.block..][..frames];
+                    let first = !std::mem::replace(sounds, true);
+                    mix_into(input, scratch, from, to, first);
+                }
+            };
+            if seat.left_fade > 0.0 {
+                let faded = (seat.left_fade - step).max(0.0);
+                add(seat.left, from * seat.left_fade, to * faded);
+                seat.left_fade = faded;
+            }
+            if heard {
+                let risen = (seat.fade + step).min(1.0);
+                add(seat.slot, from * seat.fade, to * risen);
+                seat.fade = risen;
+            }
+            seat.gain = to;
+        }
+        starved
+    }
+
+    /// The mixtures, a slice a slot; empty where nothing sounds. Gives the number of slots.
+    pub(super) fn inputs<'a>(&'a self, frames: usize, inputs: &mut [&'a [f32]]) -> usize {
+        let blocks = self.inputs.chunks(self.block);
+        for ((place, block), sounds) in inputs.iter_mut().zip(blocks).zip(&self.sounds) {
+            *place = if *sounds { &block[..frames] } else { &[] };
+        }
+        self.sounds.len()
+    }
+}
+
+/// Adds samples at a gain that goes from one value to another; the first ones are not added to what was there before.
+fn mix_into(input: &mut [f32], samples: &[f32], from: f32, to: f32, first: bool) {
+    if first {
+        input.fill(0.0);
+    }
+    if from == 1.0 && to == 1.0 {
+        for (sum, sample) in input.iter_mut().zip(samples) {
+            *sum += sample;
+        }
+        return;
+    }
+    let step = (to - from) / input.len() as f32;
+    for (n, (sum, sample)) in input.iter_mut().zip(samples).enumerate() {
+        *sum += sample * (from + step * (n + 1) as f32);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BLOCK: usize = 64;
+
+    fn place(number: u16, slot: u16, gain: f32) -> FeedPlace {
+        let id = SourceId::new(number, 0);
+        FeedPlace { id, slot, gain }
+    }
+
+    fn mixer(sources: u16) -> Mixer {
+        let mut mixer = Mixer::new(usize::from(sources), 2, BLOCK, 44_100);
+        for number in 0..sources {
+            let feed = Feed::Clip {
+                samples: vec![1.0; 100].into(),
+                next: 0,
+                looped: true,
+            };
+            let id = SourceId::new(number, 0);
+            mixer.change(FeedChange { id, feed });
+        }
+        mixer
+    }
+
+    /// The last sample of each slot after a block.
+    fn mixed(mixer: &mut Mixer) -> [f32; 2] {
+        mixer.mix(BLOCK);
+        let mut inputs: [&[f32]; 2] = [&[]; 2];
+        mixer.inputs(BLOCK, &mut inputs);
+        inputs.map(|input| input.last().copied().unwrap_or(0.0))
+    }
+
+    #[test]
+    fn a_change_of_slots_is_a_fade_that_loses_nothing() {
+        let mut mixer = mixer(1);
+        mixer.place(&[place(0, 0, 1.0)]);
+        assert_eq!(mixed(&mut mixer), [1.0, 0.0]);
+        mixer.place(&[place(0, 1, 1.0)]);
+        let mut last = 1.0;
+        let mut blocks = 0;
+        while last > 0.0 {
+            let [old, new] = mixed(&mut mixer);
+            assert!(old < last && last - old < 0.03, "{last} to {old}");
+            assert!((old + new - 1.0).abs() < 1e-5);
+            last = old;
+            blocks += 1;
+        }
+        // 50 ms.
+        assert_eq!(blocks, (0.05f32 * 44_100.0 / BLOCK as f32).ceil() as u32);
+        assert_eq!(mixed(&mut mixer), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn several_share_a_slot_and_the_unheard_keep_their_place() {
+        let mut mixer = mixer(3);
+        mixer.place(&[place(0, 1, 0.5), place(1, 1, 0.25), place(2, NO_SLOT, 1.0)]);
+        assert_eq!(mixed(&mut mixer), [0.0, 0.75]);
+        let Feed::Clip { next, .. } = &mixer.seats[2].feed else {
+            panic!("a clip");
+        };
+        assert_eq!(*next, BLOCK);
+        mixer.place(&[place(0, 1, 0.5)]);
+        assert_eq!(mixed(&mut mixer), [0.0, 0.5]);
+        mixer.place(&[]);
+        assert_eq!(mixed(&mut mixer), [0.0, 0.0]);
+    }
+}

@@ -1,0 +1,191 @@
+//! When a lost device is opened again: a state machine without clock, thread or device.
+//!
+//! Pure. Its caller tells the time and what it has seen, and does what it is told. Devices are lost in every way there is:
+//! an error while opening, an error callback, or no more callbacks and not a word, which is what some systems do to
+//! an app in the background.
+
+/// First wait after a loss, in seconds; twice as long after every further one.
+pub const FIRST_WAIT_S: f64 = 0.1;
+/// Longest wait in seconds.
+pub const LONGEST_WAIT_S: f64 = 5.0;
+/// A device that asks for nothing this long, in seconds, has stalled. Streams on Bluetooth take half of it to start.
+pub const STALL_S: f64 = 1.0;
+/// A device that has played this long, in seconds, is well: the next wait is the first again.
+pub const WELL_S: f64 = 2.0;
+
+/// What to do now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// Nothing.
+    Wait,
+    /// Open the device and report with [`Supervisor::opened`].
+    Open,
+    /// Close it: it was lost or has stalled.
+    Close,
+}
+
+/// What was counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Times that a device was opened.
+    pub opened: u32,
+    /// Times that opening failed.
+    pub refused: u32,
+    /// Times that a device said it was lost.
+    pub lost: u32,
+    /// Times that a device fell silent.
+    pub stalled: u32,
+}
+
+enum State {
+    /// Closed until then.
+    Closed { until_s: f64 },
+    /// Playing, with the number of callbacks and the time at which it last changed.
+    Open {
+        since_s: f64,
+        callbacks: u64,
+        moved_s: f64,
+    },
+}
+
+/// Decides when to open and close.
+pub struct Supervisor {
+    state: State,
+    wait_s: f64,
+    counts: Counts,
+}
+
+impl Supervisor {
+    /// Begins closed, to be opened at once.
+    pub fn new() -> Self {
+        Self {
+            state: State::Closed {
+                until_s: f64::NEG_INFINITY,
+            },
+            wait_s: FIRST_WAIT_S,
+            counts: Counts::default(),
+        }
+    }
+
+    /// What to do at `now_s`, given how many callbacks there have been in all and whether the open device has said that it
+    /// is lost.
+    pub fn step(&mut self, now_s: f64, callbacks: u64, lost: bool) -> Order {
+        match &mut self.state {
+            State::Closed { until_s } if now_s >= *until_s => Order::Open,
+            State::Closed { .. } => Order::Wait,
+            State::Open { since_s, .. } if lost => {
+                let since_s = *since_s;
+                self.counts.lost += 1;
+                self.close(now_s, now_s - since_s);
+                Order::Close
+            }
+            State::Open {
+                callbacks: seen,
+                moved_s,
+                since_s,
+            } => {
+                if *seen != callbacks {
+                    *seen = callbacks;
+                    *moved_s = now_s;
+                } else if now_s - *moved_s >= STALL_S {
+                    let played_s = *moved_s - *since_s;
+                    self.counts.stalled += 1;
+                    self.close(now_s, played_s);
+                    return Order::Close;
+                }
+                Order::Wait
+            }
+        }
+    }
+
+    /// Reports what came of [`Order::Open`].
+    pub fn opened(&mut self, now_s: f64, callbacks: u64, success: bool) {
+        if success {
+            self.counts.opened += 1;
+            self.state = State::Open {
+                since_s: now_s,
+                callbacks,
+                moved_s: now_s,
+            };
+        } else {
+            self.counts.refused += 1;
+            self.close(now_s, 0.0);
+        }
+    }
+
+    fn close(&mut self, now_s: f64, played_s: f64) {
+        if played_s >= WELL_S {
+            self.wait_s = FIRST_WAIT_S;
+        }
+        self.state = State::Closed {
+            until_s: now_s + self.wait_s,
+        };
+        self.wait_s = (2.0 * self.wait_s).min(LONGEST_WAIT_S);
+    }
+
+    /// What has happened so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+}
+
+impl Default for Supervisor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refusals_come_farther_and_farther_apart() {
+        let mut supervisor = Supervisor::new();
+        let mut asked = Vec::new();
+        for tick in 0..3000 {
+            let now_s = f64::from(tick) * 0.01;
+            if supervisor.step(now_s, 0, false) == Order::Open {
+                asked.push(now_s);
+                supervisor.opened(now_s, 0, false);
+            }
+        }
+        let waits: Vec<f64> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        for (n, wait) in waits.iter().enumerate() {
+            let wanted = (FIRST_WAIT_S * 2f64.powi(n as i32)).min(LONGEST_WAIT_S);
+            // Steps are a hundredth apart.
+            assert!((wait - wanted).abs() < 0.011, "{n}: {wait}");
+        }
+        assert_eq!(supervisor.counts().refused as usize, asked.len());
+    }
+
+    #[test]
+    fn a_loss_is_answered_after_the_first_wait_again_once_all_was_well() {
+        let mut supervisor = Supervisor::new();
+        let mut now_s = 0.0;
+        for round in 0..4 {
+            assert_eq!(supervisor.step(now_s, round, false), Order::Open);
+            supervisor.opened(now_s, round, true);
+            now_s += WELL_S;
+            assert_eq!(supervisor.step(now_s, round + 1, true), Order::Close);
+            assert_eq!(supervisor.step(now_s + 0.09, round + 1, true), Order::Wait);
+            now_s += FIRST_WAIT_S + 1e-9;
+        }
+        let counts = supervisor.counts();
+        assert_eq!((counts.opened, counts.lost, counts.stalled), (4, 4, 0));
+    }
+
+    #[test]
+    fn silence_is_a_stall_and_late_words_of_a_closed_device_are_nothing() {
+        let mut supervisor = Supervisor::new();
+        assert_eq!(supervisor.step(0.0, 0, false), Order::Open);
+        supervisor.opened(0.0, 0, true);
+        assert_eq!(supervisor.step(0.9, 0, false), Order::Wait);
+        assert_eq!(supervisor.step(0.95, 1, false), Order::Wait);
+        assert_eq!(supervisor.step(1.9, 1, false), Order::Wait);
+        assert_eq!(supervisor.step(1.96, 1, false), Order::Close);
+        assert_eq!(supervisor.step(1.97, 1, true), Order::Wait);
+        assert_eq!(supervisor.counts().stalled, 1);
+        assert_eq!(supervisor.counts().lost, 0);
+    }
+}

@@ -1,0 +1,154 @@
+//! Spans of time, and the ring they travel through.
+//!
+//! [`SpanWriter::record`] is wait-free and allocates nothing: one store into the ring, or one counted loss.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::runtime::clock::nanoseconds;
+
+/// Whose time it was. Propagation is on the app's thread in the synchronous schedule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Track {
+    /// [`crate::runtime::Controller::tick`].
+    App,
+    /// Propagation updates.
+    Propagation,
+    /// [`crate::runtime::Renderer::render`] and its stages.
+    Sound,
+}
+
+/// What was done in a span.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpanKind {
+    /// A graphics frame handed over; the value is the number of sources.
+    Tick,
+    /// A propagation update (SPS); the value is its number of paths.
+    Update,
+    /// A call of the renderer; the value is the level L.
+    Block,
+    /// The direct paths of a graphics frame; the value is the number of rays.
+    Direct,
+    /// Extrapolation of a graphics frame (EPS); the value is the number of paths.
+    Extrapolation,
+    /// Generation of a block (SGS); the value is the number of voices.
+    Generation,
+    /// The budget's tier changed; no time passes; the value is the new tier.
+    Tier,
+}
+
+/// A stretch of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    /// What was done.
+    pub kind: SpanKind,
+    /// When it began, in nanoseconds since the engine was made.
+    pub began_ns: u64,
+    /// How long it took, in nanoseconds.
+    pub lasted_ns: u64,
+    /// A figure; see [`SpanKind`].
+    pub value: u64,
+}
+
+/// A thread's end of a ring.
+pub(in crate::runtime) struct SpanWriter {
+    ring: rtrb::Producer<Span>,
+    lost: Arc<AtomicU64>,
+    epoch: Instant,
+    is_on: bool,
+}
+
+/// The app's end.
+pub(in crate::runtime) struct SpanReader {
+    ring: rtrb::Consumer<Span>,
+    lost: Arc<AtomicU64>,
+    pub(super) track: Track,
+}
+
+/// A ring for this many spans; none turns recording off.
+pub(in crate::runtime) fn spans(
+    track: Track,
+    capacity: usize,
+    epoch: Instant,
+) -> (SpanWriter, SpanReader) {
+    let (producer, consumer) = rtrb::RingBuffer::new(capacity);
+    let lost = Arc::new(AtomicU64::new(0));
+    let writer = SpanWriter {
+        ring: producer,
+        lost: Arc::clone(&lost),
+        epoch,
+        is_on: capacity > 0,
+    };
+    let reader = SpanReader {
+        ring: consumer,
+        lost,
+        track,
+    };
+    (writer, reader)
+}
+
+impl SpanWriter {
+    /// Records a span.
+    pub(in crate::runtime) fn record(
+        &mut self,
+        kind: SpanKind,
+        began: Instant,
+        lasted: Duration,
+        value: u64,
+    ) {
+        if !self.is_on {
+            return;
+        }
+        let span = Span {
+            kind,
+            began_ns: nanoseconds(began.saturating_duration_since(self.epoch)),
+            lasted_ns: nanoseconds(lasted),
+            value,
+        };
+        if self.ring.push(span).is_err() {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+impl SpanReader {
+    /// The oldest span that was not taken yet.
+    pub(super) fn take(&mut self) -> Option<Span> {
+        self.ring.pop().ok()
+    }
+
+    /// Spans lost since the last call.
+    pub(super) fn take_lost(&self) -> u64 {
+        self.lost.swap(0, Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::clock::now;
+
+    #[test]
+    fn a_full_ring_loses_spans_and_says_how_many() {
+        let epoch = now();
+        let (mut writer, mut reader) = spans(Track::Sound, 2, epoch);
+        for value in 0..5 {
+            let began = epoch + Duration::from_nanos(10 * value);
+            writer.record(SpanKind::Block, began, Duration::from_nanos(7), value);
+        }
+        let first = reader.take().expect("recorded");
+        assert_eq!((first.began_ns, first.lasted_ns, first.value), (0, 7, 0));
+        assert_eq!(reader.take().map(|span| span.began_ns), Some(10));
+        assert_eq!((reader.take(), reader.take_lost()), (None, 3));
+        assert_eq!(reader.take_lost(), 0);
+    }
+
+    #[test]
+    fn recording_that_is_off_loses_nothing() {
+        let epoch = now();
+        let (mut writer, mut reader) = spans(Track::App, 0, epoch);
+        writer.record(SpanKind::Tick, epoch, Duration::ZERO, 0);
+        assert_eq!((reader.take(), reader.take_lost()), (None, 0));
+    }
+}

@@ -1,0 +1,332 @@
+//! Rigid parts that move: doors, lifts, vehicles. Each is a committed [`Scene`] of its own, placed by a pose.
+//!
+//! Adding and removing is control side and allocates; moving ([`Scene::set_instance_poses`]) allocates nothing, and so
+//! may be done on the audio side to a scene of its own. Queries go through a tree over the instances' boxes, which is
+//! built anew when one has moved, and then through the part's own tree with the ray in the part's coordinates. Surfaces
+//! keep their keys wherever they stand, so a path in a moving door keeps its identity. Own.
+//!
+//! What a part is made of does not change, and it is not joined with anything: a door that touches its frame shares no
+//! edge or surface with it, and no way bends over an edge of the one and an edge of the other. What a part's panels
+//! stand free of and what its edges see was found when the part was committed, without the scene.
+
+mod materials;
+mod number;
+mod placed;
+mod pose;
+mod queries;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::Scene;
+use super::surface::Surface;
+use crate::error::{Error, Result};
+use crate::geometry::{Bounds, BoxTree, Hit, Ray};
+use materials::MoreMaterials;
+use placed::Placed;
+
+pub use number::{MOST_IN_A_PART, MOST_INSTANCES};
+pub use pose::{InstanceId, InstancePose};
+
+#[derive(Debug, Clone, Default)]
+struct Slot {
+    generation: u16,
+    placed: Option<Placed>,
+}
+
+/// All instances of a scene.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Instances {
+    slots: Vec<Slot>,
+    count: usize,
+    /// Materials that the fixed scene does not have.
+    materials: MoreMaterials,
+    tree: BoxTree,
+    /// One a slot.
+    boxes: Vec<Bounds>,
+}
+
+impl Instances {
+    #[inline]
+    pub(super) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    fn placed(&self) -> impl Iterator<Item = &Placed> {
+        self.slots.iter().filter_map(|slot| slot.placed.as_ref())
+    }
+
+    #[inline]
+    fn at(&self, slot: usize) -> Option<&Placed> {
+        self.slots.get(slot)?.placed.as_ref()
+    }
+
+    /// The instance that a number belongs to, and its number there.
+    #[inline]
+    fn of(&self, global: u32) -> Option<(&Placed, u32)> {
+        let (slot, local) = number::split(global);
+        let placed = self.at(slot).filter(|_| number::is_instance(global));
+        Some((placed?, local))
+    }
+
+    #[inline]
+    fn surface(&self, global: u32) -> Option<&Surface> {
+        let (placed, local) = self.of(global)?;
+        placed.surfaces.get(local as usize)
+    }
+
+    fn slot_of(&mut self, id: InstanceId) -> Result<&mut Slot> {
+        let slot = self.slots.get_mut(id.slot());
+        slot.filter(|slot| slot.generation == id.generation() && slot.placed.is_some())
+            .ok_or(Error::StaleInstance {
+                slot: id.slot(),
+                generation: id.generation(),
+            })
+    }
+
+    /// Builds the tree anew.
+    fn settle(&mut self) {
+        self.boxes.clear();
+        let bounds = |slot: &Slot| slot.placed.as_ref().map_or(Bounds::EMPTY, |p| p.bounds);
+        self.boxes.extend(self.slots.iter().map(bounds));
+        self.tree.build(&self.boxes);
+    }
+
+    #[inline(never)]
+    fn closest_hit(&self, ray: &Ray, ignored: [u32; 2], found: Option<Hit>) -> Option<Hit> {
+        let mut best = found;
+        // One at the same parameter as the best still counts if its number is lower.
+        let up_to = |best: Option<Hit>| best.map_or(ray.t_max, |hit| hit.t.next_up());
+        let short = Ray {
+            t_max: up_to(best),
+            ..*ray
+        };
+        self.tree.walk(&short, |slot, t_max| {
+            let Some(placed) = self.at(slot as usize) else {
+                return t_max;
+            };
+            let local = Ray {
+                t_max,
+                ..placed.ray(ray)
+            };
+            if let Some(hit) = placed
+                .part
+                .bvh()
+                .closest_hit(&local, placed.groups(ignored))
+            {
+                let hit = Hit {
+                    t: hit.t,
+                    triangle: placed.number(hit.triangle),
+                    group: placed.number(hit.group),
+                };
+                if best.is_none_or(|b| (hit.t, hit.triangle) < (b.t, b.triangle)) {
+                    best = Some(hit);
+                }
+            }
+            up_to(best)
+        });
+        best
+    }
+
+    #[inline(never)]
+    fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
+        let mut met = false;
+        self.tree.walk(ray, |slot, t_max| {
+            met = self.at(slot as usize).is_some_and(|placed| {
+                let groups = placed.groups(ignored);
+                placed.part.bvh().any_hit(&placed.ray(ray), groups)
+            });
+            if met { -1.0 } else { t_max }
+        });
+        met
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        let placed: usize = self.placed().map(Placed::memory_bytes).sum();
+        placed + self.tree.memory_bytes() + size_of_val(self.boxes.as_slice())
+    }
+}
+
+impl Scene {
+    /// Adds an instance of a part: a scene committed on its own, in coordinates of its own. The pose's handle does not
+    /// count; the instance's is given. Parts may be shared by any number of instances. Control side; allocates.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a pose that is not rigid, a part with instances of its own or of more than
+    /// [`MOST_IN_A_PART`] triangles or edges, and beyond [`MOST_INSTANCES`].
+    pub fn add_instance(&mut self, part: Arc<Scene>, pose: &InstancePose) -> Result<InstanceId> {
+        pose.check()?;
+        check_part(&part)?;
+        let slots = &mut self.instances.slots;
+        // The vacant slot that was given away least, so that handles stay stale for long.
+        let vacant = slots.iter().enumerate().filter(|(_, s)| s.placed.is_none());
+        let slot = match vacant.min_by_key(|(_, slot)| slot.generation) {
+            Some((slot, _)) => slot,
+            None if slots.len() < MOST_INSTANCES => {
+                slots.push(Slot::default());
+                slots.len() - 1
+            }
+            None => {
+                let problem = format!("all {MOST_INSTANCES} instances are in use");
+                return Err(Error::setting("instance", problem, "remove one first"));
+            }
+        };
+        let id = InstanceId::new(slot as u16, slots[slot].generation);
+        let placed = self.place(part, InstancePose { id, ..*pose });
+        let instances = &mut self.instances;
+        instances.slots[slot].placed = Some(placed);
+        instances.count += 1;
+        instances.tree.reserve(instances.slots.len());
+        instances.settle();
+        Ok(id)
+    }
+
+    /// Removes an instance; its handle is stale from now on. Control side.
+    ///
+    /// # Errors
+    /// [`Error::StaleInstance`].
+    pub fn remove_instance(&mut self, id: InstanceId) -> Result<()> {
+        let slot = self.instances.slot_of(id)?;
+        slot.placed = None;
+        slot.generation = slot.generation.wrapping_add(1);
+        self.instances.count -= 1;
+        self.instances.settle();
+        Ok(())
+    }
+
+    /// Moves one instance; many are moved faster together.
+    ///
+    /// # Errors
+    /// [`Error::StaleInstance`]; [`Error::Setting`] for a pose that is not rigid, and the last good one stays.
+    pub fn set_instance_pose(&mut self, pose: &InstancePose) -> Result<()> {
+        self.check_instance_pose(pose)?;
+        self.set_instance_poses(std::slice::from_ref(pose));
+        Ok(())
+    }
+
+    /// Whether a pose can be taken: rigid, and of an instance that is there.
+    ///
+    /// # Errors
+    /// [`Error::StaleInstance`], [`Error::Setting`].
+    pub fn check_instance_pose(&self, pose: &InstancePose) -> Result<()> {
+        self.instance_part(pose.id)?;
+        pose.check()
+    }
+
+    /// Moves instances; gives how many have another pose than before. Poses of instances that are not there and poses
+    /// that are not rigid ([`InstancePose::check`]) are left out.
+    ///
+    /// # Real-time
+    /// Allocates nothing, neither blocks nor fails; takes as long as there are instances to move.
+    pub fn set_instance_poses(&mut self, poses: &[InstancePose]) -> usize {
+        let centre = self.centre();
+        let instances = &mut self.instances;
+        let mut moved = 0;
+        for pose in poses {
+            let slot = instances.slots.get_mut(pose.id.slot());
+            let placed = slot.and_then(|slot| slot.placed.as_mut());
+            if let Some(placed) = placed.filter(|p| p.pose.id == pose.id && p.pose != *pose)
+                && pose.check().is_ok()
+            {
+                placed.place(*pose, centre);
+                moved += 1;
+            }
+        }
+        if moved > 0 {
+            instances.settle();
+        }
+        moved
+    }
+
+    /// The same fixed scene with the instances of another, under the same handles and at the same poses. Control side;
+    /// allocates.
+    pub fn with_instances_of(&self, other: &Self) -> Self {
+        let mut result = self.clone();
+        result.instances = Instances {
+            count: other.instances.count,
+            ..Instances::default()
+        };
+        for slot in &other.instances.slots {
+            let placed = slot.placed.as_ref();
+            let placed = placed.map(|p| result.place(Arc::clone(&p.part), p.pose));
+            result.instances.slots.push(Slot {
+                generation: slot.generation,
+                placed,
+            });
+        }
+        result.instances.tree.reserve(result.instances.slots.len());
+        result.instances.settle();
+        result
+    }
+
+    /// A part at a pose, with materials of this scene.
+    fn place(&mut self, part: Arc<Scene>, pose: InstancePose) -> Placed {
+        let fixed = self.materials();
+        let numbers = part.materials().iter();
+        // Two statements, since the fixed materials are the scene's too.
+        let known: Vec<Option<usize>> = numbers
+            .map(|material| fixed.iter().position(|m| m == material))
+            .collect();
+        let first = fixed.len();
+        let materials: Vec<u32> = known
+            .into_iter()
+            .zip(part.materials())
+            .map(|(known, material)| match known {
+                Some(number) => number as u32,
+                None => (first + self.instances.materials.number(material)) as u32,
+            })
+            .collect();
+        let like = self
+            .instances
+            .placed()
+            .find(|p| Arc::ptr_eq(&p.part, &part));
+        let centre = self.centre();
+        Placed::new(part, pose, &materials, centre, like)
+    }
+
+    /// Number of instances.
+    pub fn instance_count(&self) -> usize {
+        self.instances.count
+    }
+
+    /// Handles and poses of all instances, by slot.
+    pub fn instance_poses(&self) -> impl Iterator<Item = InstancePose> + '_ {
+        self.instances.placed().map(|placed| placed.pose)
+    }
+
+    /// What an instance is made of.
+    ///
+    /// # Errors
+    /// [`Error::StaleInstance`].
+    pub fn instance_part(&self, id: InstanceId) -> Result<&Arc<Scene>> {
+        let placed = self.instances.at(id.slot());
+        let placed = placed.filter(|placed| placed.pose.id == id);
+        placed.map(|p| &p.part).ok_or(Error::StaleInstance {
+            slot: id.slot(),
+            generation: id.generation(),
+        })
+    }
+}
+
+fn check_part(part: &Scene) -> Result<()> {
+    let advice = "commit the part alone, as coarse as it is heard";
+    if !part.instances.is_empty() {
+        let problem = "the part has instances of its own";
+        return Err(Error::setting("part", problem, advice));
+    }
+    let most = part.bvh().triangle_count().max(part.edges().len());
+    let surfaces = part.surfaces().len();
+    if most.max(surfaces) > MOST_IN_A_PART {
+        let problem = format!("{most} triangles or edges are more than {MOST_IN_A_PART}");
+        return Err(Error::setting("part", problem, advice));
+    }
+    Ok(())
+}
+
+/// The origin of a scene's local coordinates as its instances need it.
+impl Scene {
+    pub(super) fn centre(&self) -> DVec3 {
+        self.mesh.centre
+    }
+}

@@ -1,0 +1,215 @@
+//! One instance where it stands: its part's planes and bounds in the scene's local coordinates, and the way back.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3, Vec3};
+
+use super::number;
+use super::pose::InstancePose;
+use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Bounds, Ray};
+use crate::scene::edges::Edge;
+use crate::scene::surface::Surface;
+use crate::scene::surface::key::instance_key;
+use crate::scene::{Scene, SurfaceSet};
+
+/// A surface of more corners is bounded by its box.
+const MOST_CORNERS: usize = 64;
+
+/// How far an instance's bounds stand off what a ray may meet in it: this much and this share of the coordinates, many
+/// times the rounding of a ray that is turned and moved.
+const MARGIN_M: f32 = 1e-4;
+const MARGIN: f32 = 1.0 / (1u32 << 18) as f32;
+
+/// Points of a part that bound its surfaces, in the part's local coordinates.
+#[derive(Debug)]
+struct Outline {
+    corners: Vec<Vec3>,
+    /// Where each surface's corners begin; one more closes the list.
+    first: Vec<u32>,
+}
+
+impl Outline {
+    fn of(part: &Scene) -> Self {
+        let mut corners = Vec::new();
+        let mut first = vec![0];
+        let set = part.surface_set();
+        for number in 0..set.surfaces.len() as u32 {
+            corners.extend(corners_of(part, set, number));
+            first.push(corners.len() as u32);
+        }
+        Self { corners, first }
+    }
+
+    fn corners(&self, surface: usize) -> &[Vec3] {
+        &self.corners[self.first[surface] as usize..self.first[surface + 1] as usize]
+    }
+}
+
+fn corners_of(part: &Scene, set: &SurfaceSet, number: u32) -> Vec<Vec3> {
+    let triangles = set.triangles_of(number).iter();
+    // By their bits, so that the order is always the same.
+    let distinct: BTreeSet<[u32; 3]> = triangles
+        .flat_map(|&t| part.corners_of(t))
+        .map(|corner| corner.to_array().map(f32::to_bits))
+        .collect();
+    if distinct.len() <= MOST_CORNERS {
+        let corner = |bits: [u32; 3]| Vec3::from_array(bits.map(f32::from_bits));
+        return distinct.into_iter().map(corner).collect();
+    }
+    let surface = &set.surfaces[number as usize];
+    let (low, high) = (surface.bounds_min, surface.bounds_max);
+    let corner =
+        |n: u32| Vec3::select(glam::BVec3::new(n & 1 > 0, n & 2 > 0, n & 4 > 0), low, high);
+    (0..8).map(corner).collect()
+}
+
+/// An instance at its pose.
+#[derive(Debug, Clone)]
+pub(super) struct Placed {
+    pub(super) pose: InstancePose,
+    pub(super) part: Arc<Scene>,
+    outline: Arc<Outline>,
+    /// From the part's local coordinates to the scene's.
+    axes: DMat3,
+    origin: DVec3,
+    /// The part's surfaces as they stand, with the scene's numbers of materials.
+    pub(super) surfaces: Vec<Surface>,
+    /// What it lies in.
+    pub(super) bounds: Bounds,
+}
+
+impl Placed {
+    /// Of a part at a pose; `materials` are the scene's numbers of the part's materials. `like` is another instance of
+    /// the same part, if there is one.
+    pub(super) fn new(
+        part: Arc<Scene>,
+        pose: InstancePose,
+        materials: &[u32],
+        centre: DVec3,
+        like: Option<&Self>,
+    ) -> Self {
+        let outline = match like {
+            Some(like) => Arc::clone(&like.outline),
+            None => Arc::new(Outline::of(&part)),
+        };
+        let surfaces = part.surfaces().iter().map(|surface| Surface {
+            key: instance_key(surface.key, pose.id.bits()),
+            material: materials[surface.material as usize],
+            ..*surface
+        });
+        let mut placed = Self {
+            surfaces: surfaces.collect(),
+            pose,
+            outline,
+            axes: DMat3::IDENTITY,
+            origin: DVec3::ZERO,
+            bounds: Bounds::EMPTY,
+            part,
+        };
+        placed.place(pose, centre);
+        placed
+    }
+
+    /// Puts it somewhere else; `centre` is the origin of the scene's local coordinates. Allocates nothing.
+    pub(super) fn place(&mut self, pose: InstancePose, centre: DVec3) {
+        self.pose = pose;
+        self.axes = pose.axes();
+        self.origin = self.axes * self.part.centre() + (pose.position - centre);
+        let (axes, origin) = (self.axes, self.origin);
+        let mut bounds = Bounds::EMPTY;
+        let own = self.part.surfaces().iter().enumerate();
+        for (surface, (number, local)) in self.surfaces.iter_mut().zip(own) {
+            surface.normal = axes * local.normal;
+            surface.offset_m = local.offset_m + surface.normal.dot(origin);
+            let corners = self.outline.corners(number).iter();
+            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            for corner in corners {
+                let there = axes * corner.as_dvec3() + origin;
+                (low, high) = (low.min(there), high.max(there));
+            }
+            (surface.bounds_min, surface.bounds_max) = (low.as_vec3(), high.as_vec3());
+            bounds = bounds.with(&Bounds {
+                low: surface.bounds_min,
+                high: surface.bounds_max,
+            });
+        }
+        let largest = bounds.low.abs().max(bounds.high.abs()).max_element();
+        let margin_m = MARGIN_M + MARGIN * largest;
+        self.bounds = Bounds {
+            low: bounds.low - margin_m,
+            high: bounds.high + margin_m,
+        };
+    }
+
+    /// A ray in the part's coordinates; parameters mean the same.
+    #[inline]
+    pub(super) fn ray(&self, ray: &Ray) -> Ray {
+        let back = self.axes.transpose();
+        Ray {
+            origin: (back * (ray.origin.as_dvec3() - self.origin)).as_vec3(),
+            direction: (back * ray.direction.as_dvec3()).as_vec3(),
+            ..*ray
+        }
+    }
+
+    /// A point in the part's coordinates.
+    #[inline]
+    pub(super) fn point(&self, point: DVec3) -> DVec3 {
+        self.axes.transpose() * (point - self.origin)
+    }
+
+    /// A point of the part in the scene's coordinates.
+    pub(super) fn there(&self, local: Vec3) -> DVec3 {
+        self.axes * local.as_dvec3() + self.origin
+    }
+
+    /// A direction of the part in the scene's coordinates.
+    pub(super) fn direction(&self, local: Vec3) -> Vec3 {
+        (self.axes * local.as_dvec3()).as_vec3()
+    }
+
+    /// The groups that a ray ignores, by the part's numbers.
+    #[inline]
+    pub(super) fn groups(&self, ignored: [u32; 2]) -> [u32; 2] {
+        ignored.map(|group| match number::split(group) {
+            (slot, local) if number::is_instance(group) && slot == self.pose.id.slot() => local,
+            _ => NO_GROUP,
+        })
+    }
+
+    /// The scene's number of one of the part's surfaces, triangles or edges.
+    #[inline]
+    pub(super) fn number(&self, local: u32) -> u32 {
+        number::global(self.pose.id.slot(), local)
+    }
+
+    /// An edge of the part as it stands.
+    pub(super) fn edge(&self, local: &Edge) -> Edge {
+        Edge {
+            key: instance_key(local.key, self.pose.id.bits()),
+            origin: self.axes * local.origin + self.origin,
+            direction: self.axes * local.direction,
+            tangent: self.axes * local.tangent,
+            normal: self.axes * local.normal,
+            faces: local.faces.map(|face| self.number(face)),
+            ..*local
+        }
+    }
+
+    /// Least length in metres of a way from one point to another that touches it.
+    pub(super) fn least_way_m(&self, from: DVec3, to: DVec3) -> f64 {
+        let (low, high) = (self.bounds.low.as_dvec3(), self.bounds.high.as_dvec3());
+        let outside_m = |p: DVec3| p.distance(p.clamp(low, high));
+        outside_m(from) + outside_m(to)
+    }
+
+    /// Memory that it occupies beside its part, in bytes.
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of::<Self>()
+            + size_of_val(self.surfaces.as_slice())
+            + size_of_val(self.outline.corners.as_slice())
+            + size_of_val(self.outline.first.as_slice())
+    }
+}

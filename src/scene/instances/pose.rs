@@ -1,0 +1,159 @@
+//! Handles of instances, and where they stand.
+
+use glam::{DMat3, DQuat, DVec3, Mat4, Quat};
+
+use crate::error::{Error, Result};
+
+/// Farthest coordinate in metres that a pose may have, as sources and listener.
+const FARTHEST_M: f64 = 1e6;
+
+/// How far a rotation may be from one: the length of a quaternion from 1, products of a matrix's columns from those of
+/// the axes. Far above single precision's rounding, far below a change of size that anyone could mean.
+const RIGID: f64 = 1e-3;
+
+/// Handle of an instance: a slot and a generation, so that a slot's next tenant is not taken for the last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct InstanceId(u32);
+
+impl InstanceId {
+    /// From a slot and its generation.
+    pub const fn new(slot: u16, generation: u16) -> Self {
+        Self((generation as u32) << 16 | slot as u32)
+    }
+
+    /// Index of the slot, from 0.
+    pub const fn slot(self) -> usize {
+        (self.0 & 0xffff) as usize
+    }
+
+    /// How often the slot has been given away before.
+    pub const fn generation(self) -> u16 {
+        (self.0 >> 16) as u16
+    }
+
+    /// Slot and generation as one number.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+}
+
+/// Where an instance stands at one instant: a rigid transform, first the turn, then the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InstancePose {
+    /// Which instance.
+    pub id: InstanceId,
+    /// Where the origin of the part's own coordinates is, in metres in world coordinates.
+    pub position: DVec3,
+    /// Turns the part's own coordinates into world coordinates; of length 1 to a thousandth.
+    pub rotation: Quat,
+}
+
+impl InstancePose {
+    /// Not turned, with the part's origin at a position.
+    pub fn at(id: InstanceId, position: DVec3) -> Self {
+        Self {
+            id,
+            position,
+            rotation: Quat::IDENTITY,
+        }
+    }
+
+    /// From a matrix that turns and moves, as engines keep them.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] if it scales, shears, mirrors or has a number that is none.
+    pub fn from_matrix(id: InstanceId, matrix: &Mat4) -> Result<Self> {
+        let axes = DMat3::from_mat4(matrix.as_dmat4());
+        let products = axes.transpose() * axes - DMat3::IDENTITY;
+        let off = products.to_cols_array().map(f64::abs);
+        let last = matrix.row(3);
+        let rigid = off.iter().all(|o| *o <= RIGID)
+            && axes.determinant() > 0.0
+            && last.abs_diff_eq(glam::Vec4::W, RIGID as f32);
+        if !rigid {
+            let problem = "the matrix does more than turn and move";
+            return Err(refused(problem));
+        }
+        let pose = Self {
+            id,
+            position: matrix.w_axis.truncate().as_dvec3(),
+            rotation: DQuat::from_mat3(&axes).normalize().as_quat(),
+        };
+        pose.check()?;
+        Ok(pose)
+    }
+
+    /// Refuses what is no rigid transform within 1,000 km.
+    ///
+    /// # Errors
+    /// [`Error::Setting`].
+    pub fn check(&self) -> Result<()> {
+        // Written so that a NaN anywhere fails.
+        if !self.position.abs().cmple(DVec3::splat(FARTHEST_M)).all() {
+            let problem = format!("{} is no place", self.position);
+            return Err(refused(&problem));
+        }
+        let length = self.rotation.as_dquat().length();
+        let rigid = (length - 1.0).abs() <= RIGID;
+        if !rigid {
+            let problem = format!("{} is no rotation, its length is {length}", self.rotation);
+            return Err(refused(&problem));
+        }
+        Ok(())
+    }
+
+    /// The part's axes in world coordinates, orthogonal to double precision.
+    pub(super) fn axes(&self) -> DMat3 {
+        DMat3::from_quat(self.rotation.as_dquat().normalize())
+    }
+}
+
+fn refused(problem: &str) -> Error {
+    let advice = "give metres below 1e6 and a rotation of length 1; the last good pose is kept";
+    Error::setting("instance pose", problem, advice)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn only_rigid_poses_pass() {
+        let id = InstanceId::new(3, 7);
+        assert_eq!((id.slot(), id.generation()), (3, 7));
+        let good = InstancePose::at(id, DVec3::ONE);
+        assert!(good.check().is_ok());
+        let place = |position| InstancePose { position, ..good };
+        assert!(place(DVec3::NAN).check().is_err());
+        assert!(place(DVec3::INFINITY).check().is_err());
+        assert!(place(DVec3::X * 2e6).check().is_err());
+        let turn = |rotation| InstancePose { rotation, ..good };
+        assert!(
+            turn(Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0))
+                .check()
+                .is_err()
+        );
+        assert!(turn(Quat::from_xyzw(0.0, 0.0, 0.0, 0.0)).check().is_err());
+        assert!(turn(Quat::from_xyzw(0.0, 0.0, 0.0, 1.01)).check().is_err());
+    }
+
+    #[test]
+    fn a_matrix_that_turns_and_moves_passes() {
+        let id = InstanceId::default();
+        let (turn, way) = (Quat::from_rotation_y(0.7), Vec3::new(1.0, 2.0, 3.0));
+        let good = Mat4::from_rotation_translation(turn, way);
+        let pose = InstancePose::from_matrix(id, &good).expect("rigid");
+        assert!(pose.rotation.abs_diff_eq(turn, 1e-6) && pose.position == way.as_dvec3());
+        for scale in [
+            Vec3::splat(2.0),
+            Vec3::new(1.0, 1.0, -1.0),
+            Vec3::new(1.0, 1.1, 1.0),
+        ] {
+            let bad = good * Mat4::from_scale(scale);
+            assert!(InstancePose::from_matrix(id, &bad).is_err(), "{scale}");
+        }
+        assert!(InstancePose::from_matrix(id, &Mat4::NAN).is_err());
+    }
+}

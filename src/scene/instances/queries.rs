@@ -1,0 +1,299 @@
+//! Questions to a scene that its instances have a part in. Without instances each is the fixed scene's, and one
+//! comparison.
+//!
+//! Any thread; all take `&self`, neither allocate nor block.
+
+use glam::{DVec3, Vec3};
+
+use super::number;
+use crate::acoustics::material::Reflectance;
+use crate::acoustics::{BandArray, Material};
+use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Hit, Ray};
+use crate::scene::Scene;
+use crate::scene::edges::{Edge, MOST_EDGE_MIRRORS, NearEdge, NearEdges};
+use crate::scene::surface::Surface;
+use crate::scene::surface::free_panel::FreePanel;
+
+/// What a number names that is nobody's any more: no point lies in it.
+const NOWHERE: Surface = Surface {
+    key: 0,
+    normal: DVec3::Y,
+    offset_m: 0.0,
+    material: 0,
+    area_m2: 0.0,
+    bounds_min: Vec3::INFINITY,
+    bounds_max: Vec3::NEG_INFINITY,
+    first_triangle: 0,
+    triangle_count: 0,
+    panel_triangle_count: 0,
+};
+
+/// The same for edges: no way bends over it.
+const NO_EDGE: Edge = Edge {
+    key: 0,
+    origin: DVec3::NAN,
+    direction: DVec3::Y,
+    length_m: 0.0,
+    tangent: DVec3::X,
+    normal: DVec3::Z,
+    n: 2.0,
+    faces: [NO_GROUP; 2],
+};
+
+impl Scene {
+    /// The first triangle a ray meets, of the fixed scene or an instance, in local coordinates; otherwise as
+    /// [`crate::geometry::Bvh::closest_hit`].
+    #[inline]
+    pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
+        let found = self.bvh().closest_hit(ray, ignored);
+        if self.instances.is_empty() {
+            return found;
+        }
+        self.instances.closest_hit(ray, ignored, found)
+    }
+
+    /// Whether any triangle outside two surfaces lies on a ray, in local coordinates.
+    #[inline]
+    pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
+        self.bvh().any_hit(ray, ignored)
+            || (!self.instances.is_empty() && self.instances.any_hit(ray, ignored))
+    }
+
+    /// Whether anything in it can move.
+    #[inline]
+    pub fn has_instances(&self) -> bool {
+        !self.instances.is_empty()
+    }
+
+    /// Whether a surface's number still names one: those of an instance end with it.
+    #[inline]
+    pub fn has_surface(&self, surface: u32) -> bool {
+        !number::is_instance(surface) || self.instances.surface(surface).is_some()
+    }
+
+    /// An edge by its number, in local coordinates.
+    ///
+    /// # Panics
+    /// If the number is neither the fixed scene's nor an instance's.
+    #[inline]
+    pub fn edge(&self, number: u32) -> Edge {
+        if number::is_instance(number) {
+            return self.instance_edge(number);
+        }
+        *self.edges().get(number)
+    }
+
+    #[inline(never)]
+    fn instance_edge(&self, number: u32) -> Edge {
+        let found = self.instances.of(number).and_then(|(placed, local)| {
+            let edge = placed.part.edges().as_slice().get(local as usize)?;
+            Some(placed.edge(edge))
+        });
+        found.unwrap_or(NO_EDGE)
+    }
+
+    /// Edges that an edge sees; those of an instance see their own only, at least as long as nothing comes between.
+    pub fn edge_neighbours(&self, number: u32) -> impl Iterator<Item = u32> + '_ {
+        let (placed, local) = match number::is_instance(number) {
+            true => match self.instances.of(number) {
+                Some((placed, local)) => (Some(placed), local),
+                None => (None, NO_GROUP),
+            },
+            false => (None, number),
+        };
+        let set = placed.map_or(self.edges(), |placed| placed.part.edges());
+        let neighbours = match (local as usize) < set.len() {
+            true => set.neighbours(local),
+            false => &[],
+        };
+        neighbours
+            .iter()
+            .map(move |&other| placed.map_or(other, |placed| placed.number(other)))
+    }
+
+    /// The shortest ways from one place to another over one edge, of the fixed scene and of instances; otherwise as
+    /// [`crate::scene::EdgeSet::bends`].
+    pub fn bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
+        let mut near = self.edges().bends(from, to, longest_m);
+        for placed in self.instances.placed() {
+            if placed.least_way_m(from, to) <= near.bound_m(longest_m) {
+                let (from, to) = (placed.point(from), placed.point(to));
+                let set = placed.part.edges();
+                set.add_bends(&mut near, from, to, longest_m, |edge| placed.number(edge));
+            }
+        }
+        near
+    }
+
+    /// The same, asked of some edges only, each of which may come more than once, or have gone.
+    pub fn bends_over(
+        &self,
+        edges: impl Iterator<Item = u32>,
+        from: DVec3,
+        to: DVec3,
+    ) -> NearEdges {
+        let mut near = NearEdges::default();
+        for edge in edges {
+            let known = near.as_slice().iter().any(|found| found.edge == edge);
+            if let Some(bend) = self.edge(edge).bend(from, to).filter(|_| !known) {
+                let length_m = bend.length_m();
+                near.insert(NearEdge { edge, length_m });
+            }
+        }
+        near
+    }
+
+    /// The same for ways that may bend again; otherwise as [`crate::scene::EdgeSet::first_bends`].
+    pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
+        let mut near = self.edges().first_bends(from, to, longest_m);
+        for placed in self.instances.placed() {
+            if placed.least_way_m(from, to) <= near.bound_m(longest_m) {
+                let (from, to) = (placed.point(from), placed.point(to));
+                let set = placed.part.edges();
+                set.add_first_bends(&mut near, from, to, longest_m, |edge| placed.number(edge));
+            }
+        }
+        near
+    }
+
+    /// Surfaces that look large from an edge: those worth trying before and behind a bend around it. An instance's edge
+    /// sees the instance's own only, and one of the fixed scene those of the fixed scene.
+    pub fn edge_mirrors(&self, number: u32) -> EdgeMirrors {
+        let mut found = EdgeMirrors::default();
+        if !number::is_instance(number) {
+            found.extend(self.edges().mirrors(number).iter().copied());
+        } else if let Some((placed, local)) = self.instances.of(number)
+            && (local as usize) < placed.part.edges().len()
+        {
+            let own = placed.part.edges().mirrors(local).iter();
+            found.extend(own.map(|&surface| placed.number(surface)));
+        }
+        found
+    }
+
+    /// Whether any small panel stands free.
+    #[inline]
+    pub fn has_free_panels(&self) -> bool {
+        let has = |scene: &Self| !scene.free_panels().is_empty();
+        has(self) || self.instances.placed().any(|placed| has(&placed.part))
+    }
+}
+
+/// Surfaces to try as mirrors beside an edge, largest first.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EdgeMirrors {
+    surfaces: [u32; MOST_EDGE_MIRRORS],
+    count: usize,
+}
+
+impl EdgeMirrors {
+    /// Their number.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The surfaces.
+    pub fn iter(&self) -> std::slice::Iter<'_, u32> {
+        self.surfaces[..self.count].iter()
+    }
+
+    fn extend(&mut self, surfaces: impl Iterator<Item = u32>) {
+        for (place, surface) in self.surfaces.iter_mut().zip(surfaces) {
+            *place = surface;
+            self.count += 1;
+        }
+    }
+}
+
+/// What the fixed scene does not have.
+impl Scene {
+    #[inline(never)]
+    pub(in crate::scene) fn instance_surface(&self, number: u32) -> &Surface {
+        self.instances.surface(number).unwrap_or(&NOWHERE)
+    }
+
+    #[inline(never)]
+    pub(in crate::scene) fn instance_reflects_at(&self, surface: u32, point: DVec3) -> bool {
+        self.instances.of(surface).is_some_and(|(placed, local)| {
+            (local as usize) < placed.surfaces.len()
+                && placed.part.reflects_at(local, placed.point(point))
+        })
+    }
+
+    #[inline(never)]
+    pub(in crate::scene) fn instance_free_panel_at(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+    ) -> Option<FreePanel> {
+        let (placed, local) = self.instances.of(surface)?;
+        placed.surfaces.get(local as usize)?;
+        let point = placed.point(point);
+        placed.part.free_panel_at(local, point, in_front)
+    }
+
+    #[inline(never)]
+    pub(in crate::scene) fn instance_is_panel(&self, triangle: u32) -> bool {
+        self.instances.of(triangle).is_some_and(|(placed, local)| {
+            placed.part.has_triangle(local) && placed.part.is_panel(local)
+        })
+    }
+
+    /// The surface of an instance's triangle, or [`NO_GROUP`].
+    #[inline(never)]
+    pub(in crate::scene) fn instance_surface_of(&self, triangle: u32) -> u32 {
+        let found = self.instances.of(triangle);
+        let found = found.filter(|(placed, local)| placed.part.has_triangle(*local));
+        found.map_or(NO_GROUP, |(placed, local)| {
+            placed.number(placed.part.surface_of(local))
+        })
+    }
+
+    #[inline(never)]
+    pub(in crate::scene) fn instance_blocks(&self, triangle: u32, ray: &Ray) -> bool {
+        self.instances.of(triangle).is_some_and(|(placed, local)| {
+            placed.part.has_triangle(local) && placed.part.blocks(local, &placed.ray(ray))
+        })
+    }
+
+    #[inline(never)]
+    pub(in crate::scene) fn instance_normal(&self, triangle: u32) -> Vec3 {
+        let found = self.instances.of(triangle);
+        let found = found.filter(|(placed, local)| placed.part.has_triangle(*local));
+        found.map_or(Vec3::Y, |(placed, local)| {
+            placed.direction(placed.part.triangle_normal(local))
+        })
+    }
+
+    /// A material that only instances have; `number` counts on from the fixed scene's.
+    #[inline(never)]
+    pub(in crate::scene) fn more_material(&self, number: usize) -> Option<&Material> {
+        self.instances.materials.material(number)
+    }
+
+    #[inline(never)]
+    pub(in crate::scene) fn more_reflectance(&self, number: usize) -> Option<&Reflectance> {
+        self.instances.materials.reflectance(number)
+    }
+
+    #[inline(never)]
+    pub(in crate::scene) fn more_transmission(&self, number: usize) -> Option<&BandArray> {
+        self.instances.materials.transmission_factor(number)
+    }
+
+    /// Corners of every triangle of the instances, in local coordinates.
+    pub(in crate::scene) fn instance_triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+        self.instances.placed().flat_map(|placed| {
+            let triangles = 0..placed.part.bvh().triangle_count() as u32;
+            let triangles = triangles.filter(|&t| placed.part.has_triangle(t));
+            triangles.map(|t| placed.part.corners_of(t).map(|c| placed.there(c)))
+        })
+    }
+}

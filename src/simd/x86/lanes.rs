@@ -1,0 +1,119 @@
+//! [`Lanes`] in one AVX2 register.
+//!
+//! `unsafe` because methods of a trait cannot carry a target feature. They become part of a kernel that does carry it:
+//! [`kernel!`](crate::simd::kernel) alone names this type, behind the proof that the machine has AVX2 and FMA.
+
+use core::arch::x86_64::*;
+
+use crate::simd::Lanes;
+
+/// Eight lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Ymm(__m256);
+
+macro_rules! avx2 {
+    ($call:expr) => {
+        // SAFETY: loads and stores take references to eight f32 and need no alignment; beyond that the intrinsics need
+        // only AVX2 and FMA, and no value of this type exists outside of kernels that were entered with proof of them.
+        unsafe { $call }
+    };
+}
+
+impl Lanes for Ymm {
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self(avx2!(_mm256_set1_ps(value)))
+    }
+
+    #[inline(always)]
+    fn load(lanes: &[f32; 8]) -> Self {
+        Self(avx2!(_mm256_loadu_ps(lanes.as_ptr())))
+    }
+
+    #[inline(always)]
+    fn store(self, lanes: &mut [f32; 8]) {
+        avx2!(_mm256_storeu_ps(lanes.as_mut_ptr(), self.0));
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(avx2!(_mm256_add_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(avx2!(_mm256_sub_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(avx2!(_mm256_mul_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        Self(avx2!(_mm256_fmadd_ps(self.0, factor.0, term.0)))
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+        Self(avx2!(_mm256_fnmadd_ps(self.0, factor.0, term.0)))
+    }
+
+    #[inline(always)]
+    fn twice_low(self) -> Self {
+        let places = avx2!(_mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3));
+        Self(avx2!(_mm256_permutevar8x32_ps(self.0, places)))
+    }
+
+    #[inline(always)]
+    fn twice_high(self) -> Self {
+        let places = avx2!(_mm256_setr_epi32(4, 4, 5, 5, 6, 6, 7, 7));
+        Self(avx2!(_mm256_permutevar8x32_ps(self.0, places)))
+    }
+
+    #[inline(always)]
+    fn transpose(rows: [Self; 8]) -> [Self; 8] {
+        let [a, b, c, d, e, f, g, h] = rows;
+        // Pairs of rows, then fours: each half of a register holds one column of four rows.
+        let (ab, ab_high) = (low(a, b), high(a, b));
+        let (cd, cd_high) = (low(c, d), high(c, d));
+        let (ef, ef_high) = (low(e, f), high(e, f));
+        let (gh, gh_high) = (low(g, h), high(g, h));
+        let (left_0, right_0) = (first(ab, cd), first(ef, gh));
+        let (left_1, right_1) = (second(ab, cd), second(ef, gh));
+        let (left_2, right_2) = (first(ab_high, cd_high), first(ef_high, gh_high));
+        let (left_3, right_3) = (second(ab_high, cd_high), second(ef_high, gh_high));
+        [
+            lower_halves(left_0, right_0),
+            lower_halves(left_1, right_1),
+            lower_halves(left_2, right_2),
+            lower_halves(left_3, right_3),
+            upper_halves(left_0, right_0),
+            upper_halves(left_1, right_1),
+            upper_halves(left_2, right_2),
+            upper_halves(left_3, right_3),
+        ]
+    }
+}
+
+/// Functions of two registers by name.
+macro_rules! of_two {
+    ($($name:ident $intrinsic:path;)*) => {
+        $(
+            #[inline(always)]
+            fn $name(a: Ymm, b: Ymm) -> Ymm {
+                Ymm(avx2!($intrinsic(a.0, b.0)))
+            }
+        )*
+    };
+}
+
+of_two! {
+    low _mm256_unpacklo_ps;
+    high _mm256_unpackhi_ps;
+    first _mm256_shuffle_ps::<0x44>;
+    second _mm256_shuffle_ps::<0xEE>;
+    lower_halves _mm256_permute2f128_ps::<0x20>;
+    upper_halves _mm256_permute2f128_ps::<0x31>;
+}

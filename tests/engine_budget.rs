@@ -1,0 +1,280 @@
+//! What the engine gives up and shares: forced tiers, more sources than slots, and what it tells of its time. On a virtual
+//! clock: the frame time is given and propagation runs within each tick.
+
+use std::sync::Arc;
+
+use foresound::generation::GeneratorSettings;
+use foresound::propagation::PropagationSettings;
+use foresound::propagation::sampling::{mix, unit};
+use foresound::runtime::budget::{MOST_TIER, TIERS};
+use foresound::runtime::trace::{SpanKind, Track};
+use foresound::runtime::{
+    AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, FrameTime,
+    Renderer, Tier, TierChoice, TraceLog,
+};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::Vec3;
+
+/// Audio frames of a graphics frame of 10 ms.
+const AUDIO_FRAMES: usize = 441;
+
+fn settings(slots: usize) -> EngineSettings {
+    EngineSettings {
+        generation: GeneratorSettings {
+            max_sources: slots,
+            ..GeneratorSettings::default()
+        },
+        propagation: PropagationSettings {
+            guide_rays: 256,
+            source_rays: 32,
+            ..PropagationSettings::default()
+        },
+        schedule: EngineSchedule::Synchronous,
+        affinity: AffinityPolicy::None,
+        frame_time: FrameTime::Fixed(0.01),
+        ..EngineSettings::default()
+    }
+}
+
+fn room() -> (Arc<Scene>, Vec3) {
+    let mesh = procedural::shoebox(Vec3::new(9.0, 4.0, 7.0), "acoustic_ceiling");
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("a room");
+    let middle = (scene.report().bounds_min + scene.report().bounds_max) / 2.0;
+    (Arc::new(scene), middle)
+}
+
+/// A sine of 700 Hz that goes on without a seam.
+fn hum(gain: f32) -> Arc<[f32]> {
+    let turn = std::f32::consts::TAU * 70.0 / 4410.0;
+    (0..4410).map(|n| gain * (n as f32 * turn).sin()).collect()
+}
+
+/// Ticks and renders; gives the loudest sample and the largest second difference, which a click would raise.
+fn run(
+    controller: &mut Controller,
+    renderer: &mut Renderer,
+    at: Vec3,
+    frames: usize,
+    tail: &mut [f32; 2],
+) -> [f32; 2] {
+    let mut block = [0.0; 2 * AUDIO_FRAMES];
+    let mut largest = [0.0f32; 2];
+    for _ in 0..frames {
+        let listener = ListenerPose::facing(at, 0.3);
+        controller.tick(listener, &[]).expect("a good pose");
+        renderer.render(&mut block);
+        for sample in block.iter().step_by(2) {
+            let bend = sample - 2.0 * tail[1] + tail[0];
+            largest = [largest[0].max(sample.abs()), largest[1].max(bend.abs())];
+            *tail = [tail[1], *sample];
+        }
+    }
+    largest
+}
+
+#[test]
+fn forced_tiers_take_paths_away_without_a_click() {
+    let (mut controller, mut renderer) = Engine::new(settings(1)).expect("an engine");
+    let (scene, at) = room();
+    controller.set_scene(scene).expect("taken");
+    let id = controller
+        .add_source(at + Vec3::new(2.0, 0.3, 1.0))
+        .expect("a slot");
+    controller.play(id, hum(0.2), true).expect("is there");
+    let mut tail = [0.0; 2];
+    run(&mut controller, &mut renderer, at, 100, &mut tail);
+    let steady = run(&mut controller, &mut renderer, at, 100, &mut tail);
+    let paths = controller.statistics().paths;
+    assert!(paths > 60, "{paths}");
+    for tier in [MOST_TIER, 2, 4, 0] {
+        let budget = Budget {
+            tiers: TierChoice::Exactly(Tier(tier)),
+            ..Budget::default()
+        };
+        controller.set_budget(budget).expect("in range");
+        // Two seconds: the glide takes half of one, the cache of paths as long again.
+        let moving = run(&mut controller, &mut renderer, at, 200, &mut tail);
+        let statistics = controller.statistics();
+        assert_eq!(statistics.tier, Tier(tier));
+        // In a rectangular room a half of the rays finds every path; fewer orders do not.
+        match TIERS[usize::from(tier)].orders_less {
+            0 => assert_eq!(statistics.paths, paths),
+            _ => assert!(statistics.paths < paths, "{} paths", statistics.paths),
+        }
+        // Sums of a few paths more or less; a step of a tenth of the sound would bend ten times as much.
+        assert!(
+            moving[1] < 1.3 * steady[1],
+            "bends {} to tier {tier}, {} before",
+            moving[1],
+            steady[1]
+        );
+    }
+}
+
+#[test]
+fn a_budget_out_of_range_is_refused_and_the_old_one_kept() {
+    let (mut controller, _renderer) = Engine::new(settings(1)).expect("an engine");
+    let wrong = Budget {
+        update_s: Some(-1.0),
+        ..Budget::default()
+    };
+    assert!(controller.set_budget(wrong).is_err());
+    assert_eq!(controller.settings().budget, Budget::default());
+    let engine = Engine::new(EngineSettings {
+        budget: wrong,
+        ..settings(1)
+    });
+    assert!(engine.is_err());
+}
+
+/// An app with many sources that circle about where they began.
+struct Crowd {
+    controller: Controller,
+    renderer: Renderer,
+    here: Vec<SourceId>,
+    middle: Vec3,
+}
+
+impl Crowd {
+    fn new(sources: usize, slots: usize) -> Self {
+        let settings = EngineSettings {
+            most_sources: Some(sources),
+            ..settings(slots)
+        };
+        let (mut controller, renderer) = Engine::new(settings).expect("an engine");
+        let (scene, middle) = room();
+        controller.set_scene(scene).expect("taken");
+        let clip = hum(0.002);
+        let here = (0..sources)
+            .map(|_| {
+                let id = controller.add_source(middle).expect("a place");
+                controller.play(id, Arc::clone(&clip), true).expect("there");
+                id
+            })
+            .collect();
+        Self {
+            controller,
+            renderer,
+            here,
+            middle,
+        }
+    }
+
+    fn pose(&self, number: usize, time_s: f32) -> SourcePose {
+        let dice = |k: u64| unit(mix((number as u64) << 8 | k)) - 0.5;
+        let turn = 0.5 * time_s + number as f32;
+        let circle = 0.5 * Vec3::new(turn.cos(), 0.0, turn.sin());
+        let place = Vec3::new(6.0 * dice(0), 2.0 * dice(1), 5.0 * dice(2));
+        SourcePose::at(self.here[number], self.middle + place + circle)
+    }
+
+    /// Gives the loudest sample, the largest second difference and the most voices.
+    fn run(&mut self, from: usize, frames: usize) -> (f32, f32, u32) {
+        let mut block = [0.0; 2 * AUDIO_FRAMES];
+        let (mut loudest, mut bend, mut voices) = (0.0f32, 0.0f32, 0);
+        let mut tail = [0.0; 2];
+        for frame in from..from + frames {
+            let time_s = frame as f32 * 0.01;
+            let poses: Vec<SourcePose> = (0..self.here.len())
+                .map(|number| self.pose(number, time_s))
+                .collect();
+            let listener = ListenerPose::facing(self.middle, 0.0);
+            self.controller.tick(listener, &poses).expect("good poses");
+            voices = voices.max(self.renderer.render(&mut block).voices);
+            for sample in block.iter().step_by(2) {
+                loudest = loudest.max(sample.abs());
+                if frame > from {
+                    bend = bend.max((sample - 2.0 * tail[1] + tail[0]).abs());
+                }
+                tail = [tail[1], *sample];
+            }
+        }
+        (loudest, bend, voices)
+    }
+}
+
+#[test]
+fn a_crowd_plays_at_the_cost_of_its_slots() {
+    let mut few = Crowd::new(8, 8);
+    few.run(0, 20);
+    let mut crowd = Crowd::new(256, 8);
+    crowd.run(0, 20);
+    let (loudest, bend, _) = crowd.run(20, 300);
+    let (one, all) = (few.controller.statistics(), crowd.controller.statistics());
+    // Rays differ by where sources stand only, not by thirty-two times as many of them.
+    assert!(
+        all.rays < 2 * one.rays,
+        "{} and {} rays",
+        all.rays,
+        one.rays
+    );
+    assert!(all.paths < 2 * one.paths.max(400), "{} paths", all.paths);
+    assert!(loudest > 0.01 && loudest < 1.0, "{loudest}");
+    // A sine of 700 Hz bends by 0.01 of itself; eight slots' worth of sound stepping in or out would be far above.
+    assert!(bend < 0.02 * loudest, "bends {bend} at {loudest}");
+    for id in crowd.here.drain(..) {
+        crowd.controller.remove_source(id).expect("is there");
+    }
+    crowd.run(400, 100);
+    assert_eq!(crowd.run(500, 1).2, 0, "voices without sources");
+}
+
+#[test]
+fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
+    let (mut controller, _renderer) = Engine::new(EngineSettings {
+        most_sources: Some(5),
+        ..settings(4)
+    })
+    .expect("an engine");
+    for _ in 0..5 {
+        controller.add_source(Vec3::X).expect("a place");
+    }
+    assert!(controller.add_source(Vec3::X).is_err());
+    let wrong = EngineSettings {
+        most_sources: Some(0),
+        ..settings(4)
+    };
+    assert!(Engine::new(wrong).is_err());
+}
+
+#[test]
+fn what_threads_did_is_told_in_order_and_a_full_ring_counts() {
+    let (mut controller, mut renderer) = Engine::new(EngineSettings {
+        trace_spans: 64,
+        ..settings(1)
+    })
+    .expect("an engine");
+    controller.add_source(Vec3::X).expect("a place");
+    let mut log = TraceLog::default();
+    let mut tail = [0.0; 2];
+    for _ in 0..10 {
+        run(&mut controller, &mut renderer, Vec3::ZERO, 4, &mut tail);
+        controller.collect_spans(&mut log);
+    }
+    assert_eq!(log.lost(), 0);
+    let count = |track: Track, kind: SpanKind| {
+        let is_it = |(t, span): &&(Track, _)| -> bool {
+            let span: &foresound::runtime::trace::Span = span;
+            *t == track && span.kind == kind
+        };
+        log.spans().iter().filter(is_it).count()
+    };
+    assert_eq!(count(Track::App, SpanKind::Tick), 40);
+    assert_eq!(count(Track::Propagation, SpanKind::Update), 40);
+    assert_eq!(count(Track::Sound, SpanKind::Block), 40);
+    assert_eq!(count(Track::Sound, SpanKind::Direct), 40);
+    assert_eq!(count(Track::Sound, SpanKind::Extrapolation), 40);
+    // A block of 441 is rendered in parts of 256.
+    assert_eq!(count(Track::Sound, SpanKind::Generation), 80);
+    for track in [Track::App, Track::Propagation, Track::Sound] {
+        let spans = log.spans().iter().filter(|(t, _)| *t == track);
+        let ends = spans.map(|(_, span)| span.began_ns + span.lasted_ns);
+        assert!(ends.is_sorted(), "{track:?}");
+    }
+    run(&mut controller, &mut renderer, Vec3::ZERO, 100, &mut tail);
+    controller.collect_spans(&mut log);
+    assert!(log.lost() > 0);
+}

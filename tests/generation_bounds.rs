@@ -1,0 +1,309 @@
+//! Situations of the generation stage, from outside: splits, limits, nonsense.
+#![expect(clippy::unwrap_used, reason = "a helper's failure is the test's")]
+
+use std::sync::Arc;
+
+use foresound::extrapolation::{FramePath, FramePaths, LateSend};
+use foresound::generation::{BlockReport, Generator, GeneratorSettings, Hrtf};
+use foresound::scene::SourceId;
+use glam::{Quat, Vec3};
+
+mod reference;
+use reference::generators::{RAMP, busy, energy, frame, generator, noise, path, settings, tone};
+use reference::synthetic_hrtf;
+
+/// Sound of [`busy`] with calls of the given sizes in turn; a frame every [`RAMP`].
+fn busy_sound(sizes: &[usize], limiter: bool) -> Vec<f32> {
+    let frames = 30 * RAMP as usize;
+    let inputs = [noise(frames), tone(440.0, 44_100.0, 0, frames)];
+    let mut generator = generator(GeneratorSettings {
+        late: true,
+        limiter,
+        ceiling_db: -3.0,
+        fine_voices: 4,
+        ..settings(44_100)
+    });
+    let mut sound = vec![0.0; 2 * frames];
+    let mut sizes = sizes.iter().cycle();
+    for k in 0..30 {
+        generator.set_frame(&busy(k), RAMP);
+        let end = (k as usize + 1) * RAMP as usize;
+        let mut start = k as usize * RAMP as usize;
+        while start < end {
+            let stop = end.min(start + sizes.next().unwrap());
+            let inputs = [&inputs[0][start..stop], &inputs[1][start..stop]];
+            generator.render(&inputs, &mut sound[2 * start..2 * stop]);
+            start = stop;
+        }
+    }
+    sound
+}
+
+#[test]
+fn block_split_does_not_change_the_sound() {
+    let whole = busy_sound(&[4096], false);
+    assert!(energy(&whole) > 100.0);
+    for sizes in [&[32][..], &[1, 3, 7, 64, 129, 5], &[256], &[481, 11]] {
+        let parts = busy_sound(sizes, false);
+        let worst = whole
+            .iter()
+            .zip(&parts)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f32::max);
+        println!("{sizes:?}: largest difference {worst:e}");
+        // Sums of some ten thousand products around 0.1, in another order only where a chunk ends.
+        assert!(worst < 2e-6, "{sizes:?}: {worst}");
+    }
+}
+
+#[test]
+fn same_input_gives_the_same_bits() {
+    assert_eq!(busy_sound(&[256], true), busy_sound(&[256], true));
+}
+
+#[test]
+fn repeated_frame_changes_nothing() {
+    let input = noise(16 * RAMP as usize);
+    let sound = |repeats: usize| {
+        let mut generator = generator(settings(44_100));
+        let mut sound = vec![0.0; 2 * input.len()];
+        for (k, (input, output)) in input
+            .chunks(RAMP as usize)
+            .zip(sound.chunks_mut(2 * RAMP as usize))
+            .enumerate()
+        {
+            if k <= repeats {
+                generator.set_frame(&busy(0), RAMP);
+            }
+            generator.render(&[input], output);
+        }
+        sound
+    };
+    assert_eq!(sound(0), sound(12));
+}
+
+#[test]
+fn limiter_is_a_pure_delay_below_its_ceiling_and_never_passes_it() {
+    let (free, limited) = (busy_sound(&[256], false), busy_sound(&[256], true));
+    let peak = free.iter().fold(0.0f32, |m, s| m.max(s.abs()));
+    let ceiling = 10f32.powf(-3.0 / 20.0);
+    assert!(peak > ceiling);
+    assert!(limited.iter().all(|s| s.abs() <= ceiling));
+    let latency = |limiter| {
+        generator(GeneratorSettings {
+            limiter,
+            ..settings(44_100)
+        })
+        .latency_frames()
+    };
+    assert_eq!(latency(true) - latency(false), 66);
+    // Up to the first peak the gain is one and the limited sound is the free one, late.
+    let first = free.iter().position(|s| s.abs() > ceiling).unwrap();
+    println!(
+        "peak {peak}, first over the ceiling at {first} of {}",
+        free.len()
+    );
+    assert!(first > 1000);
+    let delay = 2 * 66;
+    let same = first / 2 * 2;
+    assert_eq!(limited[delay..same], free[..same - delay]);
+}
+
+#[test]
+fn what_has_no_place_is_dropped_and_counted() {
+    let mut generator = generator(GeneratorSettings {
+        max_voices: 4,
+        fine_voices: 2,
+        ..settings(44_100)
+    });
+    let mut paths: Vec<FramePath> = (0..10)
+        .map(|i| path(10 + i, 0.1 + 0.01 * i as f32, 0.01, Vec3::X))
+        .collect();
+    paths.push(path(30, 1.0, 0.7, Vec3::X));
+    paths.push(FramePath {
+        source: SourceId::new(5, 0),
+        ..path(31, 1.0, 0.01, Vec3::X)
+    });
+    paths.push(path(32, f32::NAN, 0.01, Vec3::X));
+    paths.push(path(33, 1.0, f64::NAN, Vec3::X));
+    paths.push(path(34, 1.0, 0.01, Vec3::NAN));
+    paths.push(path(9, 0.01, 0.01, Vec3::X));
+    generator.set_frame(&frame(paths), 64);
+    let mut output = [0.0; 2 * 256];
+    let report = generator.render(&[&[1.0; 256]], &mut output);
+    // Six of the ten are too quiet, then an unknown source, three that are no numbers and one out of order.
+    assert_eq!(
+        report,
+        BlockReport {
+            frames: 256,
+            voices: 4,
+            dropped_paths: 11,
+            dropped_delays: 1,
+            ..BlockReport::default()
+        }
+    );
+    assert_eq!(generator.render(&[], &mut output).dropped_paths, 0);
+}
+
+#[test]
+fn whole_set_may_change_every_frame() {
+    let mut generator = generator(settings(44_100));
+    let mut output = [0.0; 2 * 64];
+    let mut cut = 0;
+    for k in 0..50u64 {
+        let paths = (0..32)
+            .map(|i| path(100 * k + i, 0.1, 0.01, Vec3::X))
+            .collect();
+        generator.set_frame(&frame(paths), 64);
+        let report = generator.render(&[&[0.5; 64]], &mut output);
+        assert_eq!(report.dropped_paths, 0);
+        assert!(report.voices <= 64);
+        cut += report.cut_fades;
+    }
+    // Fades last the ramp and the far ear's lag, a little longer than the frames here: spares run out.
+    assert!(cut > 0);
+}
+
+#[test]
+fn samples_that_are_no_numbers_are_silence() {
+    let good: Vec<f32> = noise(2048);
+    let (mut holed, mut bad) = (good.clone(), good);
+    for (place, value) in [
+        (100, f32::NAN),
+        (900, f32::INFINITY),
+        (901, -3e38),
+        (1700, 1e30),
+    ] {
+        holed[place] = 0.0;
+        bad[place] = value;
+    }
+    let sound = |input: &[f32]| {
+        let mut generator = generator(GeneratorSettings {
+            late: true,
+            limiter: true,
+            ..settings(44_100)
+        });
+        generator.set_frame(&busy(1), RAMP);
+        let mut output = vec![0.0; 2 * input.len()];
+        let report = generator.render(&[input], &mut output);
+        (output, report.non_finite)
+    };
+    let ((expected, none), (heard, counted)) = (sound(&holed), sound(&bad));
+    assert_eq!((none, counted), (0, 4));
+    assert_eq!(expected, heard);
+}
+
+#[test]
+fn nonsense_frames_are_harmless() {
+    let mut generator = generator(GeneratorSettings {
+        late: true,
+        ..settings(44_100)
+    });
+    let mut output = [1.0; 2 * 300];
+    generator.set_frame(
+        &FramePaths {
+            orientation: Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0),
+            late: vec![LateSend {
+                source: SourceId::new(0, 0),
+                energy_per_s: [f32::NAN, f32::INFINITY, -1.0, 0.0, 1.0, 1.0, 1.0, 1.0],
+                start_s: f32::NAN,
+            }],
+            decay_time_s: [f32::NAN, -1.0, 0.0, 1e9, 1.0, 1.0, 1.0, 1.0],
+            ..FramePaths::default()
+        },
+        0,
+    );
+    let report = generator.render(&[&[0.5; 100], &[], &[1.0; 300]], &mut output);
+    assert_eq!(report.non_finite, 0);
+    assert!(output.iter().all(|s| s.is_finite()));
+    generator.render(&[], &mut []);
+    let mut odd = [1.0; 7];
+    assert_eq!(generator.render(&[], &mut odd).frames, 3);
+    assert_eq!(odd[6], 0.0);
+}
+
+#[test]
+fn next_tenant_of_a_slot_does_not_play_the_last_ones_sound() {
+    let mut generator = generator(settings(44_100));
+    let mut output = vec![0.0; 2 * 4096];
+    generator.set_frame(&frame(vec![path(1, 1.0, 0.1, Vec3::X)]), 64);
+    generator.render(&[&noise(4096)], &mut output);
+    let next = FramePath {
+        source: SourceId::new(0, 1),
+        ..path(2, 1.0, 0.06, Vec3::X)
+    };
+    generator.set_frame(&frame(vec![next]), 64);
+    generator.render(&[&[]], &mut output);
+    // The old path has faded within the ramp and the ear's lag; filters behind the buses ring for their 128 taps.
+    assert!(output[2 * 300..].iter().all(|&s| s.abs() < 1e-12));
+}
+
+#[test]
+fn silence_comes_back_to_nothing() {
+    let mut generator = generator(GeneratorSettings {
+        late: true,
+        ..settings(44_100)
+    });
+    let mut output = vec![0.0; 2 * 4096];
+    generator.set_frame(&busy(1), 64);
+    generator.render(&[&noise(4096)], &mut output);
+    // 1.5 s of decay time take 4.5 s to 180 dB below.
+    for _ in 0..60 {
+        generator.render(&[], &mut output);
+    }
+    assert!(output.iter().all(|&s| s == 0.0));
+}
+
+#[test]
+fn settings_out_of_range_say_what_to_do() {
+    let hrtf = Arc::new(Hrtf::parse(&synthetic_hrtf::bytes(44_100), "synthetic").unwrap());
+    for (name, wrong) in [
+        (
+            "rate_hz",
+            GeneratorSettings {
+                rate_hz: 48_000,
+                ..settings(44_100)
+            },
+        ),
+        (
+            "rate_hz",
+            GeneratorSettings {
+                rate_hz: 8_000,
+                ..settings(44_100)
+            },
+        ),
+        (
+            "max_sources",
+            GeneratorSettings {
+                max_sources: 0,
+                ..settings(44_100)
+            },
+        ),
+        (
+            "max_voices",
+            GeneratorSettings {
+                max_voices: 0,
+                ..settings(44_100)
+            },
+        ),
+        (
+            "max_delay_s",
+            GeneratorSettings {
+                max_delay_s: f64::NAN,
+                ..settings(44_100)
+            },
+        ),
+        (
+            "ceiling_db",
+            GeneratorSettings {
+                ceiling_db: 3.0,
+                ..settings(44_100)
+            },
+        ),
+    ] {
+        let error = Generator::new(wrong, Arc::clone(&hrtf))
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with(name), "{error}");
+    }
+}
