@@ -64,12 +64,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             .collect();
         let mut tracers: Vec<Tracer<'_>> = Vec::new();
         for tree in &trees {
-            tracers.push(Box::new(move |rays, any| trace(tree, rays, any)));
+            tracers.push(Box::new(move |rays: &[Ray], any: bool| {
+                trace(tree, rays, any)
+            }));
         }
         for library in &libraries {
             for robust in [true, false] {
                 let scene = library.scene(&vertices, &triangles, robust)?;
-                tracers.push(Box::new(move |rays, any| scene.trace(rays, any)));
+                tracers.push(Box::new(move |rays: &[Ray], any: bool| {
+                    scene.trace(rays, any)
+                }));
             }
         }
         for (set, any) in SETS {
