@@ -176,6 +176,7 @@ prove_android() {
     [ -d /usr/lib/rustlib/src/rust/library ] || [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/src/rust/library" ] ||
         { echo "no rust-web-src; run android/install.sh" && exit 77; }
     [ -d /usr/include/aarch64-linux-musl ] || { echo "no musl-dev:arm64; run android/install.sh" && exit 77; }
+    [ "$(recipe platform)" = 26 ] || { echo "cargo-ndk.toml says API $(recipe platform), bionic.sym 26" && return 1; }
     local chain=$work/toolchain
     [ -x "$chain/bin/android-c++" ] || android/check/native/make-toolchain.sh "$chain" || return 1
     export RUSTC_BOOTSTRAP=1 CARGO_TARGET_DIR=$work/android
