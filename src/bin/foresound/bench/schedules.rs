@@ -71,7 +71,7 @@ impl Cell<'_> {
         let settings = EngineSettings {
             generation: GeneratorSettings {
                 max_sources: self.sources.len().max(1),
-                ..GeneratorSettings::default()
+                ..EngineSettings::default().generation
             },
             propagation: loaded(load),
             block_frames: AUDIO_FRAMES,
