@@ -366,5 +366,61 @@ fn a_soak_tells_what_it_found() {
     }
     assert_eq!(found["allocations"], 0);
     refused(&["soak", "--minutes", "nan"], &["--minutes"]);
-    refused(&["soak", "--sources", "0"], &["max_sources"]);
+    refused(&["soak", "--sources", "0"], &["most_sources"]);
+}
+
+#[test]
+fn a_bench_of_speed_tells_all_its_keys_and_a_trace_opens() {
+    let folder = Folder::new();
+    let trace = folder.path("trace.json");
+    let output = foresound(&[
+        "bench",
+        "speed",
+        "--scene",
+        "doorway",
+        "--sources",
+        "2",
+        "--seconds",
+        "0.1",
+        "--json",
+        "--trace",
+        text(&trace),
+    ]);
+    assert!(output.status.success(), "{output:?}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(found["machine"].is_object());
+    let row = &found["rows"][0];
+    for key in [
+        "/graphics_ms",
+        "/sync_fps",
+        "/async_fps",
+        "/speedup",
+        "/sps_ms/p50",
+        "/sps_ms/p95",
+        "/eps_us/p50",
+        "/sgs_us/p50",
+        "/direct_us/p50",
+        "/level/p50",
+        "/level/p95",
+        "/paths_p50",
+        "/rays_per_update",
+        "/sps_two_threads_ms/p50",
+        "/rays_alone_ms",
+        "/update_to_rays",
+    ] {
+        let value = row.pointer(key).and_then(serde_json::Value::as_f64);
+        assert!(value.is_some_and(f64::is_finite), "{key} of {row}");
+    }
+    let traced = std::fs::read_to_string(&trace).expect("is there");
+    let traced: serde_json::Value = serde_json::from_str(&traced).expect("JSON");
+    let events = traced["traceEvents"].as_array().expect("events");
+    for name in ["tick", "update (SPS)", "block"] {
+        assert!(events.iter().any(|event| event["name"] == name), "{name}");
+    }
+    refused(&["bench", "speed", "--load", "0"], &["--load"]);
+    refused(&["bench", "speed", "--level", "deep"], &["--level"]);
+    refused(
+        &["bench", "speed", "--predictor", "magic"],
+        &["--predictor"],
+    );
 }

@@ -124,7 +124,7 @@ impl Session {
             generation: GeneratorSettings {
                 rate_hz,
                 max_sources: arguments.sources.min(16),
-                ..GeneratorSettings::default()
+                ..EngineSettings::default().generation
             },
             most_sources: Some(arguments.sources),
             predictor: predictor_named(&arguments.predictor)?,

@@ -161,7 +161,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let settings = EngineSettings {
         generation: GeneratorSettings {
             max_sources: arguments.sources.min(SLOTS),
-            ..GeneratorSettings::default()
+            ..EngineSettings::default().generation
         },
         most_sources: Some(arguments.sources),
         budget: Budget {

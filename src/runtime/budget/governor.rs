@@ -11,6 +11,9 @@ use crate::propagation::PropagationSettings;
 /// Share of a new time in the mean.
 const WEIGHT: f64 = 0.25;
 
+/// Most that a single time counts for, in means: an update that was held up once says nothing.
+const OUTLIER: f64 = 3.0;
+
 /// Mean over limit above which detail goes down, and updates in a row for which it has to be so.
 const TOO_MUCH: f64 = 1.0;
 const PATIENCE: u32 = 3;
@@ -120,7 +123,10 @@ impl Governor {
         let passed_s = spent.since_last_s.clamp(0.0, 1.0);
         self.since_change_s += passed_s;
         let mean_s = match self.mean_s {
-            Some(mean_s) => mean_s + WEIGHT * (spent.update_s - mean_s),
+            Some(mean_s) => {
+                let update_s = spent.update_s.min(OUTLIER * mean_s);
+                mean_s + WEIGHT * (update_s - mean_s)
+            }
             None => spent.update_s,
         };
         self.mean_s = Some(mean_s);

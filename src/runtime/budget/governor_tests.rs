@@ -108,6 +108,19 @@ fn a_step_of_load_is_answered_within_two_seconds() {
 }
 
 #[test]
+fn updates_that_are_held_up_now_and_then_change_nothing() {
+    let mut world = World::new(within(0.010));
+    world.run(60.0, |time_s| {
+        if (time_s + 0.5) % 1.0 < 0.006 {
+            0.5
+        } else {
+            0.005
+        }
+    });
+    assert_eq!((world.governor.tier(), world.changes), (Tier(0), 0));
+}
+
+#[test]
 fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
     let mut world = World::new(within(0.001));
     world.run(10.0, |_| 1.0);

@@ -23,8 +23,8 @@ pub struct Share {
     pub late_interval: u64,
 }
 
-/// The tiers. Each costs about two thirds of the one before in the concert hall with sixteen sources
-/// (`bench speed --tier N` tells); rays go first, then how often the late field is looked at, orders last.
+/// The tiers: rays go first, then how often the late field is looked at, orders last. What each costs in a scene the
+/// governor learns; `bench speed --tier N` tells.
 pub const TIERS: [Share; 6] = [
     share(1.0, 1.0, 0, 1),
     share(0.7, 0.7, 0, 1),

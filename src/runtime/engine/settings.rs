@@ -72,10 +72,13 @@ pub struct EngineSettings {
 }
 
 impl Default for EngineSettings {
-    /// Sixteen sources at 44.1 kHz in blocks of 256.
+    /// Sixteen sources at 44.1 kHz in blocks of 256, and paths to 343 m: delay lines are most of an engine's memory.
     fn default() -> Self {
         Self {
-            generation: GeneratorSettings::default(),
+            generation: GeneratorSettings {
+                max_delay_s: 1.0,
+                ..GeneratorSettings::default()
+            },
             most_sources: None,
             hrtf: None,
             block_frames: 256,

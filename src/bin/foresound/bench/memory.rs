@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let settings = EngineSettings {
         generation: GeneratorSettings {
             max_sources: arguments.sources,
-            ..GeneratorSettings::default()
+            ..EngineSettings::default().generation
         },
         schedule: EngineSchedule::Synchronous,
         affinity: AffinityPolicy::None,

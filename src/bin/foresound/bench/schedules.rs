@@ -3,7 +3,8 @@
 //! A graphics frame is some milliseconds of the caller's own work, a tick, then 1/60 s of audio, one after the other on
 //! this thread and as fast as it goes. In the synchronous schedule both threads trace within the tick; in the asynchronous
 //! one the propagation thread runs by itself. Rounds of both alternate, so that whatever else the machine does falls on
-//! both; frames a second are those of the middle round.
+//! both; frames a second are those of the middle round. On a machine that others keep busy, frames a second of this
+//! thread's own processor time say more: what it would do alone, but for waits on its helper in the baseline.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -61,6 +62,9 @@ struct Side {
     frame: u64,
     /// Frames a second of each round.
     fps: Vec<f64>,
+    /// Graphics frames of all rounds, and this thread's processor time in them, in seconds.
+    frames: f64,
+    processor_s: f64,
     levels: Vec<f64>,
     paths: Vec<f64>,
     rays: Vec<f64>,
@@ -71,7 +75,7 @@ impl Cell<'_> {
         let settings = EngineSettings {
             generation: GeneratorSettings {
                 max_sources: self.sources.len().max(1),
-                ..GeneratorSettings::default()
+                ..EngineSettings::default().generation
             },
             propagation: loaded(load),
             block_frames: AUDIO_FRAMES,
@@ -102,6 +106,8 @@ impl Cell<'_> {
             graphics: Duration::from_secs_f64(1e-3 * self.graphics_ms),
             frame: 0,
             fps: Vec::new(),
+            frames: 0.0,
+            processor_s: 0.0,
             levels: Vec::new(),
             paths: Vec::new(),
             rays: Vec::new(),
@@ -196,6 +202,7 @@ impl Side {
 
     fn round(&mut self, seconds: f64) -> Result<()> {
         let began = Instant::now();
+        let used_s = processor_s();
         let mut frames = 0;
         let mut passed_s = 0.0;
         while passed_s < seconds {
@@ -204,6 +211,8 @@ impl Side {
             passed_s = began.elapsed().as_secs_f64();
         }
         self.fps.push(f64::from(frames) / passed_s);
+        self.frames += f64::from(frames);
+        self.processor_s += processor_s() - used_s;
         let statistics = self.controller.statistics();
         self.paths.push(statistics.paths.into());
         self.rays.push(statistics.rays as f64);
@@ -217,14 +226,27 @@ impl Side {
     }
 }
 
+/// Processor time of this thread in seconds; 0 where the system does not say.
+fn processor_s() -> f64 {
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = told.split_whitespace().next().map(str::parse::<f64>);
+    1e-9 * nanoseconds.and_then(|ns| ns.ok()).unwrap_or(0.0)
+}
+
 fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {
     let (baseline, ours) = (
         synchronous.controller.statistics(),
         asynchronous.controller.statistics(),
     );
     let (sync_fps, async_fps) = (share(&synchronous.fps, 0.5), share(&asynchronous.fps, 0.5));
+    let by_processor = |side: &Side| match side.processor_s > 0.0 {
+        true => json!(side.frames / side.processor_s),
+        false => Value::Null,
+    };
     json!({
         "load": load,
+        "sync_fps_by_processor_time": by_processor(synchronous),
+        "async_fps_by_processor_time": by_processor(asynchronous),
         "sync_fps": sync_fps,
         "async_fps": async_fps,
         "speedup": async_fps / sync_fps,

@@ -209,6 +209,14 @@ fn print(row: &Value) {
         number("/eps_us/p50"),
         number("/sgs_us/p50"),
     );
+    if row["sync_fps_by_processor_time"].is_number() {
+        println!(
+            "{:28}by processor time: {:.1} FPS synchronous, {:.1} asynchronous",
+            "",
+            number("/sync_fps_by_processor_time"),
+            number("/async_fps_by_processor_time"),
+        );
+    }
     if row.get("rays_alone_ms").is_some() {
         println!(
             "{:28}an update alone: one thread {:.2} ms at best, two {:.2}, its rays {:.2} ({:.2} x), {:.2} of linear growth, {:.2} of the first scene",
