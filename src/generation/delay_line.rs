@@ -86,7 +86,7 @@ impl DelayLine {
         let mut rest = frames;
         while let [first, others @ ..] = rest {
             let whole = (rest.len() / TILE).min(self.tiles.len() - place / TILE);
-            if place % TILE == 0 && whole > 0 {
+            if place.is_multiple_of(TILE) && whole > 0 {
                 let tiles = &mut self.tiles[place / TILE..][..whole];
                 write_tiles(self.set, rest, tiles);
                 rest = &rest[whole * TILE..];

@@ -113,10 +113,7 @@ fn floor(value: f32) -> f32 {
 /// Eight neighbours of each tap.
 #[inline(always)]
 fn taps<L: Lanes>(signal: &[f32], place: usize) -> [L; 6] {
-    let window = match signal[place..].first_chunk::<13>() {
-        Some(window) => window,
-        None => &[0.0; 13],
-    };
+    let window = signal[place..].first_chunk::<13>().unwrap_or(&[0.0; 13]);
     [
         L::load_at(window, 0),
         L::load_at(window, 1),

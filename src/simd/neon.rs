@@ -53,7 +53,9 @@ fn bits(lanes: uint32x4_t) -> u32 {
 #[target_feature(enable = "neon")]
 fn row4(planes: &Planes<4>, row: Row) -> float32x4_t {
     // SAFETY: a row is one of six of four f32; the load needs no more alignment than theirs.
-    unsafe { vld1q_f32(planes.as_ptr().cast::<f32>().byte_add(16 * row.number())) }
+    let row = unsafe { planes.as_ptr().add(row.number()) };
+    // SAFETY: a row is four f32; the load needs no alignment.
+    unsafe { vld1q_f32(row.cast::<f32>()) }
 }
 
 /// A ray in the first three lanes: where it starts and one over its direction.

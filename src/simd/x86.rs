@@ -65,16 +65,20 @@ fn store4(lanes: &mut [f32; 4], values: __m128) {
 #[inline]
 #[target_feature(enable = "sse2")]
 fn row4(planes: &Planes<4>, row: Row) -> __m128 {
-    // SAFETY: a row is one of six of four f32; the load needs no alignment.
-    unsafe { _mm_loadu_ps(planes.as_ptr().cast::<f32>().byte_add(16 * row.number())) }
+    // SAFETY: a row's number is 5 at most, and there are six rows.
+    let row = unsafe { planes.as_ptr().add(row.number()) };
+    // SAFETY: a row is four f32; the load needs no alignment.
+    unsafe { _mm_loadu_ps(row.cast::<f32>()) }
 }
 
 /// A row of planes.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
 fn row8(planes: &Planes<8>, row: Row) -> __m256 {
-    // SAFETY: a row is one of six of eight f32; the load needs no alignment.
-    unsafe { _mm256_loadu_ps(planes.as_ptr().cast::<f32>().byte_add(32 * row.number())) }
+    // SAFETY: a row's number is 5 at most, and there are six rows.
+    let row = unsafe { planes.as_ptr().add(row.number()) };
+    // SAFETY: a row is eight f32; the load needs no alignment.
+    unsafe { _mm256_loadu_ps(row.cast::<f32>()) }
 }
 
 /// A ray in the first three lanes: where it starts and one over its direction.

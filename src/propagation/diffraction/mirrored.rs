@@ -70,10 +70,11 @@ pub fn find(
     let mut likely = [Likely::default(); MOST_TRIED];
     for found in near.as_slice() {
         let mirrors = scene.edge_mirrors(found.edge);
+        let mirrors = mirrors.as_slice();
         let mut images = [[Seen::of(scene, places[0], None); MOST_EDGE_MIRRORS + 1]; 2];
         for (end, seen) in images.iter_mut().enumerate() {
             seen[0] = Seen::of(scene, places[end], None);
-            for (seen, &mirror) in seen[1..].iter_mut().zip(mirrors.iter()) {
+            for (seen, &mirror) in seen[1..].iter_mut().zip(mirrors) {
                 *seen = Seen::of(scene, places[end], Some(mirror));
             }
         }

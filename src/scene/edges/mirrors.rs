@@ -14,38 +14,59 @@ const LEAST_DISTANCE_M: f64 = 0.01;
 /// Added to squared distances, in m²: a surface next to the edge is no better than one a metre away.
 const NEAR_M2: f64 = 1.0;
 
-/// No surface.
-const NONE: u32 = u32::MAX;
-
-/// The surfaces of all edges, those that look largest from the edge first.
-#[derive(Debug, Clone, Default)]
-pub(super) struct EdgeMirrors {
-    list: Vec<[u32; MOST_EDGE_MIRRORS]>,
+/// Surfaces to try as mirrors beside an edge, those that look largest from it first.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EdgeMirrors {
+    surfaces: [u32; MOST_EDGE_MIRRORS],
+    count: usize,
 }
 
 impl EdgeMirrors {
+    /// The surfaces' numbers.
+    pub fn as_slice(&self) -> &[u32] {
+        &self.surfaces[..self.count]
+    }
+}
+
+/// The best mirrors of an edge among surfaces that come largest first.
+pub(crate) fn choose<'a>(
+    edge: &Edge,
+    mirrors: impl Iterator<Item = (u32, &'a Surface)>,
+) -> EdgeMirrors {
+    let mut best = [(0.0, 0); MOST_EDGE_MIRRORS];
+    for (number, surface) in mirrors.filter(|(number, _)| !edge.faces.contains(number)) {
+        let size = size(edge, surface);
+        let place = best.partition_point(|b| b.0 >= size);
+        if size > 0.0 && place < MOST_EDGE_MIRRORS {
+            best[place..].rotate_right(1);
+            best[place] = (size, number);
+        }
+    }
+    EdgeMirrors {
+        surfaces: best.map(|(_, number)| number),
+        count: best.iter().take_while(|(size, _)| *size > 0.0).count(),
+    }
+}
+
+/// The mirrors of all edges.
+#[derive(Debug, Clone, Default)]
+pub(super) struct MirrorsOfEdges {
+    list: Vec<EdgeMirrors>,
+}
+
+impl MirrorsOfEdges {
     pub(super) fn build(edges: &[Edge], surfaces: &[Surface], mirrors: &[u32]) -> Self {
-        let list = edges.iter().map(|edge| {
-            let mut best = [(0.0, NONE); MOST_EDGE_MIRRORS];
-            for &number in mirrors.iter().filter(|m| !edge.faces.contains(m)) {
-                let size = size(edge, &surfaces[number as usize]);
-                let place = best.partition_point(|b| b.0 >= size);
-                if size > 0.0 && place < MOST_EDGE_MIRRORS {
-                    best[place..].rotate_right(1);
-                    best[place] = (size, number);
-                }
-            }
-            best.map(|(_, number)| number)
-        });
+        let named = |&number: &u32| (number, &surfaces[number as usize]);
+        let list = edges
+            .iter()
+            .map(|edge| choose(edge, mirrors.iter().map(named)));
         Self {
             list: list.collect(),
         }
     }
 
-    pub(super) fn of(&self, edge: u32) -> &[u32] {
-        let all = &self.list[edge as usize];
-        let count = all.iter().take_while(|&&m| m != NONE).count();
-        &all[..count]
+    pub(super) fn of(&self, edge: u32) -> EdgeMirrors {
+        self.list[edge as usize]
     }
 
     pub(super) fn memory_bytes(&self) -> usize {

@@ -14,7 +14,8 @@ use glam::{DVec3, Vec3};
 pub use edge::{Bend, Edge};
 pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
 pub use graph::MOST_NEIGHBOURS;
-pub use mirrors::MOST_EDGE_MIRRORS;
+pub(super) use mirrors::choose;
+pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 
 use super::surface::SurfaceSet;
 use crate::geometry::Bvh;
@@ -32,7 +33,9 @@ pub struct EdgeSet {
     edges: Vec<Edge>,
     tree: EdgeTree,
     graph: graph::Neighbours,
-    mirrors: mirrors::EdgeMirrors,
+    mirrors: mirrors::MirrorsOfEdges,
+    /// The largest surfaces, largest first.
+    large: Vec<u32>,
 }
 
 /// An edge that a query found, with the length of the way over it.
@@ -97,10 +100,11 @@ impl EdgeSet {
         mirrors.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
         mirrors.truncate(MOST_MIRRORS);
         Self {
-            mirrors: mirrors::EdgeMirrors::build(&edges, &surfaces.surfaces, &mirrors),
+            mirrors: mirrors::MirrorsOfEdges::build(&edges, &surfaces.surfaces, &mirrors),
             edges,
             tree,
             graph,
+            large: mirrors,
         }
     }
 
@@ -135,8 +139,13 @@ impl EdgeSet {
 
     /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: those worth trying as mirrors
     /// before and behind a bend around it.
-    pub fn mirrors(&self, number: u32) -> &[u32] {
+    pub fn mirrors(&self, number: u32) -> EdgeMirrors {
         self.mirrors.of(number)
+    }
+
+    /// The largest surfaces, largest first, at most [`MOST_MIRRORS`]: those that edges choose of.
+    pub fn large_surfaces(&self) -> &[u32] {
+        &self.large
     }
 
     /// The [`MOST_NEAR`] shortest ways from one place to another over one edge, none longer than `longest_m`, both
@@ -215,5 +224,6 @@ impl EdgeSet {
             + self.tree.memory_bytes()
             + self.graph.memory_bytes()
             + self.mirrors.memory_bytes()
+            + size_of_val(self.large.as_slice())
     }
 }

@@ -20,6 +20,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Scene;
+use super::edges::MOST_MIRRORS;
 use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::geometry::{Bounds, BoxTree, Hit, Ray};
@@ -45,12 +46,18 @@ pub(super) struct Instances {
     tree: BoxTree,
     /// One a slot.
     boxes: Vec<Bounds>,
+    /// The largest surfaces of fixed scene and instances, largest first.
+    large: Vec<u32>,
 }
 
 impl Instances {
     #[inline]
     pub(super) fn is_empty(&self) -> bool {
         self.count == 0
+    }
+
+    fn large_surfaces(&self) -> &[u32] {
+        &self.large
     }
 
     fn placed(&self) -> impl Iterator<Item = &Placed> {
@@ -144,7 +151,10 @@ impl Instances {
 
     pub(super) fn memory_bytes(&self) -> usize {
         let placed: usize = self.placed().map(Placed::memory_bytes).sum();
-        placed + self.tree.memory_bytes() + size_of_val(self.boxes.as_slice())
+        placed
+            + self.tree.memory_bytes()
+            + size_of_val(self.boxes.as_slice())
+            + size_of_val(self.large.as_slice())
     }
 }
 
@@ -179,6 +189,7 @@ impl Scene {
         instances.count += 1;
         instances.tree.reserve(instances.slots.len());
         instances.settle();
+        self.rank_surfaces();
         Ok(id)
     }
 
@@ -192,6 +203,7 @@ impl Scene {
         slot.generation = slot.generation.wrapping_add(1);
         self.instances.count -= 1;
         self.instances.settle();
+        self.rank_surfaces();
         Ok(())
     }
 
@@ -257,7 +269,23 @@ impl Scene {
         }
         result.instances.tree.reserve(result.instances.slots.len());
         result.instances.settle();
+        result.rank_surfaces();
         result
+    }
+
+    /// Finds the largest surfaces anew: areas do not change as instances move.
+    fn rank_surfaces(&mut self) {
+        let mut large = std::mem::take(&mut self.instances.large);
+        large.clear();
+        large.extend_from_slice(self.edges().large_surfaces());
+        for placed in self.instances.placed() {
+            let own = placed.part.edges().large_surfaces().iter();
+            large.extend(own.map(|&surface| placed.number(surface)));
+        }
+        let area_m2 = |surface: &u32| self.surface(*surface).area_m2;
+        large.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
+        large.truncate(MOST_MIRRORS);
+        self.instances.large = large;
     }
 
     /// A part at a pose, with materials of this scene.

@@ -11,7 +11,7 @@ use crate::acoustics::{BandArray, Material};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, MOST_EDGE_MIRRORS, NearEdge, NearEdges};
+use crate::scene::edges::{Edge, EdgeMirrors, NearEdge, NearEdges, choose};
 use crate::scene::surface::Surface;
 use crate::scene::surface::free_panel::FreePanel;
 
@@ -157,19 +157,15 @@ impl Scene {
         near
     }
 
-    /// Surfaces that look large from an edge: those worth trying before and behind a bend around it. An instance's edge
-    /// sees the instance's own only, and one of the fixed scene those of the fixed scene.
+    /// Surfaces that look large from an edge: those worth trying before and behind a bend around it, of the fixed scene
+    /// and of instances as they stand.
     pub fn edge_mirrors(&self, number: u32) -> EdgeMirrors {
-        let mut found = EdgeMirrors::default();
-        if !number::is_instance(number) {
-            found.extend(self.edges().mirrors(number).iter().copied());
-        } else if let Some((placed, local)) = self.instances.of(number)
-            && (local as usize) < placed.part.edges().len()
-        {
-            let own = placed.part.edges().mirrors(local).iter();
-            found.extend(own.map(|&surface| placed.number(surface)));
+        if !self.has_instances() {
+            return self.edges().mirrors(number);
         }
-        found
+        let large = self.instances.large_surfaces().iter();
+        let named = large.map(|&surface| (surface, self.surface(surface)));
+        choose(&self.edge(number), named)
     }
 
     /// Whether any small panel stands free.
@@ -177,37 +173,6 @@ impl Scene {
     pub fn has_free_panels(&self) -> bool {
         let has = |scene: &Self| !scene.free_panels().is_empty();
         has(self) || self.instances.placed().any(|placed| has(&placed.part))
-    }
-}
-
-/// Surfaces to try as mirrors beside an edge, largest first.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct EdgeMirrors {
-    surfaces: [u32; MOST_EDGE_MIRRORS],
-    count: usize,
-}
-
-impl EdgeMirrors {
-    /// Their number.
-    pub fn len(&self) -> usize {
-        self.count
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    /// The surfaces.
-    pub fn iter(&self) -> std::slice::Iter<'_, u32> {
-        self.surfaces[..self.count].iter()
-    }
-
-    fn extend(&mut self, surfaces: impl Iterator<Item = u32>) {
-        for (place, surface) in self.surfaces.iter_mut().zip(surfaces) {
-            *place = surface;
-            self.count += 1;
-        }
     }
 }
 
