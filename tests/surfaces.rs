@@ -414,10 +414,9 @@ fn small_triangles_far_from_the_centre_never_become_flat() {
     assert_eq!(mesh.defaulted, ["default"]);
 }
 
-/// A terrain of the paper's outdoor size commits within the time a scene may take.
+/// Terrains of the paper's outdoor size, from rough to flat, keep every triangle, and their panels hold their triangles.
 #[test]
-#[expect(clippy::disallowed_methods, reason = "a test of speed reads a clock")]
-fn a_large_terrain_commits_in_time() {
+fn large_terrains_commit_whole() {
     for (cells, height_m, size_m) in [
         (256, 3.0, 500.0),
         (256, 0.0, 500.0),
@@ -427,36 +426,19 @@ fn a_large_terrain_commits_in_time() {
         (10, 0.0, 20.0),
         (1, 0.0, 20.0),
     ] {
-        let mesh = terrain(cells, size_m, height_m);
-        let start = std::time::Instant::now();
-        let mesh = commit(&mesh);
-        let whole_s = start.elapsed().as_secs_f64();
+        let mesh = commit(&terrain(cells, size_m, height_m));
         assert_eq!(mesh.triangles.len(), 2 * (cells * cells) as usize);
         let mut dice = Dice(1);
-        let surfaces = mesh.surfaces.surfaces.len();
-        let points: Vec<(u32, DVec3)> = (0..4096)
-            .map(|_| {
-                let number = dice.below(surfaces);
-                let s = &mesh.surfaces.surfaces[number];
-                let (low, high) = (s.bounds_min.as_dvec3(), s.bounds_max.as_dvec3());
-                let share = DVec3::new(dice.unit(), dice.unit(), dice.unit());
-                (number as u32, low + (high - low) * share)
-            })
-            .collect();
-        let start = std::time::Instant::now();
-        let mut hits = 0;
-        for _ in 0..64 {
-            for &(surface, point) in &points {
-                hits += usize::from(mesh.surfaces.reflects_at(surface, point));
+        for _ in 0..4096 {
+            let number = dice.below(mesh.triangles.len());
+            if !mesh.surfaces.is_panel(number as u32) {
+                continue;
             }
+            let corners = mesh.triangles[number].map(|v| mesh.vertices[v as usize].as_dvec3());
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let surface = mesh.surfaces.triangle_surface[number];
+            assert!(mesh.surfaces.reflects_at(surface, middle), "{number}");
         }
-        let each_ns = start.elapsed().as_secs_f64() * 1e9 / (64.0 * 4096.0);
-        println!(
-            "{} triangles, {surfaces} surfaces: commit {whole_s:.3} s, contains {each_ns:.1} ns ({hits} hits)",
-            mesh.triangles.len()
-        );
-        // The aim is 0.5 s in a release build on one core; a busy machine and a debug build get ten times that.
-        assert!(whole_s < 5.0);
     }
 }
 

@@ -12,9 +12,9 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crossbeam_utils::Backoff;
-use crossbeam_utils::atomic::AtomicCell;
 
 use super::fault::{Fault, Status, guarded};
+use crate::runtime::slot;
 
 /// Most objects of one kind.
 const MOST: usize = 4096;
@@ -83,7 +83,7 @@ struct Tenant<T> {
 struct Slot<T> {
     claimed: AtomicBool,
     generation: AtomicU32,
-    tenant: AtomicCell<Option<Box<Tenant<T>>>>,
+    tenant: slot::Slot<Tenant<T>>,
 }
 
 /// All objects of one kind.
@@ -105,7 +105,7 @@ pub fn kind_of(handle: u64) -> Result<Kind, Fault> {
     kind.filter(|_| is_marked).ok_or(CLOSED)
 }
 
-impl<T> Table<T> {
+impl<T: Send> Table<T> {
     /// An empty table.
     pub const fn new(kind: Kind) -> Self {
         Self {
@@ -135,7 +135,7 @@ impl<T> Table<T> {
             let slot = |_| Slot {
                 claimed: AtomicBool::new(false),
                 generation: AtomicU32::new(0),
-                tenant: AtomicCell::new(None),
+                tenant: slot::Slot::default(),
             };
             (0..MOST).map(slot).collect()
         });
@@ -148,7 +148,7 @@ impl<T> Table<T> {
         };
         let slot = &slots[place];
         let generation = slot.generation.load(Ordering::Relaxed);
-        slot.tenant.store(Some(Box::new(Tenant {
+        slot.tenant.swap(Some(Box::new(Tenant {
             generation,
             broken: false,
             value,
@@ -171,7 +171,7 @@ impl<T> Table<T> {
         let slot = self.slot(handle)?;
         let mut tenant = take(slot, handle)?;
         if tenant.broken {
-            slot.tenant.store(Some(tenant));
+            slot.tenant.swap(Some(tenant));
             return Err(BROKEN);
         }
         let mut finished = false;
@@ -181,7 +181,7 @@ impl<T> Table<T> {
             result
         });
         tenant.broken = !finished;
-        slot.tenant.store(Some(tenant));
+        slot.tenant.swap(Some(tenant));
         result
     }
 
@@ -227,7 +227,7 @@ impl<T> Table<T> {
 }
 
 /// The slot's object, if it is the handle's.
-fn take<T>(slot: &Slot<T>, handle: u64) -> Result<Box<Tenant<T>>, Fault> {
+fn take<T: Send>(slot: &Slot<T>, handle: u64) -> Result<Box<Tenant<T>>, Fault> {
     let generation = (handle >> 16) as u32;
     if slot.generation.load(Ordering::Relaxed) != generation {
         return Err(CLOSED);
@@ -236,7 +236,7 @@ fn take<T>(slot: &Slot<T>, handle: u64) -> Result<Box<Tenant<T>>, Fault> {
         Some(tenant) if tenant.generation == generation => Ok(tenant),
         Some(other) => {
             // The slot has changed hands meanwhile.
-            slot.tenant.store(Some(other));
+            slot.tenant.swap(Some(other));
             Err(CLOSED)
         }
         None if slot.claimed.load(Ordering::Relaxed) => Err(BUSY),

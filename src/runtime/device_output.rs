@@ -18,6 +18,7 @@ use crossbeam_utils::atomic::AtomicCell;
 
 use super::clock::now;
 use super::engine::Renderer;
+use super::slot::Slot;
 use super::sound_thread::{RingOutput, SoundThread};
 use super::supervisor::{Counts, Order, Supervisor};
 use crate::error::{Error, Result};
@@ -28,7 +29,7 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// What callback and supervisor share.
 struct Shared {
-    ring: AtomicCell<Option<Box<RingOutput>>>,
+    ring: Slot<RingOutput>,
     stop: AtomicBool,
     callbacks: AtomicU64,
     starved_frames: AtomicU64,
@@ -95,7 +96,7 @@ impl DeviceCallback for RingCallback {
         let starved = match shared.ring.take() {
             Some(mut ring) => {
                 let starved = ring.read(output);
-                shared.ring.store(Some(ring));
+                shared.ring.swap(Some(ring));
                 starved
             }
             None => {
@@ -123,7 +124,7 @@ impl DeviceOutput {
         let (sound, ring) = SoundThread::start(renderer, blocks_ahead)?;
         let ring_frames = ring.latency_frames() as u32;
         let shared = Arc::new(Shared {
-            ring: AtomicCell::new(Some(Box::new(ring))),
+            ring: Slot::new(Some(Box::new(ring))),
             stop: AtomicBool::new(false),
             callbacks: AtomicU64::new(0),
             starved_frames: AtomicU64::new(0),

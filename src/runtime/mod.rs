@@ -13,9 +13,10 @@ pub mod null_device;
 pub mod offline;
 mod offline_instances;
 pub mod schedule;
-mod slot;
+pub(crate) mod slot;
 pub mod sound_thread;
 pub mod supervisor;
+mod system_trace;
 pub mod trace;
 pub mod workers;
 

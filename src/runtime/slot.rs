@@ -9,26 +9,26 @@ use std::ptr::null_mut;
 use std::sync::atomic::{AtomicPtr, Ordering};
 
 /// A place for one box or none. Only what may change threads can be put in, so that it may be shared.
-pub(super) struct Slot<T> {
+pub(crate) struct Slot<T> {
     place: AtomicPtr<T>,
 }
 
 impl<T: Send> Slot<T> {
     /// With a box or without.
-    pub(super) fn new(value: Option<Box<T>>) -> Self {
+    pub(crate) fn new(value: Option<Box<T>>) -> Self {
         Self {
             place: AtomicPtr::new(value.map_or(null_mut(), Box::into_raw)),
         }
     }
 
     /// Puts a box or none in and gives what was there.
-    pub(super) fn swap(&self, value: Option<Box<T>>) -> Option<Box<T>> {
+    pub(crate) fn swap(&self, value: Option<Box<T>>) -> Option<Box<T>> {
         let value = value.map_or(null_mut(), Box::into_raw);
         own(self.place.swap(value, Ordering::AcqRel))
     }
 
     /// Takes what is there.
-    pub(super) fn take(&self) -> Option<Box<T>> {
+    pub(crate) fn take(&self) -> Option<Box<T>> {
         self.swap(None)
     }
 }

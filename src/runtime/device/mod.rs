@@ -1,7 +1,7 @@
 //! Sound devices that come and go: one that is lost is opened again, and meanwhile nobody hears but time goes on.
 //!
 //! [`Supervisor`] knows no device; a [`Backend`] opens one. What fills the blocks goes from stream to stream as a
-//! [`Loan`], so the renderer is the same before and after. The backend for a host's devices is [`CpalBackend`], with the
+//! [`Loan`], so the renderer is the same before and after. The backend for a host's devices is `CpalBackend`, with the
 //! feature `play`.
 
 mod berth;

@@ -15,6 +15,7 @@ use crate::runtime::budget::{Detail, Governor, Spent};
 use crate::runtime::clock::{nanoseconds, now};
 use crate::runtime::handover::{Receiver, Sender};
 use crate::runtime::slot::Slot;
+use crate::runtime::system_trace::section;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 use crate::runtime::workers::Threads;
 use crate::scene::Scene;
@@ -78,6 +79,7 @@ impl Worker {
         }
         let mut delivery = self.deliveries.blank(Delivery::default);
         let started = now();
+        let _section = section("foresound update");
         self.propagator.update_with(
             &self.tracers,
             &world.listener,
