@@ -178,7 +178,8 @@ prove_android() {
     [ -d /usr/include/aarch64-linux-musl ] || { echo "no musl-dev:arm64; run android/install.sh" && exit 77; }
     [ "$(recipe platform)" = 26 ] || { echo "cargo-ndk.toml says API $(recipe platform), bionic.sym 26" && return 1; }
     local chain=$work/toolchain
-    [ -x "$chain/bin/android-c++" ] || android/check/native/make-toolchain.sh "$chain" || return 1
+    [ "$chain/bin/android-c++" -nt android/check/native/bionic.sym ] ||
+        android/check/native/make-toolchain.sh "$chain" || return 1
     export RUSTC_BOOTSTRAP=1 CARGO_TARGET_DIR=$work/android
     export CARGO_TARGET_AARCH64_LINUX_ANDROID_LINKER=$chain/bin/android-clang
     export CC_aarch64_linux_android=$chain/bin/android-cc CXX_aarch64_linux_android=$chain/bin/android-c++
