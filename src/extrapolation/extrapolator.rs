@@ -51,8 +51,8 @@ impl Continuation {
     }
 }
 
-/// Sources that there is room for at first.
-const SOURCES_AT_FIRST: usize = 64;
+/// Sources that there is room for at first; more make the first frames that have them allocate.
+const SOURCES_AT_FIRST: usize = 256;
 
 /// Candidates that [`PredictorKind::Best`] may keep for each path that an update may have.
 const CANDIDATES_A_PATH: usize = 3;
