@@ -32,6 +32,8 @@ pub(super) struct Moment<'a> {
     pub(super) settings: &'a PropagationSettings,
     pub(super) effort: &'a Effort,
     pub(super) update: u64,
+    /// Another one whenever the scene is.
+    pub(super) scene_state: u64,
     pub(super) listener: &'a ListenerPose,
     /// The listener, local coordinates.
     pub(super) ear: DVec3,
@@ -142,6 +144,7 @@ impl SourceTask {
             rotation: turn % ROTATIONS,
             depth: settings.depth,
             seed: mix(settings.seed) ^ own_seed,
+            scene_state: moment.scene_state,
         };
         self.late
             .trace(scene, &source_rays, &mut self.own, &mut self.rays);

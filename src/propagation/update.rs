@@ -20,6 +20,7 @@ use super::settings::PropagationSettings;
 use super::source_task::{Moment, Shared, SourceTask};
 use super::workers::{Serial, Workers};
 use crate::error::Result;
+use crate::scene::instances::Standing;
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// Shares that guide rays and their sequences are split into: several a thread, so that none waits long for another.
@@ -48,6 +49,10 @@ impl GuideShare {
 #[derive(Debug)]
 pub struct Propagator {
     scene: Arc<Scene>,
+    /// Whether somebody may have changed it since it was last looked at, how it stood then, and how often that was new.
+    is_touched: bool,
+    standing: Standing,
+    scene_state: u64,
     /// As it was made.
     settings: PropagationSettings,
     /// As much of it as is in use.
@@ -83,6 +88,9 @@ impl Propagator {
         };
         Ok(Self {
             scene,
+            is_touched: true,
+            standing: Standing::default(),
+            scene_state: 0,
             settings,
             in_use: settings,
             effort: Effort::full(&settings),
@@ -108,6 +116,7 @@ impl Propagator {
     /// then. Copies the scene, but not what is fixed, as long as somebody else has it too. What is remembered of paths
     /// stays, and is seen again where it stands.
     pub fn scene_mut(&mut self) -> &mut Scene {
+        self.is_touched = true;
         Arc::make_mut(&mut self.scene)
     }
 
@@ -165,6 +174,9 @@ impl Propagator {
         time_s: f64,
         result: &mut PathSet,
     ) {
+        if std::mem::take(&mut self.is_touched) && self.standing.renew(&self.scene) {
+            self.scene_state += 1;
+        }
         self.arrange(sources);
         let ear = self.scene.to_local(listener.position);
         let moment = Moment {
@@ -172,6 +184,7 @@ impl Propagator {
             settings: &self.in_use,
             effort: &self.effort,
             update: self.update,
+            scene_state: self.scene_state,
             listener,
             ear,
             directions: &self.source_directions,

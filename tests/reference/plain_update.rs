@@ -128,8 +128,10 @@ impl PlainPropagator {
             rotation: update % ROTATIONS,
             depth: settings.depth,
             seed: mix(settings.seed) ^ own_seed,
+            scene_state: 0,
         };
         let mut met = SequenceSet::with_capacity(1 << 16);
+        memory.late.forget_rays();
         memory.late.trace(&scene, &rays, &mut met, &mut 0);
         result.late.push(memory.late.estimate(&scene, pose.id));
         let mut candidates = guide.to_vec();

@@ -10,9 +10,8 @@
 
 use glam::Vec3;
 
-use super::source_rays::Bounces;
+use crate::acoustics::BandArray;
 use crate::acoustics::bands::fading;
-use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
@@ -40,23 +39,26 @@ pub(super) struct Bounce {
     pub(super) length_m: f32,
     /// Energy leaving, without air.
     pub(super) energy: BandArray,
-    /// What it may send to a listener, over all bands: what it is chosen by.
-    pub(super) weight: f32,
 }
 
 impl Bounce {
-    /// Takes in what the bounce stands for, and what it may send to a listener thereabouts.
+    /// What it may send to a listener about the middle of a cell, over all bands: what it is chosen by.
     #[inline]
-    pub(super) fn weigh(&mut self, listener: Vec3, gain: f32) {
-        for b in 0..BANDS {
-            self.energy[b] *= gain;
-        }
-        let cell = (listener / CELL_M).floor() * CELL_M + 0.5 * CELL_M;
+    fn weight(&self, cell: Vec3) -> f32 {
         let spread = self.point.distance_squared(cell) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
         let e = &self.energy;
         let sum = ((e[0] + e[4]) + (e[2] + e[6])) + ((e[1] + e[5]) + (e[3] + e[7]));
-        self.weight = sum / spread;
+        sum / spread
     }
+}
+
+/// Bounces that may be looked at from the listener, in the order of the rays.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Bounces {
+    /// Within the depth of discrete paths.
+    pub(super) near: Vec<Bounce>,
+    /// Beyond.
+    pub(super) far: Vec<Bounce>,
 }
 
 /// A bounce whose sound arrives at the listener.
@@ -92,16 +94,20 @@ impl Arrival {
     }
 }
 
-/// Looks from bounces to the listener. Adds the rays it cast to `rays`.
+/// Looks from bounces to the listener. Adds the rays it cast to `rays`; `weights` is memory to work in.
 pub(super) fn connect(
     scene: &Scene,
     listener: Vec3,
     bounces: &Bounces,
     arrivals: &mut Vec<Arrival>,
+    weights: &mut Vec<f32>,
     rays: &mut u64,
 ) {
+    let cell = (listener / CELL_M).floor() * CELL_M + 0.5 * CELL_M;
     for list in [&bounces.near, &bounces.far] {
-        let total: f64 = list.iter().map(|bounce| f64::from(bounce.weight)).sum();
+        weights.clear();
+        weights.extend(list.iter().map(|bounce| bounce.weight(cell)));
+        let total: f64 = weights.iter().map(|&weight| f64::from(weight)).sum();
         let stride = total / (SHADOW_RAYS / 2) as f64;
         if stride <= 0.0 {
             continue;
@@ -109,8 +115,8 @@ pub(super) fn connect(
         // Marks stand at (n + ½) strides along the sum of weights.
         let mut mark = 0.5 * stride;
         let mut sum = 0.0;
-        for bounce in list {
-            sum += f64::from(bounce.weight);
+        for (bounce, &weight) in list.iter().zip(&*weights) {
+            sum += f64::from(weight);
             if mark >= sum {
                 continue;
             }
@@ -124,7 +130,7 @@ pub(super) fn connect(
             if scene.any_hit(&leg, [bounce.surface, NO_GROUP]) {
                 continue;
             }
-            let gain = (marks * stride / f64::from(bounce.weight)) as f32;
+            let gain = (marks * stride / f64::from(weight)) as f32;
             let after_m = bounce.point.distance(listener);
             let length_m = bounce.length_m + after_m;
             let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));

@@ -2,19 +2,22 @@
 //!
 //! All rays go as deep as discrete paths do; a few of them go on for [`FAR_BOUNCES`], since what a tail is like is not to
 //! be seen from four bounces about the source. Whether a bounce is diffuse is drawn once for all bands.
+//!
+//! None of it depends on the listener, so what a rotation's rays have found stays true until the source or the scene is
+//! another one, and is kept ([`Found`]).
 
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DVec3, Mat3, Quat, Vec3};
 
 use super::super::path::MAX_ORDER;
 use super::super::sampling::{lambert_direction, mix, unit};
-use super::super::sequence::Commutation;
+use super::super::sequence::{Commutation, Sequence};
 use super::super::sequence_set::SequenceSet;
-use super::connection::Bounce;
+use super::connection::{Bounce, Bounces};
 use super::decay::DecayCurve;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::scene::{Scene, SourcePose};
+use crate::scene::{Directivity, Scene, SourcePose};
 
 /// Band whose scattering coefficient decides whether a ray bounces diffusely: the one around 1 kHz.
 const SCATTERING_BAND: usize = 4;
@@ -48,6 +51,8 @@ pub struct SourceRays<'a> {
     pub depth: usize,
     /// Seed of the diffuse bounces.
     pub seed: u64,
+    /// A number that is another one whenever the scene is: rays find the same in a scene of the same number.
+    pub scene_state: u64,
 }
 
 /// Rays that one far ray of `count` stands for.
@@ -71,32 +76,95 @@ impl SourceRays<'_> {
     }
 }
 
-/// Bounces that may be looked at from the listener, in the order of the rays.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Bounces {
-    /// Within the depth of discrete paths.
-    pub(super) near: Vec<Bounce>,
-    /// Beyond.
-    pub(super) far: Vec<Bounce>,
+/// All that rays depend on beside the listener's own things; the lattice is known by its length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cast {
+    origin: DVec3,
+    orientation: Quat,
+    directivity: Directivity,
+    count: usize,
+    turn: Mat3,
+    rotation: u64,
+    depth: usize,
+    seed: u64,
+    scene_state: u64,
 }
 
-impl Bounces {
-    /// Empties both lists, with room for all that `from` can give.
-    pub(super) fn clear(&mut self, from: &SourceRays<'_>) {
-        self.near.clear();
-        self.near.reserve(from.directions.len() * from.depth.max(1));
-        self.far.clear();
-        let far_rays = from
-            .directions
-            .len()
-            .div_ceil(far_stands_for(from.directions.len()));
-        self.far.reserve(far_rays * FAR_BOUNCES);
+impl Cast {
+    fn of(from: &SourceRays<'_>) -> Self {
+        Self {
+            origin: from.origin,
+            orientation: from.pose.orientation,
+            directivity: from.pose.settings.directivity,
+            count: from.directions.len(),
+            turn: from.turn,
+            rotation: from.rotation,
+            depth: from.depth,
+            seed: from.seed,
+            scene_state: from.scene_state,
+        }
+    }
+}
+
+/// What the rays of one rotation have found.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Found {
+    cast: Option<Cast>,
+    pub(super) bounces: Bounces,
+    /// Specular beginnings, each once, in the order of the rays.
+    sequences: Vec<Sequence>,
+}
+
+impl Found {
+    /// Room for all that `from` can find.
+    pub(super) fn reserve(&mut self, from: &SourceRays<'_>) {
+        let (count, depth) = (from.directions.len(), from.depth.max(1));
+        let reserve = |list: &mut Vec<_>, most: usize| list.reserve(most - list.len().min(most));
+        reserve(&mut self.bounces.near, count * depth);
+        let far_rays = count.div_ceil(far_stands_for(count));
+        let beyond = FAR_BOUNCES.saturating_sub(depth);
+        reserve(&mut self.bounces.far, far_rays * beyond);
+        let most = count * depth;
+        self.sequences
+            .reserve(most - self.sequences.len().min(most));
+    }
+
+    /// Whether it is what `from` would find again.
+    pub(super) fn is_of(&self, from: &SourceRays<'_>) -> bool {
+        self.cast == Some(Cast::of(from))
+    }
+
+    /// Forgets it.
+    pub(super) fn forget(&mut self) {
+        self.cast = None;
+    }
+
+    /// Specular beginnings, each once, in the order of the rays.
+    pub(super) fn sequences(&self) -> &[Sequence] {
+        &self.sequences
+    }
+
+    /// Casts the rays. `set` is empty and becomes what they begin with.
+    pub(super) fn renew(
+        &mut self,
+        scene: &Scene,
+        from: &SourceRays<'_>,
+        set: &mut SequenceSet,
+        curve: &mut DecayCurve,
+        rays: &mut u64,
+    ) {
+        self.bounces.near.clear();
+        self.bounces.far.clear();
+        follow(scene, from, set, curve, &mut self.bounces, rays);
+        self.sequences.clear();
+        self.sequences.extend_from_slice(set.entries());
+        self.cast = Some(Cast::of(from));
     }
 }
 
 /// Follows all rays: what they carry, the energy that each bounce has for the tail, and the specular sequences they begin
 /// with.
-pub(super) fn follow(
+fn follow(
     scene: &Scene,
     from: &SourceRays<'_>,
     found: &mut SequenceSet,
@@ -108,7 +176,6 @@ pub(super) fn follow(
     let every = far_stands_for(count);
     let depth = from.depth.max(1);
     let is_omni = from.pose.settings.directivity.is_omni();
-    let listener = from.listener.as_vec3();
     for index in 0..count {
         let is_far = is_far(index, count, from.rotation);
         let most = if is_far { FAR_BOUNCES } else { depth };
@@ -135,7 +202,9 @@ pub(super) fn follow(
                 false => (&mut bounces.far, every),
             };
             let gain = 4.0 * std::f32::consts::PI * stands_for as f32 / count as f32;
-            bounce.weigh(listener, gain);
+            for b in 0..BANDS {
+                bounce.energy[b] *= gain;
+            }
             list.push(bounce);
         }
         if is_far && !ray.escaped {
@@ -256,7 +325,6 @@ impl SourceRay {
             surface: hit.group,
             length_m: self.length_m,
             energy,
-            weight: 0.0,
         })
     }
 }

@@ -14,6 +14,7 @@ mod number;
 mod placed;
 mod pose;
 mod queries;
+mod standing;
 
 use std::sync::Arc;
 
@@ -29,6 +30,7 @@ use placed::Placed;
 
 pub use number::{MOST_IN_A_PART, MOST_INSTANCES};
 pub use pose::{InstanceId, InstancePose};
+pub use standing::Standing;
 
 #[derive(Debug, Clone, Default)]
 struct Slot {

@@ -1,0 +1,190 @@
+//! What source rays found is true until the source or the scene is another one: casting them again changes no bit, and
+//! whatever they depend on has them cast again.
+
+#[path = "reference/plain_update.rs"]
+#[expect(unreachable_pub, reason = "the oracle is shared by test crates")]
+mod plain_update;
+
+use std::sync::Arc;
+
+use foresound::propagation::late::{LateEstimator, SourceRays};
+use foresound::propagation::sampling::{lattice, rotation};
+use foresound::propagation::sequence_set::SequenceSet;
+use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::scene::{
+    Directivity, InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings,
+    SourceId, SourcePose, SourceSettings, procedural,
+};
+use glam::{Quat, Vec3};
+use plain_update::PlainPropagator;
+
+fn doorway() -> (procedural::BenchmarkScene, Arc<Scene>) {
+    let benchmark = procedural::doorway();
+    let settings = SceneSettings::default();
+    let scene = Scene::commit(&benchmark.mesh, &MaterialTable::built_in(), &settings);
+    (benchmark, Arc::new(scene.expect("commits")))
+}
+
+fn ear(scene: &procedural::BenchmarkScene, update: u32) -> ListenerPose {
+    ListenerPose {
+        position: scene
+            .walk
+            .from
+            .lerp(scene.walk.to, 0.3 + 0.01 * update as f32),
+        ..ListenerPose::default()
+    }
+}
+
+/// An update with remembered rays has the bits of the plain way, which casts all of them: at rest, when a source moves,
+/// when a part comes, moves, rests and goes, and when a scene takes the place of another.
+#[test]
+fn an_update_that_remembers_has_the_bits_of_one_that_does_not() {
+    let (benchmark, scene) = doorway();
+    let settings = PropagationSettings {
+        guide_rays: 256,
+        source_rays: 32,
+        ..PropagationSettings::default()
+    };
+    let mut fast = Propagator::new(Arc::clone(&scene), settings).expect("settings");
+    let mut plain = PlainPropagator::new(scene, settings);
+    let places = benchmark.sources.iter().take(2).enumerate();
+    let mut sources: Vec<SourcePose> = places
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
+        .collect();
+    let mesh = procedural::shoebox(Vec3::new(0.9, 2.0, 0.05), "wood_panel");
+    let part = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default());
+    let part = Arc::new(part.expect("commits"));
+    let pose = |id, turn: f32| InstancePose {
+        id,
+        position: benchmark.walk.from.as_dvec3(),
+        rotation: Quat::from_rotation_y(turn),
+    };
+    let (mut door, mut before) = (InstanceId::default(), None);
+    let (mut set, mut rays) = (PathSet::default(), Vec::new());
+    for update in 0..112 {
+        match update {
+            // At rest, one source a step aside; then both rest.
+            24 => sources[1].position.x += 0.25,
+            40 => {
+                before = Some(Scene::clone(fast.scene()));
+                for scene in [fast.scene_mut(), plain.scene_mut()] {
+                    let new = pose(InstanceId::default(), 0.2);
+                    door = scene.add_instance(Arc::clone(&part), &new).expect("one");
+                }
+            }
+            // Touched and left as it was.
+            60 => assert_eq!(fast.scene_mut().set_instance_poses(&[pose(door, 0.2)]), 0),
+            64 => {
+                for scene in [fast.scene_mut(), plain.scene_mut()] {
+                    assert_eq!(scene.set_instance_poses(&[pose(door, 0.9)]), 1);
+                }
+            }
+            // The scene as it was without the door.
+            82 => {
+                let before = before.take().expect("was kept");
+                *plain.scene_mut() = before.clone();
+                *fast.scene_mut() = before;
+            }
+            _ => {}
+        }
+        let ear = ear(&benchmark, update % 40);
+        fast.update(&ear, &sources, 0.0, &mut set);
+        let mut expected = plain.update(&ear, &sources);
+        expected.rays = set.rays;
+        assert_eq!(set, expected, "update {update}");
+        rays.push(set.rays);
+    }
+    // Rays of all sources were cast in sixteen updates after each change and in no other.
+    let mean = |range: std::ops::Range<usize>| {
+        let count = range.len() as u64;
+        rays[range].iter().sum::<u64>() / count
+    };
+    for (all, none) in [
+        (0..16, 16..24),
+        (40..56, 56..64),
+        (64..80, 80..82),
+        (82..98, 98..112),
+    ] {
+        let (all, none) = (mean(all), mean(none));
+        // Two sources of 32 rays, four bounces each at least.
+        assert!(none + 2 * 32 * 4 < all, "{none} rays at rest, {all} before");
+    }
+}
+
+/// Everything that a rotation's rays depend on has them cast again.
+#[test]
+fn whatever_rays_depend_on_has_them_cast_again() {
+    let (benchmark, scene) = doorway();
+    let origin = scene.to_local(benchmark.sources[0].1);
+    let listener = scene.to_local(benchmark.walk.from);
+    let mut pose = SourcePose::at(SourceId::new(0, 0), benchmark.sources[0].1);
+    pose.settings = SourceSettings {
+        directivity: Directivity::even(0.5, 1.0),
+        ..SourceSettings::default()
+    };
+    let lattices = [32, 48].map(lattice);
+    let first = SourceRays {
+        origin,
+        listener,
+        pose,
+        directions: &lattices[0],
+        turn: rotation(0, 1),
+        rotation: 0,
+        depth: 4,
+        seed: 1,
+        scene_state: 0,
+    };
+    let mut turned = first;
+    turned.pose.orientation = Quat::from_rotation_y(1.0);
+    let mut even = first;
+    even.pose.settings.directivity = Directivity::default();
+    let others = [
+        turned,
+        even,
+        SourceRays {
+            origin: origin + 0.01,
+            ..first
+        },
+        SourceRays {
+            directions: &lattices[1],
+            ..first
+        },
+        SourceRays {
+            turn: rotation(1, 1),
+            ..first
+        },
+        SourceRays { depth: 3, ..first },
+        SourceRays { seed: 2, ..first },
+        SourceRays {
+            scene_state: 1,
+            ..first
+        },
+    ];
+    let id = SourceId::new(0, 0);
+    let trace = |estimator: &mut LateEstimator, from: &SourceRays<'_>| {
+        let (mut found, mut rays) = (SequenceSet::with_capacity(1024), 0);
+        estimator.trace(&scene, from, &mut found, &mut rays);
+        let late = estimator.estimate(&scene, id);
+        (late, found.entries().to_vec(), rays)
+    };
+    for (number, other) in others.iter().enumerate() {
+        let mut estimator = LateEstimator::default();
+        let cast = trace(&mut estimator, &first);
+        let again = trace(&mut estimator, &first);
+        assert_eq!((cast.0, &cast.1), (again.0, &again.1), "remembered");
+        assert!(again.2 < cast.2, "{} rays after {}", again.2, cast.2);
+        let moved = SourceRays {
+            listener: listener + 0.3,
+            ..first
+        };
+        let near = trace(&mut estimator, &moved);
+        assert_eq!(
+            near.2,
+            trace(&mut estimator, &moved).2,
+            "a listener's step casts none"
+        );
+        let cast = trace(&mut estimator, other);
+        let fresh = trace(&mut LateEstimator::default(), other);
+        assert_eq!(cast, fresh, "change {number} is cast anew");
+    }
+}
