@@ -167,16 +167,15 @@ fn line_lengths_share_no_factor() {
 }
 
 #[test]
-fn a_start_that_is_told_less_often_moves_to_the_same_places() {
-    let moved = |every: u32| {
+fn a_send_is_a_function_of_its_frame_and_not_of_the_way_there() {
+    let told = |starts: &[u32]| {
         let mut reverb = LateReverb::new(RATE_HZ, 1);
-        for frame in 0..=387u32 {
-            let told = frame - frame % every;
+        for &start in starts {
             let frame = FramePaths {
                 late: vec![LateSend {
                     source: Default::default(),
                     energy_per_s: [ENERGY_PER_S; 8],
-                    start_s: START_S + 1e-4 * told as f32,
+                    start_s: START_S + 1e-4 * start as f32,
                 }],
                 decay_time_s: [1.0; 8],
                 ..FramePaths::default()
@@ -184,11 +183,18 @@ fn a_start_that_is_told_less_often_moves_to_the_same_places() {
             let correction = BandCorrection::none();
             reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, 0, 1);
         }
-        reverb.sends.delay_of_first()
+        reverb.sends.first()
     };
-    let often = moved(1);
-    assert!(moved(400) < often);
-    for every in [2, 5, 13] {
-        assert_eq!(moved(every), often, "{every}");
+    let mut changing = 0;
+    for end in (0..400).step_by(7) {
+        let at_once = told(&[end]);
+        let back_and_forth = told(&[900, end, 0, end]);
+        let walked: Vec<u32> = (0..=end).collect();
+        assert_eq!(told(&walked), at_once, "{end}");
+        assert_eq!(back_and_forth, at_once, "{end}");
+        changing += usize::from(at_once.len() == 2);
+        let [first, last] = [at_once[0], at_once[at_once.len() - 1]];
+        assert!(last.0 - first.0 <= i64::from(RATE_HZ) / 200 + 1, "{end}");
     }
+    assert!((5..30).contains(&changing), "{changing}");
 }

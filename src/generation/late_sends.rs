@@ -2,6 +2,8 @@
 //!
 //! Audio side; wait-free, bounded by the chunk; allocates at birth only. Reads delay lines, gives a chunk of each band.
 //!
+//! A send reads at points of a fixed grid in time. What it makes of a frame depends on that frame alone.
+//!
 //! Frames are lanes, as in the delay lines' tiles: a tile is weighed band by band and added where it falls.
 
 use crate::acoustics::BANDS;
@@ -14,8 +16,14 @@ use super::delay_line::{DelayLine, TILE, Tile};
 use super::late_reverb::decay;
 use super::{BandCorrection, CHUNK};
 
-/// A send keeps its delay until it is wrong by more than this, in seconds: moving it costs a cross-fade.
-const DELAY_TOLERANCE_S: f32 = 0.005;
+/// Sends read at whole multiples of this, in seconds: a reading position that moved would bend every tone.
+const GRID_S: f32 = 0.005;
+
+/// Share of a grid step over which a send that is to start between two of its points changes from one to the other.
+const CHANGE: f32 = 0.25;
+
+/// Reading positions of a send: two while it changes, two that fade out after a leap.
+const TAPS: usize = 4;
 
 /// Largest gain of a send, 60 dB.
 const MAX_GAIN: f32 = 1000.0;
@@ -43,11 +51,57 @@ impl Tap {
     }
 }
 
-/// A source's send: where it reads, and where it read before.
+/// A source's send: where it reads. What it makes of a frame depends on that frame alone, so that whoever hears of a way
+/// less often sends the same.
 #[derive(Debug, Clone, Copy, Default)]
 struct Send {
-    now: Tap,
-    before: Tap,
+    taps: [Tap; TAPS],
+}
+
+impl Send {
+    /// Reads at these delays in frames with these gains, and nowhere else.
+    fn retarget(&mut self, wanted: &[(i64, F32x8); 2], left: u32, ramp: u32) {
+        let mut is_wanted = [false; TAPS];
+        for &(delay, gain) in wanted {
+            if gain == F32x8::ZERO {
+                continue;
+            }
+            let has = |tap: &Tap| tap.delay == delay && !tap.is_silent(left);
+            let place = self.taps.iter().position(has).or_else(|| {
+                let mut free = (0..TAPS).filter(|&place| !is_wanted[place]);
+                let silent = free.clone().find(|&place| self.taps[place].is_silent(left));
+                let place = silent.or_else(|| free.next())?;
+                self.taps[place] = Tap {
+                    delay,
+                    ..Tap::default()
+                };
+                Some(place)
+            });
+            let Some(place) = place else { continue };
+            is_wanted[place] = true;
+            self.taps[place].retarget(gain, left, ramp);
+        }
+        for (tap, is_wanted) in self.taps.iter_mut().zip(is_wanted) {
+            if !is_wanted {
+                tap.retarget(F32x8::ZERO, left, ramp);
+            }
+        }
+    }
+}
+
+/// The two grid points between which a start lies, in steps, and the shares of pressure that they take: their squares
+/// sum to one, since what a network makes of two moments is not alike.
+fn on_grid(start_s: f32) -> [(f32, f32); 2] {
+    let steps = start_s / GRID_S;
+    let below = steps.floor();
+    let share = ((steps - below - 0.5) / CHANGE + 0.5).clamp(0.0, 1.0);
+    let (sin, cos) = (share * std::f32::consts::FRAC_PI_2).sin_cos();
+    match share {
+        // Exactly one: what is silent is not read.
+        0.0 => [(below, 1.0), (below + 1.0, 0.0)],
+        1.0 => [(below, 0.0), (below + 1.0, 1.0)],
+        _ => [(below, cos), (below + 1.0, sin)],
+    }
 }
 
 /// What the network behind the sends is like.
@@ -69,10 +123,14 @@ pub(super) struct LateSends {
 }
 
 impl LateSends {
-    /// Where the first send reads, in frames.
+    /// Where the first send reads, in frames, and its gains.
     #[cfg(test)]
-    pub(super) fn delay_of_first(&self) -> i64 {
-        self.sends[0].now.delay
+    pub(super) fn first(&self) -> Vec<(i64, F32x8)> {
+        let taps = self.sends[0].taps.iter();
+        let heard = taps.filter(|tap| tap.gain != F32x8::ZERO);
+        let mut first: Vec<_> = heard.map(|tap| (tap.delay, tap.gain)).collect();
+        first.sort_by_key(|(delay, _)| *delay);
+        first
     }
 
     pub(super) fn new(network: Network, max_sources: usize) -> Self {
@@ -93,48 +151,37 @@ impl LateSends {
         left: u32,
         ramp: u32,
     ) {
-        for send in &mut self.sends {
-            send.before.retarget(F32x8::ZERO, left, ramp);
-        }
         let Network {
             rate_hz,
             mean_length_s,
             lag_s,
         } = self.network;
-        let tolerance = (DELAY_TOLERANCE_S * rate_hz) as i64;
         for (place, send) in self.sends.iter_mut().enumerate() {
             let (slot, step) = (place / LATE_STEPS, place % LATE_STEPS);
             let mut own = frame.late.iter().filter(|late| late.source.slot() == slot);
             let Some(wanted) = own.nth(step) else {
-                send.now.retarget(F32x8::ZERO, left, ramp);
+                send.retarget(&[(0, F32x8::ZERO); 2], left, ramp);
                 continue;
             };
-            let start_s = (wanted.start_s - lag_s).max(0.0);
-            let delay = ((start_s * rate_hz) as i64).min(max_delay);
-            if send.now.is_silent(left) {
-                send.now.delay = delay;
-            } else if (delay - send.now.delay).abs() > tolerance {
-                // In whole steps from where it began: whoever hears of the way an update later moves to the same place.
-                let steps = ((delay - send.now.delay) as f32 / tolerance as f32).round() as i64;
-                let delay = (send.now.delay + steps * tolerance).clamp(0, max_delay);
-                send.before = send.now;
-                send.before.retarget(F32x8::ZERO, left, ramp);
-                send.now = Tap {
-                    delay,
-                    ..Tap::default()
-                };
-            }
-            let delay_s = send.now.delay as f32 / rate_hz;
-            let amplitude = std::array::from_fn(|b| {
-                let energy = amplitude_of_energy(wanted.energy_per_s[b] * mean_length_s);
-                let gain = energy * decay(delay_s, frame.decay_time_s[b]);
-                if gain.is_finite() {
-                    gain.min(MAX_GAIN)
-                } else {
-                    0.0
+            let start_s = (wanted.start_s - lag_s).clamp(0.0, max_delay as f32 / rate_hz);
+            let taps = on_grid(start_s).map(|(steps, share)| {
+                let delay = ((steps * GRID_S * rate_hz) as i64).min(max_delay);
+                if share == 0.0 {
+                    return (delay, F32x8::ZERO);
                 }
+                let delay_s = delay as f32 / rate_hz;
+                let amplitude = std::array::from_fn(|b| {
+                    let energy = amplitude_of_energy(wanted.energy_per_s[b] * mean_length_s);
+                    let gain = share * energy * decay(delay_s, frame.decay_time_s[b]);
+                    if gain.is_finite() {
+                        gain.min(MAX_GAIN)
+                    } else {
+                        0.0
+                    }
+                });
+                (delay, correction.gains(&amplitude))
             });
-            send.now.retarget(correction.gains(&amplitude), left, ramp);
+            send.retarget(&taps, left, ramp);
         }
     }
 
@@ -145,7 +192,7 @@ impl LateSends {
         let Some(sends) = self.sends.get(first..first + LATE_STEPS) else {
             return;
         };
-        for tap in sends.iter().flat_map(|send| [&send.now, &send.before]) {
+        for tap in sends.iter().flat_map(|send| &send.taps) {
             let position = now - tap.delay;
             if tap.is_silent(left) || line.is_silent_from(position) {
                 continue;

@@ -1,12 +1,12 @@
 //! From a bounce to the listener: which bounces are looked at, and what arrives.
 //!
-//! Every bounce knows what it would send to the listener by Lambert's law if nothing stood in between; a fixed number
-//! of shadow rays asks whether something does, given to bounces in proportion to what they may send (systematic
-//! sampling, \[COCHRAN77\] 9A.2), so that the sum stays right and a strong bounce is hardly ever missed.
+//! Every bounce sends to the listener by Lambert's law if nothing stands in between. A fixed number of bounces stands for
+//! all of a rotation, chosen in proportion to what they may send (systematic sampling, \[COCHRAN77\] 9A.2), so that the
+//! sum stays right; shadow rays ask whether something stands in between.
 //!
-//! What is chosen depends on the listener's place to `CELL_M` only, and what a chosen bounce sends is computed anew for
-//! wherever the listener is when the sum is asked for. So the sum is a smooth function of the place, and not of how many
-//! updates the listener took to get there.
+//! What is chosen does not depend on the listener, what a chosen bounce sends is computed anew for wherever the listener
+//! is when the sum is asked for, and nothing is asked from further than [`LOOK_AGAIN_M`] away. So the sum is a function
+//! of the place, and not of how many updates the listener took to get there.
 
 use glam::Vec3;
 
@@ -16,17 +16,18 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
 
-/// Shadow rays of one source and update: half of them for bounces within the depth of discrete paths, half beyond.
+/// Bounces that stand for one source's rays of one rotation: half of them for bounces within the depth of discrete paths,
+/// half beyond; all beyond, where those within have nothing for the tail.
 pub const SHADOW_RAYS: usize = 64;
 
 /// Radius in metres over which a bounce is spread, so that a listener who stands beside one does not hear it alone.
 const SPREAD_M: f32 = 0.7;
 
-/// Width in metres of the cells in which the same bounces are chosen.
-const CELL_M: f32 = 2.0;
+/// A listener is taken to be about this many metres from the source, when bounces are chosen.
+const CHOICE_SPREAD_M: f32 = 20.0;
 
-/// Radius in metres over which a bounce is spread for the choice: a listener is up to 1.7 m from the cell's centre.
-const CHOICE_SPREAD_M: f32 = 1.5;
+/// Metres that a listener may walk until shadow rays are cast again.
+const LOOK_AGAIN_M: f32 = 0.5;
 
 /// Energy that a bounce has for the tail.
 #[derive(Debug, Clone, Copy, Default)]
@@ -42,17 +43,17 @@ pub(super) struct Bounce {
 }
 
 impl Bounce {
-    /// What it may send to a listener about the middle of a cell, over all bands: what it is chosen by.
+    /// What it may send to a listener, over all bands.
     #[inline]
-    fn weight(&self, cell: Vec3) -> f32 {
-        let spread = self.point.distance_squared(cell) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
+    fn weight(&self, source: Vec3) -> f32 {
+        let spread = self.point.distance_squared(source) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
         let e = &self.energy;
         let sum = ((e[0] + e[4]) + (e[2] + e[6])) + ((e[1] + e[5]) + (e[3] + e[7]));
         sum / spread
     }
 }
 
-/// Bounces that may be looked at from the listener, in the order of the rays.
+/// All bounces of one rotation's rays, in the order of the rays.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bounces {
     /// Within the depth of discrete paths.
@@ -61,62 +62,68 @@ pub(super) struct Bounces {
     pub(super) far: Vec<Bounce>,
 }
 
-/// A bounce whose sound arrives at the listener.
+/// A bounce that stands for others.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Arrival {
+struct Chosen {
     point: Vec3,
     normal: Vec3,
-    /// Way from the source to the bounce.
+    surface: u32,
+    /// Way from the source.
     before_m: f32,
-    /// Way from there to where the listener was when it was looked at.
-    after_m: f32,
-    /// Energy leaving, one a band, less what the air over both ways takes.
+    /// Energy leaving, of all that it stands for, less what the air on the way to it takes.
     energy: BandArray,
+    /// Whether nothing stands between it and the listener.
+    is_seen: bool,
 }
 
-impl Arrival {
-    /// Seconds from emission, and energy relative to the free field's at 1 m: Lambert's cosine law over the way to the
-    /// listener, with air.
-    pub(super) fn at(&self, scene: &Scene, listener: Vec3) -> (f64, BandArray) {
-        let way = listener - self.point;
-        let after_m = way.length();
-        let cosine = self.normal.dot(way).max(0.0) / after_m.max(1e-6);
-        let kernel = cosine / (std::f32::consts::PI * (after_m * after_m + SPREAD_M * SPREAD_M));
-        let further_m = after_m - self.after_m;
-        let mut energy = self.energy;
-        for (energy, m) in energy.iter_mut().zip(scene.air_np_per_m()) {
-            // The exponential's first terms, never below nothing: it is a matter of a few metres.
-            let x = 2.0 * m * further_m;
-            *energy *= kernel / (1.0 + x + 0.5 * x * x);
-        }
-        let length_m = f64::from(self.before_m + after_m);
-        (length_m / scene.speed_of_sound_m_s(), energy)
+/// The bounces that stand for a rotation's, and from where they were looked at.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Arrivals {
+    chosen: Vec<Chosen>,
+    seen_from: Option<Vec3>,
+}
+
+impl Arrivals {
+    /// Room for all there can be.
+    pub(super) fn reserve(&mut self) {
+        self.chosen.reserve(SHADOW_RAYS - self.chosen.len());
     }
-}
 
-/// Looks from bounces to the listener. Adds the rays it cast to `rays`; `weights` is memory to work in.
-pub(super) fn connect(
-    scene: &Scene,
-    listener: Vec3,
-    bounces: &Bounces,
-    arrivals: &mut Vec<Arrival>,
-    weights: &mut Vec<f32>,
-    rays: &mut u64,
-) {
-    let cell = (listener / CELL_M).floor() * CELL_M + 0.5 * CELL_M;
-    for list in [&bounces.near, &bounces.far] {
-        weights.clear();
-        weights.extend(list.iter().map(|bounce| bounce.weight(cell)));
-        let total: f64 = weights.iter().map(|&weight| f64::from(weight)).sum();
-        let stride = total / (SHADOW_RAYS / 2) as f64;
-        if stride <= 0.0 {
-            continue;
+    /// Chooses among a rotation's bounces.
+    pub(super) fn choose(&mut self, scene: &Scene, source: Vec3, bounces: &Bounces) {
+        self.chosen.clear();
+        self.seen_from = None;
+        let plain = |bounce: &Bounce| f64::from(bounce.weight(source));
+        // The root beyond: what comes last has little energy, but nothing else is heard by then.
+        let rooted = |bounce: &Bounce| plain(bounce).sqrt();
+        let has_near = bounces.near.iter().any(|bounce| plain(bounce) > 0.0);
+        let count = if has_near {
+            0.5 * SHADOW_RAYS as f64
+        } else {
+            0.0
+        };
+        self.choose_among(scene, &bounces.near, plain, count);
+        self.choose_among(scene, &bounces.far, rooted, SHADOW_RAYS as f64 - count);
+    }
+
+    /// Chooses `count` of them in proportion to their weights, or fewer that stand for more.
+    fn choose_among(
+        &mut self,
+        scene: &Scene,
+        list: &[Bounce],
+        weight: impl Fn(&Bounce) -> f64,
+        count: f64,
+    ) {
+        let stride = list.iter().map(&weight).sum::<f64>() / count;
+        if !(stride > 0.0 && stride.is_finite()) {
+            return;
         }
         // Marks stand at (n + ½) strides along the sum of weights.
         let mut mark = 0.5 * stride;
         let mut sum = 0.0;
-        for (bounce, &weight) in list.iter().zip(&*weights) {
-            sum += f64::from(weight);
+        for bounce in list {
+            let weight = weight(bounce);
+            sum += weight;
             if mark >= sum {
                 continue;
             }
@@ -125,22 +132,68 @@ pub(super) fn connect(
                 mark += stride;
                 marks += 1.0;
             }
-            *rays += 1;
-            let leg = Ray::between(bounce.point, listener);
-            if scene.any_hit(&leg, [bounce.surface, NO_GROUP]) {
-                continue;
-            }
-            let gain = (marks * stride / f64::from(weight)) as f32;
-            let after_m = bounce.point.distance(listener);
-            let length_m = bounce.length_m + after_m;
-            let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));
-            arrivals.push(Arrival {
+            let gain = (marks * stride / weight) as f32;
+            let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
+            self.chosen.push(Chosen {
                 point: bounce.point,
                 normal: bounce.normal,
+                surface: bounce.surface,
                 before_m: bounce.length_m,
-                after_m,
                 energy: std::array::from_fn(|b| bounce.energy[b] * gain * air[b]),
+                is_seen: false,
             });
         }
+    }
+
+    /// Whether it is worth while to look again from here.
+    pub(super) fn is_stale(&self, listener: Vec3) -> bool {
+        self.seen_from
+            .is_none_or(|place| place.distance_squared(listener) > LOOK_AGAIN_M * LOOK_AGAIN_M)
+    }
+
+    /// Looks from the chosen bounces to the listener. Adds the rays it cast to `rays`.
+    pub(super) fn look(&mut self, scene: &Scene, listener: Vec3, rays: &mut u64) {
+        self.seen_from = Some(listener);
+        for chosen in &mut self.chosen {
+            // A surface sends nothing behind itself, whatever stands there.
+            let way = listener - chosen.point;
+            if chosen.normal.dot(way) <= 0.0 {
+                chosen.is_seen = false;
+                continue;
+            }
+            *rays += 1;
+            let leg = Ray::between(chosen.point, listener);
+            chosen.is_seen = !scene.any_hit(&leg, [chosen.surface, NO_GROUP]);
+        }
+    }
+
+    /// What arrives at the listener: seconds from emission, and energy relative to the free field's at 1 m.
+    pub(super) fn at<'a>(
+        &'a self,
+        scene: &'a Scene,
+        listener: Vec3,
+    ) -> impl Iterator<Item = (f64, BandArray)> + 'a {
+        let seen = self.chosen.iter().filter(|chosen| chosen.is_seen);
+        seen.map(move |chosen| chosen.at(scene, listener))
+    }
+}
+
+impl Chosen {
+    /// Lambert's cosine law over the way to the listener, with air.
+    fn at(&self, scene: &Scene, listener: Vec3) -> (f64, BandArray) {
+        let way = listener - self.point;
+        let after_m = way.length();
+        let cosine = self.normal.dot(way).max(0.0) / after_m.max(1e-6);
+        let kernel = cosine / (std::f32::consts::PI * (after_m * after_m + SPREAD_M * SPREAD_M));
+        let mut energy = self.energy;
+        for (energy, m) in energy.iter_mut().zip(scene.air_np_per_m()) {
+            // The fourth power of the exponential's first terms: within 0.1 dB where it takes less than 8 dB.
+            let x = 0.5 * m * after_m;
+            let root = 1.0 / (1.0 + x + 0.5 * x * x);
+            let square = root * root;
+            *energy *= kernel * square * square;
+        }
+        let length_m = f64::from(self.before_m + after_m);
+        (length_m / scene.speed_of_sound_m_s(), energy)
     }
 }

@@ -2,7 +2,8 @@
 //! decays.
 //!
 //! Runs inside a propagation update. Takes source and listener, gives a [`LateSource`]. Bounded by the rays of one
-//! update (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`connection::SHADOW_RAYS`] rays to the listener.
+//! update (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`connection::SHADOW_RAYS`] rays to the listener a rotation: of one
+//! rotation while the listener stands or walks, of all sixteen at most, when it has come far since the last update.
 //!
 //! The balance (own; connection of bounces to the listener after \[SCHROEDER11\], "diffuse rain"): a source sends 4π of
 //! energy (free field of one at 1 m) in even shares along its rays. What leaves a bounce is the share's product of
@@ -13,9 +14,9 @@
 //! Decay: [`decay`]. From arrivals to a tail that starts without gap or double energy: [`envelope`].
 //!
 //! The arrivals of sixteen updates are kept by the number of their ray rotation, so that what is told of a scene at rest
-//! does not depend on when it is looked at, nor on how often. So are the bounces themselves: while neither source nor
-//! scene has changed since a rotation's rays were cast, they are not cast again, and bits are the same. What that costs
-//! is memory, about 1 MB a source with 128 rays to a depth of 4 ([`source_rays::Found`]).
+//! does not depend on when it is looked at, nor on how often. So is what their rays found: while neither source nor scene
+//! has changed since a rotation's rays were cast, they are not cast again, and bits are the same. What that costs is
+//! memory, about 0.4 MB a source with 128 rays to a depth of 4 ([`source_rays::Found`]).
 
 pub mod connection;
 pub mod decay;
@@ -31,7 +32,7 @@ use super::path::LateSource;
 use super::sampling::ROTATIONS;
 use super::sequence_set::SequenceSet;
 use crate::scene::{Scene, SourceId};
-use connection::Arrival;
+use connection::{Arrivals, Bounces};
 use decay::{CurveTree, Decay};
 use source_rays::Found;
 
@@ -40,7 +41,7 @@ use source_rays::Found;
 struct Slot {
     filled: bool,
     found: Found,
-    arrivals: Vec<Arrival>,
+    arrivals: Arrivals,
 }
 
 /// Running estimate of one source's late field.
@@ -50,8 +51,8 @@ pub struct LateEstimator {
     curves: CurveTree,
     /// What the curves say, unless they have been drawn anew since.
     decay: Option<Option<Decay>>,
-    /// What bounces are chosen by, while they are.
-    weights: Vec<f32>,
+    /// All bounces of one rotation, while some are chosen.
+    bounces: Bounces,
     /// The newest straight line's time.
     nearest_s: f64,
     /// The newest place of the listener, local coordinates.
@@ -64,7 +65,7 @@ impl Default for LateEstimator {
             slots: vec![Slot::default(); ROTATIONS as usize],
             curves: CurveTree::default(),
             decay: None,
-            weights: Vec::new(),
+            bounces: Bounces::default(),
             nearest_s: 0.0,
             listener: Vec3::ZERO,
         }
@@ -82,10 +83,10 @@ impl LateEstimator {
         rays: &mut u64,
     ) {
         let number = (from.rotation % ROTATIONS) as usize;
+        let listener = from.listener.as_vec3();
         for slot in &mut self.slots {
             slot.found.reserve(from);
-            slot.arrivals
-                .reserve(connection::SHADOW_RAYS - slot.arrivals.len());
+            slot.arrivals.reserve();
         }
         let slot = &mut self.slots[number];
         found.clear();
@@ -94,21 +95,20 @@ impl LateEstimator {
                 found.insert(*sequence);
             }
         } else {
+            let bounces = &mut self.bounces;
             self.curves.renew(number, |curve| {
-                slot.found.renew(scene, from, found, curve, rays);
+                slot.found.renew(scene, from, found, curve, bounces, rays);
             });
             self.decay = None;
+            slot.arrivals.choose(scene, from.origin.as_vec3(), bounces);
         }
         slot.filled = true;
-        slot.arrivals.clear();
-        connection::connect(
-            scene,
-            from.listener.as_vec3(),
-            &slot.found.bounces,
-            &mut slot.arrivals,
-            &mut self.weights,
-            rays,
-        );
+        slot.arrivals.look(scene, listener, rays);
+        for slot in self.slots.iter_mut().filter(|slot| slot.filled) {
+            if slot.arrivals.is_stale(listener) {
+                slot.arrivals.look(scene, listener, rays);
+            }
+        }
         self.nearest_s = from.origin.distance(from.listener) / scene.speed_of_sound_m_s();
         self.listener = from.listener.as_vec3();
     }
@@ -136,11 +136,8 @@ impl LateEstimator {
         };
         // An arrival belongs to the time since the first sound could be there.
         let arrivals = filled().flat_map(|slot| {
-            let arrivals = slot.arrivals.iter();
-            arrivals.map(|arrival| {
-                let (delay_s, energy) = arrival.at(scene, self.listener);
-                (delay_s - self.nearest_s, energy)
-            })
+            let arrivals = slot.arrivals.at(scene, self.listener);
+            arrivals.map(|(delay_s, energy)| (delay_s - self.nearest_s, energy))
         });
         envelope::gather(arrivals, filled().count(), &mut late);
         late

@@ -110,7 +110,6 @@ impl Cast {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Found {
     cast: Option<Cast>,
-    pub(super) bounces: Bounces,
     /// Specular beginnings, each once, in the order of the rays.
     sequences: Vec<Sequence>,
 }
@@ -118,13 +117,7 @@ pub(super) struct Found {
 impl Found {
     /// Room for all that `from` can find.
     pub(super) fn reserve(&mut self, from: &SourceRays<'_>) {
-        let (count, depth) = (from.directions.len(), from.depth.max(1));
-        let reserve = |list: &mut Vec<_>, most: usize| list.reserve(most - list.len().min(most));
-        reserve(&mut self.bounces.near, count * depth);
-        let far_rays = count.div_ceil(far_stands_for(count));
-        let beyond = FAR_BOUNCES.saturating_sub(depth);
-        reserve(&mut self.bounces.far, far_rays * beyond);
-        let most = count * depth;
+        let most = from.directions.len() * from.depth.max(1);
         self.sequences
             .reserve(most - self.sequences.len().min(most));
     }
@@ -151,11 +144,18 @@ impl Found {
         from: &SourceRays<'_>,
         set: &mut SequenceSet,
         curve: &mut DecayCurve,
+        bounces: &mut Bounces,
         rays: &mut u64,
     ) {
-        self.bounces.near.clear();
-        self.bounces.far.clear();
-        follow(scene, from, set, curve, &mut self.bounces, rays);
+        let (count, depth) = (from.directions.len(), from.depth.max(1));
+        bounces.near.clear();
+        bounces.near.reserve(count * depth);
+        bounces.far.clear();
+        let far_rays = count.div_ceil(far_stands_for(count));
+        bounces
+            .far
+            .reserve(far_rays * FAR_BOUNCES.saturating_sub(depth));
+        follow(scene, from, set, curve, bounces, rays);
         self.sequences.clear();
         self.sequences.extend_from_slice(set.entries());
         self.cast = Some(Cast::of(from));
