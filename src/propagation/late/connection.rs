@@ -133,7 +133,11 @@ pub(super) fn connect(
             let gain = (marks * stride / f64::from(weight)) as f32;
             let after_m = bounce.point.distance(listener);
             let length_m = bounce.length_m + after_m;
-            let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));
+            let mut air = *scene.air_np_per_m();
+            for m in &mut air {
+                *m *= 2.0 * length_m;
+            }
+            let air = fading(&air);
             arrivals.push(Arrival {
                 point: bounce.point,
                 normal: bounce.normal,
