@@ -406,6 +406,8 @@ fn a_bench_of_speed_tells_all_its_keys_and_a_trace_opens() {
         "/rays_per_update",
         "/sps_two_threads_ms/p50",
         "/rays_alone_ms",
+        "/moving_sources_ms/p50",
+        "/moving_sources_two_threads_ms/p50",
         "/update_to_rays",
     ] {
         let value = row.pointer(key).and_then(serde_json::Value::as_f64);

@@ -44,7 +44,12 @@ impl PreparedRay {
 
     /// Parameter of the intersection with a triangle, if it lies strictly between the ray's bounds.
     pub fn meet(&self, corners: &[Vec3; 3]) -> Option<f32> {
-        let lanes: Corners = corners.map(|corner| corner.to_array().map(|value| [value; 4]));
+        let mut lanes: Corners = [[[0.0; 4]; 3]; 3];
+        for (rows, corner) in lanes.iter_mut().zip(corners) {
+            for (row, value) in rows.iter_mut().zip(corner.to_array()) {
+                row[0] = value;
+            }
+        }
         self.ray.meet(&lanes, 0, self.t_max)
     }
 }

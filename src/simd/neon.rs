@@ -202,9 +202,8 @@ impl<'a> Shear4<'a> {
     #[inline]
     #[target_feature(enable = "neon")]
     pub(crate) fn of<const CALLER: u8>(ray: &'a RawRay, ready: &Ready) -> Self {
-        let axes = Axes::ending_at(ready.longest)
-            .numbers()
-            .map(|axis| axis.min(2));
+        let [x, y, z] = Axes::ending_at(ready.longest).numbers();
+        let axes = [x.min(2), y.min(2), z.min(2)];
         let mut inverse = [0.0; 4];
         store4(&mut inverse, ready.inverse);
         let inverse = inverse[axes[2]];
@@ -214,7 +213,11 @@ impl<'a> Shear4<'a> {
             ray,
             ready: *ready,
             axes,
-            origin: axes.map(|axis| vdupq_n_f32(ray.origin[axis])),
+            origin: [
+                vdupq_n_f32(ray.origin[axes[0]]),
+                vdupq_n_f32(ray.origin[axes[1]]),
+                vdupq_n_f32(ray.origin[axes[2]]),
+            ],
             shear: [
                 vdupq_n_f32(stretched[axes[0]]),
                 vdupq_n_f32(stretched[axes[1]]),

@@ -30,7 +30,8 @@ impl Row {
     /// The rows that a ray crosses first, from one over its direction.
     #[inline(always)]
     pub(crate) fn near(inverse: [f32; 3]) -> [Self; 3] {
-        [0, 1, 2].map(|axis| Self(2 * axis + (inverse[axis].to_bits() >> 31) as usize))
+        let side = |axis: usize| (inverse[axis].to_bits() >> 31) as usize;
+        [Self(side(0)), Self(2 + side(1)), Self(4 + side(2))]
     }
 
     /// The row of the box's other side.
@@ -201,10 +202,12 @@ impl TriangleRay {
             t_min,
             margin,
         } = *ray;
-        let size = direction.map(f32::abs);
+        let [x, y, z] = direction;
+        let size = [x.abs(), y.abs(), z.abs()];
         let largest = size[0].max(size[1]).max(size[2]);
         let smallest = (largest * SMALLEST_COMPONENT).max(f32::MIN_POSITIVE);
-        let inverse = [0, 1, 2].map(|k| 1.0 / size[k].max(smallest).copysign(direction[k]));
+        let over = |k: usize| 1.0 / size[k].max(smallest).copysign(direction[k]);
+        let inverse = [over(0), over(1), over(2)];
         let first_largest = size.iter().position(|&s| s == largest);
         let axes = Axes::ending_at(first_largest.unwrap_or(2));
         let [kx, ky, kz] = axes.numbers();
@@ -232,10 +235,10 @@ impl TriangleRay {
     #[inline(always)]
     pub(crate) fn meet(&self, corners: &Corners, lane: usize, before: f32) -> Option<f32> {
         let t = self.shear.meet(corners, lane)?;
-        let [a, b, c] = corners.map(|corner| corner.map(|row| row[lane]));
+        let [a, b, c] = corners;
         let (near, far) = self.slabs.span(|row| {
             let axis = row.number() / 2;
-            let (a, b, c) = (a[axis], b[axis], c[axis]);
+            let (a, b, c) = (a[axis][lane], b[axis][lane], c[axis][lane]);
             match row.number() % 2 {
                 0 => a.min(b).min(c) - self.margin,
                 _ => a.max(b).max(c) + self.margin,
@@ -279,13 +282,15 @@ impl ShearRay {
     fn meet(&self, corners: &Corners, lane: usize) -> Option<f32> {
         let [kx, ky, kz] = self.axes.numbers();
         let [sx, sy, sz] = self.shear;
-        let sheared = corners.map(|corner| {
+        let sheared = |corner: &[[f32; 4]; 3]| {
             let z = corner[kz][lane] - self.origin[kz];
             let x = (corner[kx][lane] - self.origin[kx]) - sx * z;
             let y = (corner[ky][lane] - self.origin[ky]) - sy * z;
             [x, y, z]
-        });
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = sheared;
+        };
+        let [ax, ay, az] = sheared(&corners[0]);
+        let [bx, by, bz] = sheared(&corners[1]);
+        let [cx, cy, cz] = sheared(&corners[2]);
         let mut u = cx * by - cy * bx;
         let mut v = ax * cy - ay * cx;
         let mut w = bx * ay - by * ax;

@@ -133,6 +133,30 @@ impl Ready {
     }
 }
 
+/// Each of the first three lanes in all lanes. Not by `map`: it has no features, and a closure that has them becomes a
+/// call in it.
+#[inline]
+#[target_feature(enable = "sse2")]
+fn splat4(values: __m128) -> [__m128; 3] {
+    [
+        _mm_shuffle_ps::<0b00_00_00_00>(values, values),
+        _mm_shuffle_ps::<0b01_01_01_01>(values, values),
+        _mm_shuffle_ps::<0b10_10_10_10>(values, values),
+    ]
+}
+
+/// The same in eight lanes.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+fn splat8(values: __m128) -> [__m256; 3] {
+    let [x, y, z] = splat4(values);
+    [
+        _mm256_broadcastss_ps(x),
+        _mm256_broadcastss_ps(y),
+        _mm256_broadcastss_ps(z),
+    ]
+}
+
 /// A ray against four boxes at once.
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs4 {
@@ -150,8 +174,8 @@ impl Slabs4 {
         let inverse = Ready::lanes(ray.inverse);
         Self {
             near: Row::near(inverse),
-            scale: inverse.map(|v| _mm_set1_ps(v)),
-            offset: Ready::lanes(offset).map(|v| _mm_set1_ps(v)),
+            scale: splat4(ray.inverse),
+            offset: splat4(offset),
         }
     }
 
@@ -258,8 +282,8 @@ impl Slabs8 {
         let inverse = Ready::lanes(ray.inverse);
         Self {
             near: Row::near(inverse),
-            scale: inverse.map(|v| _mm256_set1_ps(v)),
-            offset: Ready::lanes(offset).map(|v| _mm256_set1_ps(v)),
+            scale: splat8(ray.inverse),
+            offset: splat8(offset),
         }
     }
 
@@ -363,16 +387,19 @@ impl<'a> Shear4<'a> {
     #[inline]
     #[target_feature(enable = "sse2")]
     pub(crate) fn of<const CALLER: u8>(ray: &'a RawRay, ready: &Ready) -> Self {
-        let axes = Axes::ending_at(ready.longest)
-            .numbers()
-            .map(|axis| axis.min(2));
+        let [x, y, z] = Axes::ending_at(ready.longest).numbers();
+        let axes = [x.min(2), y.min(2), z.min(2)];
         let inverse = Ready::lanes(ready.inverse)[axes[2]];
         let stretched = Ready::lanes(_mm_mul_ps(ready.direction, _mm_set1_ps(inverse)));
         Self {
             ray,
             ready: *ready,
             axes,
-            origin: axes.map(|axis| _mm_set1_ps(ray.origin[axis])),
+            origin: [
+                _mm_set1_ps(ray.origin[axes[0]]),
+                _mm_set1_ps(ray.origin[axes[1]]),
+                _mm_set1_ps(ray.origin[axes[2]]),
+            ],
             shear: [
                 _mm_set1_ps(stretched[axes[0]]),
                 _mm_set1_ps(stretched[axes[1]]),

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::complex::Complex;
 use super::direct::Spot;
-use super::wedge::WedgeAngles;
+use super::wedge::{AroundWedge, Spread, WedgeAngles};
 use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BANDS, BandArray};
@@ -54,13 +54,13 @@ pub fn taken_away(scene: &Scene, edge: &Edge) -> BandArray {
 }
 
 /// The wave around one edge, relative to the free field over the same length and with that length's delay taken out:
-/// what continues the incoming wave, and what continues its reflections in the edge's faces. `distance_m` is L;
+/// what continues the incoming wave, and what continues its reflections in the edge's faces.
 /// `beside_transmission` says whether what comes through the wall is heard besides ([`taken_away`]).
 pub fn around(
     scene: &Scene,
     edge: &Edge,
     bend: &Bend,
-    distance_m: f64,
+    spread: &Spread,
     beside_transmission: bool,
 ) -> (Wave, Wave) {
     let angles = WedgeAngles {
@@ -75,12 +75,13 @@ pub fn around(
         false => [1.0; BANDS],
     };
     let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
-    let terms = angles.terms();
-    for (b, wavenumber) in wavenumbers(scene).into_iter().enumerate() {
-        let wave = terms.diffracted(wavenumber * distance_m);
+    let wavenumbers = wavenumbers(scene);
+    let wedge = AroundWedge::of(&angles, spread, wavenumbers[0]);
+    for (b, wavenumber) in wavenumbers.into_iter().enumerate() {
+        let kl = wavenumber * spread.distance_m;
+        let wave = wedge.diffracted(kl);
         incident[b] = wave.incident * f64::from(taken[b]);
-        let [first, second] =
-            [0, 1].map(|side| near_face(faces[side], b, cosines[side], wavenumber * distance_m));
+        let [first, second] = [0, 1].map(|side| near_face(faces[side], b, cosines[side], kl));
         reflected[b] = wave.first_face * first + wave.second_face * second;
     }
     (incident, reflected)
@@ -103,6 +104,14 @@ fn near_face(face: &Reflectance, band: usize, cosine: f64, kl: f64) -> f64 {
 /// L = s s' sin²β₀ / (s + s') of a single bend.
 pub fn distance_m(bend: &Bend) -> f64 {
     bend.before_m * bend.after_m / bend.length_m() * bend.sin_edge.powi(2)
+}
+
+/// Lengths of a single bend.
+pub fn spread(bend: &Bend) -> Spread {
+    Spread {
+        distance_m: distance_m(bend),
+        length_m: bend.length_m(),
+    }
 }
 
 /// The signed size of a wave. Its phase is near 0 to −45° behind a boundary and 180° to 135° before it, so the sign of

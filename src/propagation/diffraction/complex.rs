@@ -32,16 +32,37 @@ impl Complex {
     pub fn abs(self) -> f64 {
         self.re.hypot(self.im)
     }
+
+    /// Its root in the right half plane.
+    pub fn sqrt(self) -> Self {
+        let re = (0.5 * (self.abs() + self.re.abs())).sqrt();
+        if re == 0.0 {
+            return Self::ZERO;
+        }
+        let im = 0.5 * self.im / re;
+        match self.re >= 0.0 {
+            true => Self::new(re, im),
+            false => Self::new(im.abs(), re.copysign(self.im)),
+        }
+    }
+
+    /// Its real power, cut along the negative axis; it is not zero.
+    pub fn power(self, exponent: f64) -> Self {
+        let size = (self.re * self.re + self.im * self.im).powf(0.5 * exponent);
+        Self::turn(self.im.atan2(self.re) * exponent) * size
+    }
 }
 
 impl Add for Complex {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self::new(self.re + other.re, self.im + other.im)
     }
 }
 
 impl AddAssign for Complex {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -49,6 +70,7 @@ impl AddAssign for Complex {
 
 impl Sub for Complex {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self::new(self.re - other.re, self.im - other.im)
     }
@@ -56,6 +78,7 @@ impl Sub for Complex {
 
 impl Neg for Complex {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Self::new(-self.re, -self.im)
     }
@@ -63,6 +86,7 @@ impl Neg for Complex {
 
 impl Mul for Complex {
     type Output = Self;
+    #[inline]
     fn mul(self, other: Self) -> Self {
         Self::new(
             self.re * other.re - self.im * other.im,
@@ -73,6 +97,7 @@ impl Mul for Complex {
 
 impl Mul<f64> for Complex {
     type Output = Self;
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         Self::new(self.re * factor, self.im * factor)
     }
@@ -80,6 +105,7 @@ impl Mul<f64> for Complex {
 
 impl Div for Complex {
     type Output = Self;
+    #[inline]
     fn div(self, other: Self) -> Self {
         let size = other.re * other.re + other.im * other.im;
         Self::new(
@@ -97,6 +123,11 @@ mod tests {
     fn division_undoes_multiplication() {
         let (a, b) = (Complex::new(0.3, -1.7), Complex::new(-2.1, 0.4));
         assert!((a * b / b - a).abs() < 1e-15);
+        for a in [a, b, -a, -b] {
+            assert!((a.sqrt() * a.sqrt() - a).abs() < 1e-15 && a.sqrt().re >= 0.0);
+            let third = a.power(1.0 / 3.0);
+            assert!((third * third * third - a).abs() < 2e-15 && third.re > 0.0);
+        }
         assert!((Complex::turn(0.7) * Complex::turn(-0.7) - Complex::ONE).abs() < 1e-15);
     }
 }

@@ -125,9 +125,9 @@ impl OneBend {
     fn wave(self, scene: &Scene, spot: &Spot) -> OneWave {
         let line = &scene.edge(self.edge);
         let beside_transmission = spot.source.settings.effects.transmission;
-        let length_m = bent::distance_m(&self.bend);
+        let spread = bent::spread(&self.bend);
         let (incident, reflected) =
-            bent::around(scene, line, &self.bend, length_m, beside_transmission);
+            bent::around(scene, line, &self.bend, &spread, beside_transmission);
         OneWave {
             incident: incident.map(|wave| wave * self.left),
             reflected: reflected.map(|wave| wave * self.left),

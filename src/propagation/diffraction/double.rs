@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::bent::{self, Course};
 use super::direct::Spot;
-use super::wedge::WedgeAngles;
+use super::wedge::{Spread, WedgeAngles};
 use super::{LONGEST_DETOUR_M, WEAKEST, fade_out};
 use crate::acoustics::BANDS;
 use crate::propagation::path::Path;
@@ -226,17 +226,23 @@ fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
     let whole_m = before_m + between_m + after_m;
     let sines = way.bends.map(|bend| bend.sin_edge.powi(2));
     let outer = [before_m, after_m];
-    let wide = [0, 1].map(|i| outer[i] * (whole_m - outer[i]) / whole_m * sines[i]);
-    let narrow = [0, 1].map(|i| outer[i] * between_m / (outer[i] + between_m) * sines[i]);
+    let wide = [0, 1].map(|i| Spread {
+        distance_m: outer[i] * (whole_m - outer[i]) / whole_m * sines[i],
+        length_m: whole_m,
+    });
+    let narrow = [0, 1].map(|i| Spread {
+        distance_m: outer[i] * between_m / (outer[i] + between_m) * sines[i],
+        length_m: outer[i] + between_m,
+    });
     let turn = |i: usize| {
         let angles = WedgeAngles {
             n: edges[i].n,
             incoming: way.bends[i].incoming,
             outgoing: way.bends[i].outgoing,
         };
-        angles.bend(1.0, wide[i])
+        angles.bend(1.0, wide[i].distance_m)
     };
-    let distances = if turn(0) > turn(1) {
+    let spreads = if turn(0) > turn(1) {
         [wide[0], narrow[1]]
     } else {
         [narrow[0], wide[1]]
@@ -249,7 +255,7 @@ fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
             scene,
             &edges[i],
             &way.bends[i],
-            distances[i],
+            &spreads[i],
             beside_transmission[i],
         );
         std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])

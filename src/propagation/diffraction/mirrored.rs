@@ -184,9 +184,9 @@ impl Mirrored {
     /// Signed band gains relative to the free field over its length.
     fn gains(&self, scene: &Scene) -> BandArray {
         let line = &scene.edge(self.edge);
-        let length_m = bent::distance_m(&self.bend);
+        let spread = bent::spread(&self.bend);
         // No reflection is followed through walls, so a wall takes all of one away.
-        let (incident, reflected) = bent::around(scene, line, &self.bend, length_m, false);
+        let (incident, reflected) = bent::around(scene, line, &self.bend, &spread, false);
         let left = self.left();
         let mut gains: [f64; BANDS] =
             std::array::from_fn(|b| bent::signed(incident[b] + reflected[b]) * left);

@@ -22,6 +22,7 @@ pub mod complex;
 pub mod direct;
 pub mod double;
 pub mod mirrored;
+pub mod near_edge;
 pub mod transition;
 pub mod way;
 pub mod wedge;

@@ -4,11 +4,13 @@
 //! field over the same length. Follows \[KOUYOUMJIAN74\] for a rigid wedge, rewritten without its poles: with
 //! ε = π ± β − 2πnN each term cot(ε/2n) F(kLa) D is cos(ε/2n) sin(ε/2)/sin(ε/2n) times the transition function, finite
 //! everywhere, and the lengths cancel to 1/(s + s'). Faces that absorb scale their own reflected term (\[LUEBBERS84\];
-//! its angle is chosen so that source and listener may change places, which his is not).
+//! its angle is chosen so that source and listener may change places, which his is not). It is the first term of a series
+//! in 1/kL; where kL is small [`super::near_edge`] takes its place.
 
 use std::f64::consts::PI;
 
 use super::complex::Complex;
+use super::near_edge::{self, NearEdge};
 use super::transition::transition;
 
 /// Where a source and a listener stand around a wedge.
@@ -24,6 +26,15 @@ pub struct WedgeAngles {
 
 /// Angle in radians below which a ray runs along a face.
 const GRAZING: f64 = 1e-6;
+
+/// Lengths on the way around an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// The distance parameter L = s s' sin²β₀ / (s + s') in metres.
+    pub distance_m: f64,
+    /// s + s' in metres.
+    pub length_m: f64,
+}
 
 /// The field behind a wedge in parts, each relative to the free field over the bent path's length (its own delay
 /// taken out).
@@ -62,27 +73,36 @@ impl WedgeAngles {
         2.0 * wavenumber * length_m * nearest(beta).min(nearest(-beta))
     }
 
-    /// The diffracted field at one wavenumber k (rad/m) and distance parameter L (m).
-    pub fn diffracted(&self, wavenumber: f64, length_m: f64) -> Diffracted {
-        self.terms().diffracted(wavenumber * length_m)
+    /// The diffracted field at one wavenumber k (rad/m).
+    pub fn diffracted(&self, wavenumber: f64, spread: &Spread) -> Diffracted {
+        let around = AroundWedge::of(self, spread, wavenumber);
+        around.diffracted(wavenumber * spread.distance_m)
+    }
+
+    /// Share of a wave that is not its own reflection: one that runs along a face meets that there, and the incoming wave
+    /// is half of what goes on.
+    pub(super) fn share(&self) -> f64 {
+        let far = self.n * PI;
+        let on_face = |angle: f64| angle < GRAZING || far - angle < GRAZING;
+        if on_face(self.incoming) || on_face(self.outgoing) {
+            0.5
+        } else {
+            1.0
+        }
+    }
+
+    /// The angles ε by which a ray misses the boundaries: two of the incoming wave, the first face's and the second's.
+    pub(super) fn deviations(&self) -> [f64; 4] {
+        let (minus, plus) = (self.outgoing - self.incoming, self.outgoing + self.incoming);
+        // π − (φ + φ') is zero where the first face's reflection ends, π + (φ + φ') − 2πn the second's.
+        [minus, -minus, -plus, plus].map(|beta| self.deviation(beta).0)
     }
 
     /// What of the diffracted field does not depend on the frequency.
     pub fn terms(&self) -> WedgeTerms {
-        let (minus, plus) = (self.outgoing - self.incoming, self.outgoing + self.incoming);
-        // A ray along a face meets its own reflection there; the incoming wave is half of what goes on.
-        let far = self.n * PI;
-        let on_face = |angle: f64| angle < GRAZING || far - angle < GRAZING;
-        let share = if on_face(self.incoming) || on_face(self.outgoing) {
-            0.5
-        } else {
-            1.0
-        };
-        let scale = -share / (2.0 * self.n);
-        // π − (φ + φ') is zero where the first face's reflection ends, π + (φ + φ') − 2πn the second's.
-        WedgeTerms(
-            [minus, -minus, -plus, plus].map(|beta| self.deviation(beta).term(self.n, scale)),
-        )
+        let scale = -self.share() / (2.0 * self.n);
+        let term = |epsilon| Deviation(epsilon).term(self.n, scale);
+        WedgeTerms(self.deviations().map(term))
     }
 
     fn deviation(&self, beta: f64) -> Deviation {
@@ -147,9 +167,68 @@ impl WedgeTerms {
     }
 }
 
+/// A wedge ready for every frequency from a lowest one on: the uniform theory, and near the edge the exact field.
+#[derive(Debug, Clone, Copy)]
+pub struct AroundWedge {
+    terms: WedgeTerms,
+    near: Option<NearEdge>,
+}
+
+impl AroundWedge {
+    /// For wavenumbers of at least `lowest` (rad/m).
+    pub fn of(angles: &WedgeAngles, spread: &Spread, lowest: f64) -> Self {
+        let is_near = near_edge::share(lowest * spread.distance_m) > 0.0;
+        let near = || NearEdge::of(angles, spread.distance_m / spread.length_m);
+        Self {
+            terms: angles.terms(),
+            near: is_near.then(near),
+        }
+    }
+
+    /// The diffracted field at a product of wavenumber and distance parameter.
+    pub fn diffracted(&self, kl: f64) -> Diffracted {
+        let Some(near) = &self.near else {
+            return self.terms.diffracted(kl);
+        };
+        let share = near_edge::share(kl);
+        if share <= 0.0 {
+            return self.terms.diffracted(kl);
+        }
+        let exact = near.diffracted(kl);
+        if share >= 1.0 {
+            return exact;
+        }
+        let far = self.terms.diffracted(kl);
+        let mixed = |near: Complex, far: Complex| near * share + far * (1.0 - share);
+        Diffracted {
+            incident: mixed(exact.incident, far.incident),
+            first_face: mixed(exact.first_face, far.first_face),
+            second_face: mixed(exact.second_face, far.second_face),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Far and near: the lowest frequency is taken from the uniform theory, or from the exact field.
+    const SPREADS: [(f64, Spread); 2] = [
+        (
+            20.0,
+            Spread {
+                distance_m: 2.0,
+                length_m: 8.0,
+            },
+        ),
+        (
+            1.0,
+            Spread {
+                distance_m: 0.5,
+                length_m: 2.5,
+            },
+        ),
+    ];
 
     #[test]
     fn half_of_the_wave_is_left_at_the_shadow_boundary() {
@@ -165,11 +244,13 @@ mod tests {
                     continue;
                 }
                 let step = 1e-9;
-                let lit = at(boundary - step).diffracted(20.0, 2.0);
-                let dark = at(boundary + step).diffracted(20.0, 2.0);
-                let jump = dark.incident - lit.incident;
-                assert!((jump - Complex::ONE).abs() < 1e-5, "{jump:?}");
-                assert!((dark.rigid() - lit.rigid() - Complex::ONE).abs() < 1e-5);
+                for (wavenumber, spread) in &SPREADS {
+                    let lit = at(boundary - step).diffracted(*wavenumber, spread);
+                    let dark = at(boundary + step).diffracted(*wavenumber, spread);
+                    let jump = dark.incident - lit.incident;
+                    assert!((jump - Complex::ONE).abs() < 1e-5, "{jump:?}");
+                    assert!((dark.rigid() - lit.rigid() - Complex::ONE).abs() < 1e-5);
+                }
             }
         }
     }
@@ -180,21 +261,23 @@ mod tests {
         for (incoming, boundary, first) in
             [(1.0, PI - 1.0, true), (4.0, 2.0 * n * PI - PI - 4.0, false)]
         {
-            let at = |outgoing| {
-                WedgeAngles {
-                    n,
-                    incoming,
-                    outgoing,
-                }
-                .diffracted(30.0, 1.0)
-            };
-            let (low, high) = (at(boundary - 1e-9), at(boundary + 1e-9));
-            let jump = if first {
-                high.first_face - low.first_face
-            } else {
-                low.second_face - high.second_face
-            };
-            assert!((jump - Complex::ONE).abs() < 1e-5, "{jump:?}");
+            for (wavenumber, spread) in &SPREADS {
+                let at = |outgoing| {
+                    WedgeAngles {
+                        n,
+                        incoming,
+                        outgoing,
+                    }
+                    .diffracted(*wavenumber, spread)
+                };
+                let (low, high) = (at(boundary - 1e-9), at(boundary + 1e-9));
+                let jump = if first {
+                    high.first_face - low.first_face
+                } else {
+                    low.second_face - high.second_face
+                };
+                assert!((jump - Complex::ONE).abs() < 1e-5, "{jump:?}");
+            }
         }
     }
 
@@ -211,9 +294,33 @@ mod tests {
                 incoming: outgoing,
                 outgoing: incoming,
             };
-            let (a, b) = (there.diffracted(9.0, 3.0), back.diffracted(9.0, 3.0));
-            assert!((a.rigid() - b.rigid()).abs() < 1e-12);
+            for (wavenumber, spread) in &SPREADS {
+                let at = |angles: &WedgeAngles| angles.diffracted(*wavenumber, spread).rigid();
+                assert!((at(&there) - at(&back)).abs() < 1e-12);
+            }
             assert_eq!(there.face_cosines(0.9), back.face_cosines(0.9));
+        }
+    }
+
+    #[test]
+    fn from_the_uniform_theory_to_the_exact_field_there_is_no_step() {
+        let angles = WedgeAngles {
+            n: 1.5,
+            incoming: 0.4,
+            outgoing: 4.1,
+        };
+        let spread = Spread {
+            distance_m: 0.5,
+            length_m: 2.5,
+        };
+        let mut before: Option<Complex> = None;
+        for step in 0..400 {
+            let kl = 0.5 + 0.01 * f64::from(step);
+            let now = angles.diffracted(kl / spread.distance_m, &spread).rigid();
+            if let Some(before) = before {
+                assert!((now - before).abs() < 0.01 * before.abs(), "{kl}");
+            }
+            before = Some(now);
         }
     }
 }

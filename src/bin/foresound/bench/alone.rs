@@ -1,7 +1,9 @@
 //! Of `bench speed`: one propagation update on one thread and on two, beside its own rays cast alone.
 //!
-//! The listener walks at 1.4 m/s, 20 updates a second. The three measurements alternate, update by update, so that
-//! whatever else the machine does falls on all of them alike.
+//! The listener walks at 1.4 m/s, 20 updates a second. Sources rest, so that their rays of a rotation are cast once and
+//! remembered; beside that the same with sources that move a millimetre in every update, so that all rays are cast
+//! anew. Rays alone are those of the latter. The measurements alternate, update by update, so that whatever else the
+//! machine does falls on all of them alike.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -26,9 +28,12 @@ const FEWEST: usize = 5;
 pub(super) struct Times {
     one: Vec<f64>,
     two: Vec<f64>,
+    /// The same with moving sources.
+    moving: [Vec<f64>; 2],
     alone: Vec<f64>,
     paths: Vec<f64>,
     rays: Vec<f64>,
+    resting_rays: Vec<f64>,
 }
 
 pub(super) fn measure(
@@ -41,8 +46,12 @@ pub(super) fn measure(
     let threads = Threads::start(2)?;
     let mut one = Propagator::new(Arc::clone(scene), settings)?;
     let mut two = Propagator::new(Arc::clone(scene), settings)?;
-    one.warm_up(&walk.ear(0), sources);
-    two.warm_up(&walk.ear(0), sources);
+    let mut one_moving = Propagator::new(Arc::clone(scene), settings)?;
+    let mut two_moving = Propagator::new(Arc::clone(scene), settings)?;
+    for propagator in [&mut one, &mut two, &mut one_moving, &mut two_moving] {
+        propagator.warm_up(&walk.ear(0), sources);
+    }
+    let mut moved = sources.to_vec();
     let (mut set, mut other) = (PathSet::default(), PathSet::default());
     let mut times = Times::default();
     let started = Instant::now();
@@ -57,14 +66,29 @@ pub(super) fn measure(
         let time = Instant::now();
         two.update_with(&threads, &ear, sources, 0.0, &mut other);
         times.two.push(ms(time.elapsed()));
+        times.paths.push(set.paths.len() as f64);
+        times.resting_rays.push(set.rays as f64);
+        step_aside(&mut moved, sources, step);
+        let time = Instant::now();
+        one_moving.update(&ear, &moved, 0.0, &mut set);
+        times.moving[0].push(ms(time.elapsed()));
+        let time = Instant::now();
+        two_moving.update_with(&threads, &ear, &moved, 0.0, &mut other);
+        times.moving[1].push(ms(time.elapsed()));
         let rays = OwnRays::of(scene, &settings, &set);
         let time = Instant::now();
         std::hint::black_box(rays.cast(scene));
         times.alone.push(ms(time.elapsed()));
-        times.paths.push(set.paths.len() as f64);
         times.rays.push(set.rays as f64);
     }
     Ok(times)
+}
+
+/// Sources of an update, each a millimetre from where it was in the last and not where it was sixteen updates before.
+pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
+    for (moved, source) in moved.iter_mut().zip(sources) {
+        moved.position.x = source.position.x + 1e-3 * (1 + step % 19) as f32;
+    }
 }
 
 fn ms(time: Duration) -> f64 {
@@ -81,6 +105,7 @@ impl Times {
         let both = |values: &[f64]| json!({"p50": share(values, 0.5), "p95": share(values, 0.95)});
         // The fastest of each: on a busy machine the middle one tells how often it was put off.
         let (one, alone) = (share(&self.one, 0.0), share(&self.alone, 0.0));
+        let [moving, moving_two] = [0, 1].map(|k| share(&self.moving[k], 0.0));
         json!({
             "scene": scene,
             "sources": sources,
@@ -90,11 +115,16 @@ impl Times {
             "rays_alone_ms": share(&self.alone, 0.5),
             "sps_best_ms": one,
             "sps_two_threads_best_ms": share(&self.two, 0.0),
+            "moving_sources_ms": both(&self.moving[0]),
+            "moving_sources_two_threads_ms": both(&self.moving[1]),
+            "moving_sources_best_ms": moving,
+            "moving_sources_two_threads_best_ms": moving_two,
             "rays_alone_best_ms": alone,
-            "update_to_rays": one / alone,
+            "update_to_rays": moving / alone,
             "two_threads_speedup": one / share(&self.two, 0.0),
             "paths_p50": share(&self.paths, 0.5),
             "rays_per_update": share(&self.rays, 0.5),
+            "rays_per_update_sources_at_rest": share(&self.resting_rays, 0.5),
         })
     }
 }

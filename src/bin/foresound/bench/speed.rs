@@ -219,10 +219,12 @@ fn print(row: &Value) {
     }
     if row.get("rays_alone_ms").is_some() {
         println!(
-            "{:28}an update alone: one thread {:.2} ms at best, two {:.2}, its rays {:.2} ({:.2} x), {:.2} of linear growth, {:.2} of the first scene",
+            "{:28}an update alone: one thread {:.2} ms at best, two {:.2}; with moving sources {:.2}, two {:.2}, its rays {:.2} ({:.2} x); {:.2} of linear growth, {:.2} of the first scene",
             "",
             number("/sps_best_ms"),
             number("/sps_two_threads_best_ms"),
+            number("/moving_sources_best_ms"),
+            number("/moving_sources_two_threads_best_ms"),
             number("/rays_alone_best_ms"),
             number("/update_to_rays"),
             number("/to_linear_in_sources"),

@@ -9,6 +9,7 @@ use foresound::runtime::Threads;
 use foresound::{Error, Result};
 use serde_json::json;
 
+use super::alone::step_aside;
 use super::walk::Walk;
 
 #[derive(clap::Args)]
@@ -25,6 +26,9 @@ pub(crate) struct Arguments {
     /// Threads that share an update.
     #[arg(long, default_value_t = 1)]
     threads: usize,
+    /// Have the sources move a millimetre in every update, so that nothing their rays found stays true.
+    #[arg(long)]
+    moving_sources: bool,
     /// Most edges that one path bends around.
     #[arg(long, default_value_t = PropagationSettings::default().bends)]
     bends: usize,
@@ -49,8 +53,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     propagator.warm_up(&walk.ear(0), &sources);
     let mut set = PathSet::default();
     let (mut paths, mut rays) = (0, 0);
+    let mut moved = sources.clone();
     for step in 0..arguments.updates {
-        propagator.update_with(&threads, &walk.ear(step), &sources, 0.0, &mut set);
+        if arguments.moving_sources {
+            step_aside(&mut moved, &sources, step);
+        }
+        propagator.update_with(&threads, &walk.ear(step), &moved, 0.0, &mut set);
         paths += set.paths.len();
         rays += set.rays;
     }
@@ -62,6 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "sources": arguments.sources,
             "updates": arguments.updates,
             "threads": arguments.threads,
+            "moving_sources": arguments.moving_sources,
             "bends": arguments.bends,
             "paths_an_update": paths,
             "rays_an_update": rays,

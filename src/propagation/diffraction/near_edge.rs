@@ -1,0 +1,127 @@
+//! The exact wave around a wedge, where source or listener is so near to its edge that the uniform theory is not enough.
+//!
+//! Pure arithmetic, any thread, bounded. Own evaluation of the solution of \[BIOT57\] in the notation of \[MEDWIN81\], so
+//! that it is what [`super::wedge`] tends to. With R₀ the bent path's length, σ = (R − R₀)/L, q = L/2R₀,
+//! v = cosh y − 1 = σ (1 + q σ) and ε_i the angles of [`super::wedge`] the field relative to the free field over R₀ is
+//! −1/(2πn) ∫ Σ sin(ε_i/n) / (cosh(y/n) − cos(ε_i/n)) e^(−jkLσ) / √(v (v + 2)) dσ. Each term has a pole at
+//! σ = −Δ, kLΔ being the phase by which the straight line is shorter; its share is the transition function of kLΔ times
+//! ½/√(1 − 8 q sin²(ε/2)). What is left is smooth: along σ = −jτ² it is a sum over a few points of τ = sinh u, the same
+//! ones for all frequencies.
+
+use std::f64::consts::PI;
+
+use super::complex::Complex;
+use super::transition::transition;
+use super::wedge::{Diffracted, WedgeAngles};
+
+/// Points of the rest, and their distance in u. Against 3,000 points the sum is off by up to 0.015 dB from kL = 0.03 to
+/// 3 (wedges of n = 1.25 to 2, source and listener equally far from the edge, which is the worst).
+const POINTS: usize = 8;
+const STEP: f64 = 0.45;
+
+/// kL up to which a wave is taken from here whole, and from which on the uniform theory has it alone: there that is
+/// within 0.15 dB, and gains more the farther one goes.
+const WHOLE_KL: f64 = 1.5;
+const NONE_KL: f64 = 3.0;
+
+/// Share of a wave at kL that is to be taken from here; the rest is [`super::wedge`]'s.
+pub fn share(kl: f64) -> f64 {
+    super::smooth((NONE_KL - kl) / (NONE_KL - WHOLE_KL))
+}
+
+/// The share of one boundary's pole.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pole {
+    factor: f64,
+    /// Δ.
+    turn: f64,
+}
+
+/// A wedge as it is near its edge, ready for every frequency.
+#[derive(Debug, Clone, Copy)]
+pub struct NearEdge {
+    poles: [Pole; 4],
+    /// The rest at each point: of the incident wave, of the first face's and of the second's.
+    rest: [[Complex; 3]; POINTS],
+    /// τ² of each point.
+    decay: [f64; POINTS],
+}
+
+impl NearEdge {
+    /// For L over the bent path's length, ¼ at most.
+    pub fn of(angles: &WedgeAngles, distance_to_length: f64) -> Self {
+        let n = angles.n;
+        let q = 0.5 * distance_to_length.clamp(0.0, 0.25);
+        let (deviations, whole) = (angles.deviations(), angles.share());
+        let mut poles = [Pole::default(); 4];
+        let mut residues = [0.0; 4];
+        for (i, &epsilon) in deviations.iter().enumerate() {
+            // Beyond that the pole is on another sheet of y(v).
+            if epsilon.abs() >= PI {
+                continue;
+            }
+            let sine = (0.5 * epsilon).sin();
+            let width = (1.0 - 8.0 * q * sine * sine).max(1e-12).sqrt();
+            poles[i] = Pole {
+                factor: -0.5 * whole * 1f64.copysign(epsilon) / width,
+                turn: 4.0 * sine * sine / (1.0 + width),
+            };
+            residues[i] = 2.0 * n * sine / (width * (1.0 + width).sqrt());
+        }
+        let outside = Complex::new(0.0, whole / (n * PI)) * Complex::turn(0.25 * PI);
+        let mut result = Self {
+            poles,
+            rest: [[Complex::ZERO; 3]; POINTS],
+            decay: [0.0; POINTS],
+        };
+        for point in 0..POINTS {
+            let u = (point as f64 + 0.5) * STEP;
+            let tau = u.sinh();
+            let weight = outside * (STEP * u.cosh());
+            let sigma = Complex::new(0.0, -tau * tau);
+            let longer = Complex::ONE + sigma * q;
+            let v = sigma * longer;
+            let above = Complex::ONE + v * 0.5;
+            // e^(y/2), of which sinh²(y/2n) follows.
+            let power = ((v * 0.5).sqrt() + above.sqrt()).power(1.0 / n);
+            let sinh = (power - Complex::ONE / power) * 0.5;
+            let sinh_squared = sinh * sinh;
+            let common = weight / (longer.sqrt() * above.sqrt() * std::f64::consts::SQRT_2);
+            let rest = &mut result.rest[point];
+            for (i, &epsilon) in deviations.iter().enumerate() {
+                let slow = (0.5 * epsilon / n).sin();
+                let below = sinh_squared + Complex::new(slow * slow, 0.0);
+                let mut value = common * (0.5 * (epsilon / n).sin()) / below;
+                if residues[i] != 0.0 {
+                    let away = sigma + Complex::new(poles[i].turn, 0.0);
+                    value = value - weight * residues[i] / away;
+                }
+                rest[i.saturating_sub(1)] += value;
+            }
+            result.decay[point] = tau * tau;
+        }
+        result
+    }
+
+    /// The diffracted field at a product of wavenumber and distance parameter.
+    pub fn diffracted(&self, kl: f64) -> Diffracted {
+        let mut parts = [Complex::ZERO; 3];
+        for (i, pole) in self.poles.iter().enumerate() {
+            if pole.factor != 0.0 {
+                parts[i.saturating_sub(1)] += transition(kl * pole.turn) * pole.factor;
+            }
+        }
+        for (rest, decay) in self.rest.iter().zip(self.decay) {
+            let left = (-kl * decay).exp();
+            for (part, rest) in parts.iter_mut().zip(rest) {
+                *part += *rest * left;
+            }
+        }
+        let [incident, first_face, second_face] = parts;
+        Diffracted {
+            incident,
+            first_face,
+            second_face,
+        }
+    }
+}
