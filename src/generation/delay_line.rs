@@ -7,7 +7,7 @@
 //! needs neither shuffles nor eight streams.
 
 use crate::acoustics::BANDS;
-use crate::simd::{F32x8, LaneSet, kernel};
+use crate::simd::{F32x8, LaneSet, kernel, prefetch};
 
 use super::CHUNK;
 
@@ -43,6 +43,33 @@ kernel! {
                 g.give(),
                 h.give(),
             ];
+        }
+    }
+}
+
+/// A stretch of the past that is read soon: what all lines remember fits no second-level cache, and a path's stretch is
+/// too short for the machine to guess where it goes on.
+#[derive(Debug, Default)]
+pub(super) struct Ahead<'a> {
+    parts: [&'a [Tile]; 2],
+    quarter: usize,
+}
+
+impl Ahead<'_> {
+    /// Asks for the next quarter of it; in four calls so that none waits for the memory.
+    #[inline]
+    pub(super) fn fetch_quarter(&mut self) {
+        let mut wanted = self.quarter;
+        for part in &mut self.parts {
+            let (now, later) = part.split_at(wanted.min(part.len()));
+            for tile in now {
+                // Two bands a line of memory.
+                for band in (0..BANDS).step_by(2) {
+                    prefetch(&tile[band]);
+                }
+            }
+            wanted -= now.len();
+            *part = later;
         }
     }
 }
@@ -127,6 +154,13 @@ impl DelayLine {
             &self.tiles[..count - to_end],
         ];
         (lane, parts)
+    }
+
+    /// The same tiles, to be asked for before they are read.
+    pub(super) fn ahead(&self, position: i64, frames: usize) -> Ahead<'_> {
+        let (_, parts) = self.tiles(position, frames);
+        let quarter = (parts[0].len() + parts[1].len()).div_ceil(4);
+        Ahead { parts, quarter }
     }
 
     fn place(&self, position: i64) -> usize {
