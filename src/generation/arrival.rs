@@ -122,18 +122,29 @@ pub(super) fn read_ears(
     delays: &[Glide; 2],
     ears: &mut EarPair,
 ) {
-    let Moment { now, left, frames } = moment;
     for (delay, out) in delays.iter().zip(ears) {
-        let glide = delay.growth_now(left);
-        let first = delay.value(left) + glide;
-        let at = Reading {
-            position: (now - AHEAD as i64 - stretch.start) as f64 - first,
-            glide,
-            count: frames,
-            length: stretch.length,
-        };
-        interpolation::read(set, stretch.signal, &at, out);
+        read_ear(set, stretch, moment, delay, out);
     }
+}
+
+/// [`read_ears`] for one of them.
+pub(super) fn read_ear(
+    set: LaneSet,
+    stretch: &Stretch,
+    moment: Moment,
+    delay: &Glide,
+    out: &mut [f32],
+) {
+    let Moment { now, left, frames } = moment;
+    let glide = delay.growth_now(left);
+    let first = delay.value(left) + glide;
+    let at = Reading {
+        position: (now - AHEAD as i64 - stretch.start) as f64 - first,
+        glide,
+        count: frames,
+        length: stretch.length,
+    };
+    interpolation::read(set, stretch.signal, &at, out);
 }
 
 /// Two ears of one arrival's signal, a chunk and the interpolator's slack.
@@ -181,10 +192,12 @@ pub(super) fn add(
     let moving = left > 0 && arrivals.iter().flatten().any(|a| a.moving);
     for ear in 0..2 {
         for group in 0..groups {
-            let contributions = arrivals.each_ref().map(|arrival| match arrival {
-                Some(ready) => ready.contribution(ear, group, left, frames),
-                None => Contribution::silence(frames),
-            });
+            let mut contributions = [Contribution::silence(frames); TOGETHER];
+            for (contribution, arrival) in contributions.iter_mut().zip(arrivals) {
+                if let Some(ready) = arrival {
+                    *contribution = ready.contribution(ear, group, left, frames);
+                }
+            }
             binaural.add(ear, group, &contributions, moving);
         }
     }

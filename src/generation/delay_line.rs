@@ -7,7 +7,7 @@
 //! needs neither shuffles nor eight streams.
 
 use crate::acoustics::BANDS;
-use crate::simd::{F32x8, LaneSet, kernel};
+use crate::simd::{F32x8, LaneSet, kernel, prefetch};
 
 use super::CHUNK;
 
@@ -43,6 +43,33 @@ kernel! {
                 g.give(),
                 h.give(),
             ];
+        }
+    }
+}
+
+/// A stretch of the past that is read soon: what all lines remember fits no second-level cache, and a path's stretch is
+/// too short for the machine to guess where it goes on.
+#[derive(Debug, Default)]
+pub(super) struct Ahead<'a> {
+    parts: [&'a [Tile]; 2],
+    quarter: usize,
+}
+
+impl Ahead<'_> {
+    /// Asks for the next quarter of it; in four calls so that none waits for the memory.
+    #[inline]
+    pub(super) fn fetch_quarter(&mut self) {
+        let mut wanted = self.quarter;
+        for part in &mut self.parts {
+            let (now, later) = part.split_at(wanted.min(part.len()));
+            for tile in now {
+                // Two bands a line of memory.
+                for band in (0..BANDS).step_by(2) {
+                    prefetch(&tile[band]);
+                }
+            }
+            wanted -= now.len();
+            *part = later;
         }
     }
 }
@@ -129,6 +156,13 @@ impl DelayLine {
         (lane, parts)
     }
 
+    /// The same tiles, to be asked for before they are read.
+    pub(super) fn ahead(&self, position: i64, frames: usize) -> Ahead<'_> {
+        let (_, parts) = self.tiles(position, frames);
+        let quarter = (parts[0].len() + parts[1].len()).div_ceil(4);
+        Ahead { parts, quarter }
+    }
+
     fn place(&self, position: i64) -> usize {
         position.rem_euclid((self.tiles.len() * TILE) as i64) as usize
     }
@@ -194,5 +228,36 @@ mod tests {
             now += 100;
         }
         assert!(line.tiles.iter().all(|tile| *tile == [F32x8::ZERO; BANDS]));
+    }
+
+    #[test]
+    fn every_instruction_set_turns_frames_into_tiles() {
+        let frames: Vec<F32x8> = (0..3 * TILE)
+            .map(|frame| F32x8(std::array::from_fn(|band| (10 * frame + band) as f32)))
+            .collect();
+        for set in [LaneSet::best(), LaneSet::Fused, LaneSet::Portable] {
+            let mut tiles = vec![[F32x8::ZERO; BANDS]; 3];
+            write_tiles(set, &frames, &mut tiles);
+            for (frame, lanes) in frames.iter().enumerate() {
+                for band in 0..BANDS {
+                    let found = tiles[frame / TILE][band].0[frame % TILE];
+                    assert_eq!(found, lanes.0[band]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_asked_for_ahead_is_what_is_read() {
+        let line = DelayLine::new(1000);
+        for (position, frames) in [(0, 1), (5, 260), (1200, 256), (-300, 40)] {
+            let (_, parts) = line.tiles(position, frames);
+            let mut ahead = line.ahead(position, frames);
+            assert_eq!(ahead.parts.map(<[Tile]>::len), parts.map(<[Tile]>::len));
+            for _ in 0..4 {
+                ahead.fetch_quarter();
+            }
+            assert!(ahead.parts.iter().all(|part| part.is_empty()));
+        }
     }
 }

@@ -10,7 +10,7 @@
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::simd::F32x8;
+use crate::simd::{F32x8, LaneSet, kernel, prefetch};
 
 const MAGIC: &[u8; 8] = b"FSHRTF1\0";
 const HEADER_BYTES: usize = 28;
@@ -25,6 +25,7 @@ const ADVICE: &str = "bake the file anew with assets/hrtf/bake.py";
 /// A set of head-related responses.
 #[derive(Debug, Clone)]
 pub struct Hrtf {
+    set: LaneSet,
     rate_hz: u32,
     taps: usize,
     groups: usize,
@@ -117,6 +118,7 @@ impl Hrtf {
             delays.push(ears);
         }
         Ok(Self {
+            set: LaneSet::best(),
             rate_hz,
             taps,
             groups,
@@ -147,6 +149,7 @@ impl Hrtf {
         let directions = azimuths * elevations;
         let unit = F32x8([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         Ok(Self {
+            set: LaneSet::best(),
             rate_hz,
             taps: 1,
             groups: 1,
@@ -190,25 +193,56 @@ impl Hrtf {
     /// Interpolates bilinearly in azimuth and elevation. The direction need not have unit length; the zero vector and
     /// not-a-number give the response of some grid point. Real-time: no allocation, four grid points.
     pub fn look_up(&self, head: Vec3, weights: &mut [F32x8]) -> [f32; 2] {
+        self.blend(&self.corners(head), self.groups, weights)
+    }
+
+    /// What [`Self::look_up`] starts from, and the memory that it reads is asked for.
+    pub(super) fn find(&self, head: Vec3) -> Corners {
         let corners = self.corners(head);
         let width = 2 * self.groups;
-        let weights = &mut weights[..width];
-        weights.fill(F32x8::ZERO);
-        let mut delays = [0.0; 2];
-        for (direction, share) in corners {
+        // Two neighbours of one elevation lie side by side, but for the last azimuth's.
+        for (direction, _) in corners {
             let of_corner = &self.weights[direction * width..][..width];
-            for (sum, &weight) in weights.iter_mut().zip(of_corner) {
-                *sum += weight * F32x8::splat(share);
+            for group in of_corner.iter().step_by(2) {
+                prefetch(group);
             }
-            for (sum, &delay) in delays.iter_mut().zip(&self.delays[direction]) {
-                *sum += delay * share;
+            prefetch(&self.delays[direction]);
+        }
+        corners
+    }
+
+    /// The rest of [`Self::look_up`]; groups from `groups` on are zero.
+    pub(super) fn blend(
+        &self,
+        corners: &Corners,
+        groups: usize,
+        weights: &mut [F32x8],
+    ) -> [f32; 2] {
+        let width = 2 * self.groups;
+        let groups = groups.min(self.groups);
+        let (left, right) = weights[..width].split_at_mut(self.groups);
+        let mut delays = [0.0; 2];
+        for (sum, ear) in delays.iter_mut().zip(0..) {
+            for &(direction, share) in corners {
+                *sum += self.delays[direction][ear] * share;
             }
+        }
+        let of_ear = |ear: usize| {
+            corners.map(|(direction, _)| {
+                &self.weights[direction * width + ear * self.groups..][..self.groups]
+            })
+        };
+        let shares = corners.map(|(_, share)| share);
+        for (weights, grid) in [(left, of_ear(0)), (right, of_ear(1))] {
+            let (used, unused) = weights.split_at_mut(groups);
+            weigh(self.set, &grid, &shares, used);
+            unused.fill(F32x8::ZERO);
         }
         delays
     }
 
     /// The four grid points around a direction and their shares.
-    fn corners(&self, head: Vec3) -> [(usize, f32); 4] {
+    fn corners(&self, head: Vec3) -> Corners {
         let level = (head.x * head.x + head.z * head.z).sqrt();
         let turns = (-head.x).atan2(-head.z) / std::f32::consts::TAU;
         let rise = head.y.atan2(level) / std::f32::consts::PI + 0.5;
@@ -225,6 +259,28 @@ impl Hrtf {
             (high + a, (1.0 - across) * up),
             (high + next, across * up),
         ]
+    }
+}
+
+/// Four grid points around a direction and the share of each.
+pub(super) type Corners = [(usize, f32); 4];
+
+kernel! {
+    /// Weights of grid points in their shares.
+    fn weigh<L>(grid: &[&[F32x8]; 4], shares: &[f32; 4], weights: &mut [F32x8]) {
+        let [a, b, c, d] = grid;
+        let shares = [
+            L::splat(shares[0]),
+            L::splat(shares[1]),
+            L::splat(shares[2]),
+            L::splat(shares[3]),
+        ];
+        for group in 0..weights.len() {
+            let sum = L::of(a[group]).mul(shares[0]);
+            let sum = L::of(b[group]).mul_add(shares[1], sum);
+            let sum = L::of(c[group]).mul_add(shares[2], sum);
+            weights[group] = L::of(d[group]).mul_add(shares[3], sum).give();
+        }
     }
 }
 
@@ -333,6 +389,60 @@ mod tests {
         for direction in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, Vec3::Y, Vec3::NEG_Y] {
             let delays = set.look_up(direction, &mut weights);
             assert!(delays.iter().all(|d| d.is_finite()), "{direction}");
+        }
+    }
+
+    #[test]
+    fn groups_that_are_not_asked_for_are_zero_and_the_others_as_they_are() {
+        let set = set();
+        let groups = set.groups();
+        let direction = Vec3::new(0.3, 0.2, -0.9);
+        let (mut all, mut few) = (
+            vec![F32x8::ZERO; 2 * groups],
+            vec![F32x8::splat(9.0); 2 * groups],
+        );
+        let delays = set.look_up(direction, &mut all);
+        for wanted in 0..=groups {
+            assert_eq!(set.blend(&set.find(direction), wanted, &mut few), delays);
+            for (n, (few, all)) in few.iter().zip(&all).enumerate() {
+                let is_wanted = n % groups < wanted;
+                assert_eq!(*few, if is_wanted { *all } else { F32x8::ZERO });
+            }
+        }
+    }
+
+    #[test]
+    fn weights_are_the_grid_points_in_their_shares() {
+        let point = |n: usize| -> Vec<F32x8> {
+            let lane = |i: usize| ((17 * n + i) as f32 * 0.7).sin();
+            (0..2)
+                .map(|group| F32x8(std::array::from_fn(|i| lane(8 * group + i))))
+                .collect()
+        };
+        let points: [Vec<F32x8>; 4] = std::array::from_fn(point);
+        let grid = points.each_ref().map(Vec::as_slice);
+        let shares = [0.1, 0.2, 0.3, 0.4];
+        let with = |set: LaneSet| {
+            let mut weights = [F32x8::ZERO; 2];
+            weigh(set, &grid, &shares, &mut weights);
+            weights
+        };
+        let found = with(LaneSet::best());
+        if !matches!(LaneSet::best(), LaneSet::Portable) {
+            assert_eq!(found, with(LaneSet::Fused));
+        }
+        for found in [found, with(LaneSet::Portable)] {
+            for (group, found) in found.iter().enumerate() {
+                for lane in 0..8 {
+                    let each = grid.iter().zip(shares);
+                    let exact: f64 = each
+                        .map(|(point, share)| f64::from(point[group].0[lane]) * f64::from(share))
+                        .sum();
+                    // Seven roundings of sums below one.
+                    let bound = 7.0 * f64::from(f32::EPSILON / 2.0);
+                    assert!((f64::from(found.0[lane]) - exact).abs() < bound);
+                }
+            }
         }
     }
 }

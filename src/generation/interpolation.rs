@@ -161,10 +161,10 @@ const FAR: f32 = 10.0 * NEAR;
 #[inline(always)]
 fn read_run<L: Lanes>(signal: &[f32], run: &Run, out: &mut [f32]) {
     let (offset, glide) = (L::splat(run.offset), L::splat(run.glide));
+    let mut number = L::of(NUMBERS).add(L::splat(run.from as f32));
     let mut place = 0;
     while place < out.len() - SLACK {
         let [a, b, c, d, e, f] = taps::<L>(signal, place);
-        let number = L::of(NUMBERS).add(L::splat((run.from + place) as f32));
         let x = number.neg_mul_add(glide, offset);
         let square = x.mul(x);
         let near = square.mul_add(L::splat(NEAR), L::splat(-0.25 * NEAR));
@@ -177,6 +177,7 @@ fn read_run<L: Lanes>(signal: &[f32], run: &Run, out: &mut [f32]) {
         let sum = near.mul(mid).mul(outer);
         let sum = near.mul(far).neg_mul_add(middle, sum);
         mid.mul(far).mul_add(inner, sum).store_at(out, place);
+        number = number.add(L::splat(SLACK as f32));
         place += SLACK;
     }
 }

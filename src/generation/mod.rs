@@ -42,6 +42,6 @@ pub use limiter::Limiter;
 pub use report::BlockReport;
 pub use settings::GeneratorSettings;
 
-/// Frames rendered at once: a chunk of every buffer on the way fits a first-level cache, and no ramp ends within one.
-/// Independent of the caller's block.
-const CHUNK: usize = 128;
+/// Frames rendered at once: a chunk of every buffer on a path's way fits a first-level cache, and no ramp ends within
+/// one. Independent of the caller's block.
+const CHUNK: usize = 256;

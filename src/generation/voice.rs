@@ -11,7 +11,7 @@ use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, kernel};
 
 use super::CHUNK;
 use super::arrival::{self, EarPair, Glide, Moment, Stretch};
-use super::delay_line::{DelayLine, TILE, Tile};
+use super::delay_line::{Ahead, DelayLine, TILE, Tile};
 use super::interpolation::AHEAD;
 use super::surroundings::Tenant;
 
@@ -59,6 +59,18 @@ pub(super) struct Aim {
     pub(super) delay: f64,
     /// Ear delays in frames, without the path's.
     pub(super) ears: [f32; 2],
+}
+
+/// What a voice works on.
+#[derive(Debug)]
+pub(super) struct Bench<'a> {
+    /// Its own: the last mixed positions.
+    pub(super) tail: &'a mut [f32],
+    /// Room for them, [`MAX_FRESH`] more and the interpolator's slack.
+    pub(super) mixture: &'a mut [f32],
+    pub(super) ears: &'a mut EarPair,
+    /// What the next voice reads.
+    pub(super) ahead: Ahead<'a>,
 }
 
 impl Voice {
@@ -135,25 +147,33 @@ impl Voice {
         self.gain = gain;
     }
 
-    /// Renders `frames` frames, at most a chunk, of both ears and returns true, or only moves on and returns false if there is nothing
-    /// to hear.
-    ///
-    /// `tail` holds the last mixed positions, `mixture` is scratch for them and [`MAX_FRESH`] more.
+    /// The stretch of its source's past that it mixes next for a chunk of so many frames, rest or motion left aside.
+    pub(super) fn ahead<'a>(&self, lines: &'a [DelayLine], frames: usize) -> Ahead<'a> {
+        let line = lines.get(self.slot);
+        line.map_or_else(Ahead::default, |line| line.ahead(self.next, frames))
+    }
+
+    /// Renders a chunk of both ears and returns true, or only moves on and returns false if there is nothing to hear.
     pub(super) fn render(
         &mut self,
         set: LaneSet,
         line: &DelayLine,
         moment: Moment,
-        tail: &mut [f32],
-        mixture: &mut [f32],
-        ears: &mut EarPair,
+        bench: Bench<'_>,
     ) -> bool {
+        let Bench {
+            tail,
+            mixture,
+            ears: [left_ear, right_ear],
+            mut ahead,
+        } = bench;
         let Moment { now, left, frames } = moment;
         let growth = self.delay.growth_now(left);
         let last_delay = self.delay.value(left) + growth * frames as f64;
         let end = reach(now + frames as i64 - 1, last_delay);
         let fresh = (end + 1 - self.next).clamp(0, MAX_FRESH as i64) as usize;
         let start = self.next - tail.len() as i64;
+        ahead.fetch_quarter();
         if line.is_silent_from(start) {
             tail.fill(0.0);
             self.next += fresh as i64;
@@ -161,6 +181,7 @@ impl Voice {
         }
         let reserve = tail.len();
         self.mix(set, line, reserve, fresh, mixture);
+        ahead.fetch_quarter();
         mixture[..reserve].copy_from_slice(tail);
         self.next += fresh as i64;
         tail.copy_from_slice(&mixture[fresh..fresh + reserve]);
@@ -169,7 +190,11 @@ impl Voice {
             length: reserve + fresh,
             start,
         };
-        arrival::read_ears(set, &stretch, moment, &self.ear_delays, ears);
+        let [to_left, to_right] = &self.ear_delays;
+        arrival::read_ear(set, &stretch, moment, to_left, left_ear);
+        ahead.fetch_quarter();
+        arrival::read_ear(set, &stretch, moment, to_right, right_ear);
+        ahead.fetch_quarter();
         true
     }
 
@@ -227,7 +252,8 @@ kernel! {
         if !moving.is_empty() {
             let growths = L::splat_each(gains.growth);
             let mut to_come = gains.to_come as f32;
-            for (tile, place) in moving.iter().zip(ramped.chunks_exact_mut(TILE)) {
+            let mut place = 0;
+            for tile in moving {
                 let left = L::splat(to_come).sub(L::of(NUMBERS));
                 // No ramp beyond its end.
                 let left = if to_come < TILE as f32 {
@@ -236,12 +262,15 @@ kernel! {
                     left
                 };
                 left.neg_mul_add(sum(tile, &growths), sum(tile, &all))
-                    .store_at(place, 0);
+                    .store_at(ramped, place);
                 to_come -= TILE as f32;
+                place += TILE;
             }
         }
-        for (tile, place) in resting.iter().zip(rested.chunks_exact_mut(TILE)) {
-            sum(tile, &all).store_at(place, 0);
+        let mut place = 0;
+        for tile in resting {
+            sum(tile, &all).store_at(rested, place);
+            place += TILE;
         }
     }
 }
@@ -260,3 +289,7 @@ fn sum<L: Lanes>(tile: &Tile, gains: &[L; BANDS]) -> L {
     }
     lower.add(upper)
 }
+
+#[cfg(test)]
+#[path = "voice_tests.rs"]
+mod tests;

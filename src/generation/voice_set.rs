@@ -8,15 +8,15 @@
 //! fade while another starts; beyond that the voice that has faded longest is cut and counted.
 
 use crate::extrapolation::FramePath;
-use crate::simd::{F32x8, LaneSet};
+use crate::simd::{F32x8, LaneSet, prefetch};
 
 use super::arrival::{self, EarPair, Moment, Ready, Weights};
 use super::binaural::{Binaural, TOGETHER};
-use super::delay_line::DelayLine;
+use super::delay_line::{Ahead, DelayLine};
 use super::interpolation::SLACK;
 use super::ranking::{self, Ranking};
 use super::surroundings::{Dropped, Surroundings, Tenant};
-use super::voice::{Aim, MAX_FRESH, Voice};
+use super::voice::{Aim, Bench, MAX_FRESH, Voice};
 use super::{CHUNK, Hrtf};
 
 /// The voices and what belongs to them by index.
@@ -37,12 +37,23 @@ pub(super) struct VoiceSet {
     fading: Vec<u32>,
     /// Both, by source and delay: neighbours read neighbouring stretches of one delay line.
     order: Vec<u32>,
+    /// Those of them that are rendered alike.
+    alike: Vec<u32>,
     free: Vec<u32>,
     ranking: Ranking,
     looked_up: Vec<F32x8>,
     mixture: Vec<f32>,
     ears: [EarPair; TOGETHER],
     set: LaneSet,
+}
+
+/// A path that gets a voice, whose weights have been looked up.
+struct Wanted<'a> {
+    path: &'a FramePath,
+    /// Ear delays in frames.
+    ears: [f32; 2],
+    /// Groups of buses it is worth.
+    groups: usize,
 }
 
 impl VoiceSet {
@@ -63,6 +74,7 @@ impl VoiceSet {
             next_living: Vec::with_capacity(max_voices),
             fading: Vec::with_capacity(pool),
             order: Vec::with_capacity(pool),
+            alike: Vec::with_capacity(pool),
             free: (0..pool as u32).rev().collect(),
             ranking: Ranking::new(max_voices.max(max_fine)),
             looked_up: vec![F32x8::ZERO; 2 * groups],
@@ -99,7 +111,13 @@ impl VoiceSet {
         self.next_living.clear();
         let mut old = 0;
         let mut last_id = None;
+        let find = |path: &FramePath| around.hrtf.find(around.to_head * path.arrival);
+        let mut following = paths.first().map(find);
         for (index, path) in paths.iter().enumerate() {
+            let next = paths.get(index + 1).map(find);
+            let Some(corners) = std::mem::replace(&mut following, next) else {
+                break;
+            };
             let id = path.id.0;
             if !ranking::is_sound(path, slots) || last_id.is_some_and(|last| id <= last) {
                 dropped.paths += 1;
@@ -128,7 +146,9 @@ impl VoiceSet {
                 .filter(|&voice| self.voices[voice as usize].id == id);
             old += usize::from(held.is_some());
             let groups = if rank >= fine { self.groups } else { 1 };
-            let voice = self.aim(path, held, tenants, groups, around, &mut dropped);
+            let ears = around.hrtf.blend(&corners, groups, &mut self.looked_up);
+            let wanted = Wanted { path, ears, groups };
+            let voice = self.aim(&wanted, held, tenants, around, &mut dropped);
             self.next_living.push(voice);
         }
         while let Some(&voice) = self.living.get(old) {
@@ -144,22 +164,16 @@ impl VoiceSet {
         dropped
     }
 
-    /// Points the voice a path has, or a new one, to the path's values; gives the voice's index.
+    /// Points the voice a path has, or a new one, to the path's values and the weights looked up; gives the voice's index.
     fn aim(
         &mut self,
-        path: &FramePath,
+        wanted: &Wanted<'_>,
         held: Option<u32>,
         tenants: &[Tenant],
-        groups: usize,
         around: &Surroundings,
         dropped: &mut Dropped,
     ) -> u32 {
-        let ears = around
-            .hrtf
-            .look_up(around.to_head * path.arrival, &mut self.looked_up);
-        for of_ear in self.looked_up.chunks_exact_mut(self.groups) {
-            of_ear[groups..].fill(F32x8::ZERO);
-        }
+        let &Wanted { path, ears, groups } = wanted;
         let aim = Aim {
             gain: around.correction.gains(&path.amplitude),
             delay: path.delay_s * around.rate_hz,
@@ -258,19 +272,28 @@ impl VoiceSet {
         moment: Moment,
         binaural: &mut Binaural,
     ) {
+        let voices = &self.voices;
+        let resting = usize::from(moment.left == 0);
+        self.alike.clear();
+        let those = self.order.iter().copied();
+        self.alike
+            .extend(those.filter(|&index| voices[index as usize].groups[resting] == groups));
         let mut waiting = [0; TOGETHER];
         let mut count = 0;
-        for &index in &self.order {
+        for place in 0..self.alike.len() {
+            let index = self.alike[place];
+            let ahead = self.look_ahead(place + 1, lines, moment.frames);
             let voice = &mut self.voices[index as usize];
-            if voice.groups[usize::from(moment.left == 0)] != groups {
-                continue;
-            }
             let Some(line) = lines.get(voice.slot) else {
                 continue;
             };
-            let tail = of_voice(&mut self.tails, index, self.tail);
-            let ears = &mut self.ears[count];
-            if !voice.render(self.set, line, moment, tail, &mut self.mixture, ears) {
+            let bench = Bench {
+                tail: of_voice(&mut self.tails, index, self.tail),
+                mixture: &mut self.mixture,
+                ears: &mut self.ears[count],
+                ahead,
+            };
+            if !voice.render(self.set, line, moment, bench) {
                 continue;
             }
             waiting[count] = index;
@@ -283,6 +306,21 @@ impl VoiceSet {
         if count > 0 {
             self.add(&waiting[..count], groups, moment, binaural);
         }
+    }
+
+    /// Asks for what belongs to the voice that is rendered at a place, and gives what that will read.
+    fn look_ahead<'a>(&self, place: usize, lines: &'a [DelayLine], frames: usize) -> Ahead<'a> {
+        if let Some(&after) = self.alike.get(place + 1) {
+            let after = after as usize;
+            prefetch(&self.voices[after]);
+            for line in self.tails[after * self.tail..][..self.tail].chunks(16) {
+                prefetch(&line[0]);
+            }
+        }
+        let Some(&index) = self.alike.get(place) else {
+            return Ahead::default();
+        };
+        self.voices[index as usize].ahead(lines, frames)
     }
 
     /// Adds rendered voices whose ear signals lie in the first buffers.

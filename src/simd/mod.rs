@@ -12,6 +12,15 @@ pub(crate) mod tracing;
 pub(crate) mod x86;
 
 pub(crate) use lanes::{LaneSet, Lanes, NUMBERS, kernel};
+#[cfg(target_arch = "aarch64")]
+pub(crate) use neon::prefetch;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use x86::prefetch;
+
+/// Asks for the line of memory that a value begins in; nothing where that is not known how.
+#[cfg(not(any(target_arch = "aarch64", target_arch = "x86_64")))]
+#[inline(always)]
+pub(crate) fn prefetch<T>(_value: &T) {}
 
 use std::ops::{Add, AddAssign, Mul, MulAssign, Sub};
 

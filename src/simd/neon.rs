@@ -6,8 +6,10 @@
 //! each has one caller and becomes part of it; of a shared one the compiler makes a call.
 
 mod lanes;
+mod prefetch;
 
 pub(crate) use lanes::TwoQuads;
+pub(crate) use prefetch::prefetch;
 
 use core::arch::aarch64::*;
 

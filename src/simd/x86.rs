@@ -6,8 +6,10 @@
 //! number for their caller, so that each has one caller and becomes part of it; of a shared one the compiler makes a call.
 
 mod lanes;
+mod prefetch;
 
 pub(crate) use lanes::Ymm;
+pub(crate) use prefetch::prefetch;
 
 use core::arch::x86_64::*;
 
