@@ -11,6 +11,7 @@ pub mod colormap;
 pub mod edge_figure;
 pub mod floor_plan;
 pub mod lettering;
+pub mod listener_path;
 pub mod mel;
 pub mod open_space;
 pub mod paper;
