@@ -6,6 +6,7 @@
 pub mod axis;
 pub mod canvas;
 pub mod cells;
+pub mod clicks;
 pub mod clip;
 pub mod colormap;
 pub mod edge_figure;
