@@ -78,8 +78,9 @@ fn update(scene: &Arc<Scene>, listener: Vec3, sources: &[Vec3]) -> PathSet {
     set
 }
 
-/// Every path without bends is at most a free field's of its length, less what walls take; bent ones at most as loud as the
-/// direct path would be at the nearest distance.
+/// A reflected path is at most a free field's of its length, less what walls take. The direct path carries what bends around
+/// edges near it as one wave: behind an aperture as wide as its first Fresnel zone that is twice the free field, and
+/// nowhere more. Bent paths are at most as loud as the direct path would be at the nearest distance.
 fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
     for path in &set.paths {
         prop_assert!(
@@ -88,12 +89,13 @@ fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
         );
         prop_assert!(path.image.is_finite(), "{path:?}");
         let free = 1.0 / path.length_m.max(NEAREST_M);
-        // Path amplitudes are single precision.
-        let most = if path.bends == 0 {
-            free
-        } else {
-            1.0 / NEAREST_M
-        } * 1.0001;
+        // Amplitudes are single precision.
+        let most = 1.0001
+            * match (path.order, path.bends) {
+                (0, 0) => 2.0 * free,
+                (_, 0) => free,
+                _ => 1.0 / NEAREST_M,
+            };
         for band in path.amplitude {
             prop_assert!(band.abs() <= most, "{band} above {most}: {path:?}");
         }
