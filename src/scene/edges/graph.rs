@@ -130,3 +130,56 @@ fn sees(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
             !bvh.any_hit(&sight, [shared.unwrap_or(NO_GROUP), NO_GROUP])
         })
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
+
+    /// Loose triangles within reach of each other.
+    fn heap(count: u32) -> TriangleMesh {
+        let mut mesh = TriangleMesh::default();
+        let material = mesh.material("concrete");
+        let place = |n: u32| (n.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
+        for n in 0..3 * count {
+            let at = Vec3::new(place(3 * n), place(3 * n + 1), place(3 * n + 2));
+            mesh.vertices.push(8.0 * at);
+        }
+        for n in 0..count {
+            mesh.triangles.push([3 * n, 3 * n + 1, 3 * n + 2]);
+            mesh.triangle_materials.push(material);
+        }
+        mesh
+    }
+
+    #[test]
+    fn neighbours_are_those_that_a_look_at_all_edges_finds() {
+        let doorway = procedural::by_name("doorway").expect("a scene").mesh;
+        for mesh in [doorway, heap(120)] {
+            let table = MaterialTable::built_in();
+            let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
+            let edges = scene.edges().as_slice();
+            assert!(edges.len() > 40 && edges.len() < MOST_COMPARED);
+            for (number, edge) in edges.iter().enumerate() {
+                let mut near: Vec<(f64, u32)> = Vec::new();
+                for (other, candidate) in edges.iter().enumerate() {
+                    let (s, t) = closest(edge, candidate);
+                    let apart_m = edge.at(s).distance(candidate.at(t));
+                    if other != number && apart_m < REACH_M && outside(edge, candidate) {
+                        near.push((apart_m, other as u32));
+                    }
+                }
+                near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                let seen = near
+                    .iter()
+                    .take(MOST_LOOKED_AT)
+                    .map(|(_, other)| *other)
+                    .filter(|&other| sees(edge, &edges[other as usize], scene.bvh()));
+                let expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
+                assert_eq!(scene.edges().neighbours(number as u32), expected);
+            }
+        }
+    }
+}

@@ -284,6 +284,13 @@ mod tests {
     }
 
     #[test]
+    fn a_byte_order_mark_hides_no_vertex() {
+        let text = format!("\u{feff}{SQUARE}f 1 2 3 4\n");
+        let file = read(&text, &ObjOptions::default()).unwrap();
+        assert_eq!(file.mesh.vertices.len(), 4);
+    }
+
+    #[test]
     fn scale_must_be_positive() {
         for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             let options = ObjOptions {
