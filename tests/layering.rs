@@ -212,6 +212,43 @@ fn unsafe_stays_in_its_homes() {
     }
 }
 
+/// ARCHITECTURE.md says of every file with unsafe code what it is for and what would notice a breach, and of no other.
+#[test]
+fn unsafe_code_is_accounted_for() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(root.join("ARCHITECTURE.md")).expect("text");
+    let section = text.split("## Unsafe code").nth(1).expect("the section");
+    let section = section.split("\n## ").next().expect("its text");
+    let mut told: Vec<String> = section
+        .lines()
+        .filter_map(|line| {
+            let cells: Vec<&str> = line.split(" | ").collect();
+            let name = cells.first()?.strip_prefix("| `")?.strip_suffix('`')?;
+            assert!(cells.len() == 3 && cells[2].len() > 10, "{line}");
+            Some(name.to_owned())
+        })
+        .collect();
+    told.sort();
+    let mut found: Vec<String> = sources()
+        .into_iter()
+        .filter(|(_, text)| {
+            code(text)
+                .split(|c: char| !c.is_alphanumeric() && c != '_')
+                .any(|w| w == "unsafe")
+        })
+        .map(|(file, _)| file)
+        .collect();
+    found.sort();
+    assert_eq!(told, found);
+    let manifest = fs::read_to_string(root.join("Cargo.toml")).expect("text");
+    for lint in [
+        "undocumented_unsafe_blocks",
+        "multiple_unsafe_ops_per_block",
+    ] {
+        assert!(manifest.contains(&format!("{lint} = \"deny\"")), "{lint}");
+    }
+}
+
 #[test]
 fn files_stay_small() {
     for (file, text) in sources() {

@@ -72,6 +72,7 @@ impl SceneOptions {
         Ok(ObjOptions {
             scale: self.scale,
             up,
+            ..ObjOptions::default()
         })
     }
 }

@@ -19,6 +19,11 @@ const RATES_HZ: std::ops::RangeInclusive<u32> = 1_000..=768_000;
 /// Channels of a recording that are mixed down: as many as microphone arrays have.
 pub const MOST_CHANNELS: u16 = 64;
 
+/// Most samples of a file, all channels together, that are read unless [`load_clip_within`] says otherwise: 25 minutes of
+/// one channel at 44.1 kHz, 256 MiB. A longer file is refused by its header, before anything of it is in memory.
+/// Converting another rate takes five times as much for its time.
+pub const MOST_SAMPLES: usize = 1 << 26;
+
 /// Audio frames the resampler takes at once. Its filter is at least as long: 4096 taps keep the transition band
 /// below 1 % of the lower rate and still fit a cache.
 const RESAMPLER_CHUNK: usize = 4096;
@@ -62,10 +67,22 @@ impl Clip {
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be opened, [`Error::Format`] if it is no WAV file, is not mono, has another
-/// sample format, is empty, ends early or holds a sample that is not a number. The text says how to convert it.
+/// sample format, is empty, longer than [`MOST_SAMPLES`], ends early or holds a sample that is not a number. The text says how to convert it.
 pub fn load_clip(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
+    load_clip_within(path, rate_hz, MOST_SAMPLES)
+}
+
+/// [`load_clip`] with a limit of one's own instead of [`MOST_SAMPLES`].
+///
+/// # Errors
+/// As [`load_clip`].
+pub fn load_clip_within(
+    path: impl AsRef<Path>,
+    rate_hz: u32,
+    most_samples: usize,
+) -> Result<(Clip, Vec<String>)> {
     let path = path.as_ref();
-    let (spec, samples) = read_samples(path, 1)?;
+    let (spec, samples) = read_samples(path, 1, most_samples)?;
     finished(path, rate_hz, spec, samples, Vec::new())
 }
 
@@ -75,7 +92,7 @@ pub fn load_clip(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<Stri
 /// As [`load_clip`], more channels instead of one.
 pub fn load_recording(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
     let path = path.as_ref();
-    let (spec, samples) = read_samples(path, MOST_CHANNELS)?;
+    let (spec, samples) = read_samples(path, MOST_CHANNELS, MOST_SAMPLES)?;
     let channels = usize::from(spec.channels);
     if channels == 1 {
         return finished(path, rate_hz, spec, samples, Vec::new());
@@ -106,8 +123,13 @@ fn finished(
         notes.push(format!("{}: is silent", path.display()));
     } else if peak > 1.0 {
         notes.push(format!(
-            "{}: peaks at {peak:.2}, above full scale",
-            path.display()
+            "{}: peaks at {}, above full scale",
+            path.display(),
+            if peak < 1e4 {
+                format!("{peak:.2}")
+            } else {
+                format!("{peak:.1e}")
+            }
         ));
     }
     let samples = if spec.sample_rate == rate_hz {
@@ -163,7 +185,11 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
 }
 
 /// Interleaved samples of a file with at most `most_channels` channels.
-fn read_samples(path: &Path, most_channels: u16) -> Result<(WavSpec, Vec<f32>)> {
+fn read_samples(
+    path: &Path,
+    most_channels: u16,
+    most_samples: usize,
+) -> Result<(WavSpec, Vec<f32>)> {
     let wrong = |problem: String, advice: &str| Error::format(path, None, problem, advice);
     let file = File::open(path)
         .map_err(|e| Error::file(path, e, "check the name and that the file may be read"))?;
@@ -181,6 +207,10 @@ fn read_samples(path: &Path, most_channels: u16) -> Result<(WavSpec, Vec<f32>)> 
             format!("has a sample rate of {} Hz", spec.sample_rate),
             &conversion(path, " -r 44100"),
         ));
+    }
+    if reader.len() as usize > most_samples {
+        let problem = format!("has {} samples, more than {most_samples}", reader.len());
+        return Err(wrong(problem, "cut it into shorter files"));
     }
     let samples: hound::Result<Vec<f32>> = match (spec.sample_format, spec.bits_per_sample) {
         (SampleFormat::Float, 32) => reader.samples::<f32>().collect(),

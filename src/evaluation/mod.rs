@@ -6,11 +6,13 @@
 pub mod axis;
 pub mod canvas;
 pub mod cells;
+pub mod clicks;
 pub mod clip;
 pub mod colormap;
 pub mod edge_figure;
 pub mod floor_plan;
 pub mod lettering;
+pub mod listener_path;
 pub mod mel;
 pub mod open_space;
 pub mod paper;

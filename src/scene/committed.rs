@@ -12,7 +12,7 @@ use super::commit::{CommittedMesh, commit_mesh};
 use super::edges::EdgeSet;
 use super::instances::Instances;
 use super::materials::MaterialTable;
-use super::mesh::TriangleMesh;
+use super::mesh::{MOST_TRIANGLES, TriangleMesh};
 use super::surface::free_panel::{FreePanel, FreePanels};
 use super::surface::{Surface, SurfaceSet};
 use super::weld::IntakeReport;
@@ -35,6 +35,8 @@ pub struct SceneSettings {
     /// at its edges ([`crate::scene::surface::free_panel`]); 0 for none. Larger ones limit nothing that is heard: 40 m²
     /// at a* = 10 m reflect from 43 Hz on.
     pub largest_free_panel_m2: f64,
+    /// Most triangles of a mesh; one with more is refused before anything is built of it.
+    pub most_triangles: usize,
 }
 
 impl Default for SceneSettings {
@@ -43,6 +45,7 @@ impl Default for SceneSettings {
             medium: Medium::default(),
             smallest_panel_m2: 0.5,
             largest_free_panel_m2: 40.0,
+            most_triangles: MOST_TRIANGLES,
         }
     }
 }
@@ -70,7 +73,7 @@ impl Scene {
     /// Checks a mesh and builds a scene of it.
     ///
     /// # Errors
-    /// [`Error::Mesh`] if nothing can be made of the mesh, [`Error::Setting`] for air that is no air.
+    /// [`Error::Mesh`] if nothing can be made of the mesh or it has too many triangles, [`Error::Setting`] for air that is no air.
     pub fn commit(
         mesh: &TriangleMesh,
         materials: &MaterialTable,
@@ -83,6 +86,16 @@ impl Scene {
             let problem = format!("{:?} is no air", settings.medium);
             let advice = "give °C above −273, percent above 0 and kPa above 0";
             return Err(Error::setting("medium", problem, advice));
+        }
+        if mesh.triangles.len() > settings.most_triangles {
+            let problem = format!(
+                "{} triangles, more than {}",
+                mesh.triangles.len(),
+                settings.most_triangles
+            );
+            let advice =
+                "simplify the model, sound needs walls and not ornaments; or raise most_triangles";
+            return Err(Error::mesh(problem, advice));
         }
         let mesh = commit_mesh(mesh, materials, settings.smallest_panel_m2)?;
         let bvh = Bvh::build(

@@ -8,6 +8,10 @@ use crate::error::{Error, Result};
 /// likely in other units than so large.
 pub const LARGEST_COORDINATE_M: f32 = 1e5;
 
+/// Most triangles of a scene unless its settings say otherwise. `bench memory --scene million` tells what a million take;
+/// sound needs walls, not ornaments.
+pub const MOST_TRIANGLES: usize = 1 << 22;
+
 /// Triangles with a material each, in metres, right-handed, +y up. Nothing is promised about quality:
 /// committing a scene checks, welds and drops.
 #[derive(Debug, Clone, PartialEq, Default)]

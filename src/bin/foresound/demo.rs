@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use foresound::evaluation::listener_path::ListenerPath;
 use foresound::evaluation::si_snr::si_snr_ears_db;
 use foresound::evaluation::spectrogram_figure::SpectrogramFigure;
 use foresound::evaluation::top_view::{TopView, path_lines};
@@ -16,7 +17,6 @@ use foresound::{Error, Result};
 use serde_json::json;
 
 use crate::inputs::{LoadedScene, SceneArguments, asset, load_scene, load_sound, tell};
-use crate::listener_path::ListenerPath;
 use crate::session::{Rendered, Session, Sound, median};
 
 /// Sample rate of the speech.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::evaluation::clip::{Clip, load_clip};
+use foresound::evaluation::listener_path::parse_place;
 use foresound::extrapolation::PredictorKind;
 use foresound::scene::layout::SceneLayout;
 use foresound::scene::obj::{ObjOptions, UpAxis, load_obj};
@@ -49,6 +50,7 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
     let options = ObjOptions {
         scale: arguments.scale.unwrap_or(1.0),
         up,
+        ..ObjOptions::default()
     };
     let object = load_obj(&file, &options)?;
     if object.mesh.triangles.len() == 1 {
@@ -89,7 +91,7 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
         notes.push(format!(
             "{}: no material is called {}; \"generic\" stands in: give a --materials file that names them",
             file.display(),
-            scene.defaulted_materials().join(", ")
+            listed(scene.defaulted_materials())
         ));
     }
     Ok(LoadedScene {
@@ -97,6 +99,20 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
         layout,
         notes,
     })
+}
+
+/// The first names of a list, without control characters.
+fn listed(names: &[String]) -> String {
+    const MOST: usize = 12;
+    let shown = names.iter().take(MOST);
+    let mut text = shown
+        .map(|name| name.escape_debug().to_string())
+        .collect::<Vec<_>>()
+        .join(", ");
+    if names.len() > MOST {
+        text.push_str(&format!(" and {} more", names.len() - MOST));
+    }
+    text
 }
 
 fn scene_file(named: &Path) -> Result<PathBuf> {
@@ -123,24 +139,6 @@ pub(crate) fn asset(name: &str) -> Result<PathBuf> {
                 "run from the repository's folder, or restore its assets",
             )
         })
-}
-
-/// Three numbers with commas between, in metres, +y up.
-pub(crate) fn parse_place(argument: &str, text: &str) -> Result<Vec3> {
-    let numbers: Vec<f32> = text
-        .split(',')
-        .filter_map(|n| n.trim().parse().ok())
-        .collect();
-    match numbers[..] {
-        [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|n| n.is_finite()) => {
-            Ok(Vec3::new(x, y, z))
-        }
-        _ => Err(Error::setting(
-            argument,
-            format!("{text:?} is no place"),
-            "give three numbers in metres such as 1,1.6,-2",
-        )),
-    }
 }
 
 /// A source and the sound that comes from it.

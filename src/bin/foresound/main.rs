@@ -15,7 +15,6 @@ mod demo;
 mod evaluate;
 mod inputs;
 mod inspect;
-mod listener_path;
 #[cfg(feature = "play")]
 mod play;
 mod processor_shares;

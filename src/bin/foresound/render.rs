@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use foresound::evaluation::listener_path::ListenerPath;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
@@ -12,7 +13,6 @@ use foresound::{Error, Result};
 use serde_json::json;
 
 use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, predictor_named, tell};
-use crate::listener_path::ListenerPath;
 use crate::session::{MovingPart, Session, Sound, median};
 
 /// Seconds of tail after the last sound ends.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::evaluation::clip::Clip;
+use foresound::evaluation::listener_path::{ListenerPath, parse_place};
 use foresound::evaluation::room_parameters::{BandParameters, room_parameters};
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf};
@@ -15,8 +16,7 @@ use foresound::scene::{SourceId, SourcePose};
 use foresound::{Error, Result};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, parse_place, tell};
-use crate::listener_path::ListenerPath;
+use crate::inputs::{SceneArguments, load_scene, tell};
 use crate::session::{Session, Sound};
 
 /// Graphics frames a second of the standing listener: nothing moves, so it decides nothing.

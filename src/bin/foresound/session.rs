@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use foresound::Result;
 use foresound::evaluation::clip::Clip;
+use foresound::evaluation::listener_path::ListenerPath;
 use foresound::generation::Hrtf;
 use foresound::propagation::PathSet;
 use foresound::runtime::{OfflineRenderer, OfflineReport, OfflineSettings, Poses};
 use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose};
 
-use crate::listener_path::ListenerPath;
 use crate::progress::Progress;
 
 /// A sound and the source that it comes from.

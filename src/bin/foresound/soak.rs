@@ -4,9 +4,11 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{self, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use foresound::evaluation::clicks::{ClickDetector, smooth_loop};
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::sampling::{mix, unit};
 use foresound::runtime::engine::Percentiles;
@@ -15,7 +17,7 @@ use foresound::runtime::{
     thread_processor_time,
 };
 use foresound::{Error, Result};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::counting;
 use crate::inputs::{SceneArguments, load_scene};
@@ -26,7 +28,7 @@ use crate::traces::write_trace;
 /// The app's graphics frame.
 const GRAPHICS_FRAME: Duration = Duration::from_micros(16_667);
 /// Seconds until memory has settled: every scene, source and ring has been used once.
-const SETTLED_S: f64 = 5.0;
+const SETTLED_S: f64 = 60.0;
 /// Slots of the generator: more sources than that share them.
 const SLOTS: usize = 16;
 /// Scenes that are swapped.
@@ -52,6 +54,9 @@ pub(crate) struct Arguments {
     /// Share of a core that propagation and sound may take.
     #[arg(long, value_name = "SHARE")]
     core_share: Option<f64>,
+    /// Play a smooth sound and listen for clicks and direct current in what comes out.
+    #[arg(long)]
+    detect: bool,
     /// Write what every thread did when, for Perfetto.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -88,6 +93,18 @@ impl Drop for Load {
         for thread in self.threads.drain(..) {
             let _ended = thread.join();
         }
+    }
+}
+
+/// Listens on the device's thread, and tells what it heard when the device is stopped.
+struct Ear {
+    detector: ClickDetector,
+    to: Sender<ClickDetector>,
+}
+
+impl Drop for Ear {
+    fn drop(&mut self) {
+        let _nobody_asks = self.to.send(self.detector.clone());
     }
 }
 
@@ -136,6 +153,7 @@ fn device(
     settings: &EngineSettings,
     operations: &Arc<AtomicU64>,
     shares: &Arc<ProcessorShares>,
+    mut ear: Option<Ear>,
 ) -> Result<NullDevice> {
     let (counted, shares) = (Arc::clone(operations), Arc::clone(shares));
     let rate_hz = settings.generation.rate_hz;
@@ -155,6 +173,9 @@ fn device(
                 shares.record(after.saturating_sub(before));
             }
             counted.fetch_add(counting::operations() - before, Ordering::Relaxed);
+            if let Some(ear) = &mut ear {
+                ear.detector.push(block);
+            }
         },
     )
 }
@@ -188,10 +209,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|name| load_scene(Path::new(name), &SceneArguments::default()))
         .collect::<Result<Vec<_>>>()?;
-    let noise = (0..44_100).map(|n| 0.2 * unit(mix(n)) - 0.1);
+    let rate_hz = settings.generation.rate_hz;
+    let clip: Arc<[f32]> = if arguments.detect {
+        smooth_loop(rate_hz).into()
+    } else {
+        (0..44_100).map(|n| 0.2 * unit(mix(n)) - 0.1).collect()
+    };
     let mut restless = Restless {
         controller,
-        clip: noise.collect(),
+        clip,
         here: Vec::new(),
         most: arguments.sources,
         scene: 0,
@@ -204,9 +230,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     restless.controller.set_scene(first)?;
     let operations = Arc::new(AtomicU64::new(0));
     let load = Load::start(arguments.load_threads);
-    let rate_hz = f64::from(settings.generation.rate_hz);
-    let shares = Arc::new(ProcessorShares::new(arguments.block as f64 / rate_hz));
-    let device = device(renderer, &settings, &operations, &shares)?;
+    let period_s = arguments.block as f64 / f64::from(rate_hz);
+    let shares = Arc::new(ProcessorShares::new(period_s));
+    let (to, listened) = mpsc::channel();
+    let detector = ClickDetector::new(rate_hz);
+    let ear = arguments.detect.then_some(Ear { detector, to });
+    let device = device(renderer, &settings, &operations, &shares, ear)?;
     let mut log = TraceLog::default();
     let traced = arguments.trace.is_some().then_some(&mut log);
     let rss_mb = keep_going(&mut restless, 60.0 * arguments.minutes, traced)?;
@@ -221,6 +250,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         &statistics,
         (operations, &shares),
         rss_mb,
+        listened.try_recv().ok(),
     );
     match &arguments.trace {
         Some(file) => write_trace(file, &log),
@@ -235,6 +265,7 @@ fn tell(
     statistics: &Statistics,
     (operations, shares): (u64, &ProcessorShares),
     rss_mb: [f64; 2],
+    listened: Option<ClickDetector>,
 ) {
     let generation = &restless.controller.settings().generation;
     let period_s = arguments.block as f64 / f64::from(generation.rate_hz);
@@ -242,7 +273,7 @@ fn tell(
     let block = &statistics.block;
     let microseconds = |times: &Percentiles| json!({"p50": 1e6 * times.p50_s, "p95": 1e6 * times.p95_s, "p999": 1e6 * times.p999_s});
     let milliseconds = |time_s: f64| 1e3 * time_s;
-    let result = json!({
+    let mut result = json!({
         "blocks": heard.blocks,
         "missed": heard.missed,
         "p50_share": share(block.p50_s),
@@ -276,6 +307,16 @@ fn tell(
         "realtime_priority": heard.placement.realtime_priority,
         "nice": heard.placement.nice,
     });
+    if let (Some(detector), Value::Object(keys)) = (&listened, &mut result) {
+        let found = [
+            ("clicks", json!(detector.clicks())),
+            ("first_click_s", json!(detector.first_click_s())),
+            ("worst_step", json!(detector.worst())),
+            ("dc", json!(detector.dc())),
+            ("peak", json!(detector.peak())),
+        ];
+        keys.extend(found.map(|(key, value)| (key.to_owned(), value)));
+    }
     if arguments.json {
         println!("{result}");
         return;
@@ -304,4 +345,12 @@ fn tell(
         "{operations} allocations and frees on the audio side; {} scene swaps, {} sources added; {:.1} MB, then {:.1} MB",
         restless.swaps, restless.added, rss_mb[0], rss_mb[1],
     );
+    if let Some(detector) = listened {
+        println!(
+            "{} clicks, {:.1e} of direct current, peak {:.2}",
+            detector.clicks(),
+            detector.dc(),
+            detector.peak(),
+        );
+    }
 }

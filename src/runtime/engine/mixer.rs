@@ -11,9 +11,55 @@ use crate::scene::SourceId;
 /// Seconds of a cross-fade between two slots.
 const FADE_S: f32 = 0.05;
 
+/// Audio frames over which a sound fades that is taken away from under its source: long enough not to click, short enough
+/// to be over before a slot has another tenant.
+const TAIL_FRAMES: usize = 256;
+
+/// The end of a sound that was taken away, faded to nothing.
+struct Tail {
+    samples: [f32; TAIL_FRAMES],
+    /// How many of them have been heard; all of them if there is nothing.
+    done: usize,
+    slot: u16,
+}
+
+impl Default for Tail {
+    fn default() -> Self {
+        Self {
+            samples: [0.0; TAIL_FRAMES],
+            done: TAIL_FRAMES,
+            slot: NO_SLOT,
+        }
+    }
+}
+
+impl Tail {
+    /// Takes the next samples of a feed at a gain.
+    fn take(&mut self, feed: &mut Feed, gain: f32, slot: u16) {
+        feed.fill(&mut self.samples);
+        for (n, sample) in self.samples.iter_mut().enumerate() {
+            // From one to nothing without a bend at either end.
+            let left = 1.0 - (n + 1) as f32 / TAIL_FRAMES as f32;
+            *sample *= gain * left * left * (3.0 - 2.0 * left);
+        }
+        (self.done, self.slot) = (0, slot);
+    }
+
+    fn end(&mut self) {
+        self.done = TAIL_FRAMES;
+    }
+
+    fn is_over(&self) -> bool {
+        self.done == TAIL_FRAMES
+    }
+}
+
 /// What the renderer knows of one source.
 #[derive(Default)]
 struct Seat {
+    tail: Tail,
+    /// Whether the last block had it in its slot.
+    sounds: bool,
     feed: Feed,
     /// Whose feed it is.
     owner: Option<SourceId>,
@@ -58,6 +104,10 @@ impl Mixer {
     pub(super) fn change(&mut self, change: FeedChange) -> Feed {
         let mut old = change.feed;
         if let Some(seat) = self.seats.get_mut(change.id.slot()) {
+            if std::mem::take(&mut seat.sounds) {
+                seat.tail
+                    .take(&mut seat.feed, seat.gain * seat.fade, seat.slot);
+            }
             std::mem::swap(&mut seat.feed, &mut old);
             seat.owner = Some(change.id);
         }
@@ -74,7 +124,9 @@ impl Mixer {
                 continue;
             };
             if seat.tenant != Some(place.id) {
-                // Another source begins at its own gain.
+                // Another source begins at its own gain, and without what its slot's last tenant had to say.
+                seat.tail.end();
+                seat.sounds = false;
                 seat.gain = place.gain;
                 (seat.slot, seat.fade) = (place.slot, 1.0);
                 seat.left_fade = 0.0;
@@ -102,11 +154,33 @@ impl Mixer {
         let mut starved = 0;
         sounds.fill(false);
         for seat in seats {
-            let plays = seat.is_present && seat.owner == seat.tenant;
-            if !plays || matches!(seat.feed, Feed::Silence) {
+            let plays =
+                seat.is_present && seat.owner == seat.tenant && !matches!(seat.feed, Feed::Silence);
+            let sounded = std::mem::take(&mut seat.sounds);
+            if !plays && sounded {
+                seat.tail
+                    .take(&mut seat.feed, seat.gain * seat.fade, seat.slot);
+            }
+            if !seat.tail.is_over() {
+                let slot = usize::from(seat.tail.slot);
+                let rest = &seat.tail.samples[seat.tail.done..];
+                let count = rest.len().min(frames);
+                if let Some(sounds) = sounds.get_mut(slot) {
+                    let input = &mut inputs[slot * self.block..][..frames];
+                    if !std::mem::replace(sounds, true) {
+                        input.fill(0.0);
+                    }
+                    for (sum, sample) in input.iter_mut().zip(rest) {
+                        *sum += sample;
+                    }
+                }
+                seat.tail.done += count;
+            }
+            if !plays {
                 continue;
             }
             let heard = seat.slot != NO_SLOT;
+            seat.sounds = heard;
             if !heard && seat.left_fade == 0.0 {
                 starved += seat.feed.skip(frames);
                 seat.gain = seat.target;
@@ -227,8 +301,65 @@ mod tests {
         };
         assert_eq!(*next, BLOCK);
         mixer.place(&[place(0, 1, 0.5)]);
+        // The other one fades.
+        let [_, first] = mixed(&mut mixer);
+        assert!(first > 0.5 && first < 0.75, "{first}");
+        (1..TAIL_FRAMES / BLOCK).for_each(|_| drop(mixed(&mut mixer)));
         assert_eq!(mixed(&mut mixer), [0.0, 0.5]);
         mixer.place(&[]);
+        (0..TAIL_FRAMES / BLOCK).for_each(|_| drop(mixed(&mut mixer)));
+        assert_eq!(mixed(&mut mixer), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_sound_that_is_taken_away_ends_without_a_step() {
+        for how in 0..3 {
+            let mut mixer = mixer(1);
+            mixer.place(&[place(0, 0, 0.5)]);
+            assert_eq!(mixed(&mut mixer), [0.5, 0.0]);
+            let id = SourceId::new(0, 0);
+            match how {
+                // Removed, stopped, or given another sound that begins softly.
+                0 => mixer.place(&[]),
+                1 => drop(mixer.change(FeedChange {
+                    id,
+                    feed: Feed::Silence,
+                })),
+                _ => drop(mixer.change(FeedChange {
+                    id,
+                    feed: Feed::Clip {
+                        samples: vec![0.0; 100].into(),
+                        next: 0,
+                        looped: true,
+                    },
+                })),
+            }
+            let mut last = 0.5;
+            for _ in 0..TAIL_FRAMES / BLOCK + 1 {
+                mixer.mix(BLOCK);
+                let mut inputs: [&[f32]; 2] = [&[]; 2];
+                mixer.inputs(BLOCK, &mut inputs);
+                for n in 0..BLOCK {
+                    let next = inputs[0].get(n).copied().unwrap_or(0.0);
+                    // A cubic's steepest step is one and a half times a line's.
+                    assert!(next <= last && last - next <= 0.76 / TAIL_FRAMES as f32);
+                    last = next;
+                }
+            }
+            assert_eq!(last, 0.0);
+        }
+    }
+
+    #[test]
+    fn the_next_tenant_of_a_seat_does_not_begin_with_the_last_ones_end() {
+        let mut mixer = mixer(1);
+        mixer.place(&[place(0, 0, 1.0)]);
+        mixed(&mut mixer);
+        let next = FeedPlace {
+            id: SourceId::new(0, 1),
+            ..place(0, 0, 1.0)
+        };
+        mixer.place(&[next]);
         assert_eq!(mixed(&mut mixer), [0.0, 0.0]);
     }
 }

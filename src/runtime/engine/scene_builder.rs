@@ -1,6 +1,7 @@
 //! Scenes built off the app's thread: a mesh goes in, a committed scene comes out some frames later.
 //!
-//! Control side. One thread a build; of several builds only the last one asked for counts.
+//! Control side. At most one build runs and one mesh waits for it to end, however often an app changes its mind: of several
+//! builds only the last one asked for counts. What nobody wants any more is freed as soon as its build ends.
 
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -8,46 +9,85 @@ use std::thread::{self, JoinHandle};
 use crate::error::{Error, Result};
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
-type Build = JoinHandle<Result<Scene>>;
+/// What a scene is made of.
+struct Request {
+    mesh: TriangleMesh,
+    materials: MaterialTable,
+    settings: SceneSettings,
+}
 
-/// The build under way, if there is one.
+/// A build on its thread.
+struct Build {
+    thread: JoinHandle<Result<Scene>>,
+    is_wanted: bool,
+}
+
+/// The build under way, if there is one, and the one after it.
 #[derive(Default)]
 pub(super) struct SceneBuilder {
     build: Option<Build>,
+    waiting: Option<Request>,
 }
 
 impl SceneBuilder {
-    /// Starts a build; an earlier one's result will not be looked at.
+    /// Starts a build, or has it wait for the one under way, whose result will not be looked at.
     pub(super) fn start(
         &mut self,
         mesh: TriangleMesh,
         materials: MaterialTable,
         settings: SceneSettings,
     ) -> Result<()> {
-        let build = thread::Builder::new()
+        self.cancel();
+        let request = Request {
+            mesh,
+            materials,
+            settings,
+        };
+        if self.build.is_some() {
+            self.waiting = Some(request);
+            return Ok(());
+        }
+        self.spawn(request)
+    }
+
+    fn spawn(&mut self, request: Request) -> Result<()> {
+        let thread = thread::Builder::new()
             .name("foresound-scene".into())
-            .spawn(move || Scene::commit(&mesh, &materials, &settings))
+            .spawn(move || Scene::commit(&request.mesh, &request.materials, &request.settings))
             .map_err(|error| {
                 let advice = "commit the scene yourself and hand it over";
                 Error::engine(format!("no thread for the scene: {error}"), advice)
             })?;
-        self.build = Some(build);
+        self.build = Some(Build {
+            thread,
+            is_wanted: true,
+        });
         Ok(())
     }
 
     pub(super) fn is_building(&self) -> bool {
-        self.build.is_some()
+        self.waiting.is_some() || self.build.as_ref().is_some_and(|build| build.is_wanted)
     }
 
-    /// Forgets the build under way.
+    /// Forgets what is being built.
     pub(super) fn cancel(&mut self) {
-        self.build = None;
+        self.waiting = None;
+        if let Some(build) = &mut self.build {
+            build.is_wanted = false;
+        }
     }
 
     /// The result, once it is there.
     pub(super) fn poll(&mut self) -> Option<Result<Arc<Scene>>> {
-        let build = self.build.take_if(|build| build.is_finished())?;
-        Some(match build.join() {
+        let build = self.build.take_if(|build| build.thread.is_finished())?;
+        let result = build.thread.join();
+        if let Some(request) = self.waiting.take() {
+            return self.spawn(request).err().map(Err);
+        }
+        if !build.is_wanted {
+            return None;
+        }
+        Some(match result {
             Ok(result) => result.map(Arc::new),
             Err(_) => Err(Error::engine(
                 "building the scene panicked",

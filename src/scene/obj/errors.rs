@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use super::super::mesh::LARGEST_COORDINATE_M;
 use super::lines::{ObjLines, Statement, shortened};
-use super::{in_range, open};
+use super::{in_range, reopen};
 use crate::error::Error;
 
 /// The parser's error as ours, with the line.
@@ -53,7 +53,7 @@ fn index_error(path: &Path) -> Error {
     // A face may name a vertex that comes after it; one beyond the file's end is worse and is named first.
     let mut ahead: Option<(usize, i64)> = None;
     let mut found = None;
-    if let Ok(file) = open(path) {
+    if let Some(file) = reopen(path) {
         let mut lines = ObjLines::new(file);
         while let Ok(Some(statement)) = lines.statement() {
             match statement {
@@ -93,7 +93,7 @@ pub(super) fn vertex_error(path: &Path, place: &impl Fn([f32; 3]) -> Vec3) -> Er
     let mut bad: HashMap<i64, (usize, Vec<String>)> = HashMap::new();
     let mut used: Vec<i64> = Vec::new();
     let mut defined = 0i64;
-    if let Ok(file) = open(path) {
+    if let Some(file) = reopen(path) {
         let mut lines = ObjLines::new(file);
         while let Ok(Some(statement)) = lines.statement() {
             match statement {

@@ -11,6 +11,12 @@ use std::io::{self, BufRead, Read};
 /// Longest line in bytes. A polygon of 50,000 corners fits; a binary file without line ends stops here.
 const LONGEST_LINE: u64 = 1 << 20;
 
+/// Material libraries that are looked at.
+const MOST_LIBRARIES: usize = 64;
+
+/// What may stand before the first line of UTF-8 text.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// A problem that the reader itself finds, with what to do about it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LineProblem {
@@ -56,6 +62,10 @@ pub(super) struct ObjLines<R> {
     pub(super) unused: Option<(usize, usize)>,
     /// What stopped the reading, if this reader did.
     pub(super) problem: Option<LineProblem>,
+    most_triangles: usize,
+    /// Triangles and vertices so far.
+    triangles: usize,
+    vertices: usize,
 }
 
 impl<R: BufRead> ObjLines<R> {
@@ -72,7 +82,25 @@ impl<R: BufRead> ObjLines<R> {
             libraries: Vec::new(),
             unused: None,
             problem: None,
+            most_triangles: usize::MAX,
+            triangles: 0,
+            vertices: 0,
         }
+    }
+
+    /// Stops where there are more triangles than this, three times as many vertices, or as many materials.
+    pub(super) fn within(self, most_triangles: usize) -> Self {
+        Self {
+            most_triangles,
+            ..self
+        }
+    }
+
+    fn more_than(&mut self, most: usize, what: &str) -> io::Error {
+        self.stop(
+            format!("more than {most} {what}"),
+            "simplify the model; sound needs walls, not ornaments",
+        )
     }
 
     /// The next statement, `None` at the end of the file.
@@ -103,6 +131,10 @@ impl<R: BufRead> ObjLines<R> {
                     "give a Wavefront OBJ text file with one statement a line",
                 ));
             }
+            // Editors of one system begin a file with a mark of its encoding.
+            if self.lines == 1 && self.raw.starts_with(BYTE_ORDER_MARK) {
+                self.raw.drain(..BYTE_ORDER_MARK.len());
+            }
             text.push_str(&String::from_utf8_lossy(&self.raw));
             let kept = text.trim_end_matches(['\r', '\n']).len();
             text.truncate(kept);
@@ -126,6 +158,11 @@ impl<R: BufRead> ObjLines<R> {
             .take_while(|word| !word.starts_with('#'));
         match keyword {
             "v" => {
+                self.vertices += 1;
+                let most = self.most_triangles.saturating_mul(3);
+                if self.vertices > most {
+                    return Err(self.more_than(most, "vertices"));
+                }
                 let words: Vec<String> = words.map(str::to_owned).collect();
                 // Three coordinates, or four with a weight; more are a colour.
                 let kept = if words.len() == 4 { 4 } else { 3 };
@@ -141,9 +178,18 @@ impl<R: BufRead> ObjLines<R> {
                         "give every face three corners or more",
                     ));
                 }
+                self.triangles += corners.len() - 2;
+                if self.triangles > self.most_triangles {
+                    return Err(self.more_than(self.most_triangles, "triangles"));
+                }
                 Ok(Statement::Face(corners))
             }
-            "usemtl" => Ok(Statement::Material(rest.to_owned())),
+            "usemtl" => {
+                if self.names.len() > self.most_triangles {
+                    return Err(self.more_than(self.most_triangles, "materials"));
+                }
+                Ok(Statement::Material(rest.to_owned()))
+            }
             "mtllib" => Ok(Statement::Library(rest.to_owned())),
             "l" | "p" | "curv" | "curv2" | "surf" => Ok(Statement::Unused),
             _ => Ok(Statement::Other),
@@ -205,7 +251,11 @@ impl<R: BufRead> ObjLines<R> {
                     text = format!("mtllib {number}\nusemtl {number}\n");
                 }
             }
-            Statement::Library(file) => self.libraries.push((self.line, file)),
+            Statement::Library(file) => {
+                if self.libraries.len() < MOST_LIBRARIES {
+                    self.libraries.push((self.line, file));
+                }
+            }
             Statement::Unused => {
                 let (count, first) = self.unused.unwrap_or((0, self.line));
                 self.unused = Some((count + 1, first));

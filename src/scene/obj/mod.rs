@@ -15,7 +15,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::mesh::{LARGEST_COORDINATE_M, TriangleMesh};
+use super::mesh::{LARGEST_COORDINATE_M, MOST_TRIANGLES, TriangleMesh};
 use crate::error::{Error, Result};
 use errors::{parser_error, vertex_error};
 use lines::{ObjLines, shortened};
@@ -44,14 +44,18 @@ pub struct ObjOptions {
     pub scale: f32,
     /// The file's upward axis.
     pub up: UpAxis,
+    /// Most triangles that are read, polygons cut up; three times as many vertices. A file with more is refused where it
+    /// exceeds that, so reading takes no more than some 200 bytes for each.
+    pub most_triangles: usize,
 }
 
 impl Default for ObjOptions {
-    /// Metres, +y up.
+    /// Metres, +y up, as many triangles as a scene takes by default.
     fn default() -> Self {
         Self {
             scale: 1.0,
             up: UpAxis::Y,
+            most_triangles: MOST_TRIANGLES,
         }
     }
 }
@@ -73,7 +77,8 @@ pub struct ObjFile {
 /// # Errors
 /// [`Error::Setting`] for a scale that is not above zero; [`Error::File`] where the file cannot be read;
 /// [`Error::Format`] with the line for a broken statement, a face that refers to no vertex, a vertex in use that is not
-/// finite or farther out than [`LARGEST_COORDINATE_M`], and without a line for a file without faces.
+/// finite or farther out than [`LARGEST_COORDINATE_M`], or more of anything than [`ObjOptions::most_triangles`] allows,
+/// and without a line for a file without faces.
 pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
     if !(options.scale.is_finite() && options.scale > 0.0) {
         return Err(Error::setting(
@@ -82,7 +87,7 @@ pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
             "give metres a unit: 1 for metres, 0.01 for centimetres, 0.001 for millimetres",
         ));
     }
-    let mut lines = ObjLines::new(open(path)?);
+    let mut lines = ObjLines::new(open(path)?).within(options.most_triangles);
     let parser_options = tobj::LoadOptions {
         single_index: true,
         triangulate: false,
@@ -178,6 +183,12 @@ fn in_range(vertex: Vec3) -> bool {
     vertex.abs().max_element() <= LARGEST_COORDINATE_M && vertex.is_finite()
 }
 
+/// Opens a file that was read before; what is no file, as a pipe, would wait for somebody to write it again.
+fn reopen(path: &Path) -> Option<BufReader<File>> {
+    let again = std::fs::metadata(path).is_ok_and(|about| about.is_file());
+    again.then(|| open(path).ok()).flatten()
+}
+
 fn open(path: &Path) -> Result<BufReader<File>> {
     let advice = "give the path of a readable OBJ file";
     let file = File::open(path).map_err(|error| Error::file(path, error, advice))?;
@@ -270,6 +281,13 @@ mod tests {
             format!("{SQUARE}v -1 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1 4//1 5\nf 4 3 2 1\n");
         let file = read(&text, &ObjOptions::default()).unwrap();
         assert_eq!(file.mesh.triangles.len(), 3 + 2);
+    }
+
+    #[test]
+    fn a_byte_order_mark_hides_no_vertex() {
+        let text = format!("\u{feff}{SQUARE}f 1 2 3 4\n");
+        let file = read(&text, &ObjOptions::default()).unwrap();
+        assert_eq!(file.mesh.vertices.len(), 4);
     }
 
     #[test]

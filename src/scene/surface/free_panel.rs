@@ -91,14 +91,22 @@ impl FreePanels {
                 free: [false; 2],
             });
         }
+        let mut meeting: Vec<u32> = Vec::new();
         for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
+            // Sorted, because thousands of leaves may meet at one edge.
+            meeting.clear();
+            meeting.extend(
+                same.iter()
+                    .map(|(_, e)| set.triangle_surface[(e / 3) as usize]),
+            );
+            meeting.sort_unstable();
             for &(_, edge) in same {
                 let (triangle, side) = (edge / 3, edge as usize % 3);
                 let Some(piece) = pieces.get_mut(place[triangle as usize] as usize) else {
                     continue;
                 };
-                let others = || same.iter().map(|(_, e)| e / 3).filter(|&t| t != triangle);
-                if others().any(|t| set.triangle_surface[t as usize] == piece.surface) {
+                let own = meeting.partition_point(|&surface| surface < piece.surface);
+                if meeting.get(own + 1) == Some(&piece.surface) {
                     continue;
                 }
                 let corners = triangles[triangle as usize].map(|v| vertices[v as usize]);

@@ -129,6 +129,10 @@ impl Grids {
             whole = vec![false; counts.len()];
             let mut total = 0usize;
             for triangle in members {
+                // A grid that is too fine need not be counted to its end.
+                if counts.len() > 1 && total > MOST_ENTRIES_A_TRIANGLE * members.len() {
+                    break;
+                }
                 grid.cover(triangle, |cell| {
                     counts[cell as usize] += 1;
                     total += 1;

@@ -1,0 +1,117 @@
+//! What the library is built of: every licence is one of deny.toml's, nothing comes from anywhere but the registry, and no
+//! more crates come in two versions than are listed here. From what cargo knows without a network.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+/// Crates of which two versions are built: all of them behind dependencies of tests or of other systems, none to be mended
+/// from here. A new one has to be looked at.
+const DOUBLED: &[&str] = &[
+    "criterion",
+    "criterion-plot",
+    "itertools",
+    "jni-sys",
+    "miniz_oxide",
+    "syn",
+    "thiserror",
+    "thiserror-impl",
+    "toml",
+    "toml_datetime",
+    "winnow",
+];
+
+/// Crates whose licence no list allows, and why they may be there: for tests, in no product.
+const FOR_TESTS: [&str; 1] = ["cbindgen"];
+
+fn metadata() -> serde_json::Value {
+    let output = Command::new(env!("CARGO"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([
+            "metadata",
+            "--format-version",
+            "1",
+            "--locked",
+            "--offline",
+            "--all-features",
+        ])
+        .output()
+        .expect("cargo runs");
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    if !output.status.success() {
+        // Crates of other systems need not be on this disk; those that are built are.
+        let output = Command::new(env!("CARGO"))
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args([
+                "metadata",
+                "--format-version",
+                "1",
+                "--locked",
+                "--all-features",
+            ])
+            .output()
+            .expect("cargo runs");
+        assert!(output.status.success(), "{errors}");
+        return serde_json::from_slice(&output.stdout).expect("JSON");
+    }
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+fn allowed() -> Vec<String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("deny.toml");
+    let text = std::fs::read_to_string(path).expect("deny.toml");
+    let list = text.lines().find_map(|line| line.strip_prefix("allow = ["));
+    let list = list.expect("a list of licences").trim_end_matches(']');
+    list.split(", ")
+        .map(|word| word.trim_matches('"').to_owned())
+        .collect()
+}
+
+/// Whether a licence expression can be met: of `OR` one side, of `AND` both. An exception to a licence only allows more.
+fn is_met(expression: &str, allowed: &[String]) -> bool {
+    let plain = expression.replace(['(', ')'], " ").replace('/', " OR ");
+    // In the crates' own expressions `AND` stands outside of brackets.
+    plain.split(" AND ").all(|part| {
+        part.split(" OR ").any(|licence| {
+            let name = licence.split_whitespace().next().unwrap_or_default();
+            allowed.iter().any(|allowed| allowed == name)
+        })
+    })
+}
+
+#[test]
+fn licences_are_allowed_ones() {
+    let allowed = allowed();
+    assert!(is_met("(MIT OR Apache-2.0) AND Unicode-3.0", &allowed));
+    assert!(!is_met("MIT AND GPL-3.0", &allowed) && !is_met("MPL-2.0", &allowed));
+    let metadata = metadata();
+    let packages = metadata["packages"].as_array().expect("packages");
+    assert!(packages.len() > 100, "{} packages", packages.len());
+    for package in packages {
+        let name = package["name"].as_str().expect("a name");
+        let licence = package["license"].as_str().unwrap_or("none");
+        let met = is_met(licence, &allowed) || FOR_TESTS.contains(&name);
+        assert!(met, "{name} is under {licence}");
+        let source = package["source"].as_str().unwrap_or("registry+ours");
+        assert!(
+            source.starts_with("registry+"),
+            "{name} comes from {source}"
+        );
+    }
+}
+
+#[test]
+fn no_further_crate_comes_twice() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.lock");
+    let text = std::fs::read_to_string(path).expect("Cargo.lock");
+    let mut count: BTreeMap<&str, usize> = BTreeMap::new();
+    for name in text.lines().filter_map(|line| line.strip_prefix("name = ")) {
+        *count.entry(name.trim_matches('"')).or_default() += 1;
+    }
+    let doubled: Vec<&str> = count
+        .iter()
+        .filter(|(_, n)| **n > 1)
+        .map(|(name, _)| *name)
+        .collect();
+    assert_eq!(doubled, DOUBLED);
+}

@@ -1,0 +1,335 @@
+//! Calls of the C interface in any order with any numbers: handles that were closed, of other kinds or invented, poses and
+//! sizes that are none. Every call returns a status, never that of a caught panic, and what is rendered is finite.
+
+use std::ffi::{CStr, CString};
+use std::ptr;
+
+use foresound::bridge::capi::engine::*;
+use foresound::bridge::capi::scene::*;
+use foresound::bridge::capi::sound::*;
+use foresound::bridge::capi::source::*;
+use foresound::bridge::capi::{foresound_close, foresound_last_error};
+use foresound::bridge::scenes::{SceneInfo, SceneOptions};
+use foresound::bridge::session::SourceOptions;
+use foresound::bridge::sound::RenderInfo;
+use foresound::bridge::{EngineStatistics, Options, Pose, Status};
+
+use super::bytes::Bytes;
+
+/// Handles and sources that calls have given, and what else there is to hold.
+struct World<'a> {
+    bytes: Bytes<'a>,
+    handles: Vec<u64>,
+    engines: Vec<u64>,
+    renderers: Vec<u64>,
+    sources: Vec<u32>,
+}
+
+impl World<'_> {
+    /// Mostly the newest of its kind, at times any handle, at times an invented one.
+    fn handle(&mut self, of: fn(&Self) -> &Vec<u64>) -> u64 {
+        match self.bytes.byte() {
+            255 => self.bytes.long(),
+            kind @ 200..=254 => {
+                let count = self.handles.len().max(1);
+                let at = usize::from(kind) % count;
+                self.handles.get(at).copied().unwrap_or(0)
+            }
+            _ => of(self).last().copied().unwrap_or(0),
+        }
+    }
+
+    fn engine(&mut self) -> u64 {
+        self.handle(|world| &world.engines)
+    }
+
+    fn any(&mut self) -> u64 {
+        self.handle(|world| &world.handles)
+    }
+
+    fn source(&mut self) -> u32 {
+        match self.bytes.byte() {
+            255 => self.bytes.word(),
+            tame => {
+                let at = usize::from(tame) % self.sources.len().max(1);
+                self.sources.get(at).copied().unwrap_or(0)
+            }
+        }
+    }
+
+    fn pose(&mut self) -> Pose {
+        let orientation = match self.bytes.byte() {
+            200.. => self.bytes.numbers(),
+            _ => [0.0, 0.0, 0.0, 1.0],
+        };
+        Pose {
+            source: self.source(),
+            position_m: self.bytes.numbers(),
+            orientation,
+        }
+    }
+}
+
+/// No call may end in a caught panic, and every failure has words.
+fn held(status: Status) -> bool {
+    assert_ne!(status, Status::Panic);
+    // SAFETY: the text lives until this thread's next failure.
+    let text = unsafe { CStr::from_ptr(foresound_last_error()) };
+    assert!(status == Status::Ok || text.to_str().is_ok_and(|t| t.lines().count() <= 1));
+    status == Status::Ok
+}
+
+fn options(bytes: &mut Bytes) -> Options {
+    let mut options = Options {
+        rate_hz: 16_000,
+        block_frames: 64,
+        max_sources: 4,
+        max_voices: 16,
+        fine_voices: 4,
+        max_paths: 64,
+        guide_rays: 16,
+        source_rays: 8,
+        schedule: 1,
+        head: 1,
+        frame_s: 0.01,
+        max_delay_s: 0.05,
+        ..Options::default()
+    };
+    // One option may be anything, but none that only costs time and memory.
+    let word = [0, 1, 3, 33, u32::MAX, 7][bytes.below(6)];
+    let number = bytes.number();
+    match bytes.byte() {
+        0 => options.rate_hz = word,
+        1 => options.block_frames = word,
+        2 => options.max_sources = word,
+        3 => options.max_voices = word,
+        4 => options.fine_voices = word,
+        5 => options.max_paths = word,
+        6 => options.guide_rays = word,
+        7 => options.source_rays = word,
+        8 => options.depth = word,
+        9 => options.schedule = word,
+        10 => options.predictor = word,
+        11 => options.affinity = word,
+        12 => options.head = word,
+        13 => options.late = word,
+        14 => options.limiter = word,
+        15 => options.nearest_m = number,
+        16 => options.ceiling_db = number,
+        17 => options.frame_s = number.into(),
+        18 => options.max_delay_s = f64::from(number).min(0.5),
+        19 => options.size = word,
+        20 => options.predictor = 2,
+        _ => {}
+    }
+    options
+}
+
+fn scene(world: &mut World) -> Option<u64> {
+    let vertices = world.bytes.below(12);
+    let positions: Vec<f32> = (0..3 * vertices).map(|_| world.bytes.number()).collect();
+    let indices: Vec<u32> = (0..world.bytes.below(40))
+        .map(|_| world.bytes.word() % (vertices as u32 + 1))
+        .collect();
+    let length = world.bytes.below(60);
+    let text = CString::new(world.bytes.take(length)).unwrap_or_default();
+    let materials = match world.bytes.byte() {
+        200.. => text.as_ptr(),
+        _ => ptr::null(),
+    };
+    let options = SceneOptions {
+        temperature_c: match world.bytes.byte() {
+            200.. => world.bytes.number(),
+            _ => 20.0,
+        },
+        ..SceneOptions::default()
+    };
+    let mut scene = 0;
+    // SAFETY: the addresses are those of as many values as are said, of a text with its end, and of variables.
+    let status = unsafe {
+        foresound_scene_from_mesh(
+            positions.as_ptr(),
+            vertices,
+            indices.as_ptr(),
+            indices.len(),
+            ptr::null(),
+            ptr::null(),
+            0,
+            materials,
+            &raw const options,
+            &raw mut scene,
+        )
+    };
+    held(status).then_some(scene)
+}
+
+fn render(world: &mut World) {
+    let renderer = world.handle(|world| &world.renderers);
+    let frames = [0usize, 1, 63, 64, 160][world.bytes.below(5)];
+    let mut block = vec![f32::NAN; 2 * frames];
+    let mut info = RenderInfo::default();
+    // SAFETY: the block has twice as many floats as frames; the other is a variable.
+    let status = unsafe { foresound_render(renderer, block.as_mut_ptr(), frames, &raw mut info) };
+    assert_ne!(status, Status::Panic);
+    if status == Status::Ok {
+        assert!(block.iter().all(|s| s.is_finite()), "{block:?}");
+    }
+}
+
+fn sound(world: &mut World) {
+    let (engine, source) = (world.engine(), world.source());
+    let mut handle = 0;
+    match world.bytes.below(3) {
+        0 => {
+            let samples = [world.bytes.number(); 24];
+            let rate_hz = [16_000, 44_100, 0, 1][world.bytes.below(4)];
+            // SAFETY: the addresses are those of 24 samples and of a variable.
+            let status = unsafe {
+                foresound_clip_from_samples(samples.as_ptr(), 24, rate_hz, 16_000, &raw mut handle)
+            };
+            if held(status) {
+                world.handles.push(handle);
+            }
+            let looped = world.bytes.byte().into();
+            let clip = match world.bytes.byte() {
+                200.. => world.any(),
+                _ => handle,
+            };
+            held(foresound_source_play(engine, source, clip, looped));
+        }
+        1 => {
+            let capacity = [0, 1, 100, usize::MAX][world.bytes.below(4)];
+            // SAFETY: the address is a variable's.
+            let status =
+                unsafe { foresound_source_stream(engine, source, capacity, &raw mut handle) };
+            if held(status) {
+                world.handles.push(handle);
+            }
+        }
+        _ => {
+            let (stream, mut written) = (world.any(), 0);
+            let samples = [world.bytes.number(); 50];
+            // SAFETY: the addresses are those of 50 samples and of a variable.
+            let status =
+                unsafe { foresound_stream_write(stream, samples.as_ptr(), 50, &raw mut written) };
+            assert!(status != Status::Panic && written <= 50);
+        }
+    }
+}
+
+fn change(world: &mut World) {
+    let (engine, source) = (world.engine(), world.source());
+    let status = match world.bytes.below(8) {
+        0 => foresound_source_remove(engine, source),
+        1 => foresound_source_set_gain(engine, source, world.bytes.number()),
+        2 => foresound_source_mute(engine, source, world.bytes.byte().into()),
+        3 => foresound_source_stop(engine, source),
+        4 => foresound_engine_pause(engine),
+        5 => foresound_engine_resume(engine),
+        6 => foresound_engine_restart(engine),
+        _ => {
+            let options = SourceOptions {
+                effects: world.bytes.byte().into(),
+                radius_m: world.bytes.number(),
+                order: world.bytes.number(),
+                directivity: [world.bytes.number(); 8],
+                ..SourceOptions::default()
+            };
+            // SAFETY: the address is a structure's.
+            unsafe { foresound_source_configure(engine, source, &raw const options) }
+        }
+    };
+    held(status);
+}
+
+fn step(world: &mut World) {
+    match world.bytes.below(12) {
+        0 if world.engines.len() < 3 => {
+            let options = options(&mut world.bytes);
+            let (mut engine, mut renderer) = (0, 0);
+            // SAFETY: the addresses are those of a structure and of variables; no head-related set is none.
+            let status = unsafe {
+                foresound_engine_create(
+                    &raw const options,
+                    ptr::null(),
+                    0,
+                    &raw mut engine,
+                    &raw mut renderer,
+                )
+            };
+            if held(status) {
+                world.handles.extend([engine, renderer]);
+                world.engines.push(engine);
+                world.renderers.push(renderer);
+            }
+        }
+        1 => {
+            if let Some(scene) = scene(world) {
+                world.handles.push(scene);
+                let mut info = SceneInfo::default();
+                // SAFETY: the address is a variable's.
+                assert!(held(unsafe { foresound_scene_info(scene, &raw mut info) }));
+                let engine = world.engine();
+                held(foresound_engine_set_scene(engine, scene));
+            }
+        }
+        2 => {
+            let (engine, place) = (world.engine(), world.bytes.numbers::<3>());
+            let mut source = 0;
+            // SAFETY: the address is a variable's.
+            let status = unsafe {
+                foresound_source_add(engine, place[0], place[1], place[2], &raw mut source)
+            };
+            if held(status) {
+                world.sources.push(source);
+            }
+        }
+        3 | 4 => {
+            let (engine, listener) = (world.engine(), world.pose());
+            let poses: Vec<Pose> = (0..world.bytes.below(6)).map(|_| world.pose()).collect();
+            // SAFETY: the addresses are those of a pose and of as many as the list has.
+            held(unsafe {
+                foresound_engine_tick(engine, &raw const listener, poses.as_ptr(), poses.len())
+            });
+        }
+        5 | 6 => render(world),
+        7 => sound(world),
+        8 => change(world),
+        9 => {
+            let engine = world.engine();
+            let rays = [0, 1, 16, u32::MAX][world.bytes.below(4)];
+            let depth = world.bytes.below(6) as u32;
+            held(foresound_engine_set_propagation(engine, rays, 8, depth));
+        }
+        10 => {
+            let (engine, mut statistics) = (world.engine(), EngineStatistics::default());
+            // SAFETY: the address is a variable's.
+            held(unsafe { foresound_engine_statistics(engine, &raw mut statistics) });
+        }
+        _ => {
+            let handle = world.any();
+            held(foresound_close(handle));
+        }
+    }
+}
+
+/// Any sequence of calls.
+pub(crate) fn c_calls(data: &[u8]) {
+    let mut world = World {
+        bytes: Bytes(data),
+        handles: Vec::new(),
+        engines: Vec::new(),
+        renderers: Vec::new(),
+        sources: Vec::new(),
+    };
+    for _ in 0..64 {
+        if world.bytes.is_empty() {
+            break;
+        }
+        step(&mut world);
+    }
+    for handle in world.handles {
+        let status = foresound_close(handle);
+        assert!(matches!(status, Status::Ok | Status::Closed), "{status:?}");
+    }
+}

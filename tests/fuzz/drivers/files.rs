@@ -1,0 +1,149 @@
+//! Files of all kinds: whatever they hold, reading ends in a value that is good or in an error of one line.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use foresound::Error;
+use foresound::evaluation::clip::{load_clip_within, load_recording};
+use foresound::evaluation::listener_path::ListenerPath;
+use foresound::scene::{MaterialTable, ObjOptions, SceneLayout, UpAxis, load_obj};
+
+/// A file of this process and thread, in memory where the system has such a place.
+fn file(name: &str) -> PathBuf {
+    thread_local! {
+        static FOLDER: OnceLock<tempfile::TempDir> = const { OnceLock::new() };
+    }
+    FOLDER.with(|folder| {
+        let made = folder.get_or_init(|| {
+            let memory = Path::new("/dev/shm");
+            let made = match memory.is_dir() {
+                true => tempfile::tempdir_in(memory),
+                false => tempfile::tempdir(),
+            };
+            made.expect("a folder for a fuzzer's files")
+        });
+        made.path().join(name)
+    })
+}
+
+fn written(name: &str, bytes: &[u8]) -> PathBuf {
+    let path = file(name);
+    std::fs::write(&path, bytes).expect("a fuzzer's file is written");
+    path
+}
+
+/// An error says something, on one line.
+fn told(error: &Error) {
+    let text = error.to_string();
+    assert!(text.len() > 10 && text.lines().count() == 1, "{text:?}");
+    assert!(!text.contains('\u{1b}'), "{text:?} would steer a terminal");
+}
+
+/// An OBJ file and, after a byte of 255, its material library.
+pub(crate) fn obj(data: &[u8]) {
+    let (&first, rest) = data.split_first().unwrap_or((&0, &[]));
+    let (text, library) = match rest.iter().position(|&b| b == 255) {
+        Some(at) => (&rest[..at], &rest[at + 1..]),
+        None => (rest, &b""[..]),
+    };
+    written("m.mtl", library);
+    let options = ObjOptions {
+        scale: [1.0, 0.01, 1e-30, 1e30][usize::from(first) % 4],
+        up: [UpAxis::Y, UpAxis::Z][usize::from(first / 4) % 2],
+        most_triangles: 1000,
+    };
+    match load_obj(&written("m.obj", text), &options) {
+        Ok(object) => {
+            let mesh = object.mesh;
+            mesh.check_indices()
+                .expect("indices of a file that was read");
+            assert!((1..=1000).contains(&mesh.triangles.len()));
+            for corner in mesh.triangles.iter().flatten() {
+                assert!(mesh.vertices[*corner as usize].is_finite());
+            }
+            let lines = |text: &String| text.lines().count() == 1;
+            assert!(object.warnings.iter().all(lines));
+        }
+        Err(error) => told(&error),
+    }
+}
+
+fn good_materials(table: &MaterialTable) {
+    for entry in table.entries() {
+        let material = &entry.material;
+        let shares = material.absorption.iter().chain(&material.scattering);
+        assert!(
+            shares
+                .chain(&material.transmission)
+                .all(|s| (0.0..=1.0).contains(s))
+        );
+    }
+}
+
+/// A materials' TOML file.
+pub(crate) fn materials(data: &[u8]) {
+    match MaterialTable::load(&written("m.toml", data)) {
+        Ok(table) => good_materials(&table),
+        Err(error) => told(&error),
+    }
+}
+
+/// A scene's TOML file.
+pub(crate) fn layout(data: &[u8]) {
+    match SceneLayout::load(&written("l.toml", data)) {
+        Ok(layout) => {
+            good_materials(&layout.materials);
+            for (slot, source) in (0..).zip(&layout.sources) {
+                let pose = source.pose(foresound::scene::SourceId::new(slot, 0));
+                assert!(pose.position.is_finite() && pose.orientation.is_finite());
+                let ahead = pose.factor_towards(glam::Vec3::new(0.3, -0.2, 0.9));
+                assert!(ahead.iter().all(|f| f.is_finite()), "{ahead:?}");
+            }
+            if let Some(walk) = layout.listener {
+                for time_s in [0.0, 0.1, 1e3, 1e9] {
+                    assert!(walk.position_at(time_s, 0.0).is_finite());
+                }
+            }
+        }
+        Err(error) => told(&error),
+    }
+}
+
+/// A listener's CSV file.
+pub(crate) fn listener(data: &[u8]) {
+    let path = written("w.csv", data);
+    match ListenerPath::parse(&path.to_string_lossy()) {
+        Ok(walk) => {
+            let end_s = walk.duration_s().expect("a recorded path has an end");
+            for share in [-1.0, 0.0, 0.3, 0.999, 1.0, 2.0] {
+                let pose = walk.at(share * end_s);
+                assert!(pose.position.is_finite(), "{pose:?}");
+                assert!(pose.orientation.is_finite(), "{pose:?}");
+            }
+        }
+        Err(error) => told(&error),
+    }
+}
+
+/// A WAV file, for the command line and for the bridges.
+pub(crate) fn wav(data: &[u8]) {
+    let path = written("s.wav", data);
+    match load_clip_within(&path, 44_100, 1 << 16) {
+        Ok((clip, _)) => {
+            assert!(!clip.samples.is_empty() && clip.rate_hz == 44_100);
+            assert!(clip.samples.iter().all(|s| s.is_finite()));
+        }
+        Err(error) => told(&error),
+    }
+    if let Err(error) = load_recording(&path, 44_100) {
+        told(&error);
+    }
+    // The bridges' converter is a sum for each sample: only files that are short at their rate.
+    if data.len() < 4096
+        && let Ok(handle) = foresound::bridge::clip::from_wav(data, 48_000)
+    {
+        let clip = foresound::bridge::clip::CLIPS.remove(handle);
+        let clip = clip.expect("a clip that was just made");
+        assert!(clip.samples.iter().all(|s| s.is_finite()));
+    }
+}

@@ -1,0 +1,124 @@
+//! Updates as no propagation would send them, through matching, extrapolation and generation: matching finds what is in both,
+//! nothing panics, and no sample that comes out is not a number.
+
+use std::sync::Arc;
+
+use foresound::extrapolation::best::BestSettings;
+use foresound::extrapolation::tracking::match_by_id;
+use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
+use foresound::generation::{Generator, GeneratorSettings, Hrtf};
+use foresound::propagation::{LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::Vec3;
+
+use super::bytes::Bytes;
+
+thread_local! {
+    static ROOM: Arc<Scene> = {
+        let mesh = procedural::doorway().mesh;
+        let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default());
+        Arc::new(scene.expect("a room"))
+    };
+    static HEAD: Arc<Hrtf> = Arc::new(Hrtf::omnidirectional(16_000).expect("a head"));
+}
+
+/// A path whose edges are the scene's: an update's always are. Surfaces may have gone with their instance.
+fn path(bytes: &mut Bytes, edges: usize) -> Path {
+    let order = bytes.below(MAX_ORDER + 1);
+    let bends = bytes.below(MAX_BENDS + 1).min(MAX_ORDER - order);
+    Path {
+        id: PathId(bytes.below(24) as u64),
+        source: SourceId::new(bytes.below(5) as u16, 0),
+        order: order as u8,
+        bends: bends as u8,
+        surfaces: std::array::from_fn(|_| match bytes.byte() {
+            255 => bytes.word(),
+            tame => u32::from(tame) % 12,
+        }),
+        edges: std::array::from_fn(|_| bytes.below(edges) as u32),
+        points: std::array::from_fn(|_| Vec3::from_array(bytes.numbers())),
+        image: Vec3::from_array(bytes.numbers()),
+        length_m: bytes.number(),
+        amplitude: bytes.numbers(),
+    }
+}
+
+fn update(
+    bytes: &mut Bytes,
+    edges: usize,
+    sources: &[SourcePose],
+    listener: ListenerPose,
+) -> PathSet {
+    let mut paths: Vec<Path> = (0..bytes.below(24)).map(|_| path(bytes, edges)).collect();
+    // An update is sorted; names may stand twice.
+    paths.sort_by_key(|path| path.id);
+    let late = (0..bytes.below(4)).map(|slot| LateSource {
+        energy: std::array::from_fn(|_| bytes.numbers()),
+        decay_time_s: bytes.numbers(),
+        start_s: bytes.number(),
+        mean_free_time_s: bytes.number(),
+        ..LateSource::silent(SourceId::new(slot as u16, 0))
+    });
+    PathSet {
+        late: late.collect(),
+        listener,
+        sources: sources.to_vec(),
+        paths,
+        ..PathSet::default()
+    }
+}
+
+/// Updates, poses and blocks in any order.
+pub(crate) fn matching(data: &[u8]) {
+    let mut bytes = Bytes(data);
+    let kinds = [
+        PredictorKind::Hold,
+        PredictorKind::Linear,
+        PredictorKind::Best(BestSettings::FULL),
+    ];
+    let kind = kinds[bytes.below(3)];
+    let scene = ROOM.with(Arc::clone);
+    let edges = scene.edges().len();
+    let mut extrapolator = Extrapolator::new(scene, kind, 0.3);
+    let settings = GeneratorSettings {
+        rate_hz: 16_000,
+        max_sources: 4,
+        max_voices: 16,
+        fine_voices: 4,
+        max_delay_s: 0.05,
+        late: true,
+        limiter: bytes.byte() & 1 == 0,
+        ..GeneratorSettings::default()
+    };
+    let mut generator = Generator::new(settings, HEAD.with(Arc::clone)).expect("settings");
+    let mut frame = FramePaths::default();
+    let mut matches = Vec::new();
+    for _ in 0..8 {
+        if bytes.is_empty() {
+            break;
+        }
+        let sources: Vec<SourcePose> = (0..bytes.below(4) as u16)
+            .map(|slot| SourcePose::at(SourceId::new(slot, 0), Vec3::from_array(bytes.numbers())))
+            .collect();
+        let listener = ListenerPose::facing(Vec3::from_array(bytes.numbers()), bytes.number());
+        let next = update(&mut bytes, edges, &sources, listener);
+        let before = &extrapolator.current().paths;
+        match_by_id(&next.paths, before, &mut matches);
+        assert_eq!(matches.len(), next.paths.len());
+        for (path, found) in next.paths.iter().zip(&matches) {
+            let first = before.iter().position(|old| old.id == path.id);
+            assert_eq!(found.map(|at| at as usize), first, "{:?}", path.id);
+        }
+        drop(extrapolator.take_update(next, u32::from(bytes.byte())));
+        for _ in 0..2 {
+            extrapolator.frame(&listener, &sources, &mut frame);
+            generator.set_frame(&frame, u32::from(bytes.byte()));
+            let inputs: [[f32; 40]; 3] = std::array::from_fn(|_| [bytes.number(); 40]);
+            let mut block = [0.0; 80];
+            generator.render(&[&inputs[0], &inputs[1], &inputs[2]], &mut block);
+            assert!(block.iter().all(|sample| sample.is_finite()), "{block:?}");
+        }
+    }
+}

@@ -1,0 +1,364 @@
+//! Everybody at once: control threads that get in each other's way, engines that start and stop ten thousand times, threads
+//! that are killed in turn. Sound goes on, the state tells, and nothing is lost but what was asked to be.
+#![cfg(feature = "capi")]
+#![expect(
+    clippy::disallowed_methods,
+    reason = "threads that race have to wait for each other"
+)]
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+
+use foresound::bridge::session::{self, ENGINES};
+use foresound::bridge::sound::{RENDERERS, STREAMS, render, write_stream};
+use foresound::bridge::{Options, Pose, Status, clip, scenes};
+use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::propagation::PropagationSettings;
+use foresound::runtime::{
+    AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
+    NullDevice, Renderer, SoundThread,
+};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, TriangleMesh, procedural,
+};
+use glam::Vec3;
+
+/// Threads of an app that all use one engine.
+const CONTROL_THREADS: u64 = 8;
+
+/// What each of them does.
+const STEPS: u64 = 1500;
+
+fn small() -> EngineSettings {
+    EngineSettings {
+        generation: GeneratorSettings {
+            rate_hz: 16_000,
+            max_sources: 4,
+            max_voices: 32,
+            fine_voices: 8,
+            max_delay_s: 0.05,
+            ..GeneratorSettings::default()
+        },
+        hrtf: Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head"))),
+        propagation: PropagationSettings {
+            guide_rays: 16,
+            source_rays: 8,
+            ..PropagationSettings::default()
+        },
+        block_frames: 64,
+        max_paths: 64,
+        affinity: AffinityPolicy::None,
+        frame_time: FrameTime::Fixed(0.01),
+        ..EngineSettings::default()
+    }
+}
+
+fn room(length_m: f32) -> TriangleMesh {
+    procedural::shoebox(Vec3::new(length_m, 3.0, 5.0), "concrete")
+}
+
+fn hum() -> Arc<[f32]> {
+    (0..1600).map(|n| 0.2 * (n as f32 * 0.1).sin()).collect()
+}
+
+/// Numbers without end (SplitMix64).
+fn dice(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+fn pose(source: u32, x: f32) -> Pose {
+    Pose {
+        source,
+        position_m: [x, 1.0, 1.5],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+    }
+}
+
+/// One call of one control thread.
+fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Status> {
+    let number = dice(state);
+    let source = sources.first().copied().unwrap_or(number as u32);
+    let x = 0.5 + (number >> 32) as f32 / u32::MAX as f32 * 3.0;
+    let with =
+        |act: &mut dyn FnMut(&mut session::Session) -> Result<(), foresound::bridge::Fault>| {
+            ENGINES.with(engine, |session| act(session))
+        };
+    let done = match number % 12 {
+        0 => with(&mut |s| {
+            sources.push(s.add_source([x, 1.0, 1.0])?);
+            Ok(())
+        }),
+        1 => {
+            sources.retain(|other| *other != source);
+            with(&mut |s| s.remove_source(source))
+        }
+        2 => clip::from_samples(&hum(), 16_000, 16_000).and_then(|clip| {
+            let played = session::play(engine, source, clip, true);
+            drop(clip::CLIPS.remove(clip));
+            played
+        }),
+        3 => session::stream(engine, source, 100).and_then(|stream| {
+            let wrote = write_stream(stream, &[0.1; 50]);
+            drop(STREAMS.remove(stream));
+            wrote.map(drop)
+        }),
+        4 => with(&mut |s| {
+            Ok(s.controller().mute_source(
+                foresound::scene::SourceId::new(source as u16, (source >> 16) as u16),
+                x > 1.0,
+            )?)
+        }),
+        5 => with(&mut |s| s.set_propagation(8 + (number >> 40) as u32 % 16, 8, 2)),
+        6 => with(&mut |s| {
+            s.controller().pause();
+            s.controller().resume();
+            Ok(())
+        }),
+        7 if number % 5 == 0 => with(&mut |s| Ok(s.controller().restart()?)),
+        8 => scenes::from_mesh(
+            &[[0.0; 3], [x, 0.0, 0.0], [0.0, 0.0, x], [0.0, x, 0.0]],
+            &[0, 1, 2, 0, 1, 3],
+            &[],
+            &[],
+            None,
+            &scenes::SceneOptions::default(),
+        )
+        .and_then(|scene| {
+            let set = session::set_scene(engine, scene);
+            drop(scenes::SCENES.remove(scene));
+            set
+        }),
+        _ => with(&mut |s| s.tick(pose(0, x).listener(), [pose(source, x)].into_iter())),
+    };
+    done.map_err(|fault| fault.status)
+}
+
+#[test]
+fn eight_control_threads_share_an_engine() {
+    for schedule in [0, 1] {
+        let options = Options {
+            rate_hz: 16_000,
+            block_frames: 64,
+            max_sources: 6,
+            max_voices: 32,
+            fine_voices: 8,
+            max_paths: 64,
+            guide_rays: 16,
+            source_rays: 8,
+            max_delay_s: 0.05,
+            head: 1,
+            schedule,
+            frame_s: 0.01,
+            ..Options::default()
+        };
+        let (engine, renderer) = session::create(&options, None).expect("an engine");
+        let running = AtomicBool::new(true);
+        let [calls, failures] = [0, 0].map(|zero| Arc::new(AtomicU64::new(zero)));
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                let mut block = [0.0; 128];
+                while running.load(Ordering::Relaxed) {
+                    render(renderer, &mut block).expect("nobody else renders");
+                    assert!(block.iter().all(|s| s.is_finite() && s.abs() <= 1.0));
+                    thread::yield_now();
+                }
+            });
+            let controls: Vec<_> = (0..CONTROL_THREADS)
+                .map(|number| {
+                    let (calls, failures) = (Arc::clone(&calls), Arc::clone(&failures));
+                    scope.spawn(move || {
+                        let (mut state, mut sources) = (number, Vec::new());
+                        for _ in 0..STEPS {
+                            calls.fetch_add(1, Ordering::Relaxed);
+                            if let Err(status) = call(engine, &mut state, &mut sources) {
+                                // Somebody else's source, no slot left, or a pose in a scene that was swapped.
+                                assert!(
+                                    matches!(
+                                        status,
+                                        Status::StaleSource | Status::State | Status::BadArgument
+                                    ),
+                                    "{status:?}"
+                                );
+                                failures.fetch_add(1, Ordering::Relaxed);
+                            }
+                        }
+                        sources
+                    })
+                })
+                .collect();
+            let left: Vec<u32> = controls
+                .into_iter()
+                .flat_map(|control| control.join().expect("no panic"))
+                .collect();
+            running.store(false, Ordering::Relaxed);
+            let (calls, failures) = (
+                calls.load(Ordering::Relaxed),
+                failures.load(Ordering::Relaxed),
+            );
+            assert_eq!(calls, CONTROL_THREADS * STEPS);
+            assert!(failures < calls, "{failures} of {calls}");
+            // Every source that somebody still holds is there, and no other.
+            let count = ENGINES.with(engine, |s| Ok(s.controller().source_count()));
+            assert_eq!(count, Ok(left.len()));
+            for source in left {
+                ENGINES
+                    .with(engine, |s| s.remove_source(source))
+                    .expect("is there");
+            }
+        });
+        drop(ENGINES.remove(engine));
+        drop(RENDERERS.remove(renderer));
+    }
+}
+
+fn tick(controller: &mut Controller, renderer: &mut Renderer) -> f32 {
+    let mut block = [0.0; 320];
+    let listener = ListenerPose::facing(Vec3::new(2.0, 1.5, 2.0), 0.3);
+    controller.tick(listener, &[]).expect("a good pose");
+    renderer.render(&mut block);
+    assert!(block.iter().all(|s| s.is_finite() && s.abs() <= 1.0));
+    block.iter().fold(0.0, |most, s| most.max(s.abs()))
+}
+
+#[test]
+fn propagation_starts_and_stops_ten_thousand_times() {
+    let (mut controller, mut renderer) = Engine::new(small()).expect("an engine");
+    let id = controller.add_source(Vec3::ONE).expect("a place");
+    controller.play(id, hum(), true).expect("is there");
+    let before = threads();
+    for round in 0..5000 {
+        for schedule in [EngineSchedule::Synchronous, EngineSchedule::Asynchronous] {
+            controller.set_schedule(schedule).expect("starts");
+        }
+        if round % 500 == 0 {
+            tick(&mut controller, &mut renderer);
+        }
+    }
+    assert_eq!(controller.state(), EngineState::Running);
+    assert!(
+        (0..30)
+            .map(|_| tick(&mut controller, &mut renderer))
+            .fold(0.0, f32::max)
+            > 0.0
+    );
+    drop(controller);
+    // Helpers of the synchronous schedule end with it.
+    assert!(
+        threads() <= before + 1,
+        "{} threads from {before}",
+        threads()
+    );
+}
+
+#[test]
+fn a_thousand_engines_leave_nothing_behind() {
+    let scene = Scene::commit(
+        &room(4.0),
+        &MaterialTable::built_in(),
+        &SceneSettings::default(),
+    );
+    let (scene, clip) = (Arc::new(scene.expect("a room")), hum());
+    for number in 0..1000 {
+        let (mut controller, mut renderer) = Engine::new(small()).expect("an engine");
+        controller.set_scene(Arc::clone(&scene)).expect("taken");
+        let id = controller.add_source(Vec3::ONE).expect("a place");
+        controller.play(id, Arc::clone(&clip), true).expect("there");
+        match number % 3 {
+            0 => drop(tick(&mut controller, &mut renderer)),
+            1 => {
+                let (thread, mut ring) = SoundThread::start(renderer, 2).expect("starts");
+                ring.read(&mut [0.0; 64]);
+                drop(controller);
+                drop(thread.stop().expect("no panic"));
+                continue;
+            }
+            _ => {}
+        }
+        // Either half first.
+        if number % 2 == 0 {
+            drop(renderer);
+            assert_eq!(controller.state(), EngineState::RendererGone);
+        }
+    }
+    assert_eq!(Arc::strong_count(&scene), 1);
+    assert_eq!(Arc::strong_count(&clip), 1);
+}
+
+/// Threads of this process, where the system tells.
+fn threads() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("Threads:"));
+    line.and_then(|number| number.trim().parse().ok())
+        .unwrap_or(0)
+}
+
+static KILL: AtomicBool = AtomicBool::new(false);
+
+fn killer(_: u64) {
+    assert!(!KILL.load(Ordering::Relaxed), "injected");
+}
+
+/// Propagation dies again and again, in both schedules and while scenes are swapped and built; each time sound goes on,
+/// the state says so, and a restart brings updates back.
+#[test]
+fn propagation_that_is_killed_comes_back_every_time() {
+    for schedule in [EngineSchedule::Asynchronous, EngineSchedule::Synchronous] {
+        let settings = EngineSettings {
+            schedule,
+            before_update: Some(killer),
+            ..small()
+        };
+        let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
+        let id = controller.add_source(Vec3::ONE).expect("a place");
+        controller.play(id, hum(), true).expect("is there");
+        for round in 0..20 {
+            let table = MaterialTable::built_in();
+            let mesh = room(4.0 + round as f32);
+            controller
+                .build_scene(mesh, table, SceneSettings::default())
+                .expect("a thread");
+            KILL.store(true, Ordering::Relaxed);
+            while controller.state() != EngineState::PropagationFailed {
+                tick(&mut controller, &mut renderer);
+            }
+            let loudest = (0..30).map(|_| tick(&mut controller, &mut renderer));
+            assert!(loudest.fold(0.0, f32::max) > 0.0, "silent in round {round}");
+            KILL.store(false, Ordering::Relaxed);
+            controller.restart().expect("starts");
+            let before = controller.statistics().updates;
+            while controller.statistics().updates < before + 2 {
+                assert_eq!(controller.state(), EngineState::Running);
+                tick(&mut controller, &mut renderer);
+            }
+        }
+    }
+}
+
+/// The thread that asks for sound dies; the engine says that nobody listens, and another engine is heard.
+#[test]
+fn a_device_whose_callback_dies_takes_nothing_along() {
+    for _ in 0..20 {
+        let (mut controller, mut renderer) = Engine::new(small()).expect("an engine");
+        let mut calls = 0;
+        let device = NullDevice::start(16_000, 64, AffinityPolicy::None, move |block| {
+            renderer.render(block);
+            calls += 1;
+            assert!(calls < 3, "injected");
+        });
+        let device = device.expect("a thread");
+        let listener = ListenerPose::facing(Vec3::ONE, 0.0);
+        while controller.state() != EngineState::RendererGone {
+            controller.tick(listener, &[]).expect("a good pose");
+            thread::yield_now();
+        }
+        // What a dead thread has counted is gone with it.
+        assert_eq!(device.stop().blocks, 0);
+    }
+}
