@@ -37,7 +37,7 @@ pub use feed::StreamWriter;
 pub use histogram::Percentiles;
 pub use renderer::{RenderReport, Renderer};
 pub use settings::{EngineSchedule, EngineSettings, FrameTime, MOST_SOURCES};
-pub use shown_paths::ShownPath;
+pub use shown_paths::{MOST_CORNERS, ShownPath};
 pub use statistics::Statistics;
 
 use crate::error::Result;

@@ -6,6 +6,9 @@ use crate::acoustics::BANDS;
 use crate::propagation::{MAX_ORDER, Path, PathSet};
 use crate::scene::SourceId;
 
+/// Most corners of a path, both ends among them.
+pub const MOST_CORNERS: usize = MAX_ORDER + 2;
+
 /// A path as a line with corners.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ShownPath {
@@ -16,7 +19,7 @@ pub struct ShownPath {
     /// Number of edges that it bends around.
     pub bends: u8,
     /// Corners in metres, from source to listener; the first `order + bends + 2` count.
-    pub corners: [Vec3; MAX_ORDER + 2],
+    pub corners: [Vec3; MOST_CORNERS],
     /// Level in dB relative to the free field at 1 m, the mean of all bands' energies.
     pub level_db: f32,
 }
@@ -39,7 +42,7 @@ pub(super) fn show(update: &PathSet, most: usize, shown: &mut Vec<ShownPath>) {
         let source = update.sources.iter().find(|s| s.id == path.source);
         let Some(source) = source else { continue };
         let between = path.points();
-        let mut corners = [update.listener.position; MAX_ORDER + 2];
+        let mut corners = [update.listener.position; MOST_CORNERS];
         corners[0] = source.position;
         corners[1..=between.len()].copy_from_slice(between);
         shown.push(ShownPath {
