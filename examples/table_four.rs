@@ -11,16 +11,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use foresound::runtime::{
-    AffinityPolicy, Engine, EngineSchedule, EngineSettings, Statistics,
-};
+use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings, Statistics};
 use foresound::scene::layout::Walk;
 use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, procedural};
 use foresound::{Error, Result};
 use glam::Vec3;
 
 /// The paper's figures: scene, sources, frames a second of the baseline and of its own schedule.
-const PAPER: &str = include_str!("../android/paper_table_4.csv");
+const PAPER: &str = include_str!("../assets/paper/paper_table_4.csv");
 const RATE_HZ: u32 = 48_000;
 /// Audio frames of a graphics frame: 1/60 s.
 const FRAMES: usize = 800;
@@ -182,7 +180,10 @@ fn main() -> Result<()> {
             last = Some((cell.scene, stage(cell.scene)?));
         }
         let Some((_, stage)) = &last else { continue };
-        for (affinity, pinned) in [(AffinityPolicy::None, false), (AffinityPolicy::PreferBig, true)] {
+        for (affinity, pinned) in [
+            (AffinityPolicy::None, false),
+            (AffinityPolicy::PreferBig, true),
+        ] {
             // On a thread of its own, since a place once taken is kept.
             let both = std::thread::scope(|scope| {
                 [EngineSchedule::Synchronous, EngineSchedule::Asynchronous].map(|schedule| {
