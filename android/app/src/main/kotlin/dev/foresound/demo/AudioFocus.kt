@@ -35,7 +35,12 @@ class AudioFocus(context: Context, private val engine: () -> Engine?) {
             return if (own == 44_100) 44_100 else 48_000
         }
 
-    /** Of `onStart`, and once an engine is there. */
+    /** Once an engine is there. */
+    fun begin() {
+        if (visible) onStart()
+    }
+
+    /** Of `onStart`. */
     fun onStart() {
         visible = true
         if (!focused) focused = audio.requestAudioFocus(request) == AudioManager.AUDIOFOCUS_REQUEST_GRANTED

@@ -103,7 +103,7 @@ class MainActivity : Activity(), Choreographer.FrameCallback {
         }
         layout = places
         beganNanos = 0L
-        focus.onStart()
+        focus.begin()
         made.statisticsFlow().collect { report(made) }
     }
 
