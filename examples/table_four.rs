@@ -57,10 +57,16 @@ fn stage(name: &str) -> Result<Stage> {
     })?;
     let table = MaterialTable::built_in();
     let scene = Scene::commit(&benchmark.mesh, &table, &SceneSettings::default())?;
+    let walk = &benchmark.walk;
     Ok(Stage {
         scene: Arc::new(scene),
         places: benchmark.sources.iter().map(|(_, place)| *place).collect(),
-        walk: benchmark.walk,
+        walk: Walk {
+            from: walk.from,
+            to: walk.to,
+            speed_m_s: walk.speed_m_s.into(),
+            standing: walk.standing,
+        },
     })
 }
 
@@ -180,6 +186,7 @@ fn main() -> Result<()> {
             last = Some((cell.scene, stage(cell.scene)?));
         }
         let Some((_, stage)) = &last else { continue };
+        let sources = cell.sources;
         for (affinity, pinned) in [
             (AffinityPolicy::None, false),
             (AffinityPolicy::PreferBig, true),
@@ -187,7 +194,7 @@ fn main() -> Result<()> {
             // On a thread of its own, since a place once taken is kept.
             let both = std::thread::scope(|scope| {
                 [EngineSchedule::Synchronous, EngineSchedule::Asynchronous].map(|schedule| {
-                    let run = || measure(stage, cell.sources, schedule, affinity, seconds);
+                    let run = move || measure(stage, sources, schedule, affinity, seconds);
                     scope.spawn(run).join().unwrap_or_else(|_| {
                         let advice = "report this with what stands above";
                         Err(Error::engine("the measurement panicked", advice))

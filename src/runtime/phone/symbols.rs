@@ -16,32 +16,39 @@ pub type Handle = *mut c_void;
 /// Gives the address of a function by its name, or null.
 pub type Lookup<'a> = &'a mut dyn FnMut(&CStr) -> Handle;
 
+type Acquire = unsafe extern "C" fn() -> Handle;
+type Release = unsafe extern "C" fn(Handle);
+type Status = unsafe extern "C" fn(Handle) -> c_int;
+type Headroom = unsafe extern "C" fn(Handle, c_int) -> f32;
+type Create = unsafe extern "C" fn(Handle, *const i32, usize, i64) -> Handle;
+type Duration = unsafe extern "C" fn(Handle, i64) -> c_int;
+
 /// Heat (API 30; the headroom 31).
 #[derive(Debug, Clone, Copy)]
 pub struct ThermalSymbols {
     /// `AThermal_acquireManager`.
-    pub acquire: unsafe extern "C" fn() -> Handle,
+    pub acquire: Acquire,
     /// `AThermal_releaseManager`.
-    pub release: unsafe extern "C" fn(Handle),
+    pub release: Release,
     /// `AThermal_getCurrentThermalStatus`.
-    pub status: unsafe extern "C" fn(Handle) -> c_int,
+    pub status: Status,
     /// `AThermal_getThermalHeadroom`.
-    pub headroom: Option<unsafe extern "C" fn(Handle, c_int) -> f32>,
+    pub headroom: Option<Headroom>,
 }
 
 /// Performance hints (API 33).
 #[derive(Debug, Clone, Copy)]
 pub struct HintSymbols {
     /// `APerformanceHint_getManager`; never released.
-    pub manager: unsafe extern "C" fn() -> Handle,
+    pub manager: Acquire,
     /// `APerformanceHint_createSession`.
-    pub create: unsafe extern "C" fn(Handle, *const i32, usize, i64) -> Handle,
+    pub create: Create,
     /// `APerformanceHint_updateTargetWorkDuration`.
-    pub target: unsafe extern "C" fn(Handle, i64) -> c_int,
+    pub target: Duration,
     /// `APerformanceHint_reportActualWorkDuration`.
-    pub report: unsafe extern "C" fn(Handle, i64) -> c_int,
+    pub report: Duration,
     /// `APerformanceHint_closeSession`.
-    pub close: unsafe extern "C" fn(Handle),
+    pub close: Release,
 }
 
 /// What this system has.
@@ -55,13 +62,13 @@ pub struct Symbols {
 
 /// A function's address as a function, or nothing from the group.
 macro_rules! function {
-    ($lookup:expr, $name:literal) => {{
+    ($lookup:expr, $name:literal, $type:ty) => {{
         let address = $lookup($name);
         if address.is_null() {
             None
         } else {
             // SAFETY: not null, and the function of this name, whose type the frozen header says: the caller's word.
-            Some(unsafe { transmute::<Handle, _>(address) })
+            Some(unsafe { transmute::<Handle, $type>(address) })
         }
     }};
 }
@@ -74,20 +81,28 @@ impl Symbols {
     pub unsafe fn found_by(lookup: Lookup<'_>) -> Self {
         let mut thermal = || {
             Some(ThermalSymbols {
-                acquire: function!(lookup, c"AThermal_acquireManager")?,
-                release: function!(lookup, c"AThermal_releaseManager")?,
-                status: function!(lookup, c"AThermal_getCurrentThermalStatus")?,
-                headroom: function!(lookup, c"AThermal_getThermalHeadroom"),
+                acquire: function!(lookup, c"AThermal_acquireManager", Acquire)?,
+                release: function!(lookup, c"AThermal_releaseManager", Release)?,
+                status: function!(lookup, c"AThermal_getCurrentThermalStatus", Status)?,
+                headroom: function!(lookup, c"AThermal_getThermalHeadroom", Headroom),
             })
         };
         let thermal = thermal();
         let mut hints = || {
             Some(HintSymbols {
-                manager: function!(lookup, c"APerformanceHint_getManager")?,
-                create: function!(lookup, c"APerformanceHint_createSession")?,
-                target: function!(lookup, c"APerformanceHint_updateTargetWorkDuration")?,
-                report: function!(lookup, c"APerformanceHint_reportActualWorkDuration")?,
-                close: function!(lookup, c"APerformanceHint_closeSession")?,
+                manager: function!(lookup, c"APerformanceHint_getManager", Acquire)?,
+                create: function!(lookup, c"APerformanceHint_createSession", Create)?,
+                target: function!(
+                    lookup,
+                    c"APerformanceHint_updateTargetWorkDuration",
+                    Duration
+                )?,
+                report: function!(
+                    lookup,
+                    c"APerformanceHint_reportActualWorkDuration",
+                    Duration
+                )?,
+                close: function!(lookup, c"APerformanceHint_closeSession", Release)?,
             })
         };
         let hints = hints();
