@@ -100,10 +100,17 @@ prove_c() {
     echo "C99 and C++11 compile; 90 frames with the bits of Rust"
 }
 
+prove_c_abuse() {
+    need gcc
+    gcc -std=c99 -O1 -Wall -Wextra -Werror -Iinclude android/c/abuse.c -o "$work/abuse" -L"$host/release" -lforesound \
+        -Wl,-rpath,"$host/release" || return 1
+    "$work/abuse"
+}
+
 # --- Java -----------------------------------------------------------------------------------------------------------
 
 classes=$work/classes
-natives=android/foresound/src/main/java/dev/foresound/Native.java
+natives=$(echo android/foresound/src/main/java/dev/foresound/*.java)
 # The heap is touched at once, so that what grows is not Java's.
 java_run() { # part, arguments
     java -Xcheck:jni -XX:+UseSerialGC -Xms32m -Xmx32m -XX:+AlwaysPreTouch -Djava.library.path="$host/release" -cp "$classes" dev.foresound.Bridge "$@" \
@@ -126,6 +133,11 @@ prove_java_walk() {
     echo "90 frames with the bits of Rust; $(tail -n 1 "$work/java-walk.out")"
 }
 prove_java_abuse() { compile_java && java_run abuse; }
+prove_java_missing() {
+    compile_java || return 1
+    mkdir -p "$work/nothing"
+    java -Djava.library.path="$work/nothing" -cp "$classes" dev.foresound.Bridge missing
+}
 prove_java_cycles() { compile_java && java_run cycles 100000; }
 prove_java_threads() { compile_java && java_run threads; }
 prove_java_tick() {
@@ -137,7 +149,8 @@ prove_java_tick() {
 # --- Kotlin ---------------------------------------------------------------------------------------------------------
 
 kernel=kotlin-jupyter-kernel==0.19.0.944
-prove_kotlin() {
+# Sets compiler and standard.
+find_kotlin() {
     need javac java python3 unzip
     local jars=$work/kotlin/run_kotlin_kernel/jars
     if [ ! -d "$jars" ]; then
@@ -148,20 +161,45 @@ prove_kotlin() {
         unzip -qo "$work"/kotlin/*.whl -d "$work/kotlin"
         [ -d "$jars" ] || jars=$(dirname "$(find "$work/kotlin" -name 'kotlin-jupyter-kernel-*-all.jar' | head -n 1)")
     fi
-    local compiler standard out=$work/kotlin-classes
     compiler=$(find "$jars" -name 'kotlin-jupyter-kernel-*-all.jar' | head -n 1)
     standard=$(find "$jars" -name 'kotlin-stdlib-[0-9]*.jar' | head -n 1)
+}
+kotlin_compile() { # folder of classes, sources
+    local out=$1
+    shift
+    java -Xmx1g -cp "$compiler:$standard" org.jetbrains.kotlin.cli.jvm.K2JVMCompiler -no-stdlib -no-reflect \
+        -jvm-target 17 -Werror -cp "$compiler:$standard:$out" -d "$out" "$@"
+}
+prove_kotlin() {
+    find_kotlin
+    local out=$work/kotlin-classes
     rm -rf "$out"
     mkdir -p "$out"
     javac --release 17 -d "$out" $natives $(find android/jvm/stubs -name '*.java') || return 1
-    java -Xmx1g -cp "$compiler:$standard" org.jetbrains.kotlin.cli.jvm.K2JVMCompiler -no-stdlib -no-reflect \
-        -jvm-target 17 -Werror -cp "$compiler:$standard:$out" -d "$out" \
-        android/foresound/src/main/kotlin/dev/foresound/*.kt android/jvm/Face.kt || return 1
+    kotlin_compile "$out" android/foresound/src/main/kotlin/dev/foresound/*.kt android/jvm/Face.kt \
+        android/app/src/main/kotlin/dev/foresound/demo/*.kt android/jvm/Demo.kt || return 1
     java -Xcheck:jni -XX:+UseSerialGC -Djava.library.path="$host/release" -cp "$out:$compiler:$standard" \
         dev.foresound.FaceKt assets >"$work/face.out" 2>&1 || { cat "$work/face.out" && return 1; }
     cat "$work/face.out"
     ! grep -E '^(WARNING|FATAL)' "$work/face.out" || return 1
-    echo "compiles without warnings and runs; $(tail -n 1 "$work/face.out")"
+    java -XX:+UseSerialGC -Djava.library.path="$host/release" -cp "$out:$compiler:$standard" dev.foresound.DemoKt assets \
+        assets/paper/paper_table_4.csv >"$work/demo.json" || return 1
+    python3 -c 'import json, sys; assert len(json.load(open(sys.argv[1]))["rows"]) == 4' "$work/demo.json" || return 1
+    echo "library module and demo compile without warnings; face and benchmark run; $(tail -n 1 "$work/face.out")"
+}
+# The build scripts in stand-ins' words, and the command they make.
+prove_scripts() {
+    find_kotlin
+    rm -rf "$work/scripts" "$work/script-classes"
+    mkdir -p "$work/script-classes"
+    python3 android/check/gradle/assemble.py "$work/scripts" || return 1
+    kotlin_compile "$work/script-classes" android/check/gradle/StandIns.kt "$work"/scripts/*.kt || return 1
+    java -cp "$work/script-classes:$standard" CatalogKt >"$work/scripts.out" || return 1
+    local target words="cargo ndk -P $(recipe platform) -o $(recipe output)"
+    for target in $(recipe targets | tr ',' ' '); do words+=" -t $target"; done
+    words+=" rustc --profile $(recipe profile) --locked --lib --crate-type cdylib --features $(recipe features) --no-default-features"
+    [ "$(cat "$work/scripts.out")" = "$words" ] || { cat "$work/scripts.out" && echo "not: $words" && return 1; }
+    echo "4 scripts compile against stand-ins and make: $words"
 }
 
 # --- aarch64-linux-android ------------------------------------------------------------------------------------------
@@ -188,12 +226,58 @@ prove_android() {
         "${cargo_flags[@]}" || return 1
     local library=$CARGO_TARGET_DIR/aarch64-linux-android/release/libforesound.so
     exports llvm-nm-22 "$library" || return 1
+    llvm-strip-22 --strip-unneeded -o "$work/libforesound-arm64.so" "$library"
     android/check/native/check-library.sh "$library"
+}
+
+# --- APK ------------------------------------------------------------------------------------------------------------
+
+# Manifest, assets and the library in a signed APK. Without classes.dex: no dexer is to be had on the build machines.
+prove_apk() {
+    need aapt apksigner zipalign keytool python3
+    local frame=/usr/share/android-framework-res/framework-res.apk apk=$work/apk
+    [ -f "$frame" ] || { echo "no android-framework-res; run android/install.sh" && exit 77; }
+    [ -f "$work/libforesound-arm64.so" ] || { echo "no library for Android; the proof android was skipped or failed" && exit 77; }
+    rm -rf "$apk"
+    mkdir -p "$apk"
+    # What Gradle puts into the manifest: package and API levels.
+    local name library
+    name=$(sed -n 's/^ *applicationId = "\(.*\)"/\1/p' android/app/build.gradle.kts)
+    library=$(sed -n 's/^ *namespace = "\(.*\)"/\1/p' android/foresound/build.gradle.kts)
+    sed "1s/<manifest/<manifest package=\"$name\"/" android/app/src/main/AndroidManifest.xml >"$apk/AndroidManifest.xml"
+    mkdir "$apk/library"
+    sed "1s/<manifest/<manifest package=\"$library\"/" android/foresound/src/main/AndroidManifest.xml \
+        >"$apk/library/AndroidManifest.xml"
+    aapt package -f -M "$apk/library/AndroidManifest.xml" -I "$frame" -F "$apk/library.apk" || return 1
+    aapt package -f -M "$apk/AndroidManifest.xml" -I "$frame" --min-sdk-version "$(recipe platform)" --target-sdk-version 29 \
+        --version-code 1 --version-name check -F "$apk/base.apk" || return 1
+    local file entries=()
+    for file in assets/scenes/* assets/speech/*.wav assets/paper/*; do entries+=("assets/$(basename "$file")=$file"); done
+    python3 android/check/apk/pack.py "$apk/base.apk" "$apk/packed.apk" \
+        "lib/arm64-v8a/libforesound.so=$work/libforesound-arm64.so" "${entries[@]}" || return 1
+    keytool -genkeypair -keystore "$apk/key.p12" -storetype PKCS12 -storepass foresound -alias check -keyalg RSA -keysize 2048 \
+        -validity 30 -dname CN=check || return 1
+    apksigner sign --ks "$apk/key.p12" --ks-pass pass:foresound --ks-key-alias check --min-sdk-version "$(recipe platform)" \
+        --out "$apk/signed.apk" "$apk/packed.apk" || return 1
+    apksigner verify --verbose --min-sdk-version "$(recipe platform)" "$apk/signed.apk" | tee "$apk/verify.txt" || return 1
+    grep -q 'v2 scheme.*: true' "$apk/verify.txt" || return 1
+    zipalign -c 4 "$apk/signed.apk" || return 1
+    aapt dump badging "$apk/signed.apk" | tee "$apk/badging.txt" || return 1
+    local wanted
+    for wanted in "package: name='$name'" "launchable-activity: name='$name.MainActivity'" "native-code: 'arm64-v8a'" \
+        "sdkVersion:'$(recipe platform)'"; do
+        grep -q "$wanted" "$apk/badging.txt" || { echo "the APK does not say $wanted" && return 1; }
+    done
+    unzip -p "$apk/signed.apk" lib/arm64-v8a/libforesound.so | cmp - "$work/libforesound-arm64.so" || return 1
+    local lies
+    lies=$(python3 android/check/apk/pack.py --check "$apk/signed.apk") || { echo "$lies" && return 1; }
+    echo "signed and verified, $(stat -c %s "$apk/signed.apk") bytes, $lies; no classes.dex: no dexer to be had"
 }
 
 # --- aarch64-unknown-linux-gnu, emulated ----------------------------------------------------------------------------
 
-prove_arm64() {
+# Sets cross, and what cargo needs for it.
+for_arm64() {
     need qemu-aarch64 aarch64-linux-gnu-gcc python3
     debian_rust
     [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/aarch64-unknown-linux-gnu" ] ||
@@ -204,24 +288,49 @@ prove_arm64() {
     # With the cross package alone qemu has to be told where the C library is; with the real one it must not be.
     [ -e /lib/ld-linux-aarch64.so.1 ] || runner="qemu-aarch64 -L /usr/aarch64-linux-gnu"
     export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=$runner
-    local cross=(--release --locked --target aarch64-unknown-linux-gnu --no-default-features --features builtin-hrtf,capi)
-    cargo test "${cross[@]}" --test propagation_bits --test one_answer --test watertight || return 1
+    cross=(--release --locked --target aarch64-unknown-linux-gnu --no-default-features --features builtin-hrtf,capi)
+}
+# The walk on both machines: the same paths, and nearly the same bits.
+prove_arm64() {
+    for_arm64
     cargo run "${cross[@]}" --example bridge_reference -- assets/scenes/doorway.obj "$work/arm64.raw" "$work/arm64.txt" ||
         return 1
+    [ -s "$work/rust.raw" ] || { echo "no walk of this machine; run the proof reference too" && return 1; }
     python3 android/check/compare.py "$work/rust.raw" "$work/arm64.raw" 80 "$work/rust.txt" "$work/arm64.txt" 1e-4
+}
+# The same laws, by NEON; an hour and more, as emulated as it is.
+prove_arm64_tests() {
+    for_arm64
+    local test tests=(--lib)
+    for test in propagation_bits one_answer watertight laws_of_propagation instances generation band_filter; do
+        tests+=(--test "$test")
+    done
+    cargo test "${cross[@]}" "${tests[@]}" || return 1
+    awk '/^test result: ok/ { passed += $4 } END { print passed " tests passed, NEON by emulation" }' "$work/arm64_tests.log"
+}
+prove_arm64_count() {
+    for_arm64
+    TARGET_DIR=$CARGO_TARGET_DIR benches/count-aarch64.sh --updates >"$work/count.txt" || return 1
+    paste -sd ';' "$work/count.txt"
 }
 
 prove library
 prove reference
 prove c
+prove c_abuse
 prove java_walk
 prove java_abuse
+prove java_missing
 prove java_cycles
 prove java_threads
 prove java_tick
 prove kotlin
+prove scripts
 prove android
-if [ $all = 1 ] || [ ${#only[@]} != 0 ]; then prove arm64; else tell SKIP arm64 "slow; run with --all"; fi
+prove apk
+for name in arm64 arm64_count arm64_tests; do
+    if [ $all = 1 ] || [ ${#only[@]} != 0 ]; then prove $name; else tell SKIP $name "slow; run with --all"; fi
+done
 if [ $json = 1 ]; then
     printf '{"proofs":[%s]}\n' "$(IFS=,; echo "${rows[*]}")"
 fi

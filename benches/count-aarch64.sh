@@ -1,26 +1,35 @@
 #!/usr/bin/env bash
 # Executed aarch64 instructions: a ray, by scene and set, and a whole propagation update in the hall.
-# Arguments: scenes (all three if none are given). Needs qemu-aarch64, gcc, aarch64-linux-gnu-gcc, libc6:arm64 and a rustc
-# with a standard library for aarch64-unknown-linux-gnu (RUSTC names it). Twice the work less once the work is what is
-# counted, on one thread, so figures repeat exactly.
+# Arguments: scenes (all three if none are given), or --updates for the updates alone. Needs qemu-aarch64, gcc,
+# aarch64-linux-gnu-gcc and a rustc with a standard library for aarch64-unknown-linux-gnu (RUSTC names it). Twice the
+# work less once the work is what is counted, on one thread, so figures repeat exactly.
+# TARGET_DIR names a folder where the library has been built with these features before.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scenes=("$@")
 [ $# -gt 0 ] || scenes=(concert_hall bootcamp angrybot)
+[ "${1:-}" != --updates ] || scenes=()
 target=aarch64-unknown-linux-gnu
 out=target/count-aarch64
 mkdir -p "$out"
+target_dir=${TARGET_DIR:-$out}
 for scene in "${scenes[@]}"; do
     (unset RUSTC && cargo run --quiet --release -- bench rays --scene "$scene" --rounds 1 --dump "$out") >"$out/$scene.txt"
 done
 export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=${LINKER:-aarch64-linux-gnu-gcc}
-cargo build --quiet --release --no-default-features --target "$target" --target-dir "$out" --example count_work
+cargo build --quiet --release --locked --no-default-features --features builtin-hrtf,capi --target "$target" \
+    --target-dir "$target_dir" --example count_work
 gcc -O2 -shared -fPIC -o "$out/icount.so" benches/icount.c
+# With the cross package alone qemu has to be told where the C library is; with the real one it must not be.
+qemu=(qemu-aarch64)
+[ -e /lib/ld-linux-aarch64.so.1 ] || qemu+=(-L /usr/aarch64-linux-gnu)
 instructions() {
-    env -i qemu-aarch64 -plugin "$out/icount.so" "$out/$target/release/examples/count_work" "$@" 2>&1 |
-        sed -n 's/^instructions //p'
+    local told
+    told=$(env -i "$(command -v "${qemu[0]}")" "${qemu[@]:1}" -plugin "$PWD/$out/icount.so" \
+        "$target_dir/$target/release/examples/count_work" "$@" 2>&1) || { echo "$told" >&2 && return 1; }
+    sed -n 's/^instructions //p' <<<"$told"
 }
-printf '%-14s %-11s %s\n' scene set 'instructions a ray'
+[ ${#scenes[@]} = 0 ] || printf '%-14s %-11s %s\n' scene set 'instructions a ray'
 for scene in "${scenes[@]}"; do
     for set in guide source visibility; do
         rays=$(($(stat -c %s "$out/$scene-$set.f32") / 28))
@@ -30,7 +39,9 @@ for scene in "${scenes[@]}"; do
     done
 done
 for sources in 1 16; do
-    once=$(instructions update concert_hall "$sources" 1)
-    twice=$(instructions update concert_hall "$sources" 2)
-    printf 'concert_hall, %d sources: %d million instructions an update\n' "$sources" $(((twice - once) / 1000000))
+    few=$(instructions update concert_hall "$sources" 4)
+    many=$(instructions update concert_hall "$sources" 20)
+    # The mean of sixteen, all ray rotations once; in tenths of a million.
+    tenths=$(((many - few) / 1600000))
+    printf 'concert_hall, %d sources: %d.%d million instructions an update\n' "$sources" $((tenths / 10)) $((tenths % 10))
 done

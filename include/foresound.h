@@ -26,7 +26,7 @@
 #include <stdint.h>
 
 /* The interface that this header describes, as foresound_version gives it. */
-#define FORESOUND_API_VERSION 0x00010000u
+#define FORESOUND_API_VERSION 0x00010100u
 
 // Result of every call.
 enum ForesoundStatus
@@ -115,6 +115,11 @@ typedef struct ForesoundOptions {
   double frame_s;
   // Longest path delay in seconds, 0.01 to 10.
   double max_delay_s;
+  // What is asked of a phone's system and told to it, a sum of bits: 1 heat lowers detail, 2 performance hints. Nothing
+  // where the system has no such functions.
+  uint32_t manners;
+  // Most paths that foresound_engine_paths gives, 0 to 16,384.
+  uint32_t shown_paths;
 } ForesoundOptions;
 
 // Where something is, and which way it faces.
@@ -187,6 +192,65 @@ typedef struct ForesoundEngineStatistics {
   // Niceness of the sound thread, -20 to 19.
   int32_t sound_nice;
 } ForesoundEngineStatistics;
+
+// What an engine may spend. Fill it with the defaults first, then change what is to differ.
+typedef struct ForesoundBudgetOptions {
+  // Bytes of this structure, as the caller knows it: what lies beyond takes its default.
+  uint32_t size;
+  // Most detail: 0 everything to 5 the least.
+  uint32_t least_tier;
+  // 1 holds that tier exactly, whatever the budget and the phone's heat say; else 0.
+  uint32_t fixed;
+  // Not used; 0.
+  uint32_t reserved;
+  // Longest time of a propagation update in seconds, 0.0001 to 10; 0 is no limit.
+  double update_s;
+  // Share of one core for propagation and sound together, 0.05 to 2; 0 is no limit.
+  double core_share;
+} ForesoundBudgetOptions;
+
+// How an engine bears its load, and the phone its heat.
+typedef struct ForesoundEngineHealth {
+  // 0 running, 1 paused, 2 propagation has failed (restart), 3 the renderer was closed (make another engine).
+  uint32_t state;
+  // Tier of detail in force, 0 everything to 5 the least.
+  uint32_t tier;
+  // Least tier because of heat, 0 where the system says nothing.
+  uint32_t thermal_tier;
+  // The system's thermal status: 0 none, 1 light, 2 moderate, 3 severe, 4 critical, 5 emergency, 6 shutdown; -1 where it
+  // says nothing.
+  int32_t thermal_status;
+  // The system's forecast of heat: 1 is severe throttling; -1 where it says nothing.
+  float thermal_headroom;
+  // Threads whose work the system is told of (performance hints), a sum of bits: 1 propagation, 2 sound.
+  uint32_t hinted;
+  // Sources that others mask, where there are more than slots.
+  uint32_t unheard_sources;
+  // Most rays of the newest update, as they were cast.
+  uint32_t rays;
+  // Share of a core that sound takes lately.
+  double sound_share;
+  // Time of the newest update in seconds.
+  double propagation_s;
+  // Time between the graphics frames that are heard, in seconds.
+  double graphics_frame_s;
+} ForesoundEngineHealth;
+
+// A path of sound as a line with corners, from source to listener.
+typedef struct ForesoundShownPath {
+  // The source's number.
+  uint32_t source;
+  // How many of the corners count, both ends among them.
+  uint32_t corner_count;
+  // Reflections.
+  uint32_t reflections;
+  // Edges that it bends around.
+  uint32_t bends;
+  // Level in dB relative to the free field at 1 m.
+  float level_db;
+  // Corners in metres.
+  float corners_m[6][3];
+} ForesoundShownPath;
 
 // How a scene is made. Fill it with the defaults first, then change what is to differ.
 typedef struct ForesoundSceneOptions {
@@ -373,6 +437,36 @@ ForesoundStatus foresound_engine_restart(uint64_t engine);
 // `statistics` is the address of such a structure.
 ForesoundStatus foresound_engine_statistics(uint64_t engine,
                                             struct ForesoundEngineStatistics *statistics);
+
+// The default budget: no limit. Call it before changing any.
+//
+// Pointers:
+// `options` is the address of such a structure.
+ForesoundStatus foresound_budget_options_default(struct ForesoundBudgetOptions *options);
+
+// Says what the engine may spend, from the next update on: it gives up rays, orders and paths to keep to it. Heat may
+// lower the detail further, unless the tier is fixed. Any thread but the audio thread.
+//
+// Pointers:
+// `options` is the address of such a structure, or null for no limit.
+ForesoundStatus foresound_engine_set_budget(uint64_t engine, const struct ForesoundBudgetOptions *options);
+
+// How the engine bears its load, and the phone its heat. Some microseconds: ten times a second are plenty. Any thread
+// but the audio thread.
+//
+// Pointers:
+// `health` is the address of such a structure.
+ForesoundStatus foresound_engine_health(uint64_t engine, struct ForesoundEngineHealth *health);
+
+// The loudest paths of the newest update for a picture, in no order: as many as there are and fit, and their number. The
+// option `shown_paths` says how many are kept; none are unless it is set. Any thread but the audio thread.
+//
+// Pointers:
+// `paths` is the address of `capacity` such structures, `count` of a variable.
+ForesoundStatus foresound_engine_paths(uint64_t engine,
+                                       struct ForesoundShownPath *paths,
+                                       size_t capacity,
+                                       size_t *count);
 
 // The default options. Call it before changing any.
 //

@@ -63,7 +63,9 @@ fn header() -> String {
     let mut builder = Builder::new().with_config(config);
     let mut files: Vec<PathBuf> = [
         "fault",
+        "health",
         "options",
+        "picture",
         "pose",
         "scenes",
         "session",

@@ -249,6 +249,24 @@ fn unsafe_code_is_accounted_for() {
     }
 }
 
+/// Android's log is a system call and may wait: only where devices are opened and where the library is loaded.
+#[test]
+fn nothing_on_the_audio_side_logs() {
+    const HOMES: [&str; 2] = ["runtime/device_output.rs", "bridge/jni/mod.rs"];
+    const CALLS: [&str; 5] = ["error!", "warn!", "info!", "debug!", "trace!"];
+    for (file, text) in sources() {
+        if HOMES.contains(&&*file) || ["evaluation", "bin"].contains(&module_of(&file)) {
+            continue;
+        }
+        for call in CALLS {
+            assert!(
+                !code(&text).contains(&format!("log::{call}")),
+                "{file} logs"
+            );
+        }
+    }
+}
+
 #[test]
 fn files_stay_small() {
     for (file, text) in sources() {

@@ -1,4 +1,4 @@
-// Demo and benchmark. Not proved by anything: it needs an SDK and a device.
+// Demo and benchmark. That it runs takes an SDK and a device; ../check.sh compiles it against stand-ins.
 plugins {
     alias(libs.plugins.android.application)
 }
@@ -19,10 +19,11 @@ android {
             signingConfig = signingConfigs.getByName("debug")
         }
     }
-    // The repository's own scene and voice.
+    // The repository's own scenes and voices, and the paper's figures.
     sourceSets.getByName("main").assets.srcDirs(
         rootDir.parentFile.resolve("assets/scenes"),
         rootDir.parentFile.resolve("assets/speech"),
+        rootDir.parentFile.resolve("assets/paper"),
     )
     compileOptions {
         sourceCompatibility = JavaVersion.VERSION_17

@@ -15,6 +15,10 @@ final class Bridge {
     static final int RATE_HZ = 48_000;
 
     public static void main(String[] arguments) throws Exception {
+        if (arguments[0].equals("missing")) {
+            missing();
+            return;
+        }
         if (Native.version() >> 16 != 1) throw new AssertionError("version " + Native.version());
         switch (arguments[0]) {
             case "walk" -> walk(arguments[1], Path.of(arguments[2]));
@@ -25,6 +29,20 @@ final class Bridge {
             default -> throw new IllegalArgumentException(arguments[0]);
         }
         if (Native.openHandles() != 0) throw new AssertionError(Native.openHandles() + " handles are left open");
+    }
+
+    /** Without the library: the reason in words, whatever the device lacks. */
+    static void missing() {
+        refuses(UnavailableException.class, Native::require);
+        var cause = new UnsatisfiedLinkError("no foresound in library path");
+        String[] reasons = {
+            Native.reason(24, java.util.List.of("arm64-v8a"), cause),
+            Native.reason(34, java.util.List.of("armeabi-v7a", "armeabi"), cause),
+            Native.reason(34, java.util.List.of("arm64-v8a"), cause),
+        };
+        String[] words = {"API 26", "armeabi-v7a", "no foresound in library path"};
+        for (int i = 0; i < 3; i++) if (!reasons[i].contains(words[i])) throw new AssertionError(reasons[i]);
+        System.out.printf("missing: %s%n", reasons[1]);
     }
 
     static ByteBuffer direct(int bytes) {
@@ -259,6 +277,18 @@ final class Bridge {
         refuses(none, () -> Native.sceneInfo(scene, null));
         refuses(argument, () -> Native.setPropagation(engine, 0, 1, 0));
         refuses(argument, () -> Native.setPropagation(engine, 1, 1, -1));
+        // Budget, health and pictures.
+        refuses(none, () -> Native.setBudget(engine, null));
+        refuses(argument, () -> Native.setBudget(engine, new double[3]));
+        for (double[] wrong : new double[][] {
+            {6, 0, 0, 0}, {300, 0, 0, 0}, {-1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, Double.NaN, 0}, {0, 0, -1, 0},
+            {0, 0, 1e300, 0}, {0, 0, 0, Double.NaN}, {0, 0, 0, -0.5}, {0, 0, 0, Double.POSITIVE_INFINITY},
+        }) refuses(argument, () -> Native.setBudget(engine, wrong));
+        Native.setBudget(engine, new double[] {5, 1, 0.02, 0.5});
+        refuses(none, () -> Native.health(engine, null));
+        refuses(argument, () -> Native.health(engine, new double[1]));
+        refuses(none, () -> Native.paths(engine, null));
+        if (Native.paths(engine, new float[3 * Native.PATH_FLOATS - 1]) != 0) throw new AssertionError("none was asked for");
         // The device, which nobody hears here.
         long output = Native.startOutput(renderer, 2);
         refuses(state, () -> Native.render(renderer, block, 1));
@@ -286,6 +316,9 @@ final class Bridge {
             () -> Native.resume(engine),
             () -> Native.restart(engine),
             () -> Native.statistics(engine, new double[Native.STATISTICS]),
+            () -> Native.setBudget(engine, new double[Native.BUDGET]),
+            () -> Native.health(engine, new double[Native.HEALTH]),
+            () -> Native.paths(engine, new float[Native.PATH_FLOATS]),
             () -> Native.addSource(engine, 0, 0, 0),
             () -> Native.removeSource(engine, source),
             () -> Native.configureSource(engine, source, new double[Native.SOURCE_OPTIONS]),

@@ -33,7 +33,15 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         schedule = Schedule.SYNCHRONOUS,
         predictor = Predictor.BEST,
         frameSeconds = 1.0 / 60.0,
+        shownPaths = 40,
     )
+    refuses<IllegalArgumentException> { EngineOptions(maxSources = -1) }
+    refuses<IllegalArgumentException> { EngineOptions(maxSources = Int.MAX_VALUE) }
+    refuses<IllegalArgumentException> { EngineOptions(shownPaths = -1) }
+    refuses<IllegalArgumentException> { Engine(EngineOptions(rateHz = -1)).close() }
+    refuses<IllegalArgumentException> { Engine(EngineOptions(frameSeconds = Double.NaN)).close() }
+    refuses<IOException> { Scene.fromAsset(context, "scenes/no_such.obj").close() }
+    refuses<IOException> { Clip.fromAsset(context, "no_such.wav", 48_000).close() }
     var last = 0
     Engine(options).use { engine ->
         val scene = async { Scene.fromAsset(context, "scenes/doorway.obj") }
@@ -59,6 +67,20 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         check(loudest > 1e-3f) { "silent: $loudest" }
         val now = engine.statistics()
         check(now.state == EngineState.RUNNING && now.updates == 30L && now.sources == 1) { "${now.updates}" }
+
+        val lines = engine.paths()
+        check(lines.size in 2..40 && lines.all { it.corners.size in 6..18 && it.corners.size % 3 == 0 }) { "$lines" }
+        val direct = lines.single { it.reflections == 0 && it.bends == 0 }
+        check(Math.abs(direct.corners[2] - 2.71f) < 1e-4 && Math.abs(direct.corners[3] - 6.5f) < 1e-4)
+        val health = engine.health()
+        check(health.tier == 0 && health.thermalHeadroom == null && health.thermalStatus == null && health.rays > 64)
+        engine.setBudget(Budget(leastTier = 3, fixed = true))
+        engine.tick()
+        check(engine.health().tier == 3) { "${engine.health().tier}" }
+        refuses<IllegalArgumentException> { engine.setBudget(Budget(leastTier = -1)) }
+        refuses<IllegalArgumentException> { engine.setBudget(Budget(updateSeconds = Double.NaN)) }
+        refuses<IllegalArgumentException> { engine.setBudget(Budget(updateSeconds = 0.0)) }
+        engine.setBudget(Budget())
 
         // At most ten a second, whatever is asked for: a busy machine is slower, never faster.
         val began = System.nanoTime()

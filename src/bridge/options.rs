@@ -10,7 +10,7 @@ use crate::generation::Hrtf;
 use crate::runtime::{AffinityPolicy, EngineSchedule, EngineSettings, FrameTime};
 
 /// How many numbers the structure is as a list.
-pub const OPTION_NUMBERS: usize = 22;
+pub const OPTION_NUMBERS: usize = 24;
 
 /// What an engine is made for. Fill it with the defaults first, then change what is to differ.
 #[repr(C)]
@@ -62,6 +62,11 @@ pub struct Options {
     pub frame_s: f64,
     /// Longest path delay in seconds, 0.01 to 10.
     pub max_delay_s: f64,
+    /// What is asked of a phone's system and told to it, a sum of bits: 1 heat lowers detail, 2 performance hints. Nothing
+    /// where the system has no such functions.
+    pub manners: u32,
+    /// Most paths that foresound_engine_paths gives, 0 to 16,384.
+    pub shown_paths: u32,
 }
 
 impl Default for Options {
@@ -96,6 +101,8 @@ impl Default for Options {
             ceiling_db: generation.ceiling_db,
             frame_s: 0.0,
             max_delay_s: generation.max_delay_s,
+            manners: 3,
+            shown_paths: engine.shown_paths as u32,
         }
     }
 }
@@ -152,6 +159,13 @@ impl Options {
             },
             ..EngineSettings::default()
         };
+        if self.manners > 3 {
+            let text = format!("manners: {} has unknown bits; give 0 to 3", self.manners);
+            return Err(Fault::new(Status::BadArgument, text));
+        }
+        settings.manners.thermal = self.manners & 1 != 0;
+        settings.manners.hints = self.manners & 2 != 0;
+        settings.shown_paths = self.shown_paths as usize;
         settings.generation.rate_hz = self.rate_hz;
         settings.generation.max_sources = self.max_sources as usize;
         settings.generation.max_voices = self.max_voices as usize;
@@ -203,6 +217,8 @@ impl Options {
             ceiling_db: next.number()? as f32,
             frame_s: next.number()?,
             max_delay_s: next.number()?,
+            manners: next.count()?,
+            shown_paths: next.count()?,
         })
     }
 
@@ -236,6 +252,8 @@ impl Options {
         numbers[19] = self.ceiling_db.into();
         numbers[20] = self.frame_s;
         numbers[21] = self.max_delay_s;
+        numbers[22] = self.manners.into();
+        numbers[23] = self.shown_paths.into();
         numbers
     }
 }

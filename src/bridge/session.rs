@@ -4,7 +4,9 @@
 
 use super::clip::CLIPS;
 use super::fault::{Fault, Status};
+use super::health::{BudgetOptions, EngineHealth};
 use super::options::Options;
+use super::picture::ShownPath;
 use super::pose::{Pose, source_id};
 use super::scenes::SCENES;
 use super::sound::{RENDERERS, STREAMS};
@@ -212,6 +214,24 @@ impl Session {
         let controller = &self.controller;
         let sources = controller.source_count();
         EngineStatistics::new(&controller.statistics(), controller.state(), sources)
+    }
+
+    /// How the engine bears its load, and the phone its heat.
+    pub fn health(&self) -> EngineHealth {
+        EngineHealth::new(&self.controller.statistics(), self.controller.state())
+    }
+
+    /// Says what may be spent.
+    ///
+    /// # Errors
+    /// [`Status::BadArgument`] names what is out of range; nothing changes then.
+    pub fn set_budget(&mut self, options: &BudgetOptions) -> Result<(), Fault> {
+        Ok(self.controller.set_budget(options.budget()?)?)
+    }
+
+    /// The loudest paths of the newest update, as many as the options say.
+    pub fn shown_paths(&mut self) -> impl Iterator<Item = ShownPath> {
+        self.controller.shown_paths().iter().map(ShownPath::from)
     }
 
     /// Sets rays and depth of propagation.

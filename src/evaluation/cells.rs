@@ -233,6 +233,23 @@ mod tests {
     }
 
     #[test]
+    fn the_phones_copy_of_table_four_is_the_same() {
+        let lines = include_str!("../../assets/paper/paper_table_4.csv").lines();
+        let mut count = 0;
+        for line in lines.skip(1) {
+            let words: Vec<&str> = line.split(',').collect();
+            let number = |place: usize| words[place].parse::<f64>().unwrap();
+            let cell = printed_speed(Platform::Mobile, words[0], number(1) as usize).unwrap();
+            assert_eq!(
+                [number(2), number(3)],
+                [cell.baseline_fps, cell.proposed_fps]
+            );
+            count += 1;
+        }
+        assert_eq!(count, SCENES.len() * SOURCE_COUNTS.len());
+    }
+
+    #[test]
     fn other_scenes_and_counts_have_a_pace_too() {
         assert_eq!(pace(Platform::Workstation, "doorway", 16).level, 12);
         assert_eq!(

@@ -12,6 +12,7 @@ mod lead;
 pub mod null_device;
 pub mod offline;
 mod offline_instances;
+pub mod phone;
 pub mod schedule;
 pub(crate) mod slot;
 pub mod sound_thread;

@@ -1,9 +1,11 @@
 //! Engines.
 
 use super::answer;
-use super::memory::{give, read_options, slice, value};
-use crate::bridge::fault::Status;
+use super::memory::{give, read_options, slice, slice_mut, value};
+use crate::bridge::fault::{Fault, Status};
+use crate::bridge::health::{BudgetOptions, EngineHealth};
 use crate::bridge::options::Options;
+use crate::bridge::picture::ShownPath;
 use crate::bridge::pose::Pose;
 use crate::bridge::session::{self, ENGINES};
 use crate::bridge::statistics::EngineStatistics;
@@ -143,5 +145,80 @@ pub unsafe extern "C" fn foresound_engine_statistics(
         let now = ENGINES.with(engine, |session| Ok(session.statistics()))?;
         // SAFETY: the caller's word.
         unsafe { give("statistics", statistics, now) }
+    })
+}
+
+/// The default budget: no limit. Call it before changing any.
+///
+/// # Safety
+/// `options` is the address of such a structure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_budget_options_default(options: *mut BudgetOptions) -> Status {
+    // SAFETY: the caller's word.
+    answer(|| unsafe { give("options", options, BudgetOptions::default()) })
+}
+
+/// Says what the engine may spend, from the next update on: it gives up rays, orders and paths to keep to it. Heat may
+/// lower the detail further, unless the tier is fixed. Any thread but the audio thread.
+///
+/// # Safety
+/// `options` is the address of such a structure, or null for no limit.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_engine_set_budget(
+    engine: u64,
+    options: *const BudgetOptions,
+) -> Status {
+    answer(|| {
+        // SAFETY: the caller's word; options are plain numbers behind their size.
+        let wanted = unsafe { read_options("options", options) }?;
+        ENGINES.with(engine, |session| session.set_budget(&wanted))
+    })
+}
+
+/// How the engine bears its load, and the phone its heat. Some microseconds: ten times a second are plenty. Any thread
+/// but the audio thread.
+///
+/// # Safety
+/// `health` is the address of such a structure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_engine_health(engine: u64, health: *mut EngineHealth) -> Status {
+    answer(|| {
+        let now = ENGINES.with(engine, |session| Ok(session.health()))?;
+        // SAFETY: the caller's word.
+        unsafe { give("health", health, now) }
+    })
+}
+
+/// The loudest paths of the newest update for a picture, in no order: as many as there are and fit, and their number. The
+/// option `shown_paths` says how many are kept; none are unless it is set. Any thread but the audio thread.
+///
+/// # Safety
+/// `paths` is the address of `capacity` such structures, `count` of a variable.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_engine_paths(
+    engine: u64,
+    paths: *mut ShownPath,
+    capacity: usize,
+    count: *mut usize,
+) -> Status {
+    answer(|| {
+        // SAFETY: the caller's word.
+        unsafe { give("count", count, 0) }?;
+        if capacity > 16_384 {
+            let text = format!("capacity: {capacity} is beyond 16384; give fewer");
+            return Err(Fault::new(Status::BadArgument, text));
+        }
+        // SAFETY: the caller's word; the structures are plain numbers.
+        let places = unsafe { slice_mut("paths", paths, capacity) }?;
+        let filled = ENGINES.with(engine, |session| {
+            let mut filled = 0;
+            for (place, path) in places.iter_mut().zip(session.shown_paths()) {
+                *place = path;
+                filled += 1;
+            }
+            Ok(filled)
+        })?;
+        // SAFETY: the caller's word.
+        unsafe { give("count", count, filled) }
     })
 }

@@ -1,13 +1,15 @@
 //! Engines.
 
 use ::jni::EnvUnowned;
-use ::jni::objects::{JByteArray, JByteBuffer, JClass, JDoubleArray, JLongArray};
+use ::jni::objects::{JByteArray, JByteBuffer, JClass, JDoubleArray, JFloatArray, JLongArray};
 use ::jni::sys::{jint, jlong};
 
-use super::memory::{Direct, array, fill};
+use super::memory::{Direct, array, fill, present};
 use super::{answer, count};
 use crate::bridge::fault::{Fault, Status};
+use crate::bridge::health::BudgetOptions;
 use crate::bridge::options::Options;
+use crate::bridge::picture::PATH_FLOATS;
 use crate::bridge::pose::{POSE_BYTES, Pose};
 use crate::bridge::session::{self, ENGINES};
 
@@ -137,4 +139,50 @@ pub(super) extern "system" fn statistics<'l>(
         let now = ENGINES.with(engine as u64, |session| Ok(session.statistics()))?;
         fill(env, "statistics", &numbers, &now.numbers())
     });
+}
+
+pub(super) extern "system" fn set_budget<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    engine: jlong,
+    numbers: JDoubleArray<'l>,
+) {
+    answer(env, |env| {
+        let options = BudgetOptions::from_numbers(&array(env, "budget", &numbers)?)?;
+        ENGINES.with(engine as u64, |session| session.set_budget(&options))
+    });
+}
+
+pub(super) extern "system" fn health<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    engine: jlong,
+    numbers: JDoubleArray<'l>,
+) {
+    answer(env, |env| {
+        let now = ENGINES.with(engine as u64, |session| Ok(session.health()))?;
+        fill(env, "health", &numbers, &now.numbers())
+    });
+}
+
+/// Paths for a picture, one after the other, as many as fit whole; gives their number.
+pub(super) extern "system" fn paths<'l>(
+    env: EnvUnowned<'l>,
+    _: JClass<'l>,
+    engine: jlong,
+    floats: JFloatArray<'l>,
+) -> jint {
+    answer(env, |env| {
+        present("paths", &floats)?;
+        let places = floats.len(env)? / PATH_FLOATS;
+        let mut values = Vec::new();
+        ENGINES.with(engine as u64, |session| {
+            for path in session.shown_paths().take(places) {
+                values.extend(path.floats());
+            }
+            Ok(())
+        })?;
+        floats.set_region(env, 0, &values)?;
+        Ok((values.len() / PATH_FLOATS) as jint)
+    })
 }

@@ -78,6 +78,9 @@ fn register(env: &mut Env<'_>) -> Result<(), Fault> {
         native!("resume", "(J)V", engine::resume),
         native!("restart", "(J)V", engine::restart),
         native!("statistics", "(J[D)V", engine::statistics),
+        native!("setBudget", "(J[D)V", engine::set_budget),
+        native!("health", "(J[D)V", engine::health),
+        native!("paths", "(J[F)I", engine::paths),
         native!(
             "sceneFromMesh",
             "([F[I[I[Ljava/lang/String;Ljava/lang/String;[D)J",

@@ -25,6 +25,7 @@ mod renderer;
 mod scene_builder;
 mod seating;
 mod settings;
+mod shown_paths;
 mod source_table;
 mod statistics;
 mod worker;
@@ -36,6 +37,7 @@ pub use feed::StreamWriter;
 pub use histogram::Percentiles;
 pub use renderer::{RenderReport, Renderer};
 pub use settings::{EngineSchedule, EngineSettings, FrameTime, MOST_SOURCES};
+pub use shown_paths::{MOST_CORNERS, ShownPath};
 pub use statistics::Statistics;
 
 use crate::error::Result;
@@ -46,6 +48,7 @@ use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 use super::budget::Governor;
 use super::clock::now;
 use super::handover::newest;
+use super::phone::Manners;
 use super::trace::{Track, spans};
 use super::workers::Threads;
 use controller::Links;
@@ -83,6 +86,7 @@ impl Engine {
         let (frame_sender, frames) = newest();
         let (world_sender, world) = newest();
         let (delivery_sender, deliveries) = newest();
+        let (shown_sender, shown) = newest();
         let (feed_sender, feeds) = rtrb::RingBuffer::new(FEEDS_AHEAD);
         let (retired, retired_receiver) = rtrb::RingBuffer::new(FEEDS_AHEAD);
         let orders = Orders::default();
@@ -98,6 +102,10 @@ impl Engine {
             governor: Governor::default(),
             detail: Governor::default().detail(&settings.propagation, settings.max_paths),
             last_time_s: None,
+            manners: Manners::begin(settings.manners),
+            epoch,
+            shown: shown_sender,
+            most_shown: settings.shown_paths,
             spans: propagation.0,
             before_update: settings.before_update,
             newest: None,
@@ -127,6 +135,7 @@ impl Engine {
             retired: retired_receiver,
             orders,
             meters,
+            shown,
             spans: app.0,
             span_readers: [app.1, propagation.1, sound.1],
         };

@@ -96,6 +96,7 @@ impl Propagation {
 }
 
 fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Box<Worker> {
+    worker.manners.change_thread();
     let placement = place_this_thread(policy, ThreadRole::Propagation);
     worker.meters.propagation_placement.store(placement);
     let _flush = FlushToZero::begin();
@@ -106,6 +107,7 @@ fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Bo
             None => break,
         }
     }
+    worker.manners.change_thread();
     worker
 }
 

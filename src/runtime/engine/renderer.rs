@@ -19,9 +19,10 @@ use crate::extrapolation::{
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
 use crate::runtime::affinity::{Placement, ThreadRole, place_this_thread};
-use crate::runtime::clock::now;
+use crate::runtime::clock::{nanoseconds, now};
 use crate::runtime::flush_to_zero::FlushToZero;
 use crate::runtime::handover::Receiver;
+use crate::runtime::phone::this_thread;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 
 /// Most slots of a generator.
@@ -133,7 +134,9 @@ impl Renderer {
     /// block; makes system calls.
     pub fn place_thread(&mut self) -> Placement {
         let placement = place_this_thread(self.parts.settings.affinity, ThreadRole::Sound);
-        self.parts.meters.sound_placement.store(placement);
+        let meters = &self.parts.meters;
+        meters.sound_placement.store(placement);
+        meters.sound_thread.store(this_thread(), Ordering::Relaxed);
         placement
     }
 
@@ -161,6 +164,11 @@ impl Renderer {
             .spans
             .record(SpanKind::Block, started, spent, report.level.into());
         meters.block.record(spent);
+        let lasts_ns = (1e9 * lasts_s) as u64;
+        meters.block_lasts_ns.store(lasts_ns, Ordering::Relaxed);
+        meters
+            .block_peak_ns
+            .fetch_max(nanoseconds(spent), Ordering::Relaxed);
         add(&meters.blocks, 1);
         add(&meters.missed, u64::from(report.missed_deadline));
         add(&meters.dropped_paths, u64::from(report.dropped_paths));

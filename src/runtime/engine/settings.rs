@@ -8,6 +8,7 @@ use crate::generation::{GeneratorSettings, Hrtf};
 use crate::propagation::PropagationSettings;
 use crate::runtime::affinity::AffinityPolicy;
 use crate::runtime::budget::Budget;
+use crate::runtime::phone::MannersSettings;
 use crate::runtime::workers::MOST_THREADS;
 
 /// Most sources of an engine.
@@ -66,6 +67,10 @@ pub struct EngineSettings {
     pub trace_spans: usize,
     /// How long a graphics frame is.
     pub frame_time: FrameTime,
+    /// What is asked of a phone's system, and told to it; nothing where it has no such functions.
+    pub manners: MannersSettings,
+    /// Most paths of an update that [`super::Controller::shown_paths`] gives, the loudest, to 16,384; 0 gives none.
+    pub shown_paths: usize,
     /// Called before every update with its number, on the thread that computes it: a place for a profiler's mark. If it
     /// panics, propagation stops as it would for its own panic.
     pub before_update: Option<fn(u64)>,
@@ -91,6 +96,8 @@ impl Default for EngineSettings {
             budget: Budget::default(),
             trace_spans: 0,
             frame_time: FrameTime::default(),
+            manners: MannersSettings::default(),
+            shown_paths: 0,
             before_update: None,
         }
     }
@@ -109,6 +116,7 @@ impl EngineSettings {
         range("block_frames", self.block_frames, 32, 4096)?;
         range("max_paths", self.max_paths, 1, 16_384)?;
         range("trace_spans", self.trace_spans, 0, 1 << 20)?;
+        range("shown_paths", self.shown_paths, 0, 16_384)?;
         if let Some(most_sources) = self.most_sources {
             range("most_sources", most_sources, 1, MOST_SOURCES)?;
         }

@@ -3,13 +3,14 @@
 //! Wait-free for the threads that fill it: single atomic operations without order between them. A reader sees each
 //! figure as of some recent moment.
 
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU64, Ordering};
 
 use crossbeam_utils::atomic::AtomicCell;
 
 use super::histogram::{Histogram, Percentiles};
 use crate::runtime::affinity::Placement;
 use crate::runtime::budget::Tier;
+use crate::runtime::phone::{MannersReport, SoundLoad};
 
 /// Counters and times that the engine's threads share.
 #[derive(Default)]
@@ -37,6 +38,12 @@ pub(super) struct Meters {
     pub(super) propagation_failed: AtomicBool,
     pub(super) propagation_placement: AtomicCell<Placement>,
     pub(super) sound_placement: AtomicCell<Placement>,
+    /// Kernel's number of the sound thread, once it has placed itself.
+    pub(super) sound_thread: AtomicI32,
+    /// The longest block since propagation has looked, and what it lasts.
+    pub(super) block_peak_ns: AtomicU64,
+    pub(super) block_lasts_ns: AtomicU64,
+    pub(super) manners: AtomicCell<MannersReport>,
 }
 
 /// A look at the engine. Counts are since it began.
@@ -84,12 +91,23 @@ pub struct Statistics {
     pub propagation_placement: Placement,
     /// Where the sound thread runs, once it has placed itself.
     pub sound_placement: Placement,
+    /// What a phone's system says of its heat, and whether it hears our hints.
+    pub manners: MannersReport,
 }
 
 impl Meters {
     /// Share of a core that sound takes, lately.
     pub(super) fn sound_share(&self) -> f64 {
         f64::from(self.sound_millicores.load(Ordering::Relaxed)) * 1e-3
+    }
+
+    /// How sound has gone since this was asked last.
+    pub(super) fn take_sound_load(&self) -> SoundLoad {
+        SoundLoad {
+            thread: self.sound_thread.load(Ordering::Relaxed),
+            block_s: self.block_peak_ns.swap(0, Ordering::Relaxed) as f64 * 1e-9,
+            lasts_s: self.block_lasts_ns.load(Ordering::Relaxed) as f64 * 1e-9,
+        }
     }
 
     pub(super) fn read(&self) -> Statistics {
@@ -116,6 +134,7 @@ impl Meters {
             rays: count(&self.rays),
             propagation_placement: self.propagation_placement.load(),
             sound_placement: self.sound_placement.load(),
+            manners: self.manners.load(),
         }
     }
 }

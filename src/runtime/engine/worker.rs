@@ -5,15 +5,17 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::messages::{Delivery, WorldFrame};
+use super::shown_paths::{ShownPath, show};
 use super::statistics::{Meters, add};
 use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
 use crate::propagation::{Path, Propagator};
 use crate::runtime::budget::{Detail, Governor, Spent};
 use crate::runtime::clock::{nanoseconds, now};
 use crate::runtime::handover::{Receiver, Sender};
+use crate::runtime::phone::Manners;
 use crate::runtime::slot::Slot;
 use crate::runtime::system_trace::section;
 use crate::runtime::trace::{SpanKind, SpanWriter};
@@ -40,6 +42,12 @@ pub(super) struct Worker {
     pub(super) detail: Detail,
     /// Time of the last update's poses.
     pub(super) last_time_s: Option<f64>,
+    /// Heat and hints, by the time since the engine began.
+    pub(super) manners: Manners,
+    pub(super) epoch: Instant,
+    /// Paths for pictures, and how many.
+    pub(super) shown: Sender<Vec<ShownPath>>,
+    pub(super) most_shown: usize,
     pub(super) spans: SpanWriter,
     pub(super) before_update: Option<fn(u64)>,
     /// The poses in use.
@@ -93,6 +101,11 @@ impl Worker {
         let spent = started.elapsed();
         delivery.order_gain = self.detail.order_gain;
         let paths = delivery.paths.paths.len() as u64;
+        if self.most_shown > 0 {
+            let mut shown = self.shown.blank(Vec::new);
+            show(&delivery.paths, self.most_shown, &mut shown);
+            self.shown.send(shown);
+        }
         self.meters
             .rays
             .store(delivery.paths.rays, Ordering::Relaxed);
@@ -142,7 +155,17 @@ impl Worker {
             can_rest: !self.synchronous,
         };
         self.last_time_s = Some(world.time_s);
-        self.governor.observe(&world.budget, &spent);
+        let now_s = self.epoch.elapsed().as_secs_f64();
+        let budget = self.manners.temper(world.budget, now_s);
+        self.governor.observe(&budget, &spent);
+        if !self.synchronous {
+            self.manners.tell_update(spent.update_s, &budget);
+        }
+        if self.manners.wants_sound(now_s) {
+            let load = self.meters.take_sound_load();
+            self.manners.tell_sound(load, now_s);
+        }
+        self.meters.manners.store(self.manners.report());
         let tier = self.governor.tier();
         if tier != before {
             let number = u32::from(tier.0);

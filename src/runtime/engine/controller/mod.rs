@@ -19,6 +19,7 @@ use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
 use super::seating::{Guest, Seating};
 use super::settings::{EngineSettings, FrameTime};
+use super::shown_paths::ShownPath;
 use super::source_table::{SourceTable, check_place};
 use super::statistics::{Meters, Statistics};
 use super::worker::{Orders, Worker};
@@ -26,7 +27,7 @@ use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::runtime::budget::Budget;
 use crate::runtime::clock::now;
-use crate::runtime::handover::Sender;
+use crate::runtime::handover::{Receiver, Sender};
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
 use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
 
@@ -51,6 +52,7 @@ pub(super) struct Links {
     pub(super) retired: rtrb::Consumer<Feed>,
     pub(super) orders: Orders,
     pub(super) meters: Arc<Meters>,
+    pub(super) shown: Receiver<Vec<ShownPath>>,
     pub(super) spans: SpanWriter,
     pub(super) span_readers: [SpanReader; 3],
 }
@@ -74,6 +76,7 @@ pub struct Controller {
     waiting: VecDeque<FeedChange>,
     listener: ListenerPose,
     paused: bool,
+    shown: Box<Vec<ShownPath>>,
     began: Instant,
     ticks: u64,
 }
@@ -93,6 +96,7 @@ impl Controller {
             waiting: VecDeque::new(),
             listener: ListenerPose::default(),
             paused: false,
+            shown: Box::default(),
             began: now(),
             ticks: 0,
             links,
@@ -247,6 +251,16 @@ impl Controller {
         for reader in &mut self.links.span_readers {
             log.collect(reader);
         }
+    }
+
+    /// The loudest paths of the newest update, for a picture: as many as [`EngineSettings::shown_paths`] says, in no
+    /// order.
+    pub fn shown_paths(&mut self) -> &[ShownPath] {
+        if let Some(newest) = self.links.shown.take() {
+            let old = std::mem::replace(&mut self.shown, newest);
+            self.links.shown.give_back(old);
+        }
+        &self.shown
     }
 
     /// What the engine tells about itself.

@@ -2,6 +2,8 @@ package dev.foresound;
 
 import java.io.IOException;
 import java.nio.ByteBuffer;
+import java.util.Arrays;
+import java.util.List;
 
 /**
  * The natives of libforesound, registered by its JNI_OnLoad; the Kotlin classes of this package are the face of it.
@@ -10,19 +12,73 @@ import java.nio.ByteBuffer;
  * order of the C structures in foresound.h, without their sizes.
  */
 final class Native {
-    static final int OPTIONS = 22;
+    static final int OPTIONS = 24;
     static final int STATISTICS = 36;
     static final int SCENE_INFO = 12;
     static final int OUTPUT_INFO = 17;
     static final int SOURCE_OPTIONS = 11;
+    static final int BUDGET = 4;
+    static final int HEALTH = 11;
+    /** Floats of a path in a picture: source, corners, reflections, bends, level, three coordinates for each of six corners. */
+    static final int PATH_FLOATS = 23;
     /** Bytes of a pose in a frame: source, three of position, four of orientation. */
     static final int POSE_BYTES = 32;
 
-    static {
-        System.loadLibrary("foresound");
-    }
+    /** Oldest Android that the library is built for. */
+    static final int OLDEST_API = 26;
+    /** What the library is built for. */
+    static final List<String> ABIS = Arrays.asList("arm64-v8a", "x86_64");
+
+    /** Why there is no library; null if there is one. */
+    private static final Throwable MISSING = load();
 
     private Native() {}
+
+    private static Throwable load() {
+        try {
+            System.loadLibrary("foresound");
+            return null;
+        } catch (LinkageError | SecurityException missing) {
+            return missing;
+        }
+    }
+
+    /** Throws, with the reason, where there is no library. */
+    static void require() {
+        if (MISSING != null) throw new UnavailableException(reason(api(), abis(), MISSING), MISSING);
+    }
+
+    /** Why a device has no library, and what to do. */
+    static String reason(int api, List<String> abis, Throwable missing) {
+        if (api > 0 && api < OLDEST_API) {
+            return "libforesound.so needs Android 8.0 (API " + OLDEST_API + ") and this is API " + api
+                    + "; play without it there, or raise minSdk";
+        }
+        if (!abis.isEmpty() && ABIS.stream().noneMatch(abis::contains)) {
+            return "libforesound.so is built for " + ABIS + " and this device runs " + abis
+                    + "; play without it there, or add the ABI to cargo-ndk.toml";
+        }
+        return "libforesound.so cannot be loaded: " + missing.getMessage()
+                + "; look whether the APK has it under lib/ and no abiFilters or splits leave it out";
+    }
+
+    /** API level of this Android; 0 elsewhere. By name, since a host has no such class. */
+    private static int api() {
+        try {
+            return Class.forName("android.os.Build$VERSION").getField("SDK_INT").getInt(null);
+        } catch (ReflectiveOperationException host) {
+            return 0;
+        }
+    }
+
+    /** What this Android runs; nothing elsewhere. */
+    private static List<String> abis() {
+        try {
+            return Arrays.asList((String[]) Class.forName("android.os.Build").getField("SUPPORTED_ABIS").get(null));
+        } catch (ReflectiveOperationException host) {
+            return List.of();
+        }
+    }
 
     static native int version();
 
@@ -49,6 +105,13 @@ final class Native {
     static native void restart(long engine);
 
     static native void statistics(long engine, double[] numbers);
+
+    static native void setBudget(long engine, double[] budget);
+
+    static native void health(long engine, double[] numbers);
+
+    /** As many whole paths as there are and fit; gives their number. */
+    static native int paths(long engine, float[] paths);
 
     /** All but the first two may be null. */
     static native long sceneFromMesh(

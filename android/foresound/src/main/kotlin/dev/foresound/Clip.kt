@@ -36,7 +36,7 @@ class Clip private constructor(internal val handle: Long) : AutoCloseable {
             engineRateHz: Int,
             dispatcher: CoroutineDispatcher = Dispatchers.IO,
         ): Clip = load(dispatcher) {
-            Native.clipFromWav(context.assets.open(name).use { it.readBytes() }, engineRateHz)
+            Native.clipFromWav(openAsset(context, name).use { it.readBytes() }, engineRateHz)
         }
 
         /** From samples at [rateHz]; 1 is the pressure at 1 m. */
@@ -48,6 +48,7 @@ class Clip private constructor(internal val handle: Long) : AutoCloseable {
         ): Clip = load(dispatcher) { Native.clipFromSamples(samples, rateHz, engineRateHz) }
 
         private suspend fun load(dispatcher: CoroutineDispatcher, make: () -> Long): Clip {
+            Native.require()
             var made: Clip? = null
             try {
                 return withContext(dispatcher) { Clip(make()).also { made = it } }

@@ -40,6 +40,7 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
     private var output = 0L
     private var playing = false
     private var closed = false
+    private val pathFloats = FloatArray(options.shownPaths * Native.PATH_FLOATS)
     private val sources = arrayOfNulls<Source>(options.maxSources)
     private val frame: ByteBuffer =
         ByteBuffer.allocateDirect((options.maxSources + 1) * Native.POSE_BYTES).order(ByteOrder.nativeOrder())
@@ -146,6 +147,23 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
             delay(periodMillis.coerceAtLeast(SHORTEST_PERIOD_MILLIS))
         }
     }.flowOn(dispatcher)
+
+    /** Says what the engine may spend, from the next update on: it gives up rays, orders and paths to keep to it. */
+    fun setBudget(budget: Budget) = Native.setBudget(handle, budget.numbers())
+
+    /** How the engine bears its load, and the phone its heat. */
+    fun health(): Health {
+        val numbers = DoubleArray(Native.HEALTH)
+        Native.health(handle, numbers)
+        return Health(numbers)
+    }
+
+    /** The loudest paths of the newest update for a picture, [EngineOptions.shownPaths] at most, in no order. */
+    @Synchronized
+    fun paths(): List<ShownPath> {
+        val count = Native.paths(handle, pathFloats)
+        return List(count) { ShownPath(pathFloats, it * Native.PATH_FLOATS) }
+    }
 
     /** What the device granted, and how it goes; `null` before [start]. */
     @Synchronized

@@ -27,8 +27,20 @@ class EngineOptions(
     val frameSeconds: Double? = null,
     /** A baked head-related set; null takes the built-in one. */
     val hrtf: ByteArray? = null,
+    /** Whether detail goes down while the phone is about to throttle (API 30 and later). */
+    val thermal: Boolean = true,
+    /** Whether the system is told how long the threads' work takes (performance hints, API 33 and later). */
+    val hints: Boolean = true,
+    /** Most paths that [Engine.paths] gives, 0 to 16,384. */
+    val shownPaths: Int = 0,
 ) {
+    init {
+        require(maxSources in 1..MOST_SOURCES) { "maxSources: $maxSources is outside 1 to $MOST_SOURCES" }
+        require(shownPaths in 0..MOST_PATHS) { "shownPaths: $shownPaths is outside 0 to $MOST_PATHS" }
+    }
+
     internal fun numbers(): DoubleArray {
+        Native.require()
         val numbers = DoubleArray(Native.OPTIONS)
         Native.optionDefaults(numbers)
         numbers[0] = rateHz.toDouble()
@@ -42,6 +54,13 @@ class EngineOptions(
         predictor?.let { numbers[11] = it.ordinal.toDouble() }
         numbers[12] = affinity.ordinal.toDouble()
         frameSeconds?.let { numbers[20] = it }
+        numbers[22] = (if (thermal) 1.0 else 0.0) + (if (hints) 2.0 else 0.0)
+        numbers[23] = shownPaths.toDouble()
         return numbers
+    }
+
+    private companion object {
+        const val MOST_SOURCES = 256
+        const val MOST_PATHS = 16_384
     }
 }

@@ -52,7 +52,7 @@ class Scene private constructor(internal val handle: Long) : AutoCloseable {
         ): Scene = load(dispatcher) {
             val copy = File.createTempFile("foresound", ".obj", context.cacheDir)
             try {
-                context.assets.open(name).use { asset -> copy.outputStream().use { asset.copyTo(it) } }
+                openAsset(context, name).use { asset -> copy.outputStream().use { asset.copyTo(it) } }
                 Native.sceneFromFile(copy.path, materials, null)
             } finally {
                 copy.delete()
@@ -76,6 +76,7 @@ class Scene private constructor(internal val handle: Long) : AutoCloseable {
 
         private suspend fun load(dispatcher: CoroutineDispatcher, make: () -> Long): Scene {
             // A handle whose waiter was cancelled must not be lost on its way back.
+            Native.require()
             var made: Scene? = null
             try {
                 return withContext(dispatcher) { Scene(make()).also { made = it } }

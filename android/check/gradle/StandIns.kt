@@ -1,0 +1,211 @@
+// As much of Gradle's and the Android plugin's language as our build scripts speak. Neither can be had on the build
+// machines: this checks the scripts' syntax, types as far as they are told here, the version catalog's names, and runs
+// them, so that the cargo command they make can be looked at. It says nothing of Gradle itself.
+@file:Suppress("UNUSED_PARAMETER", "unused", "PropertyName")
+
+import java.io.File
+
+class Value<T>(private val value: T) {
+    fun get(): T = value
+}
+
+class Plugin(val id: String, val version: String)
+
+class PluginUse {
+    infix fun apply(now: Boolean) = Unit
+}
+
+class Plugins {
+    fun alias(plugin: Value<Plugin>) = PluginUse()
+}
+
+fun plugins(block: Plugins.() -> Unit) = Plugins().block()
+
+object repositories {
+    fun google() = Unit
+    fun mavenCentral() = Unit
+    fun gradlePluginPortal() = Unit
+}
+
+enum class RepositoriesMode { FAIL_ON_PROJECT_REPOS }
+
+class Management {
+    var repositoriesMode: RepositoriesMode? = null
+    fun repositories(block: repositories.() -> Unit) = repositories.block()
+}
+
+fun pluginManagement(block: Management.() -> Unit) = Management().block()
+
+fun dependencyResolutionManagement(block: Management.() -> Unit) = Management().block()
+
+class Project {
+    var name = ""
+}
+
+val rootProject = Project()
+
+fun include(vararg names: String) = names.forEach { check(File("android", it.trimStart(':')).isDirectory) { "no $it" } }
+
+val rootDir: File = File("android").absoluteFile
+
+class Sources(val folder: File) {
+    val patterns = mutableListOf<String>()
+    fun include(vararg names: String) = patterns.addAll(names)
+}
+
+fun fileTree(folder: File, block: Sources.() -> Unit) = Sources(folder).apply(block)
+
+class Inputs {
+    fun files(vararg what: Any) = Unit
+}
+
+class Outputs {
+    val folders = mutableListOf<File>()
+    fun dir(folder: File) = folders.add(folder)
+}
+
+open class Task {
+    var description = ""
+    fun dependsOn(task: Any) = Unit
+}
+
+class Exec : Task() {
+    var workingDir = File("")
+    val inputs = Inputs()
+    val outputs = Outputs()
+    var command: List<String> = emptyList()
+    fun environment(name: String, value: Any) = Unit
+    fun commandLine(words: List<String>) {
+        command = words
+    }
+}
+
+class Registering<T>(val task: T) {
+    operator fun provideDelegate(owner: Any?, property: kotlin.reflect.KProperty<*>) = this
+    operator fun getValue(owner: Any?, property: kotlin.reflect.KProperty<*>) = task
+}
+
+val executed = mutableListOf<Exec>()
+
+object tasks {
+    fun registering(type: kotlin.reflect.KClass<Exec>, block: Exec.() -> Unit) =
+        Registering(Exec().apply(block).also { executed += it })
+    fun named(name: String, block: Task.() -> Unit) = Task().block()
+}
+
+class AsFile(val asFile: File)
+
+class SdkComponents {
+    val ndkDirectory = Value(AsFile(File("ndk")))
+}
+
+object androidComponents {
+    val sdkComponents = SdkComponents()
+}
+
+class Ndk {
+    val abiFilters = mutableSetOf<String>()
+}
+
+class DefaultConfig {
+    var minSdk: Int? = null
+    var targetSdk: Int? = null
+    var versionCode: Int? = null
+    var versionName: String? = null
+    var applicationId: String? = null
+    val ndk = Ndk()
+    fun consumerProguardFiles(vararg files: String) =
+        files.forEach { check(File("android/foresound", it).isFile) { "no $it" } }
+    fun ndk(block: Ndk.() -> Unit) = ndk.block()
+}
+
+class BuildFeatures {
+    var prefabPublishing = false
+}
+
+class PrefabPackage {
+    var headers: String? = null
+}
+
+class Prefab {
+    fun create(name: String, block: PrefabPackage.() -> Unit) =
+        check(File(PrefabPackage().apply(block).headers!!, "foresound.h").isFile) { "no header" }
+}
+
+class JniLibs {
+    var useLegacyPackaging = true
+}
+
+class Packaging {
+    val jniLibs = JniLibs()
+}
+
+class Variant {
+    fun withSourcesJar() = Unit
+}
+
+class Publishing {
+    fun singleVariant(name: String, block: Variant.() -> Unit) = Variant().block()
+}
+
+enum class JavaVersion { VERSION_17 }
+
+class CompileOptions {
+    var sourceCompatibility: JavaVersion? = null
+    var targetCompatibility: JavaVersion? = null
+}
+
+class SigningConfig
+
+class Named<T>(private val one: T) {
+    fun getByName(name: String) = one
+}
+
+class BuildType {
+    var isMinifyEnabled = false
+    var signingConfig: SigningConfig? = null
+}
+
+class BuildTypes {
+    fun release(block: BuildType.() -> Unit) = BuildType().block()
+}
+
+class AssetFolders {
+    fun srcDirs(vararg folders: Any) = folders.forEach { check((it as File).isDirectory) { "no $it" } }
+}
+
+class SourceSet {
+    val assets = AssetFolders()
+}
+
+class Android {
+    var namespace: String? = null
+    var compileSdk: Int? = null
+    var ndkVersion: String? = null
+    val packaging = Packaging()
+    val signingConfigs = Named(SigningConfig())
+    val sourceSets = Named(SourceSet())
+    val config = DefaultConfig()
+    fun defaultConfig(block: DefaultConfig.() -> Unit) = config.block()
+    fun buildFeatures(block: BuildFeatures.() -> Unit) = BuildFeatures().block()
+    fun prefab(block: Prefab.() -> Unit) = Prefab().block()
+    fun packaging(block: Packaging.() -> Unit) = packaging.block()
+    fun publishing(block: Publishing.() -> Unit) = Publishing().block()
+    fun compileOptions(block: CompileOptions.() -> Unit) = CompileOptions().block()
+    fun buildTypes(block: BuildTypes.() -> Unit) = BuildTypes().block()
+}
+
+val android = Android()
+
+fun android(block: Android.() -> Unit) = Android().run {
+    block()
+    check(namespace != null && compileSdk != null && config.minSdk != null)
+}
+
+class Dependencies {
+    fun api(what: Any) = Unit
+    fun implementation(what: Any) = Unit
+    fun project(path: String) = path
+}
+
+fun dependencies(block: Dependencies.() -> Unit) = Dependencies().block()

@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""Makes Kotlin sources of the build scripts, to be compiled with StandIns.kt: each script a function, the version catalog
+an object with the names that Gradle would give it, and a main that prints the cargo command.
+
+usage: assemble.py OUT_FOLDER, from the repository's root
+"""
+import pathlib
+import sys
+import tomllib
+
+root, out = pathlib.Path("android"), pathlib.Path(sys.argv[1])
+out.mkdir(parents=True, exist_ok=True)
+catalog = tomllib.loads((root / "gradle/libs.versions.toml").read_text())
+
+
+def tree(entries):
+    nodes = {}
+    for key, value in entries.items():
+        *folders, last = key.replace("_", "-").split("-")
+        place = nodes
+        for folder in folders:
+            place = place.setdefault(folder, {})
+        place[last] = value
+    return nodes
+
+
+def kotlin(nodes):
+    for name, value in nodes.items():
+        if isinstance(value, dict):
+            yield f"object {name} {{"
+            yield from kotlin(value)
+            yield "}"
+        else:
+            yield f"val {name} = {value}"
+
+
+def version(entry):
+    reference = entry["version"]
+    return catalog["versions"][reference["ref"]] if isinstance(reference, dict) else reference
+
+
+quoted = '"{}"'.format
+libraries = {key: quoted(f"{entry['module']}:{version(entry)}") for key, entry in catalog["libraries"].items()}
+plugins = {
+    key: f"Value(Plugin({quoted(entry['id'])}, {quoted(version(entry))}))" for key, entry in catalog["plugins"].items()
+}
+versions = {key: f"Value({quoted(value)})" for key, value in catalog["versions"].items()}
+lines = ["object libs {", *kotlin(tree(libraries)), "object versions {", *kotlin(tree(versions)), "}"]
+lines += ["object plugins {", *kotlin(tree(plugins)), "}", "}"]
+scripts = ["settings.gradle.kts", "build.gradle.kts", "foresound/build.gradle.kts", "app/build.gradle.kts"]
+for number, name in enumerate(scripts):
+    # Gradle makes a class of each script, so what it declares is seen below only; it imports this package by itself.
+    (out / f"Script{number}.kt").write_text(f"import java.io.*\n\nfun script{number}() {{\n{(root / name).read_text()}\n}}\n")
+lines += ["fun main() {", *(f"script{n}()" for n in range(len(scripts)))]
+lines += ['println(executed.single().command.joinToString(" "))', "}"]
+(out / "Catalog.kt").write_text("\n".join(lines) + "\n")

@@ -1,0 +1,13 @@
+package dev.foresound
+
+import android.content.Context
+import java.io.FileNotFoundException
+import java.io.IOException
+import java.io.InputStream
+
+/** Opens one of the app's assets; an [IOException] that says what to do where there is none. */
+internal fun openAsset(context: Context, name: String): InputStream = try {
+    context.assets.open(name)
+} catch (missing: FileNotFoundException) {
+    throw IOException("the app has no asset $name; put the file under src/main/assets, or check its name", missing)
+}

@@ -1,0 +1,4 @@
+package android.os;
+
+/** As much of Android's class as the demo uses: it compiles against it, nothing runs. */
+public final class Bundle {}

@@ -1,0 +1,241 @@
+//! What a phone is asked and told, on one that is made up.
+
+use super::fake::{Phone, phone, symbols};
+use super::*;
+use crate::runtime::budget::{Budget, MOST_TIER, Tier, TierChoice};
+
+fn manners(level: u32) -> Manners {
+    phone(|p| *p = Phone::default());
+    Manners::begin(MannersSettings {
+        symbols: symbols(level),
+        ..MannersSettings::default()
+    })
+}
+
+fn least(manners: &mut Manners, time_s: f64) -> u8 {
+    match manners.temper(Budget::default(), time_s).tiers {
+        TierChoice::AtLeast(tier) => tier.0,
+        TierChoice::Free => 0,
+        TierChoice::Exactly(tier) => panic!("{tier:?} was not asked for"),
+    }
+}
+
+#[test]
+fn an_old_system_has_none_of_it() {
+    assert!(symbols(29).thermal.is_none() && symbols(29).hints.is_none());
+    let no_headroom = symbols(30).thermal.expect("is there");
+    assert!(no_headroom.headroom.is_none() && symbols(30).hints.is_none());
+    assert!(symbols(32).thermal.is_some_and(|t| t.headroom.is_some()));
+    assert!(symbols(33).hints.is_some());
+    // This host has nothing at all, and nothing happens.
+    let mut here = Manners::begin(MannersSettings::default());
+    let budget = Budget::default();
+    assert_eq!(here.temper(budget, 0.0), budget);
+    here.tell_update(0.01, &budget);
+    assert_eq!(here.report(), MannersReport::default());
+}
+
+#[test]
+fn detail_goes_before_the_system_throttles_and_comes_back_slowly() {
+    let mut manners = manners(31);
+    let mut heat = |headroom: f32, time_s: f64| {
+        phone(|p| p.headroom = headroom);
+        least(&mut manners, time_s)
+    };
+    assert_eq!(heat(0.5, 0.0), 0);
+    assert_eq!(heat(0.86, 1.0), 1);
+    assert_eq!(heat(0.93, 2.0), 2);
+    assert_eq!(heat(0.98, 3.0), 3);
+    assert_eq!(heat(1.2, 4.0), 4);
+    // A step back in ten seconds, and none within the slack of a limit.
+    assert_eq!(heat(0.5, 13.0), 4);
+    assert_eq!(heat(0.5, 14.0), 3);
+    assert_eq!(heat(0.5, 20.0), 3);
+    assert_eq!(heat(0.5, 24.0), 2);
+    assert_eq!(heat(0.9, 34.0), 2);
+    assert_eq!(heat(0.86, 44.0), 1);
+    assert_eq!(heat(0.82, 54.0), 1);
+    assert_eq!(heat(0.5, 64.0), 0);
+    let asked = phone(|p| p.asked);
+    assert_eq!(asked, 13);
+    drop(manners);
+    assert_eq!(phone(|p| p.managers), 0);
+}
+
+#[test]
+fn a_headroom_at_a_limit_does_not_swing() {
+    let mut policy = ThermalPolicy::default();
+    let mut changes = 0;
+    for second in 0..600u32 {
+        let before = policy.tier();
+        let headroom = Some(0.92 + 0.02 * (f64::from(second) * 0.7).sin() as f32);
+        let reading = ThermalReading {
+            headroom,
+            ..ThermalReading::default()
+        };
+        policy.observe(second.into(), reading);
+        changes += u32::from(policy.tier() != before);
+    }
+    // At once with the first reading, and never again.
+    assert_eq!((changes, policy.tier()), (1, Tier(2)));
+}
+
+#[test]
+fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
+    let mut manners = manners(31);
+    let mut heat = |headroom: f32, status: i32, time_s: f64| {
+        phone(|p| (p.headroom, p.status) = (headroom, status));
+        least(&mut manners, time_s)
+    };
+    assert_eq!(heat(f32::NAN, 0, 0.0), 0);
+    assert_eq!(heat(f32::NAN, -1, 1.0), 0);
+    assert_eq!(heat(f32::NAN, 2, 2.0), 2);
+    assert_eq!(heat(f32::NAN, 3, 3.0), 4);
+    assert_eq!(heat(f32::INFINITY, 6, 4.0), MOST_TIER);
+    // The last number holds for half a minute and is forgotten then.
+    let mut policy = ThermalPolicy::default();
+    let mut see = |headroom, time_s| {
+        let status = None;
+        policy.observe(time_s, ThermalReading { headroom, status });
+        policy.tier().0
+    };
+    assert_eq!(see(Some(0.95), 0.0), 2);
+    assert_eq!(see(None, 29.0), 2);
+    assert_eq!(see(None, 31.0), 1);
+    assert_eq!(see(None, 41.0), 0);
+}
+
+#[test]
+fn the_system_is_asked_once_a_second() {
+    let mut manners = manners(31);
+    for update in 0..1000 {
+        least(&mut manners, 0.01 * f64::from(update));
+    }
+    assert_eq!(phone(|p| p.asked), 10);
+}
+
+#[test]
+fn heat_adds_to_a_budget_and_never_overrules_a_fixed_tier() {
+    let mut manners = manners(31);
+    phone(|p| p.headroom = 0.93);
+    let mut tempered = |tiers| {
+        let budget = Budget {
+            update_s: Some(0.02),
+            tiers,
+            ..Budget::default()
+        };
+        let after = manners.temper(budget, 0.0);
+        assert_eq!(after.update_s, Some(0.02));
+        after.tiers
+    };
+    assert_eq!(tempered(TierChoice::Free), TierChoice::AtLeast(Tier(2)));
+    let (one, four) = (Tier(1), Tier(4));
+    assert_eq!(
+        tempered(TierChoice::AtLeast(one)),
+        TierChoice::AtLeast(Tier(2))
+    );
+    assert_eq!(
+        tempered(TierChoice::AtLeast(four)),
+        TierChoice::AtLeast(four)
+    );
+    assert_eq!(tempered(TierChoice::Exactly(one)), TierChoice::Exactly(one));
+}
+
+#[test]
+fn updates_and_blocks_are_told_with_their_targets() {
+    let mut manners = manners(33);
+    let free = Budget::default();
+    let limited = Budget {
+        update_s: Some(0.01),
+        ..free
+    };
+    manners.tell_update(0.005, &free);
+    manners.tell_update(0.006, &free);
+    manners.tell_update(0.007, &limited);
+    // Sound that nobody makes yet is not told.
+    manners.tell_sound(SoundLoad::default(), 0.0);
+    assert!(manners.wants_sound(0.0));
+    let load = SoundLoad {
+        thread: 77,
+        block_s: 0.001,
+        lasts_s: 0.005,
+    };
+    manners.tell_sound(load, 1.0);
+    assert!(!manners.wants_sound(1.04) && manners.wants_sound(1.06));
+    let report = manners.report();
+    assert!(report.hints_updates && report.hints_sound);
+    let seen = phone(|p| p.clone());
+    assert_eq!(seen.sessions, 2);
+    assert_eq!(seen.threads, [this_thread(), 77]);
+    assert_eq!(seen.targets_ns, [33_333_333, 10_000_000, 2_500_000]);
+    assert_eq!(
+        seen.reports_ns,
+        [5_000_000, 6_000_000, 7_000_000, 1_000_000]
+    );
+    // Another thread, another session.
+    manners.change_thread();
+    manners.tell_update(0.005, &free);
+    let other = SoundLoad { thread: 78, ..load };
+    manners.tell_sound(other, 2.0);
+    let seen = phone(|p| p.clone());
+    assert_eq!((seen.sessions, seen.threads.len()), (2, 4));
+    assert_eq!(seen.threads[3], 78);
+    drop(manners);
+    assert_eq!(phone(|p| p.sessions), 0);
+}
+
+#[test]
+fn a_session_that_refuses_is_closed_and_not_begun_again() {
+    let mut manners = manners(33);
+    phone(|p| p.refuses = true);
+    let budget = Budget::default();
+    for _ in 0..3 {
+        manners.tell_update(0.005, &budget);
+        manners.change_thread();
+    }
+    let seen = phone(|p| p.clone());
+    assert_eq!((seen.sessions, seen.reports_ns.len()), (0, 1));
+    assert!(!manners.report().hints_updates);
+}
+
+#[test]
+fn times_that_cannot_be_are_told_within_the_systems_range() {
+    let mut manners = manners(33);
+    for took_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        manners.tell_update(took_s, &Budget::default());
+    }
+    let told = phone(|p| p.reports_ns.clone());
+    assert_eq!(told, [1_000, 1_000, 1_000, 10_000_000_000]);
+}
+
+#[test]
+fn a_phone_without_managers_and_manners_that_are_off_do_nothing() {
+    phone(|p| {
+        *p = Phone {
+            has_no_manager: true,
+            ..Phone::default()
+        }
+    });
+    let settings = MannersSettings {
+        symbols: symbols(33),
+        ..MannersSettings::default()
+    };
+    let off = MannersSettings {
+        thermal: false,
+        hints: false,
+        ..settings
+    };
+    for settings in [settings, off] {
+        let mut manners = Manners::begin(settings);
+        assert_eq!(least(&mut manners, 0.0), 0);
+        manners.tell_update(0.005, &Budget::default());
+        assert_eq!(manners.report(), MannersReport::default());
+        phone(|p| {
+            *p = Phone {
+                headroom: 2.0,
+                ..Phone::default()
+            }
+        });
+    }
+    assert_eq!(phone(|p| (p.asked, p.sessions)), (0, 0));
+}

@@ -1,0 +1,202 @@
+//! Heat and performance hints through the whole engine, on a phone that is made up: heat lowers detail in both schedules,
+//! updates and blocks are told to the system from the propagation thread, and everything is given back.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the engine runs in real time; waiting for it is what this is about"
+)]
+
+use std::ffi::{CStr, c_int};
+use std::ptr::{null_mut, without_provenance_mut};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI32, AtomicI64, AtomicU32, Ordering};
+
+use foresound::propagation::PropagationSettings;
+use foresound::runtime::phone::{Handle, MannersSettings, Symbols, this_thread};
+use foresound::runtime::{
+    AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, Renderer, Statistics, Tier,
+};
+use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, procedural};
+use glam::Vec3;
+
+static HEADROOM: AtomicU32 = AtomicU32::new(0);
+static MANAGERS: AtomicI32 = AtomicI32::new(0);
+static SESSIONS: AtomicI32 = AtomicI32::new(0);
+static BEGUN: AtomicI32 = AtomicI32::new(0);
+static REPORTS: AtomicU32 = AtomicU32::new(0);
+static LONGEST_NS: AtomicI64 = AtomicI64::new(0);
+static FROM_SOUND: AtomicU32 = AtomicU32::new(0);
+static SOUND_THREAD: AtomicI32 = AtomicI32::new(0);
+
+const SOMEBODY: Handle = without_provenance_mut(8);
+
+/// The system may make its caller wait, which sound must not.
+fn note_caller() {
+    if this_thread() == SOUND_THREAD.load(Ordering::SeqCst) {
+        FROM_SOUND.fetch_add(1, Ordering::SeqCst);
+    }
+}
+
+unsafe extern "C" fn acquire() -> Handle {
+    MANAGERS.fetch_add(1, Ordering::SeqCst);
+    SOMEBODY
+}
+
+unsafe extern "C" fn release(_: Handle) {
+    MANAGERS.fetch_sub(1, Ordering::SeqCst);
+}
+
+unsafe extern "C" fn status(_: Handle) -> c_int {
+    note_caller();
+    0
+}
+
+unsafe extern "C" fn headroom(_: Handle, _: c_int) -> f32 {
+    note_caller();
+    f32::from_bits(HEADROOM.load(Ordering::SeqCst))
+}
+
+unsafe extern "C" fn manager() -> Handle {
+    SOMEBODY
+}
+
+unsafe extern "C" fn create(_: Handle, _: *const i32, count: usize, _: i64) -> Handle {
+    note_caller();
+    assert_eq!(count, 1);
+    BEGUN.fetch_add(1, Ordering::SeqCst);
+    SESSIONS.fetch_add(1, Ordering::SeqCst);
+    SOMEBODY
+}
+
+unsafe extern "C" fn target(_: Handle, _: i64) -> c_int {
+    note_caller();
+    0
+}
+
+unsafe extern "C" fn report(_: Handle, took_ns: i64) -> c_int {
+    note_caller();
+    REPORTS.fetch_add(1, Ordering::SeqCst);
+    LONGEST_NS.fetch_max(took_ns, Ordering::SeqCst);
+    0
+}
+
+unsafe extern "C" fn close(_: Handle) {
+    SESSIONS.fetch_sub(1, Ordering::SeqCst);
+}
+
+fn address(name: &CStr) -> Handle {
+    match name.to_bytes() {
+        b"AThermal_acquireManager" => acquire as *mut _,
+        b"AThermal_releaseManager" => release as *mut _,
+        b"AThermal_getCurrentThermalStatus" => status as *mut _,
+        b"AThermal_getThermalHeadroom" => headroom as *mut _,
+        b"APerformanceHint_getManager" => manager as *mut _,
+        b"APerformanceHint_createSession" => create as *mut _,
+        b"APerformanceHint_updateTargetWorkDuration" => target as *mut _,
+        b"APerformanceHint_reportActualWorkDuration" => report as *mut _,
+        b"APerformanceHint_closeSession" => close as *mut _,
+        _ => null_mut(),
+    }
+}
+
+struct Playing {
+    controller: Controller,
+    renderer: Renderer,
+}
+
+impl Playing {
+    fn new(schedule: EngineSchedule) -> Self {
+        // SAFETY: the functions above have the types of Android's headers.
+        let symbols = unsafe { Symbols::found_by(&mut |name| address(name)) };
+        let settings = EngineSettings {
+            schedule,
+            affinity: AffinityPolicy::None,
+            propagation: PropagationSettings {
+                guide_rays: 64,
+                source_rays: 16,
+                ..PropagationSettings::default()
+            },
+            manners: MannersSettings {
+                symbols: Box::leak(Box::new(symbols)),
+                ..MannersSettings::default()
+            },
+            shown_paths: 12,
+            ..EngineSettings::default()
+        };
+        let (mut controller, mut renderer) = Engine::new(settings).expect("can be");
+        let mesh = procedural::shoebox(Vec3::new(8.0, 3.0, 6.0), "concrete");
+        let table = MaterialTable::built_in();
+        let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("is a room");
+        controller.set_scene(Arc::new(scene)).expect("is taken");
+        let place = Vec3::new(2.0, 1.5, 1.0);
+        controller.add_source(place).expect("has room");
+        SOUND_THREAD.store(this_thread(), Ordering::SeqCst);
+        renderer.place_thread();
+        Self {
+            controller,
+            renderer,
+        }
+    }
+
+    /// Ticks and renders until something holds; whether it ever does.
+    fn until(&mut self, holds: impl Fn(&Statistics) -> bool) -> bool {
+        let listener = ListenerPose::facing(Vec3::new(5.0, 1.7, 3.0), 0.0);
+        let mut block = [0.0; 512];
+        // Bounded by work, not by time: two minutes of graphics frames.
+        for _ in 0..60_000 {
+            self.controller.tick(listener, &[]).expect("goes on");
+            self.renderer.render(&mut block);
+            if holds(&self.controller.statistics()) {
+                return true;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        false
+    }
+}
+
+/// One test, since the phone is one.
+#[test]
+fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
+    HEADROOM.store(0.98f32.to_bits(), Ordering::SeqCst);
+    let mut playing = Playing::new(EngineSchedule::Asynchronous);
+    assert!(playing.until(|now| now.tier == Tier(3)));
+    assert!(playing.until(|now| now.manners.hints_updates && now.manners.hints_sound));
+    let manners = playing.controller.statistics().manners;
+    assert_eq!(
+        (manners.reading.headroom, manners.reading.status),
+        (Some(0.98), Some(0))
+    );
+    // The picture of the room: what was asked for of its more than a hundred paths, and the direct one among the loudest.
+    let shown = playing.controller.shown_paths();
+    assert_eq!(shown.len(), 12);
+    let direct = shown.iter().find(|path| path.order == 0 && path.bends == 0);
+    let corners = direct.expect("is the loudest").corners();
+    assert_eq!(
+        corners,
+        [Vec3::new(2.0, 1.5, 1.0), Vec3::new(5.0, 1.7, 3.0)]
+    );
+    assert!(REPORTS.load(Ordering::SeqCst) > 0 && LONGEST_NS.load(Ordering::SeqCst) > 1_000);
+    assert_eq!(SESSIONS.load(Ordering::SeqCst), 2);
+    // None of it on this thread, which makes the sound.
+    assert_eq!(FROM_SOUND.load(Ordering::SeqCst), 0);
+    drop(playing);
+    let left = [
+        MANAGERS.load(Ordering::SeqCst),
+        SESSIONS.load(Ordering::SeqCst),
+    ];
+    assert_eq!(left, [0, 0]);
+
+    // The baseline's updates are the app's own time: heat counts, hints of updates do not.
+    let begun = BEGUN.load(Ordering::SeqCst);
+    let mut playing = Playing::new(EngineSchedule::Synchronous);
+    assert!(playing.until(|now| now.tier == Tier(3)));
+    assert!(playing.until(|now| now.manners.hints_sound));
+    assert!(!playing.controller.statistics().manners.hints_updates);
+    assert_eq!(BEGUN.load(Ordering::SeqCst), begun + 1);
+    drop(playing);
+    let left = [
+        MANAGERS.load(Ordering::SeqCst),
+        SESSIONS.load(Ordering::SeqCst),
+    ];
+    assert_eq!(left, [0, 0]);
+}
