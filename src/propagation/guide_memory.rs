@@ -26,7 +26,7 @@ impl Default for GuideMemory {
 
 impl GuideMemory {
     /// Sequences remembered at most, those met last.
-    pub const CAPACITY: usize = 4096;
+    pub const CAPACITY: usize = 8192;
 
     /// Ends the collecting of an update: adds what is remembered to `guide`, whose first `met` entries rays have met now,
     /// and remembers those.

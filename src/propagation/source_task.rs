@@ -25,12 +25,8 @@ const FARTHEST_M: f64 = 1e9;
 /// Paths that a source has room for at first.
 const PATHS_AT_FIRST: usize = 256;
 
-/// Sequences met by a source's rays that are remembered.
-const MOST_MET: usize = 1024;
-
 /// Most paths nearby that an update names of one source.
 const MOST_NEARBY: usize = 256;
-fn knob(name: &str, or: usize) -> usize { std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(or) }
 
 /// What is known when an update begins.
 #[derive(Debug, Clone, Copy)]
@@ -66,8 +62,6 @@ pub(super) struct SourceTask {
     pub(super) waits: bool,
     late: LateEstimator,
     cache: SequenceCache,
-    /// What its rays have met in the last updates, valid or not.
-    met: SequenceCache,
     occluders: Occluders,
     own: SequenceSet,
     /// Candidates that the first look has left over.
@@ -85,14 +79,12 @@ pub(super) struct SourceTask {
 impl SourceTask {
     /// Nothing is known yet of this source.
     pub(super) fn new(id: SourceId, settings: &PropagationSettings, candidates: usize) -> Self {
-        let rays = settings.source_rays as usize * settings.depth.max(1);
-        let own = rays + settings.cache_capacity + MOST_MET;
+        let own = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
         Self {
             id,
             waits: false,
             late: LateEstimator::default(),
             cache: SequenceCache::with_capacity(settings.cache_capacity),
-            met: SequenceCache::with_capacity(MOST_MET),
             occluders: Occluders::default(),
             own: SequenceSet::with_capacity(own),
             likely: Vec::with_capacity(candidates),
@@ -116,7 +108,6 @@ impl SourceTask {
         self.late = LateEstimator::default();
         self.late_source = None;
         self.cache.clear();
-        self.met.clear();
     }
 
     /// First half, which does not wait for guide rays: casts the source's own. What they find and what was valid before
@@ -135,18 +126,13 @@ impl SourceTask {
         }
         let scene = moment.scene;
         let moves = scene.has_instances();
-        let met = self.own.entries().len();
-        for sequence in self.cache.entries().iter().chain(self.met.entries()) {
+        for sequence in self.cache.entries() {
             self.own.insert(match moves {
                 // What commutes depends on how instances stand.
                 true => Sequence::canonical(scene, sequence.surfaces()),
                 false => *sequence,
             });
         }
-        for sequence in &self.own.entries()[..met] {
-            self.met.renew(*sequence, moment.update);
-        }
-        self.met.turn(moment.update, moment.effort.cache_updates);
     }
 
     /// Casts the source's rays by rotation number `turn` and renews the late field.
@@ -322,14 +308,13 @@ fn reflected_path(
 
 /// Keeps the loudest [`MOST_NEARBY`].
 fn keep_loudest(nearby: &mut Vec<Path>) {
-    let most = knob("NEAR_MAX", MOST_NEARBY);
-    if nearby.len() > most {
+    if nearby.len() > MOST_NEARBY {
         let energy = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
-        nearby.select_nth_unstable_by(most, |a, b| {
+        nearby.select_nth_unstable_by(MOST_NEARBY, |a, b| {
             energy(b)
                 .total_cmp(&energy(a))
                 .then_with(|| a.id.cmp(&b.id))
         });
-        nearby.truncate(most);
+        nearby.truncate(MOST_NEARBY);
     }
 }

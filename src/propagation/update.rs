@@ -252,7 +252,12 @@ impl Propagator {
     /// Puts the tasks' paths together, sorted by identity.
     fn gather(&mut self, sources: &[SourcePose], result: &mut PathSet) {
         let tasks = &self.tasks[..sources.len()];
-        sorted(tasks, |task| &task.paths, &mut self.order, &mut result.paths);
+        sorted(
+            tasks,
+            |task| &task.paths,
+            &mut self.order,
+            &mut result.paths,
+        );
         let nearby = &mut result.nearby;
         sorted(tasks, |task| &task.nearby, &mut self.order, nearby);
         result.direct_edges.clear();

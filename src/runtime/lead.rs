@@ -107,8 +107,7 @@ impl Predicted {
             }
         }
         steps += fastest;
-        let knob = std::env::var("REACH").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(1.0);
-        let way_m = f64::from(steps * frames) * knob + LEAST_REACH_M;
+        let way_m = f64::from(steps * frames) + LEAST_REACH_M;
         Some(way_m.min(FARTHEST_REACH_M))
     }
 

@@ -133,13 +133,7 @@ impl Named<'_> {
 
     /// What becomes of a candidate that is not valid there.
     fn absent(&self, candidate: &Candidate) -> Option<Candidate> {
-        absent_from_update(
-            candidate,
-            self.now,
-            self.word,
-            self.updates,
-            self.settings,
-        )
+        absent_from_update(candidate, self.now, self.word, self.updates, self.settings)
     }
 }
 

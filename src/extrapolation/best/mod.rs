@@ -161,7 +161,11 @@ impl Best {
                 .then(a.1.id.cmp(&b.1.id))
         });
         for same in self.bent.chunk_by(|a, b| group(a) == group(b)) {
-            let most = if same[0].0 { MOST_DOUBLE } else { MOST_MIRRORED };
+            let most = if same[0].0 {
+                MOST_DOUBLE
+            } else {
+                MOST_MIRRORED
+            };
             paths.extend(same.iter().take(most).map(|(_, path)| *path));
         }
     }

@@ -4,7 +4,7 @@
 //! never asked comes before one that was.
 
 use super::Now;
-use super::candidate::{Candidate, Standing};
+use super::candidate::{Candidate, Course, Standing};
 use crate::propagation::diffraction::{Spot, way};
 use crate::scene::Scene;
 
@@ -69,7 +69,8 @@ impl Inspection {
             let first = &mut candidate.blocked_leg;
             candidate.open = is_open(standing, &spot, now.scene, first, &mut rays);
             candidate.tested = Some(frame);
-            if candidate.open {
+            // Of bent paths the updates choose, which see more of them.
+            if candidate.open && matches!(candidate.course, Course::Mirrors(_)) {
                 candidate.valid_in = updates;
             }
         }
