@@ -2,7 +2,8 @@
 //!
 //! An update names the paths that were valid at its poses. What it says of a candidate's visibility counts if it speaks
 //! of a later graphics frame than the candidate's own last test; what it says for a pose where the listener never was
-//! is a hint. Candidates that it does not name are kept for some updates, closed or open.
+//! is a hint. Paths that it names as nearby are kept, closed, until a ray finds them open or it names them no more.
+//! Candidates that it does not name are kept for some updates, closed or open.
 
 use super::candidate::{Candidate, Course};
 use super::history::Word;
