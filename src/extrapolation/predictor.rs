@@ -63,6 +63,11 @@ impl PredictorKind {
         }
     }
 
+    /// Whether this predictor wants updates to name paths nearby ([`crate::propagation::PathSet::nearby`]).
+    pub fn wants_nearby(self) -> bool {
+        matches!(self, Self::Best(settings) if settings.nearby)
+    }
+
     /// The poses that this predictor wants updates to be computed for.
     pub fn lead(self) -> Lead {
         match self {

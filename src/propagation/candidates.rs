@@ -86,13 +86,18 @@ impl Windows {
     /// Puts in a surface whose image stands at a signed distance from it.
     #[inline]
     fn set(&mut self, lane: usize, window: &Window<'_>) {
-        let Window { surface, image, .. } = *window;
+        let Window {
+            surface,
+            image,
+            margin_m,
+            ..
+        } = *window;
         let away_m = window.distance_m.abs().max(LEAST_DISTANCE_M);
         let mut widest = 1.0f64;
         let main = main_axis(surface.normal);
         let (low, high) = (
-            (image - window.low + MARGIN_M).to_array(),
-            (image - window.high - MARGIN_M).to_array(),
+            (image - window.low + margin_m).to_array(),
+            (image - window.high - margin_m).to_array(),
         );
         for axis in 0..3 {
             self.normal[axis][lane] = surface.normal[axis] as f32;
@@ -121,6 +126,8 @@ struct Window<'a> {
     low: DVec3,
     high: DVec3,
     rounding: f64,
+    /// How far outside a line may pass, in metres.
+    margin_m: f64,
 }
 
 /// Hull of a surface's bounds and its images in mirrors that may as well come on its other side.
@@ -195,7 +202,13 @@ impl Pack {
         windows: [Windows::OPEN; MAX_ORDER],
     };
 
-    fn set(&mut self, scene: &Scene, lane: usize, sequence: &Sequence, ear: DVec3) -> Ready {
+    fn set(
+        &mut self,
+        scene: &Scene,
+        lane: usize,
+        sequence: &Sequence,
+        (ear, reach_m): (DVec3, f64),
+    ) -> Ready {
         let order = Order::of(scene, sequence);
         let aside = order.aside();
         let rounding = ROUNDING + 8.0 * order.tilt();
@@ -216,6 +229,7 @@ impl Pack {
                     low,
                     high,
                     rounding,
+                    margin_m: MARGIN_M + reach_m,
                 },
             );
         }
@@ -275,13 +289,15 @@ impl Candidates {
         }
     }
 
-    /// Makes sequences ready, the first of which is number `first` of all.
+    /// Makes sequences ready, the first of which is number `first` of all, for paths to `ear` that miss their surfaces by
+    /// `reach_m` at most.
     pub(super) fn prepare(
         &mut self,
         scene: &Scene,
         sequences: &[Sequence],
         first: usize,
         ear: DVec3,
+        reach_m: f64,
     ) {
         self.first = first;
         self.ready.clear();
@@ -289,7 +305,8 @@ impl Candidates {
         for eight in sequences.chunks(LANES) {
             let mut pack = Pack::EMPTY;
             for (lane, sequence) in eight.iter().enumerate() {
-                self.ready.push(pack.set(scene, lane, sequence, ear));
+                self.ready
+                    .push(pack.set(scene, lane, sequence, (ear, reach_m)));
             }
             self.packs.push(pack);
         }
@@ -323,21 +340,22 @@ pub(super) fn image_for_one(
     sequence: &Sequence,
     source: DVec3,
     ear: DVec3,
+    reach_m: f64,
 ) -> Option<DVec3> {
     let image = mirror_listener(scene, sequence, ear);
     let surfaces = sequence.surfaces().iter().enumerate();
     let mut leads = surfaces.filter(|(place, _)| *place == 0 || sequence.can_lead(scene, *place));
     leads
-        .any(|(_, &surface)| may_be_first(scene.surface(surface), source, image))
+        .any(|(_, &surface)| may_be_first(scene.surface(surface), source, image, reach_m))
         .then_some(image)
 }
 
 /// Whether a flight from `source` to the image may meet this surface first.
-fn may_be_first(surface: &Surface, source: DVec3, image: DVec3) -> bool {
+fn may_be_first(surface: &Surface, source: DVec3, image: DVec3, reach_m: f64) -> bool {
     let (here, there) = (surface.distance_m(source), surface.distance_m(image));
     if here * there >= 0.0 {
         return false;
     }
     let point = source + (image - source) * (here / (here - there));
-    super::image_source::near_bounds(surface, point)
+    super::image_source::near_bounds(surface, point, reach_m + MARGIN_M)
 }

@@ -127,6 +127,34 @@ pub(super) fn unfold_points(
     [source, listener_image]: [DVec3; 2],
     on_surfaces: bool,
 ) -> Option<Unfolded> {
+    let line = [source, listener_image];
+    unfold_where(scene, sequence, order, line, |surface, point| {
+        near_bounds(scene.surface(surface), point, MARGIN_M)
+            && (!on_surfaces || scene.reflects_at(surface, point))
+    })
+}
+
+/// The same for a path that may miss its surfaces by `reach_m` metres: one that may be there for a listener nearby.
+pub(super) fn unfold_nearby(
+    scene: &Scene,
+    sequence: &Sequence,
+    order: &Order,
+    line: [DVec3; 2],
+    reach_m: f64,
+) -> Option<Unfolded> {
+    unfold_where(scene, sequence, order, line, |surface, point| {
+        near_bounds(scene.surface(surface), point, reach_m + MARGIN_M)
+    })
+}
+
+#[inline]
+fn unfold_where(
+    scene: &Scene,
+    sequence: &Sequence,
+    order: &Order,
+    [source, listener_image]: [DVec3; 2],
+    mut accepts: impl FnMut(u32, DVec3) -> bool,
+) -> Option<Unfolded> {
     let mut path = ImagePath {
         surfaces: [0; MAX_ORDER],
         points: [DVec3::ZERO; MAX_ORDER],
@@ -142,7 +170,7 @@ pub(super) fn unfold_points(
         let next = next_plane(scene, sequence, order, rest, from, image)?;
         let surface = scene.surface(next.surface);
         let point = from + (image - from) * next.share;
-        if !near_bounds(surface, point) || on_surfaces && !scene.reflects_at(next.surface, point) {
+        if !accepts(next.surface, point) {
             return None;
         }
         path.surfaces[step] = next.surface;
@@ -201,12 +229,12 @@ fn next_plane(
     next
 }
 
-/// Whether a point of a surface's plane is inside its bounds or near them, as seen along the surface's main axis; cheap,
-/// and never false where the surface has the point.
+/// Whether a point of a surface's plane is inside its bounds or within `margin_m` metres, as seen along the surface's main
+/// axis; cheap, and from [`MARGIN_M`] on never false where the surface has the point.
 #[inline]
-pub(super) fn near_bounds(surface: &Surface, point: DVec3) -> bool {
-    let low = surface.bounds_min.as_dvec3() - MARGIN_M;
-    let high = surface.bounds_max.as_dvec3() + MARGIN_M;
+pub(super) fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
+    let low = surface.bounds_min.as_dvec3() - margin_m;
+    let high = surface.bounds_max.as_dvec3() + margin_m;
     let inside = |axis: usize| (point[axis] >= low[axis]) & (point[axis] <= high[axis]);
     let n = surface.normal.abs();
     let largest = n.max_element();

@@ -117,6 +117,10 @@ pub struct PathSet {
     pub instances: Vec<InstancePose>,
     /// Valid paths, sorted by [`Path::id`].
     pub paths: Vec<Path>,
+    /// Reflected paths that are not there but may be for a listener nearby, as if nothing stood in their way and no
+    /// surface had an end; sorted by [`Path::id`], none of [`Self::paths`]. Empty unless asked for
+    /// ([`super::Propagator::set_reach`]).
+    pub nearby: Vec<Path>,
     /// Edges near which each source's direct field is to be looked at in every graphics frame, in the order of
     /// [`Self::sources`], nearest first.
     pub direct_edges: Vec<(SourceId, u32)>,

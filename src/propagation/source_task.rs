@@ -8,7 +8,7 @@ use super::cache::SequenceCache;
 use super::candidates::{Candidates, Ready, image_for_one};
 use super::diffraction::{self, DirectEdges, Spot};
 use super::effort::Effort;
-use super::image_source::unfold_points;
+use super::image_source::{ImagePath, unfold_nearby, unfold_points};
 use super::late::{LateEstimator, SourceRays};
 use super::occluders::Occluders;
 use super::path::{LateSource, MAX_BENDS, Path};
@@ -25,6 +25,9 @@ const FARTHEST_M: f64 = 1e9;
 /// Paths that a source has room for at first.
 const PATHS_AT_FIRST: usize = 256;
 
+/// Most paths nearby that an update names of one source.
+const MOST_NEARBY: usize = 256;
+
 /// What is known when an update begins.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moment<'a> {
@@ -37,6 +40,8 @@ pub(super) struct Moment<'a> {
     pub(super) listener: &'a ListenerPose,
     /// The listener, local coordinates.
     pub(super) ear: DVec3,
+    /// Within what distance paths are named that are not there; nothing names none.
+    pub(super) reach_m: Option<f64>,
     /// The source rays' lattice before rotation.
     pub(super) directions: &'a [Vec3],
 }
@@ -65,6 +70,8 @@ pub(super) struct SourceTask {
     likely: Vec<(u32, Ready)>,
     /// Valid paths in no order that means anything.
     pub(super) paths: Vec<Path>,
+    /// Those that are not there, in no order either.
+    pub(super) nearby: Vec<Path>,
     /// Edges that its direct field is followed at until the next update.
     pub(super) direct_edges: DirectEdges,
     pub(super) late_source: Option<LateSource>,
@@ -84,6 +91,7 @@ impl SourceTask {
             own: SequenceSet::with_capacity(own),
             likely: Vec::with_capacity(candidates),
             paths: Vec::with_capacity(PATHS_AT_FIRST),
+            nearby: Vec::new(),
             direct_edges: DirectEdges::default(),
             late_source: None,
             rays: 0,
@@ -159,6 +167,7 @@ impl SourceTask {
         let moment = &shared.moment;
         let origin = moment.scene.to_local(pose.position);
         self.paths.clear();
+        self.nearby.clear();
         self.direct_edges = DirectEdges::default();
         let within_reach =
             |place: DVec3| place.abs().max_element() < FARTHEST_M && place.is_finite();
@@ -186,6 +195,7 @@ impl SourceTask {
         );
         if pose.settings.effects.reflections {
             self.validate(shared, pose, origin);
+            keep_loudest(&mut self.nearby);
         }
     }
 
@@ -208,17 +218,17 @@ impl SourceTask {
             if tried {
                 continue;
             }
-            if let Some(image) =
-                image_for_one(shared.moment.scene, &sequence, origin, shared.moment.ear)
-            {
-                let order = Order::of(shared.moment.scene, &sequence);
+            let Moment { scene, ear, .. } = shared.moment;
+            let reach_m = shared.moment.reach_m.unwrap_or(0.0);
+            if let Some(image) = image_for_one(scene, &sequence, origin, ear, reach_m) {
+                let order = Order::of(scene, &sequence);
                 let ready = Ready { image, order };
                 self.try_candidate(shared, &sequence, pose, origin, &ready);
             }
         }
     }
 
-    /// Adds the path along a sequence if there is one.
+    /// Adds the path along a sequence if there is one, or to those nearby.
     fn try_candidate(
         &mut self,
         shared: &Shared<'_>,
@@ -227,45 +237,87 @@ impl SourceTask {
         origin: DVec3,
         ready: &Ready,
     ) {
-        let scene = shared.moment.scene;
-        let ends = [origin, shared.moment.ear];
+        let moment = &shared.moment;
+        let scene = moment.scene;
+        if let Some(path) = self.open(moment, sequence, origin, ready) {
+            self.cache.renew(*sequence, moment.update);
+            self.paths
+                .push(reflected_path(moment, sequence, pose, &path));
+        } else if let Some(reach_m) = moment.reach_m {
+            let line = [origin, ready.image];
+            if let Some(path) = unfold_nearby(scene, sequence, &ready.order, line, reach_m) {
+                let path = path.finish(scene, origin);
+                self.nearby
+                    .push(reflected_path(moment, sequence, pose, &path));
+            }
+        }
+    }
+
+    /// The geometry of the path along a sequence, if there is one and nothing blocks it.
+    fn open(
+        &mut self,
+        moment: &Moment<'_>,
+        sequence: &Sequence,
+        origin: DVec3,
+        ready: &Ready,
+    ) -> Option<ImagePath> {
+        let scene = moment.scene;
+        let ends = [origin, moment.ear];
         let line = [origin, ready.image];
         let hash = sequence.hash();
         // What was blocked most likely is again, which is sooner known than where its points lie.
         let remembered = self.occluders.remembers(hash);
-        let Some(unfolded) = unfold_points(scene, sequence, &ready.order, line, !remembered) else {
-            return;
-        };
+        let unfolded = unfold_points(scene, sequence, &ready.order, line, !remembered)?;
         let legs = unfolded.legs();
         if remembered
             && (self.occluders.blocks_again(scene, hash, legs, ends)
                 || !unfolded.lies_on_surfaces(scene))
         {
-            return;
+            return None;
         }
         let rays = &mut self.rays;
-        if !self.occluders.is_clear(scene, hash, legs, ends, rays) {
-            return;
-        }
-        let path = unfolded.finish(scene, origin);
-        self.cache.renew(*sequence, shared.moment.update);
-        let nearest_m = pose
-            .settings
-            .nearest_m(f64::from(shared.moment.settings.nearest_m));
-        let mut amplitude = amplitude::reflected(scene, &path, nearest_m);
-        let departure = (path.points[0] - origin).as_vec3();
-        amplitude::direct_by_source(&mut amplitude, pose, departure);
-        self.paths.push(Path {
-            id: sequence.path_id(scene, self.id),
-            source: self.id,
-            order: path.order as u8,
-            bends: 0,
-            surfaces: path.surfaces,
-            edges: [0; MAX_BENDS],
-            points: path.points.map(|p| scene.to_world(p)),
-            image: scene.to_world(path.image),
-            length_m: path.length_m as f32,
-            amplitude,
+        let clear = self.occluders.is_clear(scene, hash, legs, ends, rays);
+        clear.then(|| unfolded.finish(scene, origin))
+    }
+}
+
+/// The path of a source along a sequence.
+fn reflected_path(
+    moment: &Moment<'_>,
+    sequence: &Sequence,
+    pose: &SourcePose,
+    path: &ImagePath,
+) -> Path {
+    let scene = moment.scene;
+    let nearest_m = pose
+        .settings
+        .nearest_m(f64::from(moment.settings.nearest_m));
+    let mut amplitude = amplitude::reflected(scene, path, nearest_m);
+    let departure = (path.points[0] - scene.to_local(pose.position)).as_vec3();
+    amplitude::direct_by_source(&mut amplitude, pose, departure);
+    Path {
+        id: sequence.path_id(scene, pose.id),
+        source: pose.id,
+        order: path.order as u8,
+        bends: 0,
+        surfaces: path.surfaces,
+        edges: [0; MAX_BENDS],
+        points: path.points.map(|p| scene.to_world(p)),
+        image: scene.to_world(path.image),
+        length_m: path.length_m as f32,
+        amplitude,
+    }
+}
+
+/// Keeps the loudest [`MOST_NEARBY`].
+fn keep_loudest(nearby: &mut Vec<Path>) {
+    if nearby.len() > MOST_NEARBY {
+        let energy = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
+        nearby.select_nth_unstable_by(MOST_NEARBY, |a, b| {
+            energy(b)
+                .total_cmp(&energy(a))
+                .then_with(|| a.id.cmp(&b.id))
         });
+        nearby.truncate(MOST_NEARBY);
     }
 }

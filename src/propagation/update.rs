@@ -11,8 +11,9 @@ use super::candidates::Candidates;
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
 use super::effort::Effort;
+use super::guide_memory::GuideMemory;
 use super::neighbours::{CANDIDATES, fill_up};
-use super::path::{PathId, PathSet};
+use super::path::{Path, PathId, PathSet};
 use super::sampling::{ROTATIONS, lattice, renew_lattice, rotation};
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
@@ -64,6 +65,9 @@ pub struct Propagator {
     source_directions: Vec<Vec3>,
     shares: Vec<GuideShare>,
     guide: SequenceSet,
+    memory: GuideMemory,
+    /// See [`Self::set_reach`].
+    reach_m: Option<f64>,
     candidates: Vec<Candidates>,
     /// Those of the update's sources first, in their order; then those that wait for another source.
     tasks: Vec<SourceTask>,
@@ -81,7 +85,7 @@ impl Propagator {
         let count = settings.guide_rays;
         let rays_a_share = (count as usize).div_ceil(SHARES);
         let sequences = rays_a_share * settings.depth;
-        let capacity = (SHARES * sequences).max(CANDIDATES);
+        let capacity = (SHARES * sequences).max(CANDIDATES) + GuideMemory::CAPACITY;
         let share = |_| GuideShare {
             found: Vec::with_capacity(sequences),
             rays: 0,
@@ -99,6 +103,8 @@ impl Propagator {
             source_directions: lattice(settings.source_rays),
             shares: (0..SHARES).map(share).collect(),
             guide: SequenceSet::with_capacity(capacity),
+            memory: GuideMemory::default(),
+            reach_m: None,
             candidates: (0..SHARES)
                 .map(|_| Candidates::with_capacity(capacity.div_ceil(SHARES)))
                 .collect(),
@@ -145,6 +151,12 @@ impl Propagator {
         };
     }
 
+    /// Has the next updates name reflected paths that are not there, but may be for a listener within `reach_m` metres, in
+    /// [`PathSet::nearby`]; `None` names none, which is where a propagator begins.
+    pub fn set_reach(&mut self, reach_m: Option<f64>) {
+        self.reach_m = reach_m;
+    }
+
     /// Runs sixteen updates at one place and drops their results, so that every ray rotation has been seen there and
     /// the next update finds what a listener at rest would hear.
     pub fn warm_up(&mut self, listener: &ListenerPose, sources: &[SourcePose]) {
@@ -187,6 +199,7 @@ impl Propagator {
             scene_state: self.scene_state,
             listener,
             ear,
+            reach_m: self.reach_m,
             directions: &self.source_directions,
         };
         let guide_rays = GuideRays {
@@ -202,11 +215,13 @@ impl Propagator {
             |place, task| task.trace(&moment, &sources[place]),
             |number, share| share.trace(moment.scene, &guide_rays, number),
         );
-        merge(&moment, &self.shares, &mut self.guide);
+        merge(&moment, &self.shares, &mut self.guide, &mut self.memory);
         let sequences = self.guide.entries();
         workers.for_each(&mut self.candidates, |number, candidates| {
             let range = part(number, sequences.len());
-            candidates.prepare(moment.scene, &sequences[range.clone()], range.start, ear);
+            let reach_m = moment.reach_m.unwrap_or(0.0);
+            let share = &sequences[range.clone()];
+            candidates.prepare(moment.scene, share, range.start, ear, reach_m);
         });
         let shared = Shared {
             moment,
@@ -250,21 +265,14 @@ impl Propagator {
     /// Puts the tasks' paths together, sorted by identity.
     fn gather(&mut self, sources: &[SourcePose], result: &mut PathSet) {
         let tasks = &self.tasks[..sources.len()];
-        self.order.clear();
-        for (number, task) in tasks.iter().enumerate() {
-            let entries = task.paths.iter().enumerate();
-            self.order
-                .extend(entries.map(|(place, path)| (path.id, number as u32, place as u32)));
-        }
-        self.order.sort_unstable();
-        result.paths.clear();
-        // Room for half as many again, so that a walk seldom asks for more.
-        result
-            .paths
-            .reserve((self.order.len() * 3 / 2).next_power_of_two());
-        let path =
-            |&(_, task, place): &(PathId, u32, u32)| tasks[task as usize].paths[place as usize];
-        result.paths.extend(self.order.iter().map(path));
+        sorted(
+            tasks,
+            |task| &task.paths,
+            &mut self.order,
+            &mut result.paths,
+        );
+        let nearby = &mut result.nearby;
+        sorted(tasks, |task| &task.nearby, &mut self.order, nearby);
         result.direct_edges.clear();
         result.direct_edges.reserve(tasks.len() * MOST_DIRECT_EDGES);
         for (pose, task) in sources.iter().zip(tasks) {
@@ -286,13 +294,42 @@ impl Propagator {
     }
 }
 
-/// The set of what guide rays have found in the order of the rays, filled up with neighbours.
-fn merge(moment: &Moment<'_>, shares: &[GuideShare], guide: &mut SequenceSet) {
+/// Puts one of the tasks' lists together, sorted by identity.
+fn sorted(
+    tasks: &[SourceTask],
+    list: impl Fn(&SourceTask) -> &Vec<Path>,
+    order: &mut Vec<(PathId, u32, u32)>,
+    result: &mut Vec<Path>,
+) {
+    order.clear();
+    for (number, task) in tasks.iter().enumerate() {
+        let entries = list(task).iter().enumerate();
+        order.extend(entries.map(|(place, path)| (path.id, number as u32, place as u32)));
+    }
+    order.sort_unstable();
+    result.clear();
+    // Room for half as many again, so that a walk seldom asks for more.
+    result.reserve((order.len() * 3 / 2).next_power_of_two());
+    let path = |&(_, task, place): &(PathId, u32, u32)| list(&tasks[task as usize])[place as usize];
+    result.extend(order.iter().map(path));
+}
+
+/// The set of what guide rays have found in the order of the rays, filled up with neighbours, and what they have found in
+/// the last updates.
+fn merge(
+    moment: &Moment<'_>,
+    shares: &[GuideShare],
+    guide: &mut SequenceSet,
+    memory: &mut GuideMemory,
+) {
     guide.clear();
     for sequence in shares.iter().flat_map(|share| &share.found) {
         guide.insert(*sequence);
     }
-    fill_up(moment.scene, moment.update, moment.settings.depth, guide);
+    let met = guide.entries().len();
+    let settings = moment.settings;
+    fill_up(moment.scene, moment.update, settings.depth, guide);
+    memory.turn(moment.scene, moment.update, settings, met, guide);
 }
 
 /// Share `number` of `count` things.

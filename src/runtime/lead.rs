@@ -5,10 +5,10 @@
 use glam::Vec3;
 
 use super::schedule::{Latency, Poses, Schedule};
-use crate::extrapolation::Lead;
+use crate::extrapolation::{Lead, PredictorKind};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::scene::Scene;
+use crate::scene::{ListenerPose, Scene};
 
 /// Distance kept from a surface that the predicted way meets, in metres.
 const CLEARANCE_M: f32 = 0.1;
@@ -16,16 +16,26 @@ const CLEARANCE_M: f32 = 0.1;
 /// Longest step between two graphics frames that counts as motion, in metres; beyond it somebody was put elsewhere.
 const LONGEST_STEP_M: f32 = 0.5;
 
+/// Least and farthest distance in metres within which paths are asked for that are not there.
+const LEAST_REACH_M: f64 = 0.05;
+const FARTHEST_REACH_M: f64 = 0.5;
+
 /// Predicts poses some graphics frames ahead.
 #[derive(Debug)]
 pub(super) struct Predicted {
     frames_ahead: f32,
+    /// From the poses that are computed for to the farthest of those that the result is used for, in graphics frames;
+    /// `None` if nobody asks what is nearby.
+    frames_off: Option<f32>,
     last: Option<Poses>,
     ahead: Poses,
+    /// Where the listener will be who walks through what [`carried`] stops at.
+    beyond: Option<Vec3>,
 }
 
 impl Predicted {
-    pub(super) fn new(schedule: Schedule, lead: Lead) -> Self {
+    pub(super) fn new(schedule: Schedule, predictor: PredictorKind) -> Self {
+        let lead = predictor.lead();
         let interval = schedule.level() as f32 + 1.0;
         let late = match schedule {
             Schedule::Asynchronous {
@@ -42,21 +52,30 @@ impl Predicted {
             (_, Lead::Middle) => late + 0.5 * used,
             (_, Lead::End) => late + used,
         };
+        let farthest = (late + used - frames_ahead).max(frames_ahead - late);
+        let off = matches!(schedule, Schedule::Asynchronous { .. }) && predictor.wants_nearby();
         Self {
             frames_ahead,
+            frames_off: off.then_some(farthest),
             last: None,
             ahead: Poses::default(),
+            beyond: None,
         }
     }
 
     /// The poses to compute for; the same ones where nothing is predicted or nothing moves.
     pub(super) fn poses<'a>(&'a mut self, now: &'a Poses, scene: &Scene) -> &'a Poses {
+        self.beyond = None;
         let Some(last) = self.last.as_ref().filter(|_| self.frames_ahead > 0.0) else {
             return now;
         };
         self.ahead.clone_from(now);
         let carry = |before: Vec3, at: Vec3| carried(before, at, self.frames_ahead, scene);
-        self.ahead.listener.position = carry(last.listener.position, now.listener.position);
+        let (before, at) = (last.listener.position, now.listener.position);
+        let ahead = carry(before, at);
+        self.ahead.listener.position = ahead;
+        let through = way(before, at, self.frames_ahead).map(|way| at + way);
+        self.beyond = through.filter(|place| *place != ahead);
         for source in &mut self.ahead.sources {
             if let Some(before) = last.sources.iter().find(|pose| pose.id == source.id) {
                 source.position = carry(before.position, source.position);
@@ -65,20 +84,52 @@ impl Predicted {
         &self.ahead
     }
 
+    /// Where the listener will be, if not at [`Self::poses`] but through what those stop at.
+    pub(super) fn beyond(&self) -> Option<ListenerPose> {
+        let position = self.beyond?;
+        Some(ListenerPose {
+            position,
+            ..self.ahead.listener
+        })
+    }
+
+    /// How far from [`Self::poses`] the result of an update is used, in metres; `None` if nobody asks what is nearby.
+    pub(super) fn reach_m(&self, now: &Poses) -> Option<f64> {
+        let frames = self.frames_off?;
+        let Some(last) = &self.last else {
+            return Some(FARTHEST_REACH_M);
+        };
+        let mut steps = now.listener.position.distance(last.listener.position);
+        let mut fastest = 0.0f32;
+        for source in &now.sources {
+            if let Some(before) = last.sources.iter().find(|pose| pose.id == source.id) {
+                fastest = fastest.max(source.position.distance(before.position));
+            }
+        }
+        steps += fastest;
+        let way_m = f64::from(steps * frames) + LEAST_REACH_M;
+        Some(way_m.min(FARTHEST_REACH_M))
+    }
+
     /// Keeps the poses of a graphics frame that is over.
     pub(super) fn remember(&mut self, poses: &Poses) {
-        if self.frames_ahead > 0.0 {
+        if self.frames_ahead > 0.0 || self.frames_off.is_some() {
             self.last.get_or_insert_default().clone_from(poses);
         }
     }
 }
 
-fn carried(before: Vec3, at: Vec3, frames: f32, scene: &Scene) -> Vec3 {
+/// The way from `at` on, if that is motion.
+fn way(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
     let step = at - before;
-    if step == Vec3::ZERO || step.length() > LONGEST_STEP_M {
+    let moves = step != Vec3::ZERO && step.length() <= LONGEST_STEP_M;
+    moves.then(|| step * frames)
+}
+
+fn carried(before: Vec3, at: Vec3, frames: f32, scene: &Scene) -> Vec3 {
+    let Some(way) = way(before, at, frames) else {
         return at;
-    }
-    let way = step * frames;
+    };
     let local = scene.to_local(at).as_vec3();
     let reach = 1.0 + CLEARANCE_M / way.length();
     let ray = Ray::between(local, local + way * reach);

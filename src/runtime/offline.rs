@@ -99,7 +99,7 @@ impl OfflineRenderer {
                 settings.schedule,
                 propagator,
                 rate_hz,
-                settings.predictor.lead(),
+                settings.predictor,
             ),
             extrapolator: Extrapolator::new(scene, settings.predictor, nearest_m),
             generator,

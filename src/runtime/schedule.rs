@@ -4,8 +4,8 @@
 
 use super::lead::Predicted;
 use crate::error::{Error, Result};
-use crate::extrapolation::Lead;
-use crate::propagation::{PathSet, Propagator};
+use crate::extrapolation::PredictorKind;
+use crate::propagation::{Path, PathSet, Propagator};
 use crate::scene::{ListenerPose, SourcePose};
 
 /// Everybody's place at one graphics frame.
@@ -77,25 +77,28 @@ pub(super) struct ScheduledPropagation {
     /// A result that is computed but, on the virtual clock, not there yet.
     pending: Option<PathSet>,
     spare: PathSet,
+    /// The paths behind a surface that the listener comes near.
+    through: PathSet,
     predicted: Predicted,
 }
 
 impl ScheduledPropagation {
-    /// `lead` says for which poses a late result is computed.
+    /// `predictor` says for which poses a late result is computed, and how much it names.
     pub(super) fn new(
         schedule: Schedule,
         propagator: Propagator,
         graphics_rate_hz: f64,
-        lead: Lead,
+        predictor: PredictorKind,
     ) -> Self {
         Self {
-            predicted: Predicted::new(schedule, lead),
+            predicted: Predicted::new(schedule, predictor),
             schedule,
             propagator,
             graphics_rate_hz,
             frame: 0,
             pending: None,
             spare: PathSet::default(),
+            through: PathSet::default(),
         }
     }
 
@@ -153,9 +156,37 @@ impl ScheduledPropagation {
     fn compute(&mut self, poses: &Poses) -> PathSet {
         let mut result = std::mem::take(&mut self.spare);
         let time_s = self.frame as f64 / self.graphics_rate_hz;
-        let poses = self.predicted.poses(poses, self.propagator.scene());
+        let reach_m = self.predicted.reach_m(poses);
+        let poses = self.predicted.poses(poses, self.propagator.scene()).clone();
+        let Poses { listener, sources } = &poses;
+        let through = self.predicted.beyond().filter(|_| reach_m.is_some());
+        if let Some(through) = &through {
+            self.propagator.set_reach(None);
+            self.propagator
+                .update(through, sources, time_s, &mut self.through);
+        }
+        self.propagator.set_reach(reach_m);
         self.propagator
-            .update(&poses.listener, &poses.sources, time_s, &mut result);
+            .update(listener, sources, time_s, &mut result);
+        if through.is_some() {
+            add_nearby(&mut result, &self.through);
+        }
         result
     }
+}
+
+/// Adds another update's paths to those nearby, and the edges that it follows direct fields at.
+fn add_nearby(result: &mut PathSet, other: &PathSet) {
+    let known = |path: &Path| {
+        let by_id = |known: &Path| known.id.cmp(&path.id);
+        result.paths.binary_search_by(by_id).is_ok()
+            || result.nearby.binary_search_by(by_id).is_ok()
+    };
+    let paths = other.paths.iter();
+    let new = paths.filter(|path| !path.is_revalidated() && !known(path));
+    let new: Vec<Path> = new.copied().collect();
+    result.nearby.extend(new);
+    result.nearby.sort_unstable_by_key(|path| path.id);
+    result.direct_edges.extend(&other.direct_edges);
+    result.rays += other.rays;
 }

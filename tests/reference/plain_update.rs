@@ -6,6 +6,7 @@ use std::sync::Arc;
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::diffraction::{self, Spot};
+use foresound::propagation::guide_memory::GuideMemory;
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
 use foresound::propagation::late::{LateEstimator, SourceRays};
 use foresound::propagation::neighbours::fill_up;
@@ -29,6 +30,7 @@ pub struct PlainPropagator {
     settings: PropagationSettings,
     update: u64,
     memories: Vec<Memory>,
+    guide_memory: GuideMemory,
 }
 
 impl PlainPropagator {
@@ -38,6 +40,7 @@ impl PlainPropagator {
             settings,
             update: 0,
             memories: Vec::new(),
+            guide_memory: GuideMemory::default(),
         }
     }
 
@@ -64,8 +67,8 @@ impl PlainPropagator {
         result
     }
 
-    fn guide(&self, listener: &ListenerPose) -> Vec<Sequence> {
-        let scene = &*self.scene;
+    fn guide(&mut self, listener: &ListenerPose) -> Vec<Sequence> {
+        let scene = &*Arc::clone(&self.scene);
         let turn = rotation(self.update, self.settings.seed);
         let mut found = Vec::new();
         for index in 0..self.settings.guide_rays {
@@ -92,7 +95,10 @@ impl PlainPropagator {
         for sequence in found {
             set.insert(sequence);
         }
+        let met = set.entries().len();
         fill_up(scene, self.update, self.settings.depth, &mut set);
+        self.guide_memory
+            .turn(scene, self.update, &self.settings, met, &mut set);
         set.entries().to_vec()
     }
 

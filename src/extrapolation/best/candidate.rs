@@ -3,9 +3,8 @@
 use super::super::frame::FramePath;
 use super::super::predictor::as_of_update;
 use super::{BestSettings, Now};
-use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::amplitude::{free_field, reflected};
-use crate::propagation::diffraction::{BentCourse, BentWay};
+use crate::propagation::amplitude::{direct_by_source, free_field, reflected};
+use crate::propagation::diffraction::{BentCourse, BentWay, Spot};
 use crate::propagation::image_source::{ImagePath, mirror_listener, unfold};
 use crate::propagation::sequence::Sequence;
 use crate::propagation::{Path, PathId, PathSet};
@@ -14,9 +13,6 @@ use glam::DVec3;
 
 /// Difference in metres between a path's length and what its surfaces give, above which it is no image-source path.
 const FOREIGN_M: f64 = 1e-3;
-
-/// Analytic amplitude below which a ratio to it says nothing.
-const NO_LEVEL: f32 = 1e-12;
 
 /// A path known from one of the last updates.
 #[derive(Debug, Clone, Copy)]
@@ -27,12 +23,12 @@ pub struct Candidate {
     pub listener: ListenerPose,
     /// What the path can be computed from.
     pub course: Course,
-    /// What the update's amplitude is to the analytic one at its own poses: 1 where nothing else is modelled.
-    pub residual: BandArray,
     /// Whether nothing blocks it, as of frame [`Self::tested`].
     pub open: bool,
     /// The graphics frame whose visibility is known; `None` before the first test.
     pub tested: Option<u64>,
+    /// The leg of a reflected path that was blocked last.
+    pub blocked_leg: u8,
     /// The number of the update in or after which it was last valid.
     pub valid_in: u64,
 }
@@ -68,16 +64,14 @@ pub enum Standing {
 pub(super) struct Grounds {
     pub(super) id: PathId,
     course: Course,
-    residual: BandArray,
 }
 
 impl Grounds {
     /// Of a path of an update; `scene` is as it stood for that update.
-    pub(super) fn of(path: &Path, update: &PathSet, scene: &Scene, nearest_m: f64) -> Self {
+    pub(super) fn of(path: &Path, update: &PathSet, scene: &Scene) -> Self {
         let mut grounds = Self {
             id: path.id,
             course: Course::Unknown,
-            residual: [1.0; BANDS],
         };
         if let Some(bent) = BentCourse::of(scene, path) {
             grounds.course = Course::Bends(bent);
@@ -95,14 +89,8 @@ impl Grounds {
         let image = trace(scene, &sequence, from, ear);
         let same =
             |found: &ImagePath| (found.length_m - f64::from(path.length_m)).abs() < FOREIGN_M;
-        if let Some(found) = image.filter(same) {
+        if image.is_some_and(|found| same(&found)) {
             grounds.course = Course::Mirrors(sequence);
-            let analytic = reflected(scene, &found, nearest_m);
-            for b in 0..BANDS {
-                if analytic[b].abs() > NO_LEVEL {
-                    grounds.residual[b] = path.amplitude[b] / analytic[b];
-                }
-            }
         }
         grounds
     }
@@ -115,9 +103,26 @@ impl Candidate {
             path: *path,
             listener: update.listener,
             course: grounds.course,
-            residual: grounds.residual,
             open: true,
             tested: None,
+            blocked_leg: 0,
+            valid_in: 0,
+        }
+    }
+
+    /// From a path that an update names as one nearby, closed; `scene` is as it stood for that update.
+    pub(super) fn nearby(path: &Path, update: &PathSet, scene: &Scene) -> Self {
+        let course = match BentCourse::of(scene, path) {
+            Some(bent) => Course::Bends(bent),
+            None => Course::Mirrors(Sequence::canonical(scene, path.surfaces())),
+        };
+        Self {
+            path: *path,
+            listener: update.listener,
+            course,
+            open: false,
+            tested: None,
+            blocked_leg: 0,
             valid_in: 0,
         }
     }
@@ -148,7 +153,7 @@ impl Candidate {
         let ear = now.scene.to_local(spot.to);
         match trace(now.scene, &sequence, from, ear) {
             Some(image) if !settings.exact_geometry => Standing::Image(self.held(now), image),
-            Some(image) => Standing::Image(self.exact(&image, now), image),
+            Some(image) => Standing::Image(self.exact(&image, &spot, now), image),
             None if settings.drop_outside => Standing::Out,
             None if !settings.exact_geometry => Standing::Path(self.held(now)),
             None => Standing::Path(self.unbounded(from, ear, now)),
@@ -172,12 +177,12 @@ impl Candidate {
         as_of_update(&self.path, &self.listener, now.scene)
     }
 
-    /// Exact for an image-source path: length, air, spreading, angles and direction of this frame.
-    fn exact(&self, image: &ImagePath, now: &Now<'_>) -> FramePath {
-        let mut amplitude = reflected(now.scene, image, now.nearest_m);
-        for b in 0..BANDS {
-            amplitude[b] *= self.residual[b];
-        }
+    /// Exact for an image-source path: length, air, spreading, angles, directivity and direction of this frame, by the
+    /// update's own functions.
+    fn exact(&self, image: &ImagePath, spot: &Spot, now: &Now<'_>) -> FramePath {
+        let mut amplitude = reflected(now.scene, image, spot.nearest_m);
+        let departure = (image.points[0] - now.scene.to_local(spot.from)).as_vec3();
+        direct_by_source(&mut amplitude, &spot.source, departure);
         // Rounded the way an update's paths are, so that a path at rest has the same bits either way.
         let path = Path {
             image: now.scene.to_world(image.image),

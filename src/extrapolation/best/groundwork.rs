@@ -1,6 +1,6 @@
 //! What `best` can work out about an update before anybody takes it.
 //!
-//! On the propagation thread, which has the time: by what each path can be computed anew, and how it differs from that.
+//! On the propagation thread, which has the time: by what each path can be computed anew.
 //! It is the same whoever works it out and when, so an update that comes without it is no other update.
 
 use super::candidate::Grounds;
@@ -15,10 +15,10 @@ pub struct Groundwork {
 }
 
 impl Groundwork {
-    /// Of an update, finished but for its way to the sound thread; `scene` is as it stood for it, `nearest_m` the
-    /// distance in metres below which a source gets no louder. Not on the sound thread: allocates.
-    pub fn lay(&mut self, update: &PathSet, scene: &Scene, nearest_m: f32) {
-        let of = |path: &Path| Grounds::of(path, update, scene, f64::from(nearest_m));
+    /// Of an update, finished but for its way to the sound thread; `scene` is as it stood for it. Not on the sound thread:
+    /// allocates.
+    pub fn lay(&mut self, update: &PathSet, scene: &Scene) {
+        let of = |path: &Path| Grounds::of(path, update, scene);
         self.grounds.clear();
         self.grounds.extend(continued(update).map(of));
     }

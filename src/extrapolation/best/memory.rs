@@ -2,13 +2,14 @@
 //!
 //! An update names the paths that were valid at its poses. What it says of a candidate's visibility counts if it speaks
 //! of a later graphics frame than the candidate's own last test; what it says for a pose where the listener never was
-//! is a hint. Candidates that it does not name are kept for some updates, closed or open.
+//! is a hint. Paths that it names as nearby are kept, closed, until a ray finds them open or it names them no more.
+//! Candidates that it does not name are kept for some updates, closed or open.
 
 use super::candidate::{Candidate, Course, Grounds};
 use super::groundwork::{Groundwork, continued};
 use super::history::Word;
 use super::{BestSettings, Now};
-use crate::propagation::PathSet;
+use crate::propagation::{Path, PathSet};
 
 /// Candidates kept at most, over all sources: a full memory drops what comes last by identity.
 const CAPACITY: usize = 32_768;
@@ -55,35 +56,87 @@ impl Memory {
         self.updates += 1;
         self.next.clear();
         let mut old = self.candidates.iter().peekable();
+        let mut nearby = update.nearby.iter().peekable();
+        let named = Named {
+            update,
+            now,
+            word,
+            updates: self.updates,
+            settings,
+        };
+        let (next, capacity) = (&mut self.next, self.capacity);
+        let mut keep = |candidate: Option<Candidate>| {
+            next.extend(candidate.filter(|_| next.len() < capacity));
+        };
         for (place, path) in continued(update).enumerate() {
-            while let Some(absent) = old.next_if(|candidate| candidate.path.id < path.id) {
-                let kept = absent_from_update(absent, now, word, self.updates, settings);
-                self.next
-                    .extend(kept.filter(|_| self.next.len() < self.capacity));
+            while let Some(beside) = nearby.next_if(|beside| beside.id < path.id) {
+                while let Some(absent) = old.next_if(|known| known.path.id < beside.id) {
+                    keep(named.absent(absent));
+                }
+                let known = old.next_if(|known| known.path.id == beside.id);
+                keep(Some(named.nearby(beside, known)));
             }
-            let known = old.next_if(|candidate| candidate.path.id == path.id);
-            let grounds = groundwork.of(place, path);
-            let grounds =
-                grounds.unwrap_or_else(|| Grounds::of(path, update, now.then, now.nearest_m));
-            let mut candidate = Candidate::new(path, update, &grounds);
-            candidate.valid_in = self.updates;
-            candidate.tested = word.binding.then_some(word.frame);
-            if let Some(known) = known
-                && (!word.binding || known.tested > candidate.tested)
-                && known.tested.is_some()
-            {
-                (candidate.open, candidate.tested) = (known.open, known.tested);
+            while let Some(absent) = old.next_if(|known| known.path.id < path.id) {
+                keep(named.absent(absent));
             }
-            if self.next.len() < self.capacity {
-                self.next.push(candidate);
+            let known = old.next_if(|known| known.path.id == path.id);
+            keep(Some(named.valid(path, groundwork.of(place, path), known)));
+        }
+        for beside in nearby {
+            while let Some(absent) = old.next_if(|known| known.path.id < beside.id) {
+                keep(named.absent(absent));
             }
+            let known = old.next_if(|known| known.path.id == beside.id);
+            keep(Some(named.nearby(beside, known)));
         }
         for absent in old {
-            let kept = absent_from_update(absent, now, word, self.updates, settings);
-            self.next
-                .extend(kept.filter(|_| self.next.len() < self.capacity));
+            keep(named.absent(absent));
         }
         std::mem::swap(&mut self.candidates, &mut self.next);
+    }
+}
+
+/// An update as it is taken over, and what its word is worth.
+struct Named<'a> {
+    update: &'a PathSet,
+    now: &'a Now<'a>,
+    word: Word,
+    updates: u64,
+    settings: &'a BestSettings,
+}
+
+impl Named<'_> {
+    /// A path that is valid there, and what was known of it.
+    fn valid(&self, path: &Path, grounds: Option<Grounds>, known: Option<&Candidate>) -> Candidate {
+        let grounds = grounds.unwrap_or_else(|| Grounds::of(path, self.update, self.now.then));
+        let mut candidate = Candidate::new(path, self.update, &grounds);
+        candidate.valid_in = self.updates;
+        candidate.tested = self.word.binding.then_some(self.word.frame);
+        if let Some(known) = known
+            && (!self.word.binding || known.tested > candidate.tested)
+            && known.tested.is_some()
+        {
+            (candidate.open, candidate.tested) = (known.open, known.tested);
+            candidate.blocked_leg = known.blocked_leg;
+        }
+        candidate
+    }
+
+    /// One that is not, but named: it stays until the next update, and for as long as one that was valid not long ago.
+    fn nearby(&self, path: &Path, known: Option<&Candidate>) -> Candidate {
+        let mut candidate = match known.and_then(|known| self.absent(known)) {
+            Some(known) => known,
+            None => Candidate::nearby(path, self.update, self.now.then),
+        };
+        let remembered = u64::from(self.settings.remembered_updates);
+        let last = self.updates.saturating_sub(remembered);
+        candidate.valid_in = candidate.valid_in.max(last);
+        candidate
+    }
+
+    /// What becomes of a candidate that is not valid there.
+    fn absent(&self, candidate: &Candidate) -> Option<Candidate> {
+        absent_from_update(candidate, self.now, self.word, self.updates, self.settings)
     }
 }
 
@@ -96,7 +149,12 @@ fn absent_from_update(
     settings: &BestSettings,
 ) -> Option<Candidate> {
     let age = updates - candidate.valid_in;
-    if age > u64::from(settings.remembered_updates) || matches!(candidate.course, Course::Unknown) {
+    // Of bent paths an update names the loudest, so that the others are not to be heard.
+    let remembered = match candidate.course {
+        Course::Bends(_) => settings.remembered_updates.min(1),
+        Course::Mirrors(_) | Course::Unknown => settings.remembered_updates,
+    };
+    if age > u64::from(remembered) || matches!(candidate.course, Course::Unknown) {
         return None;
     }
     let mut kept = *candidate;

@@ -25,14 +25,14 @@ use super::extrapolator::is_wanted;
 use super::frame::FramePath;
 use super::posed::has_moved;
 use crate::propagation::PathSet;
-use crate::propagation::diffraction::Spot;
+use crate::propagation::diffraction::{MOST_DOUBLE, MOST_MIRRORED, Spot};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 pub use groundwork::Groundwork;
 pub use settings::{BestSettings, Lead};
 pub(super) use tail::late_now;
 
-use candidate::Standing;
+use candidate::{Course, Standing};
 use history::History;
 use memory::Memory;
 use rays::Inspection;
@@ -71,6 +71,8 @@ pub(super) struct Best {
     history: History,
     inspection: Inspection,
     standings: Vec<Standing>,
+    /// Bent paths that may be heard in this frame, and whether they bend twice.
+    bent: Vec<(bool, FramePath)>,
     frame: u64,
 }
 
@@ -82,6 +84,7 @@ impl Best {
             history: History::default(),
             inspection: Inspection::default(),
             standings: Vec::new(),
+            bent: Vec::new(),
             frame: 0,
         }
     }
@@ -91,6 +94,7 @@ impl Best {
         self.memory.bound(candidates);
         self.inspection.reserve(candidates);
         self.standings.reserve(candidates);
+        self.bent.reserve(candidates);
     }
 
     /// Adds the paths of a graphics frame to `paths` that are not part of the direct field; `arrived` is the update
@@ -117,6 +121,12 @@ impl Best {
             false => Standing::Unasked,
         });
         self.standings.extend(stands);
+        for (candidate, standing) in candidates.iter_mut().zip(&self.standings) {
+            // What comes back onto its surfaces is asked soon.
+            if let (Standing::Out, Course::Mirrors(_)) = (standing, candidate.course) {
+                candidate.tested = None;
+            }
+        }
         let budget = u64::from(self.settings.rays_per_source) * now.sources.len() as u64;
         let updates = self.memory.updates;
         let rays = self.inspection.spend(
@@ -130,8 +140,39 @@ impl Best {
         let open = candidates.iter().zip(&self.standings);
         let open =
             open.filter(|(candidate, _)| candidate.open && is_wanted(now.sources, &candidate.path));
-        paths.extend(open.filter_map(|(candidate, standing)| candidate.heard(standing, now)));
+        self.bent.clear();
+        for (candidate, standing) in open {
+            let Some(path) = candidate.heard(standing, now) else {
+                continue;
+            };
+            match candidate.course {
+                Course::Bends(course) => self.bent.push((course.is_double(), path)),
+                Course::Mirrors(_) | Course::Unknown => paths.push(path),
+            }
+        }
+        self.keep_loudest_bent(paths);
         self.frame += 1;
         rays
+    }
+
+    /// Adds as many bent paths of each source as an update has at most, the loudest.
+    fn keep_loudest_bent(&mut self, paths: &mut Vec<FramePath>) {
+        let energy = |path: &FramePath| path.amplitude.iter().map(|a| a * a).sum::<f32>();
+        let group = |(double, path): &(bool, FramePath)| (path.source.bits(), *double);
+        self.bent.sort_unstable_by(|a, b| {
+            let louder = energy(&b.1).total_cmp(&energy(&a.1));
+            group(a)
+                .cmp(&group(b))
+                .then(louder)
+                .then(a.1.id.cmp(&b.1.id))
+        });
+        for same in self.bent.chunk_by(|a, b| group(a) == group(b)) {
+            let most = if same[0].0 {
+                MOST_DOUBLE
+            } else {
+                MOST_MIRRORED
+            };
+            paths.extend(same.iter().take(most).map(|(_, path)| *path));
+        }
     }
 }

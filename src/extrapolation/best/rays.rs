@@ -6,10 +6,9 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::candidate::{Candidate, Standing};
+use super::candidate::{Candidate, Course, Standing};
 use super::{BestSettings, Now};
 use crate::propagation::diffraction::{Spot, way};
-use crate::propagation::image_source::is_clear;
 use crate::scene::Scene;
 
 /// Graphics frames that a candidate counts as unasked for if it never was asked.
@@ -95,6 +94,10 @@ impl Inspection {
             let standing = &mut standings[index as usize];
             if matches!(standing, Standing::Unasked) {
                 *standing = candidate.stand(now, settings);
+                // What comes back onto its surfaces is asked soon.
+                if let (Standing::Out, Course::Mirrors(_)) = (&*standing, candidate.course) {
+                    candidate.tested = None;
+                }
             }
             if !has_way(standing) {
                 continue;
@@ -106,9 +109,11 @@ impl Inspection {
             let Some(spot) = now.spot(candidate.path.source) else {
                 continue;
             };
-            candidate.open = is_open(standing, &spot, now.scene, &mut rays);
+            let first = &mut candidate.blocked_leg;
+            candidate.open = is_open(standing, &spot, now.scene, first, &mut rays);
             candidate.tested = Some(frame);
-            if candidate.open {
+            // Of bent paths the updates choose, which see more of them.
+            if candidate.open && matches!(candidate.course, Course::Mirrors(_)) {
                 candidate.valid_in = updates;
             }
         }
@@ -131,10 +136,27 @@ fn most_rays(standing: &Standing) -> u64 {
     }
 }
 
-fn is_open(standing: &Standing, spot: &Spot, scene: &Scene, rays: &mut u64) -> bool {
-    let [from, ear] = [spot.from, spot.to].map(|place| scene.to_local(place));
+/// Asks the leg first that was blocked last: most that are blocked stay so, and need one ray.
+fn is_open(
+    standing: &Standing,
+    spot: &Spot,
+    scene: &Scene,
+    blocked_leg: &mut u8,
+    rays: &mut u64,
+) -> bool {
+    let ends = [spot.from, spot.to].map(|place| scene.to_local(place));
     match standing {
-        Standing::Image(_, image) => is_clear(scene, image, from, ear, rays),
+        Standing::Image(_, image) => {
+            let first = usize::from(*blocked_leg).min(image.order);
+            let others = (0..=image.order).filter(|leg| *leg != first);
+            let blocked = std::iter::once(first).chain(others).find(|&leg| {
+                *rays += 1;
+                let (line, ignored) = image.leg(ends, leg);
+                scene.any_hit(&line, ignored)
+            });
+            *blocked_leg = blocked.map_or(*blocked_leg, |leg| leg as u8);
+            blocked.is_none()
+        }
         Standing::Bent(way) => way.is_clear(scene, spot, rays),
         Standing::Path(_) | Standing::Out | Standing::Unasked => true,
     }

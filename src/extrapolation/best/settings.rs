@@ -26,6 +26,9 @@ pub struct BestSettings {
     pub exact_geometry: bool,
     /// Whether a path is dropped as soon as one of its points has left its surface.
     pub drop_outside: bool,
+    /// Whether updates also name paths that are not there but may be for a listener nearby, closed until a ray finds them
+    /// open.
+    pub nearby: bool,
     /// Where updates are to be computed for.
     pub lead: Lead,
 }
@@ -33,10 +36,11 @@ pub struct BestSettings {
 impl BestSettings {
     /// Everything on.
     pub const FULL: Self = Self {
-        rays_per_source: 64,
+        rays_per_source: 192,
         remembered_updates: 8,
         exact_geometry: true,
         drop_outside: true,
+        nearby: true,
         lead: Lead::End,
     };
 }

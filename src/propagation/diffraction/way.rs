@@ -49,6 +49,11 @@ impl BentCourse {
         }
     }
 
+    /// Whether it bends twice.
+    pub fn is_double(&self) -> bool {
+        matches!(self, Self::Double(_))
+    }
+
     /// The way along this course between today's places, if there is one. Says nothing of what stands in between.
     pub fn way(&self, scene: &Scene, spot: &Spot) -> Option<BentWay> {
         match *self {

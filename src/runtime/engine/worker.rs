@@ -138,8 +138,7 @@ impl Worker {
         } = delivery;
         match predictor {
             PredictorKind::Best(_) => {
-                let nearest_m = self.propagator.settings().nearest_m;
-                groundwork.lay(paths, self.propagator.scene(), nearest_m);
+                groundwork.lay(paths, self.propagator.scene());
             }
             PredictorKind::Hold | PredictorKind::Linear => groundwork.clear(),
         }

@@ -10,13 +10,14 @@ const NOTHING: BestSettings = BestSettings {
     remembered_updates: 0,
     exact_geometry: false,
     drop_outside: false,
+    nearby: false,
     lead: Lead::None,
 };
 
 const FULL: BestSettings = BestSettings::FULL;
 
 /// Names and settings.
-const ABLATION: [(&str, BestSettings); 13] = [
+const ABLATION: [(&str, BestSettings); 15] = [
     (
         "best-geometry-alone",
         BestSettings {
@@ -52,6 +53,13 @@ const ABLATION: [(&str, BestSettings); 13] = [
             ..NOTHING
         },
     ),
+    (
+        "best-nearby-alone",
+        BestSettings {
+            nearby: true,
+            ..NOTHING
+        },
+    ),
     ("best-nothing", NOTHING),
     (
         "best-without-geometry",
@@ -78,6 +86,13 @@ const ABLATION: [(&str, BestSettings); 13] = [
         "best-without-memory",
         BestSettings {
             remembered_updates: 0,
+            ..FULL
+        },
+    ),
+    (
+        "best-without-nearby",
+        BestSettings {
+            nearby: false,
             ..FULL
         },
     ),
