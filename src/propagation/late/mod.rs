@@ -16,7 +16,7 @@
 //! The arrivals of sixteen updates are kept by the number of their ray rotation, so that what is told of a scene at rest
 //! does not depend on when it is looked at, nor on how often. So is what their rays found: while neither source nor scene
 //! has changed since a rotation's rays were cast, they are not cast again, and bits are the same. What that costs is
-//! memory, about 0.4 MB a source with 128 rays to a depth of 4 ([`source_rays::Found`]).
+//! memory, about 0.4 MB a source with 128 rays to a depth of 4 (`source_rays::Found`).
 
 pub mod connection;
 pub mod decay;

@@ -4,7 +4,7 @@
 //! be seen from four bounces about the source. Whether a bounce is diffuse is drawn once for all bands.
 //!
 //! None of it depends on the listener, so what a rotation's rays have found stays true until the source or the scene is
-//! another one, and is kept ([`Found`]).
+//! another one, and is kept (`Found`).
 
 use glam::{DVec3, Mat3, Quat, Vec3};
 
