@@ -209,6 +209,7 @@ debian_rust() {
     export RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc
 }
 prove_android() {
+    rm -f "$work/libforesound-arm64.so"
     need clang-22 ld.lld-22 llvm-readelf-22 llvm-nm-22 llvm-strip-22
     debian_rust
     [ -d /usr/lib/rustlib/src/rust/library ] || [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/src/rust/library" ] ||

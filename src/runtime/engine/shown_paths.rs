@@ -31,6 +31,13 @@ impl ShownPath {
     }
 }
 
+/// What travels from propagation to the controller and back.
+#[derive(Debug, Default)]
+pub(super) struct Picture {
+    /// In no order.
+    pub(super) paths: Vec<ShownPath>,
+}
+
 fn energy(path: &Path) -> f32 {
     path.amplitude.iter().map(|a| a * a).sum::<f32>() / BANDS as f32
 }

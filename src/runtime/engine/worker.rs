@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::messages::{Delivery, WorldFrame};
-use super::shown_paths::{ShownPath, show};
+use super::shown_paths::{Picture, show};
 use super::statistics::{Meters, add};
 use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
 use crate::propagation::{Path, Propagator};
@@ -46,7 +46,7 @@ pub(super) struct Worker {
     pub(super) manners: Manners,
     pub(super) epoch: Instant,
     /// Paths for pictures, and how many.
-    pub(super) shown: Sender<Vec<ShownPath>>,
+    pub(super) shown: Sender<Picture>,
     pub(super) most_shown: usize,
     pub(super) spans: SpanWriter,
     pub(super) before_update: Option<fn(u64)>,
@@ -102,8 +102,8 @@ impl Worker {
         delivery.order_gain = self.detail.order_gain;
         let paths = delivery.paths.paths.len() as u64;
         if self.most_shown > 0 {
-            let mut shown = self.shown.blank(Vec::new);
-            show(&delivery.paths, self.most_shown, &mut shown);
+            let mut shown = self.shown.blank(Picture::default);
+            show(&delivery.paths, self.most_shown, &mut shown.paths);
             self.shown.send(shown);
         }
         self.meters

@@ -19,7 +19,7 @@ use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
 use super::seating::{Guest, Seating};
 use super::settings::{EngineSettings, FrameTime};
-use super::shown_paths::ShownPath;
+use super::shown_paths::{Picture, ShownPath};
 use super::source_table::{SourceTable, check_place};
 use super::statistics::{Meters, Statistics};
 use super::worker::{Orders, Worker};
@@ -52,7 +52,7 @@ pub(super) struct Links {
     pub(super) retired: rtrb::Consumer<Feed>,
     pub(super) orders: Orders,
     pub(super) meters: Arc<Meters>,
-    pub(super) shown: Receiver<Vec<ShownPath>>,
+    pub(super) shown: Receiver<Picture>,
     pub(super) spans: SpanWriter,
     pub(super) span_readers: [SpanReader; 3],
 }
@@ -76,7 +76,7 @@ pub struct Controller {
     waiting: VecDeque<FeedChange>,
     listener: ListenerPose,
     paused: bool,
-    shown: Box<Vec<ShownPath>>,
+    shown: Box<Picture>,
     began: Instant,
     ticks: u64,
 }
@@ -260,7 +260,7 @@ impl Controller {
             let old = std::mem::replace(&mut self.shown, newest);
             self.links.shown.give_back(old);
         }
-        &self.shown
+        &self.shown.paths
     }
 
     /// What the engine tells about itself.
