@@ -269,6 +269,7 @@ mod tests {
         let options = ObjOptions {
             scale: 0.5,
             up: UpAxis::Z,
+            ..ObjOptions::default()
         };
         let file = read("v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 -1\n", &options).unwrap();
         assert_eq!(file.mesh.vertices[0], Vec3::new(0.5, 1.5, -1.0));
