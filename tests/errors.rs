@@ -433,7 +433,7 @@ const VERBS: [&str; 34] = [
     "save ",
     "simplify ",
     "take ",
-    "the last ",
+    "the last good ",
     "use ",
     "write ",
     "print ",
