@@ -349,7 +349,10 @@ fn errors_of_meshes_settings_and_engines_are_in_the_table() {
         controller.tick(ListenerPose::default(), &[pose]),
     );
     let part = Arc::new(commit(&room, &SceneSettings::default()).expect("a part"));
-    let at = foresound::scene::InstancePose::at(foresound::scene::InstanceId::default(), Vec3::NAN);
+    let at = foresound::scene::InstancePose::at(
+        foresound::scene::InstanceId::default(),
+        glam::DVec3::NAN,
+    );
     push(&mut errors, controller.add_instance(part, &at));
     push(
         &mut errors,
@@ -430,7 +433,7 @@ const VERBS: [&str; 34] = [
     "save ",
     "simplify ",
     "take ",
-    "the last ",
+    "the last good ",
     "use ",
     "write ",
     "print ",

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[path = "fuzz/drivers/mod.rs"]
 mod drivers;
 
-/// Damaged inputs a target.
+/// Damaged inputs a target, unless FUZZ_INPUTS says how many.
 const DAMAGED: u64 = 300;
 
 /// Numbers without end from a seed (the mixer of SplitMix64).
@@ -105,8 +105,10 @@ fn twin(target: drivers::Target) {
     for (path, bytes) in &seeds {
         run(target, &path.display().to_string(), bytes);
     }
+    let asked = std::env::var("FUZZ_INPUTS").ok();
+    let count = asked.map_or(DAMAGED, |text| text.parse().expect("a number of inputs"));
     let mut dice = Dice(0x5eed);
-    for number in 0..DAMAGED {
+    for number in 0..count {
         let bytes = damaged(&seeds, &mut dice);
         run(target, &format!("damaged input {number}"), &bytes);
     }

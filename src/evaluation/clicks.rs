@@ -161,7 +161,8 @@ mod tests {
         };
         let detector = heard(ramp);
         assert_eq!(detector.clicks(), 0, "{}", detector.worst());
-        assert!(detector.dc() < 1e-4, "{}", detector.dc());
+        // Ramps fifteen times a second leave a little of the lowest tone.
+        assert!(detector.dc() < 5e-4, "{}", detector.dc());
     }
 
     #[test]

@@ -92,7 +92,11 @@ impl Generator {
                 .map(|_| DelayLine::new(max_delay as usize))
                 .collect(),
             tenants: vec![Tenant::NONE; sources],
-            voices: VoiceSet::new(settings.max_voices, settings.fine_voices, &hrtf),
+            voices: VoiceSet::new(
+                settings.max_voices,
+                settings.fine_voices.min(settings.max_voices),
+                &hrtf,
+            ),
             tail: settings.late.then(|| Tail {
                 reverb: LateReverb::new(settings.rate_hz, sources),
                 far_field: FarField::new(&hrtf),

@@ -13,7 +13,7 @@ pub struct GeneratorSettings {
     /// Paths that may sound at once, 1 to 16,384; beyond them the quietest are dropped and counted.
     pub max_voices: usize,
     /// Of those, the loudest that are rendered with every component of the head-related set; the others use the first
-    /// eight. With the built-in sets that raises a path's mean spectral error from 0.6 to 1.2 dB.
+    /// eight. With the built-in sets that raises a path's mean spectral error from 0.6 to 1.2 dB. More than [`Self::max_voices`] are as many.
     pub fine_voices: usize,
     /// Longest path delay in seconds, 0.01 to 10; longer paths are dropped and counted. 1.5 s are 515 m.
     pub max_delay_s: f64,

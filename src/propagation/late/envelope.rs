@@ -40,7 +40,8 @@ pub(super) fn gather(
                 .get(step + 1)
                 .unwrap_or(&LAST_FREE_TIME);
             let share = first - beyond(*next);
-            if share > 0.0 {
+            // From a source beyond all numbers comes nothing.
+            if share > 0.0 && energy.iter().all(|e| e.is_finite()) {
                 for (sum, energy) in sum.iter_mut().zip(&energy) {
                     *sum += share * f64::from(*energy);
                 }

@@ -129,7 +129,8 @@ impl LateEstimator {
             return LateSource::silent(source);
         };
         let mut late = LateSource {
-            start_s: self.nearest_s as f32,
+            // Beyond all numbers a source is silent, and nothing is to start.
+            start_s: (self.nearest_s as f32).min(f32::MAX),
             mean_free_time_s: decay.mean_free_time_s as f32,
             decay_time_s: decay.decay_time_s,
             ..LateSource::silent(source)

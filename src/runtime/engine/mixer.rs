@@ -304,10 +304,14 @@ mod tests {
         // The other one fades.
         let [_, first] = mixed(&mut mixer);
         assert!(first > 0.5 && first < 0.75, "{first}");
-        (1..TAIL_FRAMES / BLOCK).for_each(|_| drop(mixed(&mut mixer)));
+        (1..TAIL_FRAMES / BLOCK).for_each(|_| {
+            mixed(&mut mixer);
+        });
         assert_eq!(mixed(&mut mixer), [0.0, 0.5]);
         mixer.place(&[]);
-        (0..TAIL_FRAMES / BLOCK).for_each(|_| drop(mixed(&mut mixer)));
+        (0..TAIL_FRAMES / BLOCK).for_each(|_| {
+            mixed(&mut mixer);
+        });
         assert_eq!(mixed(&mut mixer), [0.0, 0.0]);
     }
 
