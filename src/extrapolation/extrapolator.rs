@@ -52,7 +52,7 @@ impl Continuation {
 }
 
 /// Candidates that [`PredictorKind::Best`] may keep for each path that an update may have.
-const CANDIDATES_A_PATH: usize = 6;
+const CANDIDATES_A_PATH: usize = 3;
 
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
