@@ -13,7 +13,7 @@ pub mod posed;
 pub mod predictor;
 pub mod tracking;
 
-pub use best::{BestSettings, Lead};
+pub use best::{BestSettings, Groundwork, Lead};
 pub use extrapolator::{Continuation, Extrapolator};
 pub use frame::{FramePath, FramePaths, LATE_STEPS, LateSend};
 pub use level::extrapolation_level;

@@ -22,6 +22,7 @@ pub mod workers;
 
 pub use affinity::{AffinityPolicy, Placement};
 pub use budget::{Budget, Tier, TierChoice};
+pub use clock::thread_processor_time;
 pub use device_output::{DeviceOutput, DeviceReport};
 pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,

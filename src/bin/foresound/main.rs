@@ -18,6 +18,7 @@ mod inspect;
 mod listener_path;
 #[cfg(feature = "play")]
 mod play;
+mod processor_shares;
 mod progress;
 mod render;
 mod restless;

@@ -12,12 +12,14 @@ use foresound::propagation::sampling::{mix, unit};
 use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
     Budget, Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
+    thread_processor_time,
 };
 use foresound::{Error, Result};
 use serde_json::json;
 
 use crate::counting;
 use crate::inputs::{SceneArguments, load_scene};
+use crate::processor_shares::ProcessorShares;
 use crate::restless::Restless;
 use crate::traces::write_trace;
 
@@ -133,8 +135,9 @@ fn device(
     mut renderer: Renderer,
     settings: &EngineSettings,
     operations: &Arc<AtomicU64>,
+    shares: &Arc<ProcessorShares>,
 ) -> Result<NullDevice> {
-    let counted = Arc::clone(operations);
+    let (counted, shares) = (Arc::clone(operations), Arc::clone(shares));
     let rate_hz = settings.generation.rate_hz;
     let mut placed = false;
     NullDevice::start(
@@ -146,8 +149,11 @@ fn device(
                 renderer.place_thread();
                 placed = true;
             }
-            let before = counting::operations();
+            let (before, worked) = (counting::operations(), thread_processor_time());
             renderer.render(block);
+            if let (Some(before), Some(after)) = (worked, thread_processor_time()) {
+                shares.record(after.saturating_sub(before));
+            }
             counted.fetch_add(counting::operations() - before, Ordering::Relaxed);
         },
     )
@@ -198,7 +204,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     restless.controller.set_scene(first)?;
     let operations = Arc::new(AtomicU64::new(0));
     let load = Load::start(arguments.load_threads);
-    let device = device(renderer, &settings, &operations)?;
+    let rate_hz = f64::from(settings.generation.rate_hz);
+    let shares = Arc::new(ProcessorShares::new(arguments.block as f64 / rate_hz));
+    let device = device(renderer, &settings, &operations, &shares)?;
     let mut log = TraceLog::default();
     let traced = arguments.trace.is_some().then_some(&mut log);
     let rss_mb = keep_going(&mut restless, 60.0 * arguments.minutes, traced)?;
@@ -211,7 +219,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         &restless,
         &heard,
         &statistics,
-        operations,
+        (operations, &shares),
         rss_mb,
     );
     match &arguments.trace {
@@ -225,7 +233,7 @@ fn tell(
     restless: &Restless,
     heard: &NullDeviceReport,
     statistics: &Statistics,
-    operations: u64,
+    (operations, shares): (u64, &ProcessorShares),
     rss_mb: [f64; 2],
 ) {
     let generation = &restless.controller.settings().generation;
@@ -240,6 +248,9 @@ fn tell(
         "p50_share": share(block.p50_s),
         "p999_share": share(block.p999_s),
         "worst_share": share(block.worst_s),
+        "processor_p50_share": shares.percentile(0.5),
+        "processor_p999_share": shares.percentile(0.999),
+        "processor_worst_share": shares.percentile(1.0),
         "allocations": operations,
         "swaps": restless.swaps,
         "sources_added": restless.added,
@@ -277,6 +288,18 @@ fn tell(
         100.0 * share(block.p999_s),
         100.0 * share(block.worst_s),
     );
+    if let (Some(p50), Some(p999), Some(worst)) = (
+        shares.percentile(0.5),
+        shares.percentile(0.999),
+        shares.percentile(1.0),
+    ) {
+        println!(
+            "of its own processor time, without what the machine did besides: {:.1} %, {:.1} %, {:.1} %",
+            100.0 * p50,
+            100.0 * p999,
+            100.0 * worst,
+        );
+    }
     println!(
         "{operations} allocations and frees on the audio side; {} scene swaps, {} sources added; {:.1} MB, then {:.1} MB",
         restless.swaps, restless.added, rss_mb[0], rss_mb[1],

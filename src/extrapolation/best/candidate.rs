@@ -8,7 +8,7 @@ use crate::propagation::amplitude::{free_field, reflected};
 use crate::propagation::diffraction::{BentCourse, BentWay};
 use crate::propagation::image_source::{ImagePath, mirror_listener, unfold};
 use crate::propagation::sequence::Sequence;
-use crate::propagation::{Path, PathSet};
+use crate::propagation::{Path, PathId, PathSet};
 use crate::scene::{ListenerPose, Scene};
 use glam::DVec3;
 
@@ -51,6 +51,8 @@ pub enum Course {
 /// How a candidate stands in one graphics frame.
 #[derive(Debug, Clone, Copy)]
 pub enum Standing {
+    /// Not looked at: closed, and nobody has asked yet.
+    Unasked,
     /// Nothing of it is to be heard: a point has left its surface, its source has gone or, for a bent path, is seen.
     Out,
     /// Heard like this if nothing blocks it, and nothing to cast rays along.
@@ -61,25 +63,29 @@ pub enum Standing {
     Bent(BentWay),
 }
 
-impl Candidate {
-    /// From a path of an update, open; `scene` is as it stood for that update.
-    pub fn new(path: &Path, update: &PathSet, scene: &Scene, nearest_m: f64) -> Self {
-        let mut candidate = Self {
-            path: *path,
-            listener: update.listener,
+/// What can be said of a path of an update apart from any graphics frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grounds {
+    pub(super) id: PathId,
+    course: Course,
+    residual: BandArray,
+}
+
+impl Grounds {
+    /// Of a path of an update; `scene` is as it stood for that update.
+    pub(super) fn of(path: &Path, update: &PathSet, scene: &Scene, nearest_m: f64) -> Self {
+        let mut grounds = Self {
+            id: path.id,
             course: Course::Unknown,
             residual: [1.0; BANDS],
-            open: true,
-            tested: None,
-            valid_in: 0,
         };
         if let Some(bent) = BentCourse::of(scene, path) {
-            candidate.course = Course::Bends(bent);
-            return candidate;
+            grounds.course = Course::Bends(bent);
+            return grounds;
         }
         let source = update.sources.iter().find(|pose| pose.id == path.source);
         let Some(source) = source else {
-            return candidate;
+            return grounds;
         };
         let (from, ear) = (
             scene.to_local(source.position),
@@ -90,15 +96,30 @@ impl Candidate {
         let same =
             |found: &ImagePath| (found.length_m - f64::from(path.length_m)).abs() < FOREIGN_M;
         if let Some(found) = image.filter(same) {
-            candidate.course = Course::Mirrors(sequence);
+            grounds.course = Course::Mirrors(sequence);
             let analytic = reflected(scene, &found, nearest_m);
             for b in 0..BANDS {
                 if analytic[b].abs() > NO_LEVEL {
-                    candidate.residual[b] = path.amplitude[b] / analytic[b];
+                    grounds.residual[b] = path.amplitude[b] / analytic[b];
                 }
             }
         }
-        candidate
+        grounds
+    }
+}
+
+impl Candidate {
+    /// From a path of an update, open.
+    pub(super) fn new(path: &Path, update: &PathSet, grounds: &Grounds) -> Self {
+        Self {
+            path: *path,
+            listener: update.listener,
+            course: grounds.course,
+            residual: grounds.residual,
+            open: true,
+            tested: None,
+            valid_in: 0,
+        }
     }
 
     /// How it stands in the graphics frame `now`, whatever may block it.
@@ -137,7 +158,7 @@ impl Candidate {
     /// What is heard of it while it is open.
     pub(super) fn heard(&self, standing: &Standing, now: &Now<'_>) -> Option<FramePath> {
         match standing {
-            Standing::Out => None,
+            Standing::Unasked | Standing::Out => None,
             Standing::Path(path) | Standing::Image(path, _) => Some(*path),
             Standing::Bent(way) => {
                 let path = way.path(now.scene, &now.spot(self.path.source)?)?;

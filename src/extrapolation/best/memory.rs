@@ -4,7 +4,8 @@
 //! of a later graphics frame than the candidate's own last test; what it says for a pose where the listener never was
 //! is a hint. Candidates that it does not name are kept for some updates, closed or open.
 
-use super::candidate::{Candidate, Course};
+use super::candidate::{Candidate, Course, Grounds};
+use super::groundwork::{Groundwork, continued};
 use super::history::Word;
 use super::{BestSettings, Now};
 use crate::propagation::PathSet;
@@ -42,10 +43,11 @@ impl Memory {
         self.next.reserve_exact(self.capacity);
     }
 
-    /// Takes an update over; `word` is what it is worth.
+    /// Takes an update over, with what has been worked out of it; `word` is what it is worth.
     pub(super) fn take(
         &mut self,
         update: &PathSet,
+        groundwork: &Groundwork,
         now: &Now<'_>,
         word: Word,
         settings: &BestSettings,
@@ -53,14 +55,17 @@ impl Memory {
         self.updates += 1;
         self.next.clear();
         let mut old = self.candidates.iter().peekable();
-        for path in update.paths.iter().filter(|path| !path.is_revalidated()) {
+        for (place, path) in continued(update).enumerate() {
             while let Some(absent) = old.next_if(|candidate| candidate.path.id < path.id) {
                 let kept = absent_from_update(absent, now, word, self.updates, settings);
                 self.next
                     .extend(kept.filter(|_| self.next.len() < self.capacity));
             }
             let known = old.next_if(|candidate| candidate.path.id == path.id);
-            let mut candidate = Candidate::new(path, update, now.then, now.nearest_m);
+            let grounds = groundwork.of(place, path);
+            let grounds =
+                grounds.unwrap_or_else(|| Grounds::of(path, update, now.then, now.nearest_m));
+            let mut candidate = Candidate::new(path, update, &grounds);
             candidate.valid_in = self.updates;
             candidate.tested = word.binding.then_some(word.frame);
             if let Some(known) = known

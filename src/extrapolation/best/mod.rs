@@ -7,12 +7,14 @@
 //! of a path does the most harm, its stale visibility comes second, its amplitude last.
 //!
 //! - [`candidate`]: one path as it stands now, from its surfaces and today's poses;
+//! - [`groundwork`]: what can be worked out about an update before it is taken;
 //! - [`memory`]: candidates from update to update, and whose word on visibility counts;
 //! - [`history`]: where the listener was, so that an update's word can be dated;
 //! - [`rays`]: which candidates are asked whether something blocks them;
 //! - `tail`: the late field between two updates.
 
 pub mod candidate;
+pub mod groundwork;
 pub mod history;
 pub mod memory;
 pub mod rays;
@@ -26,6 +28,7 @@ use crate::propagation::PathSet;
 use crate::propagation::diffraction::Spot;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
+pub use groundwork::Groundwork;
 pub use settings::{BestSettings, Lead};
 pub(super) use tail::late_now;
 
@@ -91,25 +94,28 @@ impl Best {
     }
 
     /// Adds the paths of a graphics frame to `paths` that are not part of the direct field; `arrived` is the update
-    /// that is used from this frame on, if there is one. Gives the number of rays cast.
+    /// that is used from this frame on, if there is one, with what has been worked out of it. Gives the number of rays cast.
     pub(super) fn frame(
         &mut self,
-        arrived: Option<&PathSet>,
+        arrived: Option<(&PathSet, &Groundwork)>,
         now: &Now<'_>,
         paths: &mut Vec<FramePath>,
     ) -> u64 {
         self.history.push(now.listener.position);
-        if let Some(update) = arrived {
+        if let Some((update, groundwork)) = arrived {
             let mut word = self.history.date(update.listener.position, self.frame);
             // The listener's place does not date an update of a scene that has moved since.
             word.binding &= !has_moved(now.scene, now.then);
-            self.memory.take(update, now, word, &self.settings);
+            self.memory
+                .take(update, groundwork, now, word, &self.settings);
         }
         let candidates = &mut self.memory.candidates;
         self.standings.clear();
-        let stands = candidates
-            .iter()
-            .map(|candidate| candidate.stand(now, &self.settings));
+        // Of what is closed only what rays are cast for has to be known.
+        let stands = candidates.iter().map(|candidate| match candidate.open {
+            true => candidate.stand(now, &self.settings),
+            false => Standing::Unasked,
+        });
         self.standings.extend(stands);
         let budget = u64::from(self.settings.rays_per_source) * now.sources.len() as u64;
         let updates = self.memory.updates;
@@ -118,8 +124,8 @@ impl Best {
             self.frame,
             updates,
             candidates,
-            &self.standings,
-            now,
+            &mut self.standings,
+            (now, &self.settings),
         );
         let open = candidates.iter().zip(&self.standings);
         let open =

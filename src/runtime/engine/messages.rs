@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
+use crate::extrapolation::{Continuation, Extrapolator, Groundwork, PosedScenes, PredictorKind};
 use crate::propagation::{MAX_ORDER, PathSet};
 use crate::runtime::budget::Budget;
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
@@ -67,6 +67,8 @@ pub(super) struct WorldFrame {
 #[derive(Default)]
 pub(super) struct Delivery {
     pub(super) paths: PathSet,
+    /// What the predictor would otherwise have to work out of them.
+    pub(super) groundwork: Groundwork,
     /// Time that the update took, T_SPS, in seconds, and the rest after it.
     pub(super) interval_s: f64,
     /// Gain of each order of reflection under the budget.

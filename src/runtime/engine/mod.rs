@@ -76,7 +76,8 @@ impl Engine {
             .map(|track| spans(track, settings.trace_spans, epoch));
         let scene = Arc::new(open_air()?);
         let propagator = Box::new(Propagator::new(scene, settings.propagation)?);
-        let extrapolator = extrapolator_for(&propagator, settings.predictor, settings.max_paths);
+        let extrapolator =
+            extrapolator_for(&propagator, settings.predictor, [settings.max_paths, slots]);
         let generator = Generator::new(settings.generation.clone(), head)?;
         let meters = Arc::new(Meters::default());
         let (frame_sender, frames) = newest();
@@ -91,6 +92,7 @@ impl Engine {
             deliveries: delivery_sender,
             meters: Arc::clone(&meters),
             max_paths: settings.max_paths,
+            max_sources: slots,
             synchronous: false,
             tracers: Threads::start(1)?,
             governor: Governor::default(),

@@ -278,7 +278,7 @@ impl Renderer {
             .store(paths.paths.len() as u32, Ordering::Relaxed);
         add(&meters.updates, 1);
         report.updates += 1;
-        delivery.paths = extrapolator.take_update(paths, level);
+        delivery.paths = extrapolator.take_prepared_update(paths, &mut delivery.groundwork, level);
         self.parts.deliveries.give_back(delivery);
     }
 

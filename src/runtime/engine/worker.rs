@@ -31,6 +31,7 @@ pub(super) struct Worker {
     pub(super) deliveries: Sender<Delivery>,
     pub(super) meters: Arc<Meters>,
     pub(super) max_paths: usize,
+    pub(super) max_sources: usize,
     pub(super) synchronous: bool,
     /// Who traces, besides the thread that steps.
     pub(super) tracers: Threads,
@@ -54,15 +55,15 @@ pub(super) struct Worker {
     pub(super) update: u64,
 }
 
-/// Extrapolation for a propagator's scene, with room for as many paths as there may be.
+/// Extrapolation for a propagator's scene, with room for as many paths and sources as there may be.
 pub(super) fn extrapolator_for(
     propagator: &Propagator,
     kind: PredictorKind,
-    max_paths: usize,
+    [max_paths, max_sources]: [usize; 2],
 ) -> Box<Extrapolator> {
     let nearest_m = propagator.settings().nearest_m;
     let mut extrapolator = Extrapolator::new(Arc::clone(propagator.scene()), kind, nearest_m);
-    extrapolator.reserve(max_paths);
+    extrapolator.reserve(max_paths, max_sources);
     Box::new(extrapolator)
 }
 
@@ -87,8 +88,9 @@ impl Worker {
             world.time_s,
             &mut delivery.paths,
         );
-        let spent = started.elapsed();
         let trimmed = keep_loudest(&mut delivery.paths.paths, self.detail.max_paths);
+        self.lay_groundwork(world.predictor, &mut delivery);
+        let spent = started.elapsed();
         delivery.order_gain = self.detail.order_gain;
         let paths = delivery.paths.paths.len() as u64;
         self.meters
@@ -114,6 +116,20 @@ impl Worker {
             .store(latest_ns, Ordering::Relaxed);
         self.send(delivery);
         Some(rest)
+    }
+
+    /// Works out here what the sound thread would have to when it takes the update.
+    fn lay_groundwork(&self, predictor: PredictorKind, delivery: &mut Delivery) {
+        let Delivery {
+            paths, groundwork, ..
+        } = delivery;
+        match predictor {
+            PredictorKind::Best(_) => {
+                let nearest_m = self.propagator.settings().nearest_m;
+                groundwork.lay(paths, self.propagator.scene(), nearest_m);
+            }
+            PredictorKind::Hold | PredictorKind::Linear => groundwork.clear(),
+        }
     }
 
     /// What the budget makes of an update.
@@ -153,7 +169,8 @@ impl Worker {
             && before.settings().nearest_m == self.propagator.settings().nearest_m;
         if !same_scene {
             let kind = self.predictor;
-            self.extrapolator = Some(extrapolator_for(&self.propagator, kind, self.max_paths));
+            let room = [self.max_paths, self.max_sources];
+            self.extrapolator = Some(extrapolator_for(&self.propagator, kind, room));
             self.scenes = None;
             self.governor.begin_scene();
         } else if scene.has_instances() || before.scene().has_instances() {
