@@ -229,4 +229,35 @@ mod tests {
         }
         assert!(line.tiles.iter().all(|tile| *tile == [F32x8::ZERO; BANDS]));
     }
+
+    #[test]
+    fn every_instruction_set_turns_frames_into_tiles() {
+        let frames: Vec<F32x8> = (0..3 * TILE)
+            .map(|frame| F32x8(std::array::from_fn(|band| (10 * frame + band) as f32)))
+            .collect();
+        for set in [LaneSet::best(), LaneSet::Fused, LaneSet::Portable] {
+            let mut tiles = vec![[F32x8::ZERO; BANDS]; 3];
+            write_tiles(set, &frames, &mut tiles);
+            for (frame, lanes) in frames.iter().enumerate() {
+                for band in 0..BANDS {
+                    let found = tiles[frame / TILE][band].0[frame % TILE];
+                    assert_eq!(found, lanes.0[band]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_asked_for_ahead_is_what_is_read() {
+        let line = DelayLine::new(1000);
+        for (position, frames) in [(0, 1), (5, 260), (1200, 256), (-300, 40)] {
+            let (_, parts) = line.tiles(position, frames);
+            let mut ahead = line.ahead(position, frames);
+            assert_eq!(ahead.parts.map(<[Tile]>::len), parts.map(<[Tile]>::len));
+            for _ in 0..4 {
+                ahead.fetch_quarter();
+            }
+            assert!(ahead.parts.iter().all(|part| part.is_empty()));
+        }
+    }
 }

@@ -391,4 +391,58 @@ mod tests {
             assert!(delays.iter().all(|d| d.is_finite()), "{direction}");
         }
     }
+
+    #[test]
+    fn groups_that_are_not_asked_for_are_zero_and_the_others_as_they_are() {
+        let set = set();
+        let groups = set.groups();
+        let direction = Vec3::new(0.3, 0.2, -0.9);
+        let (mut all, mut few) = (
+            vec![F32x8::ZERO; 2 * groups],
+            vec![F32x8::splat(9.0); 2 * groups],
+        );
+        let delays = set.look_up(direction, &mut all);
+        for wanted in 0..=groups {
+            assert_eq!(set.blend(&set.find(direction), wanted, &mut few), delays);
+            for (n, (few, all)) in few.iter().zip(&all).enumerate() {
+                let is_wanted = n % groups < wanted;
+                assert_eq!(*few, if is_wanted { *all } else { F32x8::ZERO });
+            }
+        }
+    }
+
+    #[test]
+    fn weights_are_the_grid_points_in_their_shares() {
+        let point = |n: usize| -> Vec<F32x8> {
+            let lane = |i: usize| ((17 * n + i) as f32 * 0.7).sin();
+            (0..2)
+                .map(|group| F32x8(std::array::from_fn(|i| lane(8 * group + i))))
+                .collect()
+        };
+        let points: [Vec<F32x8>; 4] = std::array::from_fn(point);
+        let grid = points.each_ref().map(Vec::as_slice);
+        let shares = [0.1, 0.2, 0.3, 0.4];
+        let with = |set: LaneSet| {
+            let mut weights = [F32x8::ZERO; 2];
+            weigh(set, &grid, &shares, &mut weights);
+            weights
+        };
+        let found = with(LaneSet::best());
+        if !matches!(LaneSet::best(), LaneSet::Portable) {
+            assert_eq!(found, with(LaneSet::Fused));
+        }
+        for found in [found, with(LaneSet::Portable)] {
+            for (group, found) in found.iter().enumerate() {
+                for lane in 0..8 {
+                    let each = grid.iter().zip(shares);
+                    let exact: f64 = each
+                        .map(|(point, share)| f64::from(point[group].0[lane]) * f64::from(share))
+                        .sum();
+                    // Seven roundings of sums below one.
+                    let bound = 7.0 * f64::from(f32::EPSILON / 2.0);
+                    assert!((f64::from(found.0[lane]) - exact).abs() < bound);
+                }
+            }
+        }
+    }
 }

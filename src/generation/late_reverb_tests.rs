@@ -192,3 +192,65 @@ fn a_start_that_is_told_less_often_moves_to_the_same_places() {
         assert_eq!(moved(every), often, "{every}");
     }
 }
+
+/// A band's chunk sent round, slowly: Hadamard's matrix by its definition.
+#[test]
+fn a_round_is_what_its_definition_says() {
+    let draw = |n: usize| ((n * n) as f32 * 0.37 + n as f32).sin();
+    let turn = Turn {
+        gain: std::array::from_fn(|line| 0.5 + 0.4 * draw(line)),
+        growth: std::array::from_fn(|line| 1e-4 * draw(50 + line)),
+    };
+    for frames in [1, 7, 8, 20, CHUNK] {
+        let fed: Vec<f32> = (0..frames).map(|n| draw(3000 + n)).collect();
+        let before: Box<Chunks> = Box::new(std::array::from_fn(|line| {
+            std::array::from_fn(|n| draw(999 * line + n))
+        }));
+        let heard: Box<Chunks> = Box::new([[0.25; CHUNK]; LINES]);
+        let round = |set: LaneSet| {
+            let (mut lines, mut given) = (before.clone(), heard.clone());
+            circulate(set, &turn, &fed, &mut lines, &mut given);
+            (lines, given)
+        };
+        let (lines, given) = round(LaneSet::best());
+        let (specified_lines, specified_given) = round(LaneSet::Fused);
+        let (portable_lines, portable_given) = round(LaneSet::Portable);
+        for n in 0..frames {
+            let weighed: [f64; LINES] = std::array::from_fn(|line| {
+                let gain =
+                    f64::from(turn.gain[line]) + f64::from(turn.growth[line]) * (n + 1) as f64;
+                gain * f64::from(before[line][n])
+            });
+            for line in 0..LINES {
+                if !matches!(LaneSet::best(), LaneSet::Portable) {
+                    assert_eq!(lines[line][n], specified_lines[line][n]);
+                    assert_eq!(given[line][n], specified_given[line][n]);
+                }
+                let row = weighed.iter().enumerate().map(|(other, value)| {
+                    let sign = if (line & other).count_ones().is_multiple_of(2) {
+                        1.0
+                    } else {
+                        -1.0
+                    };
+                    sign * value
+                });
+                let norm = 1.0 / 8f64.sqrt();
+                let fed = f64::from(fed[n]) * f64::from(SIGNS[line]);
+                let next = norm * (row.sum::<f64>() + fed);
+                let out = 0.25 + weighed[line];
+                for (lines, given) in [(&lines, &given), (&portable_lines, &portable_given)] {
+                    // Nine sums below 9, and the guard.
+                    let bound = 9.0 * 9.0 * f64::from(f32::EPSILON / 2.0) + 1e-17;
+                    assert!(
+                        (f64::from(lines[line][n]) - next).abs() < bound,
+                        "{frames} {n} {line}"
+                    );
+                    assert!(
+                        (f64::from(given[line][n]) - out).abs() < bound,
+                        "{frames} {n} {line}"
+                    );
+                }
+            }
+        }
+    }
+}

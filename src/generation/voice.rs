@@ -289,3 +289,7 @@ fn sum<L: Lanes>(tile: &Tile, gains: &[L; BANDS]) -> L {
     }
     lower.add(upper)
 }
+
+#[cfg(test)]
+#[path = "voice_tests.rs"]
+mod tests;

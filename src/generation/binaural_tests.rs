@@ -1,0 +1,164 @@
+//! What buses and their filters do, and the kernels against a slow specification.
+
+use super::super::synthetic_hrtf;
+use super::*;
+
+fn with_silence(one: Contribution) -> [Contribution; TOGETHER] {
+    let silence = Contribution::silence(one.signal.len());
+    [silence, one, silence, silence]
+}
+
+#[test]
+fn weights_before_the_filters_are_weights_after_them() {
+    let hrtf = Arc::new(Hrtf::parse(&synthetic_hrtf::bytes(48_000), "synthetic").unwrap());
+    let mut binaural = Binaural::new(Arc::clone(&hrtf));
+    let weights = F32x8([0.5, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let mut impulse = [0.0; CHUNK];
+    impulse[0] = 1.0;
+    let impulse = Contribution {
+        signal: &impulse,
+        weights,
+        step: F32x8::ZERO,
+    };
+    binaural.add(1, 0, &with_silence(impulse), false);
+    let (mut left, mut right) = ([1.0; CHUNK], [1.0; CHUNK]);
+    binaural.finish([&mut left, &mut right]);
+    assert_eq!(left, [0.0; CHUNK]);
+    for (tap, value) in right.iter().enumerate() {
+        let basis = hrtf.basis(0).get(tap).copied().unwrap_or_default();
+        assert!((value - (0.5 * basis.0[0] - 2.0 * basis.0[1])).abs() < 1e-7);
+    }
+}
+
+#[test]
+fn odd_chunks_filter_like_even_ones() {
+    let hrtf = Arc::new(Hrtf::parse(&synthetic_hrtf::bytes(48_000), "synthetic").unwrap());
+    let signal: Vec<f32> = (0..600).map(|i| ((i * i) as f32 * 0.37).sin()).collect();
+    let mut results = Vec::new();
+    for size in [128, 1, 7, 127] {
+        let mut binaural = Binaural::new(Arc::clone(&hrtf));
+        let mut whole = Vec::new();
+        for part in signal.chunks(size) {
+            let contribution = Contribution {
+                signal: part,
+                weights: F32x8::splat(0.7),
+                step: F32x8::ZERO,
+            };
+            binaural.add(0, 0, &with_silence(contribution), false);
+            let (mut left, mut right) = (vec![0.0; part.len()], vec![0.0; part.len()]);
+            binaural.finish([&mut left, &mut right]);
+            whole.extend(left);
+        }
+        results.push(whole);
+    }
+    for other in &results[1..] {
+        assert_eq!(&results[0], other);
+    }
+}
+
+/// Whole numbers' sines: bounded by one, no two alike.
+fn draw(n: usize) -> f32 {
+    ((n * n) as f32 * 0.37 + n as f32).sin()
+}
+
+fn lanes(n: usize, scale: f32) -> F32x8 {
+    F32x8(std::array::from_fn(|lane| scale * draw(8 * n + lane)))
+}
+
+/// Four signals and their weights.
+fn arrivals(signals: &[Vec<f32>; TOGETHER], growth: f32) -> [Contribution<'_>; TOGETHER] {
+    std::array::from_fn(|n| Contribution {
+        signal: &signals[n],
+        weights: lanes(n, 1.0),
+        step: lanes(100 + n, growth),
+    })
+}
+
+fn signals(frames: usize) -> [Vec<f32>; TOGETHER] {
+    std::array::from_fn(|n| (0..frames).map(|i| draw(999 * n + i)).collect())
+}
+
+fn bus(frames: usize) -> Vec<F32x8> {
+    (0..frames).map(|frame| lanes(5000 + frame, 1.0)).collect()
+}
+
+#[test]
+fn every_arrival_is_added_at_weights_that_grow_from_the_first_frame_on() {
+    // Within a run of steady growth, at its end, and beyond.
+    for frames in [1, RUN - 1, RUN, RUN + 1, CHUNK] {
+        for growth in [0.0, 1e-3] {
+            let signals = signals(frames);
+            let arrivals = arrivals(&signals, growth);
+            let mut found = bus(frames);
+            if growth == 0.0 {
+                add_steady(LaneSet::best(), &mut found, &arrivals);
+            } else {
+                add_moving(LaneSet::best(), &mut found, &arrivals);
+            }
+            for (frame, (found, before)) in found.iter().zip(bus(frames)).enumerate() {
+                for lane in 0..8 {
+                    let mut exact = f64::from(before.0[lane]);
+                    for one in &arrivals {
+                        let growth = f64::from(one.step.0[lane]) * (frame + 1) as f64;
+                        let weight = f64::from(one.weights.0[lane]) + growth;
+                        exact += weight * f64::from(one.signal[frame]);
+                    }
+                    // Four sums below 7, and each weight within RUN roundings of one below 1.3.
+                    let bound = f64::from(f32::EPSILON) * (4.0 * 7.0 + 4.0 * RUN as f64 * 1.3);
+                    let error = (f64::from(found.0[lane]) - exact).abs();
+                    assert!(error < bound, "{frames} {growth} {frame}: {error}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_filtered_bus_is_its_convolution() {
+    let taps = 37;
+    let basis: Vec<F32x8> = (0..taps).map(|tap| lanes(tap, 0.2)).collect();
+    for frames in [1, 3, 4, 6, 64] {
+        let bus = bus(taps - 1 + frames);
+        let before = lanes(77, 1.0);
+        let mut found = vec![before; frames];
+        filter(LaneSet::best(), &basis, &bus, &mut found);
+        for (frame, found) in found.iter().enumerate() {
+            for lane in 0..8 {
+                let mut exact = f64::from(before.0[lane]);
+                for (tap, basis) in basis.iter().enumerate() {
+                    let at = taps - 1 + frame - tap;
+                    exact += f64::from(basis.0[lane]) * f64::from(bus[at].0[lane]);
+                }
+                // One rounding a tap of sums below 0.2 a tap and 1.
+                let bound = f64::from(f32::EPSILON / 2.0) * 38.0 * (0.2 * 37.0 + 1.0);
+                let error = (f64::from(found.0[lane]) - exact).abs();
+                assert!(error < bound, "{frames} {frame}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn instruction_sets_add_and_filter_alike() {
+    let signals = signals(CHUNK);
+    let basis: Vec<F32x8> = (0..20).map(|tap| lanes(tap, 0.2)).collect();
+    let heard = |set: LaneSet| {
+        let mut bus = bus(CHUNK);
+        add_steady(set, &mut bus, &arrivals(&signals, 0.0));
+        add_moving(set, &mut bus, &arrivals(&signals, 1e-3));
+        let mut out = vec![F32x8::ZERO; CHUNK - 19];
+        filter(set, &basis, &bus, &mut out);
+        out
+    };
+    let (found, specified) = (heard(LaneSet::best()), heard(LaneSet::Fused));
+    if !matches!(LaneSet::best(), LaneSet::Portable) {
+        assert_eq!(found, specified);
+    }
+    let portable = heard(LaneSet::Portable);
+    for (a, b) in portable.iter().zip(&specified) {
+        for (a, b) in a.0.iter().zip(b.0) {
+            // Eight products below 2 a frame, and 20 frames of up to 14 at 0.2.
+            assert!((a - b).abs() < f32::EPSILON * 20.0 * 0.2 * (8.0 * 2.0 + 14.0));
+        }
+    }
+}
