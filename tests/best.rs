@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use foresound::extrapolation::{BestSettings, Extrapolator, FramePaths, Lead, PredictorKind};
+use foresound::extrapolation::{
+    BestSettings, Extrapolator, FramePaths, Groundwork, Lead, PredictorKind,
+};
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::propagation::diffraction::MOST_DIRECT_EDGES;
 use foresound::propagation::sampling::{mix, unit};
@@ -198,6 +200,44 @@ fn every_path_is_as_long_as_its_direction_says() {
             assert!(gain <= most + 1e-5, "{gain} {path:?}");
         }
     });
+}
+
+#[test]
+fn an_update_with_its_groundwork_is_no_other_update() {
+    let layout = procedural::doorway();
+    let scene = doorway();
+    let sources: Vec<_> = (0..4)
+        .map(|i| source(i, layout.sources[usize::from(i)].1))
+        .collect();
+    let mut propagator =
+        Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
+    let extrapolator = || Extrapolator::new(Arc::clone(&scene), BEST, 0.3);
+    let (mut plain, mut prepared) = (extrapolator(), extrapolator());
+    let mut frames = [FramePaths::default(), FramePaths::default()];
+    let mut groundwork = Groundwork::default();
+    let mut reflected = 0;
+    for frame in 0..40 {
+        let ear = listener(layout.walk.from.lerp(layout.walk.to, frame as f32 / 60.0));
+        if frame % 5 == 0 {
+            let mut update = PathSet::default();
+            propagator.update(&ear, &sources, 0.0, &mut update);
+            plain.take_update(update.clone(), 4);
+            // Every third one comes without.
+            match frame % 15 {
+                0 => prepared.take_update(update, 4),
+                _ => {
+                    groundwork.lay(&update, &scene, 0.3);
+                    prepared.take_prepared_update(update, &mut groundwork, 4)
+                }
+            };
+        }
+        for (extrapolator, frame) in [&mut plain, &mut prepared].into_iter().zip(&mut frames) {
+            extrapolator.frame(&ear, &sources, frame);
+        }
+        assert_eq!(frames[0], frames[1], "graphics frame {frame}");
+        reflected += frames[0].paths.iter().filter(|path| path.order > 0).count();
+    }
+    assert!(reflected > 1000, "{reflected}");
 }
 
 #[test]
