@@ -227,7 +227,7 @@ fn an_update_with_its_groundwork_is_no_other_update() {
             match frame % 15 {
                 0 => prepared.take_update(update, 4),
                 _ => {
-                    groundwork.lay(&update, &scene, 0.3);
+                    groundwork.lay(&update, &scene);
                     prepared.take_prepared_update(update, &mut groundwork, 4)
                 }
             };

@@ -25,8 +25,9 @@ impl Default for GuideMemory {
 }
 
 impl GuideMemory {
-    /// Sequences remembered at most, those met last.
-    pub const CAPACITY: usize = 8192;
+    /// Sequences remembered at most, those met last. In the concert hall an update of 16 sources takes 1.3 times as long
+    /// with 2,048 of them as without, 1.8 times with 8,192, which would find 1 dB more of what rays miss.
+    pub const CAPACITY: usize = 2048;
 
     /// Ends the collecting of an update: adds what is remembered to `guide`, whose first `met` entries rays have met now,
     /// and remembers those.

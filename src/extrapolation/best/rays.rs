@@ -42,6 +42,9 @@ impl PartialEq for Urgent {
 
 impl Eq for Urgent {}
 
+/// Graphics frames from one look at a closed candidate that misses its surfaces to the next, one in so many a frame.
+const LOOK_EVERY: u64 = 4;
+
 /// Scratch memory of the choice.
 #[derive(Debug, Default)]
 pub struct Inspection {
@@ -70,7 +73,13 @@ impl Inspection {
             return 0;
         }
         for (index, (candidate, standing)) in candidates.iter().zip(&*standings).enumerate() {
-            let may_have_way = has_way(standing) || matches!(standing, Standing::Unasked);
+            let may_have_way = match standing {
+                // What missed its surfaces when it was looked at last comes onto them sooner or later.
+                Standing::Unasked => {
+                    candidate.tested.is_some() || (frame + index as u64).is_multiple_of(LOOK_EVERY)
+                }
+                standing => has_way(standing),
+            };
             if !may_have_way || candidate.tested == Some(frame) {
                 continue;
             }

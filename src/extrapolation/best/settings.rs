@@ -36,7 +36,7 @@ pub struct BestSettings {
 impl BestSettings {
     /// Everything on.
     pub const FULL: Self = Self {
-        rays_per_source: 192,
+        rays_per_source: 96,
         remembered_updates: 8,
         exact_geometry: true,
         drop_outside: true,

@@ -19,6 +19,10 @@ use super::wedge::{Diffracted, WedgeAngles};
 const POINTS: usize = 8;
 const STEP: f64 = 0.45;
 
+/// ε from which on a pole is far enough from the points to be left in the rest: towards π it would meet the root's branch
+/// point, where both shares grow beyond bounds, and beyond it is on another sheet of y(v).
+const FARTHEST_POLE: f64 = 0.6 * PI;
+
 /// kL up to which a wave is taken from here whole, and from which on the uniform theory has it alone: there that is
 /// within 0.15 dB, and gains more the farther one goes.
 const WHOLE_KL: f64 = 1.5;
@@ -56,12 +60,11 @@ impl NearEdge {
         let mut poles = [Pole::default(); 4];
         let mut residues = [0.0; 4];
         for (i, &epsilon) in deviations.iter().enumerate() {
-            // Beyond that the pole is on another sheet of y(v).
-            if epsilon.abs() >= PI {
+            if epsilon.abs() >= FARTHEST_POLE {
                 continue;
             }
             let sine = (0.5 * epsilon).sin();
-            let width = (1.0 - 8.0 * q * sine * sine).max(1e-12).sqrt();
+            let width = (1.0 - 8.0 * q * sine * sine).sqrt();
             poles[i] = Pole {
                 factor: -0.5 * whole * 1f64.copysign(epsilon) / width,
                 turn: 4.0 * sine * sine / (1.0 + width),
