@@ -1,5 +1,6 @@
 //! The fuzz targets without a fuzzer: their seeds, every input that ever broke one, and seeds with damage, in every test run.
 //! `.ci/fuzz` runs the same targets under libFuzzer where the tools are there.
+#![expect(clippy::panic, reason = "a test says what broke")]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};

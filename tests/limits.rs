@@ -4,7 +4,6 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{BufWriter, Write};
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use foresound::Error;
@@ -48,7 +47,7 @@ static ALLOCATOR: Weighing = Weighing;
 
 /// Bytes belong to the whole process: tests that weigh take turns.
 #[expect(clippy::disallowed_types, reason = "tests that weigh take turns")]
-static TURN: Mutex<()> = Mutex::new(());
+static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 /// Does something; gives its result and the most bytes that were in use beyond those before.
 fn weighed<T>(act: impl FnOnce() -> T) -> (T, usize) {

@@ -5,7 +5,7 @@
 //! sum stays right; shadow rays ask whether something stands in between.
 //!
 //! What is chosen does not depend on the listener, what a chosen bounce sends is computed anew for wherever the listener
-//! is when the sum is asked for, and nothing is asked from further than [`LOOK_AGAIN_M`] away. So the sum is a function
+//! is when the sum is asked for, and nothing is asked from further than `LOOK_AGAIN_M` away. So the sum is a function
 //! of the place, and not of how many updates the listener took to get there.
 
 use glam::Vec3;
