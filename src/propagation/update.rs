@@ -11,7 +11,6 @@ use super::candidates::Candidates;
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
 use super::effort::Effort;
-use super::guide_memory::GuideMemory;
 use super::neighbours::{CANDIDATES, fill_up};
 use super::path::{Path, PathId, PathSet};
 use super::sampling::{ROTATIONS, lattice, renew_lattice, rotation};
@@ -65,7 +64,6 @@ pub struct Propagator {
     source_directions: Vec<Vec3>,
     shares: Vec<GuideShare>,
     guide: SequenceSet,
-    memory: GuideMemory,
     /// See [`Self::set_reach`].
     reach_m: Option<f64>,
     candidates: Vec<Candidates>,
@@ -85,7 +83,7 @@ impl Propagator {
         let count = settings.guide_rays;
         let rays_a_share = (count as usize).div_ceil(SHARES);
         let sequences = rays_a_share * settings.depth;
-        let capacity = (SHARES * sequences).max(CANDIDATES) + GuideMemory::CAPACITY;
+        let capacity = (SHARES * sequences).max(CANDIDATES);
         let share = |_| GuideShare {
             found: Vec::with_capacity(sequences),
             rays: 0,
@@ -103,7 +101,6 @@ impl Propagator {
             source_directions: lattice(settings.source_rays),
             shares: (0..SHARES).map(share).collect(),
             guide: SequenceSet::with_capacity(capacity),
-            memory: GuideMemory::default(),
             reach_m: None,
             candidates: (0..SHARES)
                 .map(|_| Candidates::with_capacity(capacity.div_ceil(SHARES)))
@@ -215,7 +212,7 @@ impl Propagator {
             |place, task| task.trace(&moment, &sources[place]),
             |number, share| share.trace(moment.scene, &guide_rays, number),
         );
-        merge(&moment, &self.shares, &mut self.guide, &mut self.memory);
+        merge(&moment, &self.shares, &mut self.guide);
         let sequences = self.guide.entries();
         workers.for_each(&mut self.candidates, |number, candidates| {
             let range = part(number, sequences.len());
@@ -314,22 +311,13 @@ fn sorted(
     result.extend(order.iter().map(path));
 }
 
-/// The set of what guide rays have found in the order of the rays, filled up with neighbours, and what they have found in
-/// the last updates.
-fn merge(
-    moment: &Moment<'_>,
-    shares: &[GuideShare],
-    guide: &mut SequenceSet,
-    memory: &mut GuideMemory,
-) {
+/// The set of what guide rays have found in the order of the rays, filled up with neighbours.
+fn merge(moment: &Moment<'_>, shares: &[GuideShare], guide: &mut SequenceSet) {
     guide.clear();
     for sequence in shares.iter().flat_map(|share| &share.found) {
         guide.insert(*sequence);
     }
-    let met = guide.entries().len();
-    let settings = moment.settings;
-    fill_up(moment.scene, moment.update, settings.depth, guide);
-    memory.turn(moment.scene, moment.update, settings, met, guide);
+    fill_up(moment.scene, moment.update, moment.settings.depth, guide);
 }
 
 /// Share `number` of `count` things.

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::diffraction::{self, Spot};
-use foresound::propagation::guide_memory::GuideMemory;
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
 use foresound::propagation::late::{LateEstimator, SourceRays};
 use foresound::propagation::neighbours::fill_up;
@@ -30,7 +29,6 @@ pub struct PlainPropagator {
     settings: PropagationSettings,
     update: u64,
     memories: Vec<Memory>,
-    guide_memory: GuideMemory,
 }
 
 impl PlainPropagator {
@@ -40,7 +38,6 @@ impl PlainPropagator {
             settings,
             update: 0,
             memories: Vec::new(),
-            guide_memory: GuideMemory::default(),
         }
     }
 
@@ -67,8 +64,8 @@ impl PlainPropagator {
         result
     }
 
-    fn guide(&mut self, listener: &ListenerPose) -> Vec<Sequence> {
-        let scene = &*Arc::clone(&self.scene);
+    fn guide(&self, listener: &ListenerPose) -> Vec<Sequence> {
+        let scene = &*self.scene;
         let turn = rotation(self.update, self.settings.seed);
         let mut found = Vec::new();
         for index in 0..self.settings.guide_rays {
@@ -95,10 +92,7 @@ impl PlainPropagator {
         for sequence in found {
             set.insert(sequence);
         }
-        let met = set.entries().len();
         fill_up(scene, self.update, self.settings.depth, &mut set);
-        self.guide_memory
-            .turn(scene, self.update, &self.settings, met, &mut set);
         set.entries().to_vec()
     }
 
