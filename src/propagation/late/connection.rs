@@ -23,7 +23,7 @@ pub const SHADOW_RAYS: usize = 64;
 /// Radius in metres over which a bounce is spread, so that a listener who stands beside one does not hear it alone.
 const SPREAD_M: f32 = 0.7;
 
-/// A listener is taken to be about this many metres from the source, when bounces are chosen.
+/// Metres from the source within which bounces are chosen by their energy alone: a listener is taken to be thereabouts.
 const CHOICE_SPREAD_M: f32 = 20.0;
 
 /// Metres that a listener may walk until shadow rays are cast again.
@@ -187,7 +187,7 @@ impl Chosen {
         let kernel = cosine / (std::f32::consts::PI * (after_m * after_m + SPREAD_M * SPREAD_M));
         let mut energy = self.energy;
         for (energy, m) in energy.iter_mut().zip(scene.air_np_per_m()) {
-            // The fourth power of the exponential's first terms: within 0.1 dB where it takes less than 8 dB.
+            // The fourth power of the exponential's first terms: it takes 0.1 dB too little of 6 dB, 2 dB of 20.
             let x = 0.5 * m * after_m;
             let root = 1.0 / (1.0 + x + 0.5 * x * x);
             let square = root * root;
