@@ -291,13 +291,21 @@ for_arm64() {
     export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=$runner
     cross=(--release --locked --target aarch64-unknown-linux-gnu --no-default-features --features builtin-hrtf,capi)
 }
-# The walk on both machines: the same paths, and nearly the same bits.
+# Two walks on both machines: the same paths, and nearly the same bits.
 prove_arm64() {
     for_arm64
     cargo run "${cross[@]}" --example bridge_reference -- assets/scenes/doorway.obj "$work/arm64.raw" "$work/arm64.txt" ||
         return 1
     [ -s "$work/rust.raw" ] || { echo "no walk of this machine; run the proof reference too" && return 1; }
-    python3 android/check/compare.py "$work/rust.raw" "$work/arm64.raw" 80 "$work/rust.txt" "$work/arm64.txt" 1e-4
+    local hall=assets/scenes/concert_hall.obj
+    (unset RUSTC RUSTDOC CARGO_TARGET_DIR &&
+        cargo run --release --locked --example bridge_reference -- $hall "$work/hall.raw" "$work/hall.txt") || return 1
+    cargo run "${cross[@]}" --example bridge_reference -- $hall "$work/hall-arm64.raw" "$work/hall-arm64.txt" || return 1
+    python3 android/check/compare.py "$work/hall.raw" "$work/hall-arm64.raw" 80 "$work/hall.txt" "$work/hall-arm64.txt" 1e-4 \
+        >"$work/hall-compared.txt" || { cat "$work/hall-compared.txt" && return 1; }
+    python3 android/check/compare.py "$work/rust.raw" "$work/arm64.raw" 80 "$work/rust.txt" "$work/arm64.txt" 1e-4 \
+        >"$work/doorway-compared.txt" || { cat "$work/doorway-compared.txt" && return 1; }
+    echo "doorway: $(cat "$work/doorway-compared.txt"); hall: $(cat "$work/hall-compared.txt")"
 }
 # The same laws, by NEON; an hour and more, as emulated as it is.
 prove_arm64_tests() {

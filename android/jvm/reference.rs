@@ -35,14 +35,40 @@ fn load(path: &Path) -> Result<Arc<Scene>> {
     Scene::commit(&file.mesh, &table, &SceneSettings::default()).map(Arc::new)
 }
 
-fn listener_at(part: f32) -> ListenerPose {
+/// Where things stand, in metres; the near source moves a metre along z down from its start.
+struct Places {
+    near: Vec3,
+    near_start_z: f32,
+    far: Vec3,
+    from: Vec3,
+    along: Vec3,
+}
+
+/// The walk of the bridges' programs, through the doorway.
+const DOORWAY: Places = Places {
+    near: Vec3::new(5.0, 1.5, 3.2),
+    near_start_z: 3.25,
+    far: Vec3::new(10.0, 1.5, 2.0),
+    from: Vec3::new(12.5, 1.65, 0.5),
+    along: Vec3::new(-6.0, 0.0, 4.0),
+};
+/// Down the aisle of the hall, before two of its players.
+const HALL: Places = Places {
+    near: Vec3::new(5.2, 2.5, 10.0),
+    near_start_z: 10.0,
+    far: Vec3::new(4.4, 2.5, 6.0),
+    from: Vec3::new(7.75, 1.65, 3.0),
+    along: Vec3::new(0.0, 0.0, 14.0),
+};
+
+fn listener_at(places: &Places, part: f32) -> ListenerPose {
     ListenerPose {
-        position: Vec3::new(12.5 - 6.0 * part, 1.65, 0.5 + 4.0 * part),
+        position: places.from + places.along * part,
         orientation: Quat::from_xyzw(0.0, 0.5 * part, 0.0, 1.0),
     }
 }
 
-fn walk(scene: Arc<Scene>) -> Result<Vec<u8>> {
+fn walk(scene: Arc<Scene>, places: &Places) -> Result<Vec<u8>> {
     let mut settings = EngineSettings {
         schedule: EngineSchedule::Synchronous,
         frame_time: FrameTime::Fixed(1.0 / 60.0),
@@ -54,8 +80,8 @@ fn walk(scene: Arc<Scene>) -> Result<Vec<u8>> {
     let (mut controller, mut renderer) = Engine::new(settings)?;
     controller.set_scene(scene)?;
     let clip: Arc<[f32]> = signal().into();
-    let near = controller.add_source(Vec3::new(5.0, 1.5, 3.2))?;
-    let far = controller.add_source(Vec3::new(10.0, 1.5, 2.0))?;
+    let near = controller.add_source(places.near)?;
+    let far = controller.add_source(places.far)?;
     controller.play(near, Arc::clone(&clip), true)?;
     controller.play(far, clip, false)?;
     controller.set_source_gain(far, 0.5)?;
@@ -63,24 +89,23 @@ fn walk(scene: Arc<Scene>) -> Result<Vec<u8>> {
     let mut block = vec![0.0; 2 * FRAMES];
     for tick in 0..TICKS {
         let part = tick as f32 / TICKS as f32;
-        let moving = SourcePose::at(near, Vec3::new(5.0, 1.5, 3.25 - part));
-        controller.tick(listener_at(part), &[moving])?;
+        let moving = places.near.with_z(places.near_start_z - part);
+        controller.tick(listener_at(places, part), &[SourcePose::at(near, moving)])?;
         renderer.render(&mut block);
         all.extend(block.iter().flat_map(|sample| sample.to_le_bytes()));
     }
     Ok(all)
 }
 
-fn paths(scene: Arc<Scene>) -> Result<String> {
+fn paths(scene: Arc<Scene>, places: &Places) -> Result<String> {
     let mut propagator = Propagator::new(scene, PropagationSettings::default())?;
-    let places = [Vec3::new(5.0, 1.5, 3.2), Vec3::new(10.0, 1.5, 2.0)];
-    let source = |slot: usize| SourcePose::at(SourceId::new(slot as u16, 0), places[slot]);
-    let sources = [source(0), source(1)];
+    let source = |slot, place| SourcePose::at(SourceId::new(slot, 0), place);
+    let sources = [source(0, places.near), source(1, places.far)];
     let (mut set, mut text) = (PathSet::default(), String::new());
     for update in 0..16u32 {
         let part = update as f32 / 16.0;
         let time_s = f64::from(update) / 10.0;
-        propagator.update(&listener_at(part), &sources, time_s, &mut set);
+        propagator.update(&listener_at(places, part), &sources, time_s, &mut set);
         for path in &set.paths {
             let (id, order, length_m) = (path.id.0, path.order, path.length_m);
             let _ = write!(text, "{update} {id:016x} {order} {length_m}");
@@ -104,7 +129,12 @@ fn main() -> Result<()> {
         let advice = "give SCENE.obj SOUND.raw PATHS.txt";
         return Err(foresound::Error::setting("arguments", "not three", advice));
     };
+    let places = if scene.ends_with("concert_hall.obj") {
+        HALL
+    } else {
+        DOORWAY
+    };
     let scene = load(Path::new(scene))?;
-    write(path_list, paths(Arc::clone(&scene))?.as_bytes())?;
-    write(sound, &walk(scene)?)
+    write(path_list, paths(Arc::clone(&scene), &places)?.as_bytes())?;
+    write(sound, &walk(scene, &places)?)
 }

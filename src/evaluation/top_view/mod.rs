@@ -1,8 +1,12 @@
 //! A picture of a scene from above: plan, sources, listener, walk and the paths found.
 
+mod marks;
+
 use glam::{Vec2, Vec3, vec2};
 
-use super::axis::{round_step, tick_text};
+use self::marks::{
+    SOURCE_RADIUS_PX, draw_head, draw_listener, draw_scale_bar, draw_source, label_place,
+};
 use super::canvas::Canvas;
 use super::colormap::Colour;
 use super::floor_plan::{PlanFrame, draw_plan};
@@ -23,28 +27,41 @@ const LEGEND_LINE_PX: f32 = 30.0;
 /// The cut above the listener's ears, in metres: below the head of a door, above whatever one looks over.
 const CUT_ABOVE_EARS_M: f32 = 0.3;
 
-/// Colour, width in pixels and opacity of a path by its order.
-const ORDER_STYLES: [(Colour, f32, f32); MAX_ORDER + 1] = [
+/// Kinds of paths that are drawn and counted apart: by order, and last those that bend, whatever reflects them besides.
+const KINDS: usize = MAX_ORDER + 2;
+const BENT: usize = KINDS - 1;
+
+/// Colour, width in pixels and opacity of a path by its kind.
+const STYLES: [(Colour, f32, f32); KINDS] = [
     (Colour(208, 26, 48), 2.6, 1.0),
     (Colour(232, 120, 16), 1.8, 0.85),
     (Colour(20, 142, 96), 1.4, 0.7),
     (Colour(36, 104, 196), 1.2, 0.55),
     (Colour(128, 72, 172), 1.1, 0.45),
+    (Colour(214, 60, 158), 1.2, 0.7),
 ];
-/// Paths of one order that are drawn at full opacity; more are drawn paler.
+/// Paths of one kind that are drawn at full opacity; more are drawn paler.
 const CLEAR_PATHS: f32 = 40.0;
-
-const SOURCE_COLOUR: Colour = Colour(255, 196, 0);
-const SOURCE_RADIUS_PX: f32 = 7.0;
-const LISTENER_RADIUS_PX: f32 = 8.0;
 
 /// One path as a line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathLine {
-    /// Source, reflection points, listener, in metres.
+    /// Source, reflection points and bends, listener, in metres.
     pub points: Vec<Vec3>,
     /// Number of reflections.
     pub order: u8,
+    /// Number of edges that it bends around.
+    pub bends: u8,
+}
+
+impl PathLine {
+    fn kind(&self) -> usize {
+        if self.bends > 0 {
+            BENT
+        } else {
+            usize::from(self.order)
+        }
+    }
 }
 
 /// The paths of an update as lines. A path of a source that the set does not list is left out.
@@ -57,6 +74,7 @@ pub fn path_lines(set: &PathSet) -> Vec<PathLine> {
         Some(PathLine {
             points,
             order: path.order,
+            bends: path.bends,
         })
     };
     set.paths.iter().filter_map(line).collect()
@@ -185,19 +203,16 @@ impl TopView<'_> {
         })
     }
 
-    fn count(&self, order: usize) -> usize {
-        self.paths
-            .iter()
-            .filter(|p| usize::from(p.order) == order)
-            .count()
+    fn count(&self, kind: usize) -> usize {
+        self.paths.iter().filter(|p| p.kind() == kind).count()
     }
 
     fn draw_paths(&self, canvas: &mut Canvas, frame: &PlanFrame) {
-        for (order, (colour, width_px, opacity)) in ORDER_STYLES.into_iter().enumerate().rev() {
-            let crowd = (CLEAR_PATHS / self.count(order).max(1) as f32)
+        for (kind, (colour, width_px, opacity)) in STYLES.into_iter().enumerate().rev() {
+            let crowd = (CLEAR_PATHS / self.count(kind).max(1) as f32)
                 .sqrt()
                 .clamp(0.15, 1.0);
-            for path in self.paths.iter().filter(|p| usize::from(p.order) == order) {
+            for path in self.paths.iter().filter(|p| p.kind() == kind) {
                 let points: Vec<Vec2> = path.points.iter().map(|&p| frame.place(p)).collect();
                 canvas.polyline(&points, width_px, colour, opacity * crowd);
             }
@@ -250,19 +265,15 @@ impl TopView<'_> {
         };
         if !self.paths.is_empty() {
             let mut x = MARGIN_PX;
-            for (order, (colour, width_px, _)) in ORDER_STYLES.into_iter().enumerate() {
+            for (kind, (colour, width_px, _)) in STYLES.into_iter().enumerate() {
                 canvas.line(vec2(x, y), vec2(x + 30.0, y), width_px + 1.0, colour, 1.0);
-                let name = if order == 0 {
-                    "direct".into()
-                } else {
-                    format!("order {order}")
+                let name = match kind {
+                    0 => "direct".into(),
+                    BENT => "bent".into(),
+                    order => format!("order {order}"),
                 };
-                x = label(
-                    canvas,
-                    x + 40.0,
-                    y,
-                    &format!("{name} ({})", self.count(order)),
-                );
+                let text = format!("{name} ({})", self.count(kind));
+                x = label(canvas, x + 40.0, y, &text);
             }
             y += LEGEND_LINE_PX;
         }
@@ -294,85 +305,5 @@ impl TopView<'_> {
     }
 }
 
-fn draw_source(canvas: &mut Canvas, at: Vec2) {
-    canvas.fill_circle(at, SOURCE_RADIUS_PX + 1.0, Colour::WHITE);
-    canvas.fill_circle(at, SOURCE_RADIUS_PX, Colour::INK);
-    canvas.fill_circle(at, SOURCE_RADIUS_PX - 1.8, SOURCE_COLOUR);
-}
-
-fn draw_listener(canvas: &mut Canvas, frame: &PlanFrame, listener: &ListenerPose) {
-    let ahead = listener.orientation * Vec3::NEG_Z;
-    let at = frame.place(listener.position);
-    draw_head(canvas, at, vec2(ahead.x, ahead.z).normalize_or(Vec2::NEG_Y));
-}
-
-/// A head with a nose.
-fn draw_head(canvas: &mut Canvas, at: Vec2, ahead: Vec2) {
-    for (grow, colour) in [(2.0, Colour::WHITE), (0.0, Colour::INK)] {
-        let radius = LISTENER_RADIUS_PX + grow;
-        let side = ahead.perp() * radius * 0.8;
-        let nose = at + ahead * (LISTENER_RADIUS_PX * 1.9 + grow);
-        let cheek = ahead * radius * 0.6;
-        canvas.fill_polygon(&[nose, at + cheek + side, at + cheek - side], colour, 1.0);
-        canvas.fill_circle(at, radius, colour);
-    }
-}
-
-/// The centre of a label beside a mark: the first of eight places that is free and within the plan.
-fn label_place(mark: Vec2, half: Vec2, frame: &PlanFrame, taken: &[[Vec2; 2]]) -> Vec2 {
-    let (dx, dy) = (
-        half.x + SOURCE_RADIUS_PX + 5.0,
-        half.y + SOURCE_RADIUS_PX + 4.0,
-    );
-    let places = [
-        (dx, 0.0),
-        (-dx, 0.0),
-        (0.0, -dy),
-        (0.0, dy),
-        (dx, -dy),
-        (-dx, -dy),
-        (dx, dy),
-        (-dx, dy),
-    ];
-    let [low, high] = [frame.corner_px, frame.corner_px + frame.size_px];
-    let is_free = |centre: &Vec2| {
-        let (from, to) = (*centre - half, *centre + half);
-        let within = from.cmpge(low).all() && to.cmple(high).all();
-        within
-            && !taken
-                .iter()
-                .any(|[a, b]| from.cmplt(*b).all() && to.cmpgt(*a).all())
-    };
-    let mut places = places.into_iter().map(|(x, y)| mark + vec2(x, y));
-    let first = mark + vec2(dx, 0.0);
-    places.find(is_free).unwrap_or(first)
-}
-
-/// A bar of a round length, its right end at a point.
-fn draw_scale_bar(canvas: &mut Canvas, right: Vec2, px_per_m: f32) {
-    let length_m = round_step(f64::from(140.0 / px_per_m), 1);
-    // The step is the next round one above; the bar stays below twice the room.
-    let length_m = if length_m as f32 * px_per_m > 220.0 {
-        length_m / 2.0
-    } else {
-        length_m
-    };
-    let text = format!("{} m", tick_text(length_m, length_m));
-    let width = Font::Label.width_px(&text);
-    let end = right - vec2(width + 10.0, 0.0);
-    let start = end - vec2(length_m as f32 * px_per_m, 0.0);
-    canvas.fill_rect(
-        start - vec2(0.0, 1.0),
-        end + vec2(0.0, 1.0),
-        Colour::INK,
-        1.0,
-    );
-    for at in [start, end] {
-        canvas.fill_rect(at - vec2(1.0, 6.0), at + vec2(1.0, 6.0), Colour::INK, 1.0);
-    }
-    canvas.text(right, Align::Right, Font::Label, Colour::TEXT, &text);
-}
-
 #[cfg(test)]
-#[path = "top_view_tests.rs"]
 mod tests;

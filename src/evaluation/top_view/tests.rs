@@ -188,6 +188,7 @@ fn lines(
                 lines.push(PathLine {
                     points,
                     order: order as u8,
+                    bends: 0,
                 });
             }
         }
@@ -341,4 +342,19 @@ fn labels_avoid_marks_and_each_other() {
     }
     let at_edge = label_place(vec2(390.0, 200.0), half, &frame, &[]);
     assert!(at_edge.x < 390.0);
+}
+
+#[test]
+fn bent_paths_are_told_from_direct_ones() {
+    let line = |order, bends| PathLine {
+        points: vec![Vec3::ZERO, Vec3::X],
+        order,
+        bends,
+    };
+    let view = TopView {
+        paths: &[line(0, 0), line(0, 1), line(2, 1), line(2, 0)],
+        ..TopView::default()
+    };
+    let counts: Vec<usize> = (0..KINDS).map(|kind| view.count(kind)).collect();
+    assert_eq!(counts, [1, 0, 1, 0, 0, 2]);
 }
