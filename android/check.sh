@@ -37,7 +37,7 @@ prove() {
     wanted "$name" || return 0
     ("prove_$name") >"$work/$name.log" 2>&1
     local code=$? figure
-    figure=$(grep -v '^$' "$work/$name.log" | tail -n 1)
+    figure=$(grep -av '^$' "$work/$name.log" | tail -n 1)
     case $code in
     0) tell ok "$name" "$figure" ;;
     77) tell SKIP "$name" "$figure" ;;

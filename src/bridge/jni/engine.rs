@@ -5,7 +5,7 @@ use ::jni::objects::{JByteArray, JByteBuffer, JClass, JDoubleArray, JFloatArray,
 use ::jni::sys::{jint, jlong};
 
 use super::memory::{Direct, array, fill, present};
-use super::{answer, count};
+use super::{answer, ask_engine, count};
 use crate::bridge::fault::{Fault, Status};
 use crate::bridge::health::BudgetOptions;
 use crate::bridge::options::Options;
@@ -93,40 +93,30 @@ pub(super) extern "system" fn set_propagation<'l>(
     source_rays: jint,
     depth: jint,
 ) {
-    answer(env, |_| {
+    ask_engine(env, engine, |session| {
         let guide_rays = count("guideRays", guide_rays)?;
         let source_rays = count("sourceRays", source_rays)?;
         let depth = count("depth", depth)?;
-        ENGINES.with(engine as u64, |session| {
-            session.set_propagation(guide_rays, source_rays, depth)
-        })
+        session.set_propagation(guide_rays, source_rays, depth)
     });
 }
 
 pub(super) extern "system" fn pause<'l>(env: EnvUnowned<'l>, _: JClass<'l>, engine: jlong) {
-    answer(env, |_| {
-        ENGINES.with(engine as u64, |session| {
-            session.controller().pause();
-            Ok(())
-        })
+    ask_engine(env, engine, |session| {
+        session.controller().pause();
+        Ok(())
     });
 }
 
 pub(super) extern "system" fn resume<'l>(env: EnvUnowned<'l>, _: JClass<'l>, engine: jlong) {
-    answer(env, |_| {
-        ENGINES.with(engine as u64, |session| {
-            session.controller().resume();
-            Ok(())
-        })
+    ask_engine(env, engine, |session| {
+        session.controller().resume();
+        Ok(())
     });
 }
 
 pub(super) extern "system" fn restart<'l>(env: EnvUnowned<'l>, _: JClass<'l>, engine: jlong) {
-    answer(env, |_| {
-        ENGINES.with(engine as u64, |session| {
-            Ok(session.controller().restart()?)
-        })
-    });
+    ask_engine(env, engine, |session| Ok(session.controller().restart()?));
 }
 
 pub(super) extern "system" fn statistics<'l>(

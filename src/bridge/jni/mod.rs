@@ -20,6 +20,7 @@ use ::jni::sys::{JNI_ERR, JNI_VERSION_1_6, jint, jlong};
 use ::jni::{Env, EnvUnowned, JavaVM, NativeMethod, jni_str};
 
 use super::fault::{Fault, guarded};
+use super::session::{ENGINES, Session};
 use throw::Throw;
 
 /// A method of `Native`: name, signature, function.
@@ -122,6 +123,15 @@ fn answer<'local, R: Default>(
     call: impl FnOnce(&mut Env<'local>) -> Result<R, Fault>,
 ) -> R {
     env.with_env(call).resolve::<Throw>()
+}
+
+/// Runs a call that is about one engine.
+fn ask_engine<'local, R: Default>(
+    env: EnvUnowned<'local>,
+    engine: jlong,
+    call: impl FnOnce(&mut Session) -> Result<R, Fault>,
+) -> R {
+    answer(env, |_| ENGINES.with(engine as u64, call))
 }
 
 /// Java has no unsigned numbers; below zero nothing here makes sense.

@@ -5,7 +5,7 @@ use ::jni::objects::{JByteArray, JClass, JDoubleArray, JFloatArray};
 use ::jni::sys::{jboolean, jfloat, jint, jlong};
 
 use super::memory::array;
-use super::{answer, count};
+use super::{answer, ask_engine, count};
 use crate::bridge::clip as clips;
 use crate::bridge::numbers::Numbers;
 use crate::bridge::pose::source_id;
@@ -19,9 +19,8 @@ pub(super) extern "system" fn add<'l>(
     y: jfloat,
     z: jfloat,
 ) -> jint {
-    answer(env, |_| {
-        let added = ENGINES.with(engine as u64, |session| session.add_source([x, y, z]))?;
-        Ok(added as jint)
+    ask_engine(env, engine, |session| {
+        Ok(session.add_source([x, y, z])? as jint)
     })
 }
 
@@ -31,11 +30,7 @@ pub(super) extern "system" fn remove<'l>(
     engine: jlong,
     source: jint,
 ) {
-    answer(env, |_| {
-        ENGINES.with(engine as u64, |session| {
-            session.remove_source(source as u32)
-        })
-    });
+    ask_engine(env, engine, |session| session.remove_source(source as u32));
 }
 
 /// Options as numbers: effects, radius, order, then eight of directivity.
@@ -71,11 +66,9 @@ pub(super) extern "system" fn set_gain<'l>(
     source: jint,
     gain: jfloat,
 ) {
-    answer(env, |_| {
-        ENGINES.with(engine as u64, |session| {
-            let controller = session.controller();
-            Ok(controller.set_source_gain(source_id(source as u32), gain)?)
-        })
+    ask_engine(env, engine, |session| {
+        let controller = session.controller();
+        Ok(controller.set_source_gain(source_id(source as u32), gain)?)
     });
 }
 
@@ -86,11 +79,9 @@ pub(super) extern "system" fn mute<'l>(
     source: jint,
     muted: jboolean,
 ) {
-    answer(env, |_| {
-        ENGINES.with(engine as u64, |session| {
-            let controller = session.controller();
-            Ok(controller.mute_source(source_id(source as u32), muted)?)
-        })
+    ask_engine(env, engine, |session| {
+        let controller = session.controller();
+        Ok(controller.mute_source(source_id(source as u32), muted)?)
     });
 }
 
@@ -113,10 +104,8 @@ pub(super) extern "system" fn stop<'l>(
     engine: jlong,
     source: jint,
 ) {
-    answer(env, |_| {
-        ENGINES.with(engine as u64, |session| {
-            Ok(session.controller().stop(source_id(source as u32))?)
-        })
+    ask_engine(env, engine, |session| {
+        Ok(session.controller().stop(source_id(source as u32))?)
     });
 }
 

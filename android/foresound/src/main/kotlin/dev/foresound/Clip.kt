@@ -4,30 +4,19 @@ import android.content.Context
 import java.io.File
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.Dispatchers
-import kotlinx.coroutines.withContext
 
 /**
  * Mono samples for engines of one rate; others are converted while loading. Any thread. Loading suspends on a dispatcher
- * of its own.
+ * of its own. Sources that play a closed clip keep it.
  */
-class Clip private constructor(internal val handle: Long) : AutoCloseable {
-    private var closed = false
-
-    /** Lets go of it; sources that play it keep it. Closing twice is nothing. */
-    @Synchronized
-    override fun close() {
-        if (closed) return
-        closed = true
-        Native.close(handle)
-    }
-
+class Clip private constructor(handle: Long) : Loaded(handle) {
     companion object {
         /** From a WAV file: PCM of 8 to 32 bits or float; channels are averaged. */
         suspend fun fromFile(
             file: File,
             engineRateHz: Int,
             dispatcher: CoroutineDispatcher = Dispatchers.IO,
-        ): Clip = load(dispatcher) { Native.clipFromWav(file.readBytes(), engineRateHz) }
+        ): Clip = load(dispatcher, ::Clip) { Native.clipFromWav(file.readBytes(), engineRateHz) }
 
         /** From a WAV file among the app's assets. */
         suspend fun fromAsset(
@@ -35,7 +24,7 @@ class Clip private constructor(internal val handle: Long) : AutoCloseable {
             name: String,
             engineRateHz: Int,
             dispatcher: CoroutineDispatcher = Dispatchers.IO,
-        ): Clip = load(dispatcher) {
+        ): Clip = load(dispatcher, ::Clip) {
             Native.clipFromWav(openAsset(context, name).use { it.readBytes() }, engineRateHz)
         }
 
@@ -45,17 +34,6 @@ class Clip private constructor(internal val handle: Long) : AutoCloseable {
             rateHz: Int,
             engineRateHz: Int,
             dispatcher: CoroutineDispatcher = Dispatchers.Default,
-        ): Clip = load(dispatcher) { Native.clipFromSamples(samples, rateHz, engineRateHz) }
-
-        private suspend fun load(dispatcher: CoroutineDispatcher, make: () -> Long): Clip {
-            Native.require()
-            var made: Clip? = null
-            try {
-                return withContext(dispatcher) { Clip(make()).also { made = it } }
-            } catch (ended: Throwable) {
-                made?.close()
-                throw ended
-            }
-        }
+        ): Clip = load(dispatcher, ::Clip) { Native.clipFromSamples(samples, rateHz, engineRateHz) }
     }
 }

@@ -4,17 +4,15 @@ import android.content.Context
 import java.io.File
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.Dispatchers
-import kotlinx.coroutines.withContext
 
 /**
  * A room of triangles that does not change; another one replaces it. Any thread. Loading suspends: it runs on a
  * dispatcher of its own choice and takes as long as a tree over the triangles does, milliseconds to seconds.
  *
- * Cancelling a load ends the wait, and the scene is closed as soon as it is there.
+ * Cancelling a load ends the wait, and the scene is closed as soon as it is there. An engine that uses a closed scene
+ * keeps it.
  */
-class Scene private constructor(internal val handle: Long) : AutoCloseable {
-    private var closed = false
-
+class Scene private constructor(handle: Long) : Loaded(handle) {
     /** What became of the mesh. */
     val info: SceneInfo
         get() {
@@ -22,14 +20,6 @@ class Scene private constructor(internal val handle: Long) : AutoCloseable {
             Native.sceneInfo(handle, numbers)
             return SceneInfo(numbers)
         }
-
-    /** Lets go of it; an engine that uses it keeps it. Closing twice is nothing. */
-    @Synchronized
-    override fun close() {
-        if (closed) return
-        closed = true
-        Native.close(handle)
-    }
 
     companion object {
         /**
@@ -41,7 +31,7 @@ class Scene private constructor(internal val handle: Long) : AutoCloseable {
             file: File,
             materials: String? = null,
             dispatcher: CoroutineDispatcher = Dispatchers.IO,
-        ): Scene = load(dispatcher) { Native.sceneFromFile(file.path, materials, null) }
+        ): Scene = load(dispatcher, ::Scene) { Native.sceneFromFile(file.path, materials, null) }
 
         /** From an OBJ file among the app's assets, by way of the cache folder. */
         suspend fun fromAsset(
@@ -49,7 +39,7 @@ class Scene private constructor(internal val handle: Long) : AutoCloseable {
             name: String,
             materials: String? = null,
             dispatcher: CoroutineDispatcher = Dispatchers.IO,
-        ): Scene = load(dispatcher) {
+        ): Scene = load(dispatcher, ::Scene) {
             val copy = File.createTempFile("foresound", ".obj", context.cacheDir)
             try {
                 openAsset(context, name).use { asset -> copy.outputStream().use { asset.copyTo(it) } }
@@ -70,20 +60,8 @@ class Scene private constructor(internal val handle: Long) : AutoCloseable {
             materialNames: Array<String>? = null,
             materials: String? = null,
             dispatcher: CoroutineDispatcher = Dispatchers.Default,
-        ): Scene = load(dispatcher) {
+        ): Scene = load(dispatcher, ::Scene) {
             Native.sceneFromMesh(positions, indices, triangleMaterials, materialNames, materials, null)
-        }
-
-        private suspend fun load(dispatcher: CoroutineDispatcher, make: () -> Long): Scene {
-            // A handle whose waiter was cancelled must not be lost on its way back.
-            Native.require()
-            var made: Scene? = null
-            try {
-                return withContext(dispatcher) { Scene(make()).also { made = it } }
-            } catch (ended: Throwable) {
-                made?.close()
-                throw ended
-            }
         }
     }
 }
