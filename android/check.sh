@@ -310,6 +310,7 @@ prove_arm64() {
 # The same laws, by NEON; an hour and more, as emulated as it is.
 prove_arm64_tests() {
     for_arm64
+    cross=(--release --locked --target aarch64-unknown-linux-gnu)
     local test tests=(--lib)
     for test in propagation_bits one_answer watertight laws_of_propagation instances generation band_filter; do
         tests+=(--test "$test")

@@ -94,7 +94,7 @@ pub(crate) const NUMBERS: F32x8 = F32x8([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
 pub(crate) enum LaneSet {
     /// [`F32x8`].
     #[cfg_attr(
-        target_arch = "aarch64",
+        all(target_arch = "aarch64", not(test)),
         expect(dead_code, reason = "aarch64 always has NEON")
     )]
     Portable,
