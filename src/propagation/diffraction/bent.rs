@@ -77,11 +77,13 @@ pub fn around(
     let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
     let wavenumbers = wavenumbers(scene);
     let wedge = AroundWedge::of(&angles, spread, wavenumbers[0]);
-    for (b, wavenumber) in wavenumbers.into_iter().enumerate() {
-        let kl = wavenumber * spread.distance_m;
-        let wave = wedge.diffracted(kl);
+    let kl = wavenumbers.map(|wavenumber| wavenumber * spread.distance_m);
+    let waves = wedge.diffracted_in_bands(&kl);
+    for b in 0..BANDS {
+        let (wave, kl) = (&waves[b], kl[b]);
         incident[b] = wave.incident * f64::from(taken[b]);
-        let [first, second] = [0, 1].map(|side| near_face(faces[side], b, cosines[side], kl));
+        let first = near_face(faces[0], b, cosines[0], kl);
+        let second = near_face(faces[1], b, cosines[1], kl);
         reflected[b] = wave.first_face * first + wave.second_face * second;
     }
     (incident, reflected)

@@ -165,7 +165,11 @@ impl EdgeSet {
         longest_m: f64,
         number: impl Fn(u32) -> u32,
     ) {
-        self.nearest(near, (from, to), longest_m, number, |edge| {
+        self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
+            // Most are too long for a list that is full, which is sooner known than where they bend.
+            if edge.least_way_m(from, to) > bound_m {
+                return None;
+            }
             edge.bend(from, to).map(|bend| bend.length_m())
         });
     }
@@ -187,7 +191,10 @@ impl EdgeSet {
         longest_m: f64,
         number: impl Fn(u32) -> u32,
     ) {
-        self.nearest(near, (from, to), longest_m, number, |edge| {
+        self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
+            if edge.least_way_m(from, to) > bound_m {
+                return None;
+            }
             edge.angle_of(from)?;
             let at = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
             Some(from.distance(at) + at.distance(to))
@@ -200,7 +207,7 @@ impl EdgeSet {
         (from, to): (DVec3, DVec3),
         longest_m: f64,
         number: impl Fn(u32) -> u32,
-        way_m: impl Fn(&Edge) -> Option<f64>,
+        way_m: impl Fn(&Edge, f64) -> Option<f64>,
     ) {
         let slack_m = self.tree.slack_m();
         self.tree.walk(|min, max, leaf| {
@@ -209,7 +216,8 @@ impl EdgeSet {
                 return false;
             }
             for &edge in leaf {
-                if let Some(length_m) = way_m(self.get(edge)).filter(|l| *l <= longest_m) {
+                let bound_m = near.bound_m(longest_m);
+                if let Some(length_m) = way_m(self.get(edge), bound_m).filter(|l| *l <= longest_m) {
                     let edge = number(edge);
                     near.insert(NearEdge { edge, length_m });
                 }
