@@ -136,7 +136,9 @@ impl SourceTask {
 
     /// What this source's rays have found and what was valid before, and guide rays have not met: its own list.
     fn gather_own(&mut self, shared: &Shared<'_>) {
-        let Moment { scene, settings, .. } = shared.moment;
+        let Moment {
+            scene, settings, ..
+        } = shared.moment;
         let moves = scene.has_instances();
         let own = &mut self.own;
         own.clear();

@@ -10,8 +10,8 @@
 
 use glam::Vec3;
 
-use crate::acoustics::{BANDS, BandArray};
 use crate::acoustics::bands::fading;
+use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;

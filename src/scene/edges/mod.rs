@@ -7,6 +7,7 @@ mod edge;
 mod find;
 mod graph;
 mod mirrors;
+mod rims;
 mod tree;
 
 use glam::{DVec3, Vec3};
@@ -34,6 +35,7 @@ pub struct EdgeSet {
     tree: EdgeTree,
     graph: graph::Neighbours,
     mirrors: mirrors::MirrorsOfEdges,
+    rims: rims::Rims,
     /// The largest surfaces, largest first.
     large: Vec<u32>,
 }
@@ -101,6 +103,7 @@ impl EdgeSet {
         mirrors.truncate(MOST_MIRRORS);
         Self {
             mirrors: mirrors::MirrorsOfEdges::build(&edges, &surfaces.surfaces, &mirrors),
+            rims: rims::Rims::build(&edges, surfaces.surfaces.len()),
             edges,
             tree,
             graph,
@@ -135,6 +138,12 @@ impl EdgeSet {
     /// Edges that an edge sees, at most [`MOST_NEIGHBOURS`], nearest first.
     pub fn neighbours(&self, number: u32) -> &[u32] {
         self.graph.of(number)
+    }
+
+    /// Distance in metres from a point of a surface to the nearest edge that the surface ends at, if that is below
+    /// `within_m`.
+    pub fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+        self.rims.distance_m(&self.edges, surface, point, within_m)
     }
 
     /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: those worth trying as mirrors
@@ -232,6 +241,7 @@ impl EdgeSet {
             + self.tree.memory_bytes()
             + self.graph.memory_bytes()
             + self.mirrors.memory_bytes()
+            + self.rims.memory_bytes()
             + size_of_val(self.large.as_slice())
     }
 }

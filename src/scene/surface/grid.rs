@@ -232,7 +232,9 @@ fn is_rectangle(members: &[FlatTriangle]) -> bool {
     // Opposite each other in the rectangle the two have their right angles.
     let square_corner = |triangle: &FlatTriangle| {
         let corners = [0, 1, 2].map(|i| triangle.corner(i));
-        corners.into_iter().find(|&p| !corners.contains(&opposite(p)))
+        corners
+            .into_iter()
+            .find(|&p| !corners.contains(&opposite(p)))
     };
     is_half(one)
         && is_half(other)
