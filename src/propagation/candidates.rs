@@ -337,6 +337,7 @@ impl Candidates {
 kernel! {
     /// Looks at all packs from one place. Arrays of eight lanes are the machine's own registers here too; every product
     /// is rounded, so all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn look<L>(packs: &[Pack], source: [f32; 3], size: f32, seen: &mut [u8]) {
         for (pack, seen) in packs.iter().zip(seen) {
             *seen = pack.seen_from(source, size) as u8;
