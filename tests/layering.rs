@@ -25,7 +25,10 @@ const TABLE: [(&str, &[&str]); 12] = [
     ("simd", &[]),
     ("geometry", &["simd"]),
     ("scene", &["acoustics", "geometry", "error"]),
-    ("propagation", &["acoustics", "geometry", "scene", "error"]),
+    (
+        "propagation",
+        &["acoustics", "simd", "geometry", "scene", "error"],
+    ),
     (
         "extrapolation",
         &["acoustics", "simd", "geometry", "scene", "propagation"],

@@ -163,10 +163,10 @@ fn whatever_rays_depend_on_has_them_cast_again() {
     ];
     let id = SourceId::new(0, 0);
     let trace = |estimator: &mut LateEstimator, from: &SourceRays<'_>| {
-        let (mut found, mut rays) = (SequenceSet::with_capacity(1024), 0);
-        estimator.trace(&scene, from, &mut found, &mut rays);
+        let (mut scratch, mut rays) = (SequenceSet::with_capacity(1024), 0);
+        estimator.trace(&scene, from, &mut scratch, &mut rays);
         let late = estimator.estimate(&scene, id);
-        (late, found.entries().to_vec(), rays)
+        (late, estimator.sequences(from.rotation).to_vec(), rays)
     };
     for (number, other) in others.iter().enumerate() {
         let mut estimator = LateEstimator::default();

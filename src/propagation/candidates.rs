@@ -12,6 +12,7 @@ use super::image_source::{MARGIN_M, mirror_listener};
 use super::path::MAX_ORDER;
 use super::sequence::{Order, Sequence};
 use crate::scene::{Scene, Surface};
+use crate::simd::{LaneSet, kernel};
 
 /// Sequences that are looked at together.
 const LANES: usize = 8;
@@ -241,7 +242,7 @@ impl Pack {
     }
 
     /// Sequences that may have a path from `source`, one a bit.
-    #[inline]
+    #[inline(always)]
     fn seen_from(&self, source: [f32; 3], source_size: f32) -> u32 {
         let mut line = [[0.0; LANES]; 3];
         let mut size = [0.0; LANES];
@@ -312,19 +313,34 @@ impl Candidates {
         }
     }
 
-    /// Calls `look` with the number of every sequence that may have a path from `source`, and what is ready of it.
-    #[inline]
-    pub(super) fn of_source(&self, source: DVec3, mut look: impl FnMut(usize, &Ready)) {
-        let size = size_m(source);
+    /// Writes into `seen` which sequences may have a path from `source`: of each eight, one a bit.
+    pub(super) fn look(&self, source: DVec3, seen: &mut Vec<u8>) {
+        seen.resize(self.packs.len(), 0);
         let from = source.as_vec3().to_array();
-        let eights = self.ready.chunks(LANES).enumerate();
-        for (pack, (number, ready)) in self.packs.iter().zip(eights) {
-            let mut left = pack.seen_from(from, size) & ((1 << ready.len()) - 1);
+        look(LaneSet::best(), &self.packs, from, size_m(source), seen);
+    }
+
+    /// Calls `give` with the number of every sequence that [`Self::look`] has seen, and what is ready of it.
+    #[inline]
+    pub(super) fn of(&self, seen: &[u8], mut give: impl FnMut(usize, &Ready)) {
+        for (number, (seen, ready)) in seen.iter().zip(self.ready.chunks(LANES)).enumerate() {
+            let mut left = u32::from(*seen) & ((1 << ready.len()) - 1);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
-                look(self.first + number * LANES + lane, &ready[lane]);
+                give(self.first + number * LANES + lane, &ready[lane]);
             }
+        }
+    }
+}
+
+kernel! {
+    /// Looks at all packs from one place. Arrays of eight lanes are the machine's own registers here too; every product
+    /// is rounded, so all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn look<L>(packs: &[Pack], source: [f32; 3], size: f32, seen: &mut [u8]) {
+        for (pack, seen) in packs.iter().zip(seen) {
+            *seen = pack.seen_from(source, size) as u8;
         }
     }
 }

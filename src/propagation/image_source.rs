@@ -76,20 +76,45 @@ pub fn unfold(
     listener_image: DVec3,
 ) -> Option<ImagePath> {
     let order = Order::of(scene, sequence);
-    let path = unfold_points(scene, sequence, &order, [source, listener_image], true)?;
-    let path = path.finish(scene, source);
+    let line = [source, listener_image];
+    let mut unfolded = Unfolded::default();
+    if !unfolded.along(scene, sequence, &order, line, true) {
+        return None;
+    }
+    let path = unfolded.finish(scene, line);
     debug_assert!(
         (path.image.distance(listener) - path.length_m).abs() < 1e-6 * (1.0 + path.length_m)
     );
     Some(path)
 }
 
-/// A path whose points are known, but not yet its angles and its image: most are blocked, and need none.
+/// A path whose points are known, but not yet its angles and its image: most are blocked, and need none. One is used again
+/// for candidate after candidate.
+#[derive(Debug)]
 pub(super) struct Unfolded {
+    /// The first `order` surfaces and points count; the rest is of who knows which candidate.
     path: ImagePath,
     /// Where each leg points to.
     images: [DVec3; MAX_ORDER],
 }
+
+impl Default for Unfolded {
+    fn default() -> Self {
+        Self {
+            path: NO_PATH,
+            images: [DVec3::ZERO; MAX_ORDER],
+        }
+    }
+}
+
+const NO_PATH: ImagePath = ImagePath {
+    surfaces: [0; MAX_ORDER],
+    points: [DVec3::ZERO; MAX_ORDER],
+    cosines: [0.0; MAX_ORDER],
+    order: 0,
+    length_m: 0.0,
+    image: DVec3::ZERO,
+};
 
 impl Unfolded {
     /// The path so far: its legs.
@@ -103,91 +128,96 @@ impl Unfolded {
             .all(|step| scene.reflects_at(self.path.surfaces[step], self.path.points[step]))
     }
 
-    /// The whole path.
-    pub(super) fn finish(self, scene: &Scene, source: DVec3) -> ImagePath {
-        let Self { mut path, images } = self;
+    /// The whole path along the line that it was unfolded on.
+    pub(super) fn finish(&self, scene: &Scene, [source, listener_image]: [DVec3; 2]) -> ImagePath {
+        let mut path = ImagePath {
+            order: self.path.order,
+            length_m: source.distance(listener_image),
+            image: source,
+            ..NO_PATH
+        };
         let mut from = source;
         for step in 0..path.order {
-            let surface = scene.surface(path.surfaces[step]);
-            let line = images[step] - from;
+            let (number, point) = (self.path.surfaces[step], self.path.points[step]);
+            let surface = scene.surface(number);
+            let line = self.images[step] - from;
+            path.surfaces[step] = number;
+            path.points[step] = point;
             path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
             path.image = surface.mirror(path.image);
-            from = path.points[step];
+            from = point;
         }
         path
     }
-}
 
-/// The first part of [`unfold`], on the line from the source to the listener's image. Unless `on_surfaces` points may
-/// still miss their surfaces within the bounds ([`Unfolded::lies_on_surfaces`]).
-pub(super) fn unfold_points(
-    scene: &Scene,
-    sequence: &Sequence,
-    order: &Order,
-    [source, listener_image]: [DVec3; 2],
-    on_surfaces: bool,
-) -> Option<Unfolded> {
-    let line = [source, listener_image];
-    unfold_where(scene, sequence, order, line, |surface, point| {
-        near_bounds(scene.surface(surface), point, MARGIN_M)
-            && (!on_surfaces || scene.reflects_at(surface, point))
-    })
-}
-
-/// The same for a path that may miss its surfaces by `reach_m` metres: one that may be there for a listener nearby.
-pub(super) fn unfold_nearby(
-    scene: &Scene,
-    sequence: &Sequence,
-    order: &Order,
-    line: [DVec3; 2],
-    reach_m: f64,
-) -> Option<Unfolded> {
-    unfold_where(scene, sequence, order, line, |surface, point| {
-        near_bounds(scene.surface(surface), point, reach_m + MARGIN_M)
-    })
-}
-
-#[inline]
-fn unfold_where(
-    scene: &Scene,
-    sequence: &Sequence,
-    order: &Order,
-    [source, listener_image]: [DVec3; 2],
-    mut accepts: impl FnMut(u32, DVec3) -> bool,
-) -> Option<Unfolded> {
-    let mut path = ImagePath {
-        surfaces: [0; MAX_ORDER],
-        points: [DVec3::ZERO; MAX_ORDER],
-        cosines: [0.0; MAX_ORDER],
-        order: sequence.len(),
-        length_m: source.distance(listener_image),
-        image: source,
-    };
-    let mut images = [DVec3::ZERO; MAX_ORDER];
-    let (mut from, mut image) = (source, listener_image);
-    let mut rest = order.all();
-    for step in 0..path.order {
-        let next = next_plane(scene, sequence, order, rest, from, image)?;
-        let surface = scene.surface(next.surface);
-        let point = from + (image - from) * next.share;
-        if !accepts(next.surface, point) {
-            return None;
-        }
-        path.surfaces[step] = next.surface;
-        path.points[step] = point;
-        images[step] = image;
-        from = point;
-        image -= 2.0 * next.there * surface.normal;
-        rest &= !(1 << next.place);
+    /// The first part of [`unfold`], on the line from the source to the listener's image; gives whether there is a path.
+    /// Unless `on_surfaces` points may still miss their surfaces within the bounds ([`Self::lies_on_surfaces`]).
+    pub(super) fn along(
+        &mut self,
+        scene: &Scene,
+        sequence: &Sequence,
+        order: &Order,
+        line: [DVec3; 2],
+        on_surfaces: bool,
+    ) -> bool {
+        self.along_where(scene, sequence, order, line, |number, surface, point| {
+            near_bounds(surface, point, MARGIN_M)
+                && (!on_surfaces || scene.reflects_at(number, point))
+        })
     }
-    Some(Unfolded { path, images })
+
+    /// The same for a path that may miss its surfaces by `reach_m` metres: one that may be there for a listener nearby.
+    pub(super) fn along_nearby(
+        &mut self,
+        scene: &Scene,
+        sequence: &Sequence,
+        order: &Order,
+        line: [DVec3; 2],
+        reach_m: f64,
+    ) -> bool {
+        self.along_where(scene, sequence, order, line, |_, surface, point| {
+            near_bounds(surface, point, reach_m + MARGIN_M)
+        })
+    }
+
+    #[inline]
+    fn along_where(
+        &mut self,
+        scene: &Scene,
+        sequence: &Sequence,
+        order: &Order,
+        [source, listener_image]: [DVec3; 2],
+        mut accepts: impl FnMut(u32, &Surface, DVec3) -> bool,
+    ) -> bool {
+        self.path.order = sequence.len();
+        let (mut from, mut image) = (source, listener_image);
+        let mut rest = order.all();
+        for step in 0..self.path.order.min(MAX_ORDER) {
+            let Some(next) = next_plane(scene, sequence, order, rest, from, image) else {
+                return false;
+            };
+            let number = sequence.surfaces()[next.place];
+            let surface = scene.surface(number);
+            let point = from + (image - from) * next.share;
+            if !accepts(number, surface, point) {
+                return false;
+            }
+            self.path.surfaces[step] = number;
+            self.path.points[step] = point;
+            self.images[step] = image;
+            from = point;
+            image -= 2.0 * next.there * surface.normal;
+            rest &= !(1 << next.place);
+        }
+        true
+    }
 }
 
 /// The plane that a line meets first.
+#[derive(Clone, Copy)]
 struct Next {
     place: usize,
-    surface: u32,
-    /// Where on the line, from 0 to 1.
+    /// Where on the line, from 0 to 1; beyond it if there is none yet.
     share: f64,
     /// Distance of the line's end from the plane.
     there: f64,
@@ -206,27 +236,35 @@ fn next_plane(
     from: DVec3,
     image: DVec3,
 ) -> Option<Next> {
-    let mut next: Option<Next> = None;
-    for (place, &surface) in sequence.surfaces().iter().enumerate() {
-        if rest >> place & 1 == 0 || !order.leads(place, rest) {
+    let mut next = Next {
+        place: 0,
+        share: f64::INFINITY,
+        there: 0.0,
+    };
+    let surfaces = sequence.surfaces();
+    let mut left = rest;
+    while left != 0 {
+        let place = left.trailing_zeros() as usize;
+        left &= left - 1;
+        if !order.leads(place, rest) {
             continue;
         }
-        let plane = scene.surface(surface);
+        let plane = scene.surface(surfaces[place]);
         let (here, there) = (plane.distance_m(from), plane.distance_m(image));
         if here * there >= 0.0 || here.abs() < ON_PLANE_M || there.abs() < ON_PLANE_M {
             return None;
         }
         let share = here / (here - there);
-        if next.as_ref().is_none_or(|first| share < first.share) {
-            next = Some(Next {
+        if share < next.share {
+            next = Next {
                 place,
-                surface,
                 share,
                 there,
-            });
+            };
         }
     }
-    next
+    // Places that are no numbers have no share.
+    (next.share < f64::INFINITY).then_some(next)
 }
 
 /// Whether a point of a surface's plane is inside its bounds or within `margin_m` metres, as seen along the surface's main

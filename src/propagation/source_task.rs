@@ -8,7 +8,7 @@ use super::cache::SequenceCache;
 use super::candidates::{Candidates, Ready, image_for_one};
 use super::diffraction::{self, DirectEdges, Spot};
 use super::effort::Effort;
-use super::image_source::{ImagePath, unfold_nearby, unfold_points};
+use super::image_source::{ImagePath, Unfolded};
 use super::late::{LateEstimator, SourceRays};
 use super::occluders::Occluders;
 use super::path::{LateSource, MAX_BENDS, Path};
@@ -65,9 +65,14 @@ pub(super) struct SourceTask {
     late: LateEstimator,
     cache: SequenceCache,
     occluders: Occluders,
+    /// Rotation of the rays that were cast in this update, or found what they would find again.
+    rotation: Option<u64>,
+    /// Sequences that this source alone tries.
     own: SequenceSet,
-    /// Candidates that the first look has left over.
-    likely: Vec<(u32, Ready)>,
+    /// Which candidates the first look has left over.
+    seen: Vec<u8>,
+    /// Where the points of the candidate at hand lie.
+    unfolded: Unfolded,
     /// Valid paths in no order that means anything.
     pub(super) paths: Vec<Path>,
     /// Those that are not there, in no order either.
@@ -88,8 +93,10 @@ impl SourceTask {
             late: LateEstimator::default(),
             cache: SequenceCache::with_capacity(settings.cache_capacity),
             occluders: Occluders::default(),
+            rotation: None,
             own: SequenceSet::with_capacity(own),
-            likely: Vec::with_capacity(candidates),
+            seen: Vec::with_capacity(candidates),
+            unfolded: Unfolded::default(),
             paths: Vec::with_capacity(PATHS_AT_FIRST),
             nearby: Vec::new(),
             direct_edges: DirectEdges::default(),
@@ -112,24 +119,39 @@ impl SourceTask {
         self.cache.clear();
     }
 
-    /// First half, which does not wait for guide rays: casts the source's own. What they find and what was valid before
-    /// is this source's own list.
+    /// First half, which does not wait for guide rays: casts the source's own.
     pub(super) fn trace(&mut self, moment: &Moment<'_>, pose: &SourcePose) {
         self.rays = 0;
-        self.own.clear();
         let place = pose.id.slot() as u64;
         let turn = match self.late_source {
             // A new source is not kept waiting.
             None => Some(moment.update),
             Some(_) => moment.effort.late_turn(moment.update, place),
         };
+        self.rotation = turn.map(|turn| turn % ROTATIONS);
         if let Some(turn) = turn {
             self.cast(moment, pose, turn);
         }
-        let scene = moment.scene;
+    }
+
+    /// What this source's rays have found and what was valid before, and guide rays have not met: its own list.
+    fn gather_own(&mut self, shared: &Shared<'_>) {
+        let Moment {
+            scene, settings, ..
+        } = shared.moment;
         let moves = scene.has_instances();
+        let own = &mut self.own;
+        own.clear();
+        let mut add = |sequence: Sequence| {
+            if sequence.len() <= settings.depth && !shared.guide.contains(&sequence) {
+                own.insert(sequence);
+            }
+        };
+        if let Some(rotation) = self.rotation {
+            self.late.sequences(rotation).iter().for_each(|s| add(*s));
+        }
         for sequence in self.cache.entries() {
-            self.own.insert(match moves {
+            add(match moves {
                 // What commutes depends on how instances stand.
                 true => Sequence::canonical(scene, sequence.surfaces()),
                 false => *sequence,
@@ -200,26 +222,20 @@ impl SourceTask {
     }
 
     fn validate(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
-        self.likely.clear();
+        let mut seen = std::mem::take(&mut self.seen);
         for share in shared.candidates {
-            share.of_source(origin, |number, ready| {
-                self.likely.push((number as u32, *ready));
+            share.look(origin, &mut seen);
+            share.of(&seen, |number, ready| {
+                let sequence = &shared.guide.entries()[number];
+                self.try_candidate(shared, sequence, pose, origin, ready);
             });
         }
-        for place in 0..self.likely.len() {
-            let (number, ready) = self.likely[place];
-            let sequence = shared.guide.entries()[number as usize];
-            self.try_candidate(shared, &sequence, pose, origin, &ready);
-        }
+        self.seen = seen;
+        self.gather_own(shared);
+        let Moment { scene, ear, .. } = shared.moment;
+        let reach_m = shared.moment.reach_m.unwrap_or(0.0);
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
-            let tried =
-                sequence.len() > shared.moment.settings.depth || shared.guide.contains(&sequence);
-            if tried {
-                continue;
-            }
-            let Moment { scene, ear, .. } = shared.moment;
-            let reach_m = shared.moment.reach_m.unwrap_or(0.0);
             if let Some(image) = image_for_one(scene, &sequence, origin, ear, reach_m) {
                 let order = Order::of(scene, &sequence);
                 let ready = Ready { image, order };
@@ -245,8 +261,9 @@ impl SourceTask {
                 .push(reflected_path(moment, sequence, pose, &path));
         } else if let Some(reach_m) = moment.reach_m {
             let line = [origin, ready.image];
-            if let Some(path) = unfold_nearby(scene, sequence, &ready.order, line, reach_m) {
-                let path = path.finish(scene, origin);
+            let unfolded = &mut self.unfolded;
+            if unfolded.along_nearby(scene, sequence, &ready.order, line, reach_m) {
+                let path = unfolded.finish(scene, line);
                 self.nearby
                     .push(reflected_path(moment, sequence, pose, &path));
             }
@@ -267,7 +284,10 @@ impl SourceTask {
         let hash = sequence.hash();
         // What was blocked most likely is again, which is sooner known than where its points lie.
         let remembered = self.occluders.remembers(hash);
-        let unfolded = unfold_points(scene, sequence, &ready.order, line, !remembered)?;
+        let unfolded = &mut self.unfolded;
+        if !unfolded.along(scene, sequence, &ready.order, line, !remembered) {
+            return None;
+        }
         let legs = unfolded.legs();
         if remembered
             && (self.occluders.blocks_again(scene, hash, legs, ends)
@@ -277,7 +297,7 @@ impl SourceTask {
         }
         let rays = &mut self.rays;
         let clear = self.occluders.is_clear(scene, hash, legs, ends, rays);
-        clear.then(|| unfolded.finish(scene, origin))
+        clear.then(|| unfolded.finish(scene, line))
     }
 }
 

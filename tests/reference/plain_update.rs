@@ -135,7 +135,7 @@ impl PlainPropagator {
         memory.late.trace(&scene, &rays, &mut met, &mut 0);
         result.late.push(memory.late.estimate(&scene, pose.id));
         let mut candidates = guide.to_vec();
-        for sequence in met.entries() {
+        for sequence in memory.late.sequences(rays.rotation) {
             add(&mut candidates, *sequence);
         }
         for (sequence, _) in &memory.cache {

@@ -55,13 +55,15 @@ pub fn taken_away(scene: &Scene, edge: &Edge) -> BandArray {
 
 /// The wave around one edge, relative to the free field over the same length and with that length's delay taken out:
 /// what continues the incoming wave, and what continues its reflections in the edge's faces.
-/// `beside_transmission` says whether what comes through the wall is heard besides ([`taken_away`]).
+/// `beside_transmission` says whether what comes through the wall is heard besides ([`taken_away`]), `fades` of each face
+/// whether its reflection fades towards the edge by itself ([`fading_faces`]), so that it is not continued here.
 pub fn around(
     scene: &Scene,
     edge: &Edge,
     bend: &Bend,
     spread: &Spread,
     beside_transmission: bool,
+    fades: [bool; 2],
 ) -> (Wave, Wave) {
     let angles = WedgeAngles {
         n: edge.n,
@@ -77,14 +79,47 @@ pub fn around(
     let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
     let wavenumbers = wavenumbers(scene);
     let wedge = AroundWedge::of(&angles, spread, wavenumbers[0]);
-    for (b, wavenumber) in wavenumbers.into_iter().enumerate() {
-        let kl = wavenumber * spread.distance_m;
-        let wave = wedge.diffracted(kl);
+    let kl = wavenumbers.map(|wavenumber| wavenumber * spread.distance_m);
+    let waves = wedge.diffracted_in_bands(&kl);
+    for b in 0..BANDS {
+        let (wave, kl) = (&waves[b], kl[b]);
         incident[b] = wave.incident * f64::from(taken[b]);
-        let [first, second] = [0, 1].map(|side| near_face(faces[side], b, cosines[side], kl));
-        reflected[b] = wave.first_face * first + wave.second_face * second;
+        let first = near_face(faces[0], b, cosines[0], kl);
+        let second = near_face(faces[1], b, cosines[1], kl);
+        let first_face = wave.first_face * (first * not_continuing(wave.first_face, fades[0]));
+        let second_face = wave.second_face * (second * not_continuing(wave.second_face, fades[1]));
+        reflected[b] = first_face + second_face;
     }
     (incident, reflected)
+}
+
+/// What is left of a face's part where the face's reflection fades by itself: nothing at the boundary, where the part is
+/// half of the reflection and would continue it, all from where it is a quarter.
+fn not_continuing(part: Complex, fades: bool) -> f64 {
+    match fades {
+        true => 1.0 - super::smooth(4.0 * part.abs() - 1.0),
+        false => 1.0,
+    }
+}
+
+/// Which of an edge's faces are small free panels at a bend: single reflections in them fade towards the edge
+/// ([`crate::propagation::finite_panel`]).
+pub fn fading_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
+    if !scene.has_free_panels() {
+        return [false; 2];
+    }
+    let normals = edge.faces.map(|face| scene.surface(face).normal);
+    let first = edge.normal.dot(normals[0]) > 0.0;
+    // The air is on both sides of a sheet's rim.
+    let second = match edge.faces[0] == edge.faces[1] {
+        true => !first,
+        false => edge.outward().dot(normals[1]) > 0.0,
+    };
+    let is_free = |face, in_front| scene.free_panel_at(face, apex, in_front).is_some();
+    [
+        is_free(edge.faces[0], first),
+        is_free(edge.faces[1], second),
+    ]
 }
 
 /// Reflection factor of a spherical wave at an angle given by its cosine, k times the distance parameter away: the plane

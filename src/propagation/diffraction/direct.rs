@@ -126,8 +126,9 @@ impl OneBend {
         let line = &scene.edge(self.edge);
         let beside_transmission = spot.source.settings.effects.transmission;
         let spread = bent::spread(&self.bend);
+        let fades = bent::fading_faces(scene, line, self.bend.apex);
         let (incident, reflected) =
-            bent::around(scene, line, &self.bend, &spread, beside_transmission);
+            bent::around(scene, line, &self.bend, &spread, beside_transmission, fades);
         OneWave {
             incident: incident.map(|wave| wave * self.left),
             reflected: reflected.map(|wave| wave * self.left),

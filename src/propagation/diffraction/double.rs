@@ -257,6 +257,7 @@ fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
             &way.bends[i],
             &spreads[i],
             beside_transmission[i],
+            [false; 2],
         );
         std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
     });

@@ -185,8 +185,10 @@ impl Mirrored {
     fn gains(&self, scene: &Scene) -> BandArray {
         let line = &scene.edge(self.edge);
         let spread = bent::spread(&self.bend);
-        // No reflection is followed through walls, so a wall takes all of one away.
-        let (incident, reflected) = bent::around(scene, line, &self.bend, &spread, false);
+        // No reflection is followed through walls, so a wall takes all of one away. With a mirror's those of the faces are
+        // of second order at least, and fade.
+        let (incident, reflected) =
+            bent::around(scene, line, &self.bend, &spread, false, [true; 2]);
         let left = self.left();
         let mut gains: [f64; BANDS] =
             std::array::from_fn(|b| bent::signed(incident[b] + reflected[b]) * left);

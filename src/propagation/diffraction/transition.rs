@@ -1,6 +1,7 @@
 //! The transition function: how a field dies away on the far side of a shadow boundary.
 
 use super::complex::Complex;
+use crate::acoustics::BANDS;
 
 /// Weideman's series for the Faddeeva function, N = 12 (\[WEIDEMAN94\]): L = √(N/√2), and the coefficients of the
 /// polynomial, highest power first.
@@ -38,6 +39,42 @@ pub fn transition(x: f64) -> Complex {
     inverse * (sum * inverse * 2.0 + Complex::new(1.0 / std::f64::consts::PI.sqrt(), 0.0))
 }
 
+/// [`transition`] of a number a band: lane by lane the same products and sums, so that a machine may do several at once.
+#[inline]
+pub fn transitions(x: &[f64; BANDS]) -> [Complex; BANDS] {
+    const SCALE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
+    let (mut ratio_re, mut ratio_im) = ([0.0; BANDS], [0.0; BANDS]);
+    let (mut inverse_re, mut inverse_im) = ([0.0; BANDS], [0.0; BANDS]);
+    for b in 0..BANDS {
+        let root = (0.5 * x[b].max(0.0)).sqrt();
+        let (far_re, near_re) = (L + root, L - root);
+        let size = far_re * far_re + root * root;
+        ratio_re[b] = (near_re * far_re - root * root) / size;
+        ratio_im[b] = (-root * far_re - near_re * root) / size;
+        inverse_re[b] = far_re / size;
+        inverse_im[b] = -root / size;
+    }
+    let (mut sum_re, mut sum_im) = ([0.0; BANDS], [0.0; BANDS]);
+    for coefficient in COEFFICIENTS {
+        for b in 0..BANDS {
+            let re = sum_re[b] * ratio_re[b] - sum_im[b] * ratio_im[b];
+            let im = sum_re[b] * ratio_im[b] + sum_im[b] * ratio_re[b];
+            sum_re[b] = re + coefficient;
+            sum_im[b] = im;
+        }
+    }
+    let mut result = [Complex::ZERO; BANDS];
+    for b in 0..BANDS {
+        let re = 2.0 * (sum_re[b] * inverse_re[b] - sum_im[b] * inverse_im[b]) + SCALE;
+        let im = 2.0 * (sum_re[b] * inverse_im[b] + sum_im[b] * inverse_re[b]);
+        result[b] = Complex::new(
+            inverse_re[b] * re - inverse_im[b] * im,
+            inverse_re[b] * im + inverse_im[b] * re,
+        );
+    }
+    result
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,6 +96,19 @@ mod tests {
             sum += value * weight;
         }
         sum * (2.0 / PI.sqrt() * end / f64::from(steps) / 3.0)
+    }
+
+    #[test]
+    fn eight_at_once_are_each_alone() {
+        for i in 0..40 {
+            let x: [f64; BANDS] =
+                std::array::from_fn(|b| 10f64.powf(0.2 * f64::from(i) + 0.3 * b as f64 - 5.0));
+            for (x, eight) in x.iter().zip(transitions(&x)) {
+                // The root of 1/π is written in another way.
+                let alone = transition(*x);
+                assert!((alone - eight).abs() <= 1e-15 * alone.abs(), "{x}");
+            }
+        }
     }
 
     #[test]

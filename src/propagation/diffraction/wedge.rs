@@ -11,7 +11,8 @@ use std::f64::consts::PI;
 
 use super::complex::Complex;
 use super::near_edge::{self, NearEdge};
-use super::transition::transition;
+use super::transition::{transition, transitions};
+use crate::acoustics::BANDS;
 
 /// Where a source and a listener stand around a wedge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,6 +114,29 @@ impl WedgeAngles {
 }
 
 impl Diffracted {
+    /// The part that a boundary belongs to: of the first two the incident wave, then the faces in turn.
+    #[inline]
+    pub(super) fn part_mut(&mut self, boundary: usize) -> &mut Complex {
+        match boundary {
+            0 | 1 => &mut self.incident,
+            2 => &mut self.first_face,
+            _ => &mut self.second_face,
+        }
+    }
+
+    /// This share of it, and for the rest another.
+    fn mixed(&self, other: &Self, share: f64) -> Self {
+        if share >= 1.0 {
+            return *self;
+        }
+        let mixed = |here: Complex, there: Complex| here * share + there * (1.0 - share);
+        Self {
+            incident: mixed(self.incident, other.incident),
+            first_face: mixed(self.first_face, other.first_face),
+            second_face: mixed(self.second_face, other.second_face),
+        }
+    }
+
     /// Behind a rigid wedge: all parts together.
     pub fn rigid(&self) -> Complex {
         self.incident + self.first_face + self.second_face
@@ -155,6 +179,18 @@ struct Term {
 pub struct WedgeTerms([Term; 4]);
 
 impl WedgeTerms {
+    /// The diffracted field at a product of wavenumber and distance parameter in each band.
+    fn diffracted_in_bands(&self, kl: &[f64; BANDS]) -> [Diffracted; BANDS] {
+        let mut fields = [Diffracted::default(); BANDS];
+        for (i, term) in self.0.iter().enumerate() {
+            let at = transitions(&kl.map(|kl| kl * term.turn));
+            for (field, at) in fields.iter_mut().zip(at) {
+                *field.part_mut(i) += at * term.factor;
+            }
+        }
+        fields
+    }
+
     /// The diffracted field at a product of wavenumber and distance parameter.
     pub fn diffracted(&self, kl: f64) -> Diffracted {
         let at = |term: &Term| transition(kl * term.turn) * term.factor;
@@ -195,16 +231,23 @@ impl AroundWedge {
             return self.terms.diffracted(kl);
         }
         let exact = near.diffracted(kl);
-        if share >= 1.0 {
-            return exact;
+        exact.mixed(&self.terms.diffracted(kl), share)
+    }
+
+    /// The same in each band, at once.
+    pub fn diffracted_in_bands(&self, kl: &[f64; BANDS]) -> [Diffracted; BANDS] {
+        let mut fields = self.terms.diffracted_in_bands(kl);
+        if let Some(near) = &self.near {
+            let pole_waves = near.poles_in_bands(kl);
+            for (b, field) in fields.iter_mut().enumerate() {
+                let share = near_edge::share(kl[b]);
+                if share > 0.0 {
+                    let exact = near.with_rest(pole_waves[b], kl[b]);
+                    *field = exact.mixed(field, share);
+                }
+            }
         }
-        let far = self.terms.diffracted(kl);
-        let mixed = |near: Complex, far: Complex| near * share + far * (1.0 - share);
-        Diffracted {
-            incident: mixed(exact.incident, far.incident),
-            first_face: mixed(exact.first_face, far.first_face),
-            second_face: mixed(exact.second_face, far.second_face),
-        }
+        fields
     }
 }
 

@@ -10,8 +10,8 @@
 
 use glam::Vec3;
 
-use crate::acoustics::BandArray;
 use crate::acoustics::bands::fading;
+use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
@@ -180,18 +180,20 @@ impl Arrivals {
 
 impl Chosen {
     /// Lambert's cosine law over the way to the listener, with air.
+    #[inline]
     fn at(&self, scene: &Scene, listener: Vec3) -> (f64, BandArray) {
         let way = listener - self.point;
         let after_m = way.length();
         let cosine = self.normal.dot(way).max(0.0) / after_m.max(1e-6);
         let kernel = cosine / (std::f32::consts::PI * (after_m * after_m + SPREAD_M * SPREAD_M));
         let mut energy = self.energy;
-        for (energy, m) in energy.iter_mut().zip(scene.air_np_per_m()) {
+        let air = scene.air_np_per_m();
+        for b in 0..BANDS {
             // The fourth power of the exponential's first terms: it takes 0.1 dB too little of 6 dB, 2 dB of 20.
-            let x = 0.5 * m * after_m;
+            let x = 0.5 * air[b] * after_m;
             let root = 1.0 / (1.0 + x + 0.5 * x * x);
             let square = root * root;
-            *energy *= kernel * square * square;
+            energy[b] *= kernel * square * square;
         }
         let length_m = f64::from(self.before_m + after_m);
         (length_m / scene.speed_of_sound_m_s(), energy)

@@ -30,21 +30,30 @@ pub(super) fn gather(
     for (since_s, energy) in arrivals {
         let at = since_s / free_time_s;
         let beyond = |start: f64| ((at - start) / CHANGE_FREE_TIMES + 0.5).clamp(0.0, 1.0);
+        // From a source beyond all numbers comes nothing: nought times each is nought only of finite ones.
+        let mut none = 0.0f32;
+        for e in energy {
+            none += 0.0 * e;
+        }
+        if none != 0.0 {
+            continue;
+        }
+        let mut first = 1.0;
         for (step, sum) in sums.iter_mut().enumerate() {
-            let first = if step == 0 {
-                1.0
-            } else {
-                beyond(LATE_STEPS_FREE_TIMES[step])
-            };
             let next = LATE_STEPS_FREE_TIMES
                 .get(step + 1)
                 .unwrap_or(&LAST_FREE_TIME);
-            let share = first - beyond(*next);
-            // From a source beyond all numbers comes nothing.
-            if share > 0.0 && energy.iter().all(|e| e.is_finite()) {
-                for (sum, energy) in sum.iter_mut().zip(&energy) {
-                    *sum += share * f64::from(*energy);
+            let next = beyond(*next);
+            let share = first - next;
+            if share > 0.0 {
+                for b in 0..BANDS {
+                    sum[b] += share * f64::from(energy[b]);
                 }
+            }
+            first = next;
+            // Steps follow each other, and so do their shares.
+            if next <= 0.0 {
+                break;
             }
         }
     }

@@ -30,6 +30,7 @@ use glam::Vec3;
 
 use super::path::LateSource;
 use super::sampling::ROTATIONS;
+use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use crate::scene::{Scene, SourceId};
 use connection::{Arrivals, Bounces};
@@ -73,13 +74,13 @@ impl Default for LateEstimator {
 }
 
 impl LateEstimator {
-    /// Traces source rays with diffuse bounces, or finds again what they found, and connects them to the listener. `found`
-    /// becomes the sequences of their specular beginnings. Adds the rays it cast to `rays`.
+    /// Traces source rays with diffuse bounces, or knows still what they found ([`Self::sequences`]), and connects them to
+    /// the listener. `scratch` is memory for as many sequences as rays may find. Adds the rays it cast to `rays`.
     pub fn trace(
         &mut self,
         scene: &Scene,
         from: &SourceRays<'_>,
-        found: &mut SequenceSet,
+        scratch: &mut SequenceSet,
         rays: &mut u64,
     ) {
         let number = (from.rotation % ROTATIONS) as usize;
@@ -89,15 +90,11 @@ impl LateEstimator {
             slot.arrivals.reserve();
         }
         let slot = &mut self.slots[number];
-        found.clear();
-        if slot.found.is_of(from) {
-            for sequence in slot.found.sequences() {
-                found.insert(*sequence);
-            }
-        } else {
+        if !slot.found.is_of(from) {
+            scratch.clear();
             let bounces = &mut self.bounces;
             self.curves.renew(number, |curve| {
-                slot.found.renew(scene, from, found, curve, bounces, rays);
+                slot.found.renew(scene, from, scratch, curve, bounces, rays);
             });
             self.decay = None;
             slot.arrivals.choose(scene, from.origin.as_vec3(), bounces);
@@ -111,6 +108,13 @@ impl LateEstimator {
         }
         self.nearest_s = from.origin.distance(from.listener) / scene.speed_of_sound_m_s();
         self.listener = from.listener.as_vec3();
+    }
+
+    /// What rays of a rotation begin with when they were last cast: specular sequences, each once, in the rays' order.
+    pub fn sequences(&self, rotation: u64) -> &[Sequence] {
+        self.slots[(rotation % ROTATIONS) as usize]
+            .found
+            .sequences()
     }
 
     /// Forgets what rays found, so that all are cast again; the estimate stays.

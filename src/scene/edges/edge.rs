@@ -7,6 +7,9 @@ use glam::DVec3;
 /// A point nearer to an edge's line than this has no angle around it, in metres.
 const ON_EDGE_M: f64 = 1e-4;
 
+/// What rounding may do to lengths, as a share of them: a hundred times what a few sums and roots of `f64` do.
+const LENGTH_ROUNDING: f64 = 1e-13;
+
 /// Angles this far outside the air count as on the face, in radians: rounding, not rock.
 const ON_FACE: f64 = 1e-6;
 
@@ -75,6 +78,18 @@ impl Edge {
         } else {
             0.5 * (a + b)
         }
+    }
+
+    /// A length that no way between two points over the edge's line is below, by rounding a hair less than that of the
+    /// shortest.
+    pub fn least_way_m(&self, from: DVec3, to: DVec3) -> f64 {
+        let [(a, near), (b, far)] = [from, to].map(|p| {
+            let out = p - self.origin;
+            let along = out.dot(self.direction);
+            (along, (out - along * self.direction).length())
+        });
+        let (along, across) = (b - a, near + far);
+        (along * along + across * across).sqrt() * (1.0 - LENGTH_ROUNDING)
     }
 
     /// Angle of a point around the edge from the first face, or none on the edge and inside the wedge.

@@ -7,6 +7,7 @@ mod edge;
 mod find;
 mod graph;
 mod mirrors;
+mod rims;
 mod tree;
 
 use glam::{DVec3, Vec3};
@@ -34,6 +35,7 @@ pub struct EdgeSet {
     tree: EdgeTree,
     graph: graph::Neighbours,
     mirrors: mirrors::MirrorsOfEdges,
+    rims: rims::Rims,
     /// The largest surfaces, largest first.
     large: Vec<u32>,
 }
@@ -101,6 +103,7 @@ impl EdgeSet {
         mirrors.truncate(MOST_MIRRORS);
         Self {
             mirrors: mirrors::MirrorsOfEdges::build(&edges, &surfaces.surfaces, &mirrors),
+            rims: rims::Rims::build(&edges, surfaces.surfaces.len()),
             edges,
             tree,
             graph,
@@ -137,6 +140,12 @@ impl EdgeSet {
         self.graph.of(number)
     }
 
+    /// Distance in metres from a point of a surface to the nearest edge that the surface ends at, if that is below
+    /// `within_m`.
+    pub fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+        self.rims.distance_m(&self.edges, surface, point, within_m)
+    }
+
     /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: those worth trying as mirrors
     /// before and behind a bend around it.
     pub fn mirrors(&self, number: u32) -> EdgeMirrors {
@@ -165,7 +174,11 @@ impl EdgeSet {
         longest_m: f64,
         number: impl Fn(u32) -> u32,
     ) {
-        self.nearest(near, (from, to), longest_m, number, |edge| {
+        self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
+            // Most are too long for a list that is full, which is sooner known than where they bend.
+            if edge.least_way_m(from, to) > bound_m {
+                return None;
+            }
             edge.bend(from, to).map(|bend| bend.length_m())
         });
     }
@@ -187,7 +200,10 @@ impl EdgeSet {
         longest_m: f64,
         number: impl Fn(u32) -> u32,
     ) {
-        self.nearest(near, (from, to), longest_m, number, |edge| {
+        self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
+            if edge.least_way_m(from, to) > bound_m {
+                return None;
+            }
             edge.angle_of(from)?;
             let at = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
             Some(from.distance(at) + at.distance(to))
@@ -200,7 +216,7 @@ impl EdgeSet {
         (from, to): (DVec3, DVec3),
         longest_m: f64,
         number: impl Fn(u32) -> u32,
-        way_m: impl Fn(&Edge) -> Option<f64>,
+        way_m: impl Fn(&Edge, f64) -> Option<f64>,
     ) {
         let slack_m = self.tree.slack_m();
         self.tree.walk(|min, max, leaf| {
@@ -209,7 +225,8 @@ impl EdgeSet {
                 return false;
             }
             for &edge in leaf {
-                if let Some(length_m) = way_m(self.get(edge)).filter(|l| *l <= longest_m) {
+                let bound_m = near.bound_m(longest_m);
+                if let Some(length_m) = way_m(self.get(edge), bound_m).filter(|l| *l <= longest_m) {
                     let edge = number(edge);
                     near.insert(NearEdge { edge, length_m });
                 }
@@ -224,6 +241,7 @@ impl EdgeSet {
             + self.tree.memory_bytes()
             + self.graph.memory_bytes()
             + self.mirrors.memory_bytes()
+            + self.rims.memory_bytes()
             + size_of_val(self.large.as_slice())
     }
 }

@@ -168,6 +168,29 @@ impl Scene {
         choose(&self.edge(number), named)
     }
 
+    /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`.
+    #[inline]
+    pub fn edge_distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+        if number::is_instance(surface) {
+            return self.instance_edge_distance_m(surface, point, within_m);
+        }
+        self.edges().distance_m(surface, point, within_m)
+    }
+
+    /// Whether anything at all has edges.
+    #[inline]
+    pub fn has_edges(&self) -> bool {
+        let has = |scene: &Self| !scene.edges().is_empty();
+        has(self) || self.instances.placed().any(|placed| has(&placed.part))
+    }
+
+    #[inline(never)]
+    fn instance_edge_distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+        let (placed, local) = self.instances.of(surface)?;
+        let point = placed.point(point);
+        placed.part.edges().distance_m(local, point, within_m)
+    }
+
     /// Whether any small panel stands free.
     #[inline]
     pub fn has_free_panels(&self) -> bool {

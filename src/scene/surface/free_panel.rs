@@ -39,6 +39,9 @@ struct Piece {
     triangles: Vec<[Vec3; 3]>,
     borders: Vec<Border>,
     free: [bool; 2],
+    /// Bounds, with room for a surface's own unevenness.
+    low: DVec3,
+    high: DVec3,
 }
 
 /// A small panel at one of its points, seen from one side.
@@ -80,6 +83,8 @@ impl FreePanels {
             if area_m2 > largest_m2 {
                 continue;
             }
+            let all = same.iter().flat_map(corners).map(Vec3::as_dvec3);
+            let bound = |of: fn(DVec3, DVec3) -> DVec3| all.clone().reduce(of).unwrap_or_default();
             for &t in same {
                 place[t as usize] = pieces.len() as u32;
             }
@@ -89,6 +94,8 @@ impl FreePanels {
                 triangles: same.iter().map(corners).collect(),
                 borders: Vec::new(),
                 free: [false; 2],
+                low: bound(DVec3::min) - f64::from(REACH_M),
+                high: bound(DVec3::max) + f64::from(REACH_M),
             });
         }
         let mut meeting: Vec<u32> = Vec::new();
@@ -150,7 +157,10 @@ impl FreePanels {
         let side = usize::from(!in_front);
         let normal = set.surfaces[surface as usize].normal;
         let piece = self.pieces[range].iter().find(|piece| {
-            piece.free[side] && piece.triangles.iter().any(|t| holds(*t, normal, point))
+            piece.free[side]
+                && point.cmpge(piece.low).all()
+                && point.cmple(piece.high).all()
+                && piece.triangles.iter().any(|t| holds(*t, normal, point))
         })?;
         let free = piece.borders.iter().filter(|border| border.free[side]);
         Some(FreePanel {

@@ -37,6 +37,9 @@ const MOST_CELLS: f64 = 4096.0;
 
 const NO_GRID: u32 = u32::MAX;
 
+/// In place of a grid: two triangles that are a rectangle along the axes, whose bounds say all.
+const RECTANGLE: u32 = u32::MAX - 1;
+
 /// A triangle in two dimensions, counter-clockwise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct FlatTriangle {
@@ -57,7 +60,7 @@ struct Grid {
 pub(super) struct Grids {
     /// One a slot of [`super::SurfaceSet::triangles`].
     flat: Vec<FlatTriangle>,
-    /// One a surface, or [`NO_GRID`].
+    /// One a surface, or [`NO_GRID`] or [`RECTANGLE`].
     grid_of: Vec<u32>,
     grids: Vec<Grid>,
     /// Where each cell's entries begin, and [`WHOLE`]; one more closes each grid.
@@ -91,6 +94,8 @@ impl Grids {
                 let low = flat(surface.bounds_min.as_dvec3(), axis);
                 let high = flat(surface.bounds_max.as_dvec3(), axis);
                 result.add_grid(first as usize..panels_end, low, high)
+            } else if is_rectangle(&result.flat[first as usize..panels_end]) {
+                RECTANGLE
             } else {
                 NO_GRID
             };
@@ -184,8 +189,11 @@ impl Grids {
     pub(super) fn contains(&self, number: u32, surface: &Surface, point: DVec3) -> bool {
         let place = flat(point, main_axis(surface.normal));
         let grid = self.grid_of[number as usize];
+        let first = surface.first_triangle as usize;
+        if grid == RECTANGLE {
+            return self.flat[first].bounds_hold(place);
+        }
         if grid == NO_GRID {
-            let first = surface.first_triangle as usize;
             let members = &self.flat[first..first + surface.panel_triangle_count as usize];
             return members.iter().any(|triangle| triangle.holds(place));
         }
@@ -205,6 +213,36 @@ impl Grids {
     }
 }
 
+/// Whether two triangles are the halves of their bounds on both sides of a diagonal.
+fn is_rectangle(members: &[FlatTriangle]) -> bool {
+    let [one, other] = members else {
+        return false;
+    };
+    let (low, high) = one.bounds();
+    let at_corner = |p: DVec2| (p.x == low.x || p.x == high.x) && (p.y == low.y || p.y == high.y);
+    let is_half = |triangle: &FlatTriangle| {
+        let corners = [0, 1, 2].map(|i| triangle.corner(i));
+        let [a, b, c] = corners;
+        corners.into_iter().all(at_corner) && a != b && b != c && c != a
+    };
+    let opposite = |p: DVec2| {
+        let other = |value: f64, low: f64, high: f64| if value == low { high } else { low };
+        DVec2::new(other(p.x, low.x, high.x), other(p.y, low.y, high.y))
+    };
+    // Opposite each other in the rectangle the two have their right angles.
+    let square_corner = |triangle: &FlatTriangle| {
+        let corners = [0, 1, 2].map(|i| triangle.corner(i));
+        corners
+            .into_iter()
+            .find(|&p| !corners.contains(&opposite(p)))
+    };
+    is_half(one)
+        && is_half(other)
+        && low.x < high.x
+        && low.y < high.y
+        && square_corner(one).map(opposite) == square_corner(other)
+}
+
 impl FlatTriangle {
     fn new([a, b, c]: [DVec2; 3]) -> Self {
         let turned = (b - a).perp_dot(c - a) < 0.0;
@@ -222,6 +260,15 @@ impl FlatTriangle {
     fn bounds(&self) -> (DVec2, DVec2) {
         let [a, b, c] = [self.corner(0), self.corner(1), self.corner(2)];
         (a.min(b).min(c), a.max(b).max(c))
+    }
+
+    /// Whether a point is inside the bounds or within the tolerance of them.
+    #[inline]
+    fn bounds_hold(&self, point: DVec2) -> bool {
+        let (low, high) = self.bounds();
+        let margin = DVec2::splat(INSIDE_TOLERANCE_M);
+        let (low, high) = (low - margin, high + margin);
+        (point.x >= low.x) & (point.y >= low.y) & (point.x <= high.x) & (point.y <= high.y)
     }
 
     /// Whether a point is inside, without tolerance.
