@@ -7,7 +7,8 @@ mod plain_update;
 
 use std::sync::Arc;
 
-use foresound::propagation::late::{LateEstimator, SourceRays};
+use foresound::propagation::late::connection::SHADOW_RAYS;
+use foresound::propagation::late::{LateEstimator, SourceRays, Viewpoints};
 use foresound::propagation::sampling::{lattice, rotation};
 use foresound::propagation::sequence_set::SequenceSet;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
@@ -124,9 +125,14 @@ fn whatever_rays_depend_on_has_them_cast_again() {
         ..SourceSettings::default()
     };
     let lattices = [32, 48].map(lattice);
+    let mut viewpoints = [Viewpoints::default(), Viewpoints::default()];
+    let step = glam::DVec3::splat(0.3);
+    viewpoints[0].renew(&scene, listener.as_vec3(), 0);
+    viewpoints[1].renew(&scene, (listener + step).as_vec3(), 0);
     let first = SourceRays {
         origin,
         listener,
+        viewpoints: &viewpoints[0],
         pose,
         directions: &lattices[0],
         turn: rotation(0, 1),
@@ -174,16 +180,14 @@ fn whatever_rays_depend_on_has_them_cast_again() {
         let again = trace(&mut estimator, &first);
         assert_eq!((cast.0, &cast.1), (again.0, &again.1), "remembered");
         assert!(again.2 < cast.2, "{} rays after {}", again.2, cast.2);
+        assert_eq!(again.2, 0, "a listener at rest casts none");
         let moved = SourceRays {
-            listener: listener + 0.3,
+            listener: listener + step,
+            viewpoints: &viewpoints[1],
             ..first
         };
-        let near = trace(&mut estimator, &moved);
-        assert_eq!(
-            near.2,
-            trace(&mut estimator, &moved).2,
-            "a listener's step casts none"
-        );
+        let near = trace(&mut estimator, &moved).2;
+        assert!(near <= SHADOW_RAYS as u64, "a step casts shadow rays only");
         let cast = trace(&mut estimator, other);
         let fresh = trace(&mut LateEstimator::default(), other);
         assert_eq!(cast, fresh, "change {number} is cast anew");

@@ -200,10 +200,10 @@ impl Extrapolator {
         sources: &[SourcePose],
         result: &mut FramePaths,
     ) -> u64 {
-        let rays = self.continued_now(listener, sources, &mut result.paths);
+        let mut rays = self.continued_now(listener, sources, &mut result.paths);
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
-        self.late_now(listener, sources);
+        rays += self.late_now(listener, sources);
         result.decay_time_s = common_decay(&self.late);
         result.late.clear();
         let wanted = |late: &LateSource| {
@@ -288,12 +288,13 @@ impl Extrapolator {
         0
     }
 
-    /// The late field of every source of the newest update: as that has it, or as it is by now.
-    fn late_now(&mut self, listener: &ListenerPose, sources: &[SourcePose]) {
+    /// The late field of every source of the newest update: as that has it, or as it is by now. Gives the number of rays
+    /// cast.
+    fn late_now(&mut self, listener: &ListenerPose, sources: &[SourcePose]) -> u64 {
         self.late.clear();
         if let Rule::PathByPath(_) = self.continuation.0 {
             self.late.extend_from_slice(&self.current.late);
-            return;
+            return 0;
         }
         let now = Now {
             scene: self.scenes.now(),
@@ -303,10 +304,10 @@ impl Extrapolator {
             shadowed: &self.shadowed,
             nearest_m: self.nearest_m,
         };
-        let (current, previous) = (&self.current, &self.previous);
-        let each = current.late.iter();
-        self.late
-            .extend(each.map(|late| late_now(current, previous, late, &now)));
+        let late = &mut self.late;
+        late_now(&self.current, &self.previous, &now, |source| {
+            late.push(source)
+        })
     }
 
     fn direct_now(&self, path: &Path, listener: &ListenerPose) -> FramePath {

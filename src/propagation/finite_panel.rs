@@ -1,11 +1,12 @@
 //! What ends of panels make of a mirror reflection: less at low frequencies from small ones, and less near edges.
 //!
-//! Source: \[RINDEL86\], adapted: below the limit frequency `c a* / (2 S cos θ)` with `a* = 2 a₁ a₂ / (a₁ + a₂)` a panel of
-//! the area S reflects as a square of the frequency, an amplitude in proportion. Towards a free edge the amplitude
-//! falls to nothing over a short way (own), so that a path fades where the geometry would end it. A single reflection in
-//! a large wall is continued over the wall's edges by their own waves ([`super::diffraction`]); of reflections of second
-//! order and higher there are too many for that, so they fade as well, at most as far and within the first Fresnel zone. Where a
-//! reflection fades, the edge's wave has nothing to continue, and leaves that part out.
+//! Source: \[RINDEL86\]: along each of its two sides, as long as they look along the ray, `l`, a panel reflects all above
+//! the limit frequency `c a* / (2 l²)` with `a* = 2 a₁ a₂ / (a₁ + a₂)`, and energy in proportion to frequency below; both
+//! together make the amplitude of a small panel proportional to frequency, that of a long strip to its root. Towards a
+//! free edge the amplitude falls to nothing over a short way (own), so that a path fades where the geometry would end it.
+//! A single reflection in a large wall is continued over the wall's edges by their own waves ([`super::diffraction`]); of
+//! reflections of second order and higher there are too many for that, so they fade as well, at most as far and within
+//! the first Fresnel zone. Where a reflection fades, the edge's wave has nothing to continue, and leaves that part out.
 
 use super::image_source::ImagePath;
 use crate::acoustics::bands::CENTRES_HZ;
@@ -13,7 +14,7 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::scene::Scene;
 use crate::scene::surface::free_panel::FreePanel;
 
-/// Width of the fade at a free edge: this share of the root of the area, at most as many metres.
+/// Width of the fade at a free edge: this share of the shorter side, at most as many metres.
 const FADE: (f64, f64) = (0.2, 0.3);
 
 /// Shortest fade at a large wall's edge in metres: what is nearer to an end of the path than this is no wall.
@@ -36,22 +37,35 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
         }
         let after_m = (path.length_m - before_m).max(0.0);
         let apart_m = 2.0 * before_m.max(0.0) * after_m / path.length_m.max(1e-6);
-        let cosine = path.cosines[step].max(1e-3);
         let panel = match has_panels {
             true => free_panel(scene, path, step),
             false => None,
         };
         if let Some(panel) = panel {
-            let limit_hz = scene.speed_of_sound_m_s() * apart_m / (2.0 * panel.area_m2 * cosine);
-            let fade_m = (FADE.0 * panel.area_m2.sqrt()).min(FADE.1);
+            // Reflection turns the ray within the plane that a side's length is seen in: coming and going it looks as
+            // long.
+            let ray = match step {
+                _ if step + 1 < path.order => path.points[step + 1] - point,
+                _ => point - path.image,
+            };
+            let ray = ray.normalize_or_zero();
+            let limits_hz = panel.sides.map(|side| {
+                let side = side.as_dvec3();
+                let seen = side.length_squared() - side.dot(ray).powi(2);
+                scene.speed_of_sound_m_s() * apart_m / (2.0 * seen.max(1e-9))
+            });
+            let shorter_m = f64::from(panel.sides[0].length().min(panel.sides[1].length()));
+            let fade_m = (FADE.0 * shorter_m).min(FADE.1);
             let edge = smooth(panel.to_edge_m / fade_m);
             let sum = product.get_or_insert([1.0; BANDS]);
             for (value, hz) in sum.iter_mut().zip(CENTRES_HZ) {
-                *value *= (edge * (hz / limit_hz.max(1e-6)).min(1.0)) as f32;
+                let energy = limits_hz.map(|limit_hz| (hz / limit_hz.max(1e-6)).min(1.0));
+                *value *= (edge * (energy[0] * energy[1]).sqrt()) as f32;
             }
         } else if fades
             && let Some(to_edge_m) = scene.edge_distance_m(path.surfaces[step], point, FADE.1)
         {
+            let cosine = path.cosines[step].max(1e-3);
             let sum = product.get_or_insert([1.0; BANDS]);
             for (value, hz) in sum.iter_mut().zip(CENTRES_HZ) {
                 // Fresnel's parameter is 1 where the square of the distance is ¼ λ a*, seen along the path.

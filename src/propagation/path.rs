@@ -126,6 +126,10 @@ pub struct PathSet {
     pub direct_edges: Vec<(SourceId, u32)>,
     /// Late reverb, one entry a source, in the order of [`Self::sources`].
     pub late: Vec<LateSource>,
+    /// The place behind a surface where the listener may be instead, who walks through it, if somebody has looked there too.
+    pub beyond: Option<Vec3>,
+    /// Late reverb there, like [`Self::late`].
+    pub late_beyond: Vec<LateSource>,
     /// Rays cast for it.
     pub rays: u64,
 }

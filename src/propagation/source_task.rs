@@ -9,7 +9,7 @@ use super::candidates::{Candidates, Ready, image_for_one};
 use super::diffraction::{self, DirectEdges, Spot};
 use super::effort::Effort;
 use super::image_source::{ImagePath, Unfolded};
-use super::late::{LateEstimator, SourceRays};
+use super::late::{LateEstimator, SourceRays, Viewpoints};
 use super::occluders::Occluders;
 use super::path::{LateSource, MAX_BENDS, Path};
 use super::sampling::{ROTATIONS, mix, rotation};
@@ -40,6 +40,8 @@ pub(super) struct Moment<'a> {
     pub(super) listener: &'a ListenerPose,
     /// The listener, local coordinates.
     pub(super) ear: DVec3,
+    /// From where late fields are looked at.
+    pub(super) viewpoints: &'a Viewpoints,
     /// Within what distance paths are named that are not there; nothing names none.
     pub(super) reach_m: Option<f64>,
     /// The source rays' lattice before rotation.
@@ -168,6 +170,7 @@ impl SourceTask {
         let source_rays = SourceRays {
             origin: scene.to_local(pose.position),
             listener: moment.ear,
+            viewpoints: moment.viewpoints,
             pose: *pose,
             directions: moment.directions,
             turn: rotation(turn, settings.seed ^ own_seed),

@@ -11,6 +11,7 @@ use super::candidates::Candidates;
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
 use super::effort::Effort;
+use super::late::Viewpoints;
 use super::neighbours::{CANDIDATES, fill_up};
 use super::path::{Path, PathId, PathSet};
 use super::sampling::{ROTATIONS, lattice, renew_lattice, rotation};
@@ -53,6 +54,7 @@ pub struct Propagator {
     is_touched: bool,
     standing: Standing,
     scene_state: u64,
+    viewpoints: Viewpoints,
     /// As it was made.
     settings: PropagationSettings,
     /// As much of it as is in use.
@@ -93,6 +95,7 @@ impl Propagator {
             is_touched: true,
             standing: Standing::default(),
             scene_state: 0,
+            viewpoints: Viewpoints::default(),
             settings,
             in_use: settings,
             effort: Effort::full(&settings),
@@ -188,6 +191,9 @@ impl Propagator {
         }
         self.arrange(sources);
         let ear = self.scene.to_local(listener.position);
+        let own_rays = self
+            .viewpoints
+            .renew(&self.scene, ear.as_vec3(), self.scene_state);
         let moment = Moment {
             scene: &self.scene,
             settings: &self.in_use,
@@ -196,6 +202,7 @@ impl Propagator {
             scene_state: self.scene_state,
             listener,
             ear,
+            viewpoints: &self.viewpoints,
             reach_m: self.reach_m,
             directions: &self.source_directions,
         };
@@ -229,6 +236,7 @@ impl Propagator {
             task.find(&shared, &sources[place]);
         });
         self.gather(sources, result);
+        result.rays += own_rays;
         result.update = self.update;
         result.time_s = time_s;
         result.listener = *listener;
@@ -282,6 +290,8 @@ impl Propagator {
         result
             .late
             .extend(tasks.iter().filter_map(|task| task.late_source));
+        result.beyond = None;
+        result.late_beyond.clear();
         result.instances.clear();
         result.instances.extend(self.scene.instance_poses());
         result.sources.clear();

@@ -168,8 +168,10 @@ impl ScheduledPropagation {
         self.propagator.set_reach(reach_m);
         self.propagator
             .update(listener, sources, time_s, &mut result);
-        if through.is_some() {
+        if let Some(through) = &through {
             add_nearby(&mut result, &self.through);
+            result.beyond = Some(through.position);
+            result.late_beyond.clone_from(&self.through.late);
         }
         result
     }

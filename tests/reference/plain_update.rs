@@ -7,7 +7,7 @@ use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::diffraction::{self, Spot};
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
-use foresound::propagation::late::{LateEstimator, SourceRays};
+use foresound::propagation::late::{LateEstimator, SourceRays, Viewpoints};
 use foresound::propagation::neighbours::fill_up;
 use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, lattice, mix, rotation};
 use foresound::propagation::sequence::Sequence;
@@ -119,9 +119,12 @@ impl PlainPropagator {
         let memory = self.memories.iter_mut().find(|memory| memory.id == pose.id);
         let memory = memory.expect("just made");
         let own_seed = mix(u64::from(pose.id.bits()));
+        let mut viewpoints = Viewpoints::default();
+        viewpoints.renew(&scene, ear.as_vec3(), 0);
         let rays = SourceRays {
             origin,
             listener: ear,
+            viewpoints: &viewpoints,
             pose: *pose,
             directions: &lattice(settings.source_rays),
             turn: rotation(update, settings.seed ^ own_seed),

@@ -127,7 +127,7 @@ impl Best {
                 candidate.tested = None;
             }
         }
-        let budget = u64::from(self.settings.rays_per_source) * now.sources.len() as u64;
+        let budget = self.settings.rays(now.sources.len());
         let updates = self.memory.updates;
         let rays = self.inspection.spend(
             budget,

@@ -14,11 +14,14 @@ pub enum Lead {
     End,
 }
 
+/// Sources that rays are counted for at least.
+const LEAST_SOURCES: usize = 4;
+
 /// Settings of [`super::super::PredictorKind::Best`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BestSettings {
-    /// Rays that may be cast in one graphics frame to see what blocks reflected paths, times the number of sources. 0
-    /// leaves visibility to the updates.
+    /// Rays that may be cast in one graphics frame to see what blocks reflected paths, times the number of sources, four at
+    /// least: few sources leave time for more. 0 leaves visibility to the updates.
     pub rays_per_source: u32,
     /// Updates for which a path is kept that was valid not long ago, so that it can be opened again; 0 keeps none.
     pub remembered_updates: u32,
@@ -43,6 +46,13 @@ impl BestSettings {
         nearby: true,
         lead: Lead::End,
     };
+}
+
+impl BestSettings {
+    /// Rays of a graphics frame with so many sources.
+    pub(super) fn rays(&self, sources: usize) -> u64 {
+        u64::from(self.rays_per_source) * sources.max(LEAST_SOURCES) as u64
+    }
 }
 
 impl Default for BestSettings {

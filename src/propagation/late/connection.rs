@@ -5,8 +5,9 @@
 //! sum stays right; shadow rays ask whether something stands in between.
 //!
 //! What is chosen does not depend on the listener, what a chosen bounce sends is computed anew for wherever the listener
-//! is when the sum is asked for, and nothing is asked from further than `LOOK_AGAIN_M` away. So the sum is a function
-//! of the place, and not of how many updates the listener took to get there.
+//! is when the sum is asked for, and what stands in between is asked from places that depend on the listener's alone
+//! ([`super::viewpoints`]). So the sum is a function of the place, and not of how many updates the listener took to get
+//! there.
 
 use glam::Vec3;
 
@@ -15,6 +16,8 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
+
+use super::viewpoints::VIEWS;
 
 /// Bounces that stand for one source's rays of one rotation: half of them for bounces within the depth of discrete paths,
 /// half beyond; all beyond, where those within have nothing for the tail.
@@ -25,9 +28,6 @@ const SPREAD_M: f32 = 0.7;
 
 /// Metres from the source within which bounces are chosen by their energy alone: a listener is taken to be thereabouts.
 const CHOICE_SPREAD_M: f32 = 20.0;
-
-/// Metres that a listener may walk until shadow rays are cast again.
-const LOOK_AGAIN_M: f32 = 0.5;
 
 /// Energy that a bounce has for the tail.
 #[derive(Debug, Clone, Copy, Default)]
@@ -72,15 +72,15 @@ struct Chosen {
     before_m: f32,
     /// Energy leaving, of all that it stands for, less what the air on the way to it takes.
     energy: BandArray,
-    /// Whether nothing stands between it and the listener.
+    /// Whether nothing stands between it and its group's viewpoint.
     is_seen: bool,
 }
 
-/// The bounces that stand for a rotation's, and from where they were looked at.
+/// The bounces that stand for a rotation's, every [`VIEWS`]th one of them a group, and from where the groups were looked at.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Arrivals {
     chosen: Vec<Chosen>,
-    seen_from: Option<Vec3>,
+    seen_from: [Option<Vec3>; VIEWS],
 }
 
 impl Arrivals {
@@ -92,7 +92,7 @@ impl Arrivals {
     /// Chooses among a rotation's bounces.
     pub(super) fn choose(&mut self, scene: &Scene, source: Vec3, bounces: &Bounces) {
         self.chosen.clear();
-        self.seen_from = None;
+        self.seen_from = [None; VIEWS];
         let plain = |bounce: &Bounce| f64::from(bounce.weight(source));
         // The root beyond: what comes last has little energy, but nothing else is heard by then.
         let rooted = |bounce: &Bounce| plain(bounce).sqrt();
@@ -145,25 +145,23 @@ impl Arrivals {
         }
     }
 
-    /// Whether it is worth while to look again from here.
-    pub(super) fn is_stale(&self, listener: Vec3) -> bool {
-        self.seen_from
-            .is_none_or(|place| place.distance_squared(listener) > LOOK_AGAIN_M * LOOK_AGAIN_M)
-    }
-
-    /// Looks from the chosen bounces to the listener. Adds the rays it cast to `rays`.
-    pub(super) fn look(&mut self, scene: &Scene, listener: Vec3, rays: &mut u64) {
-        self.seen_from = Some(listener);
-        for chosen in &mut self.chosen {
-            // A surface sends nothing behind itself, whatever stands there.
-            let way = listener - chosen.point;
-            if chosen.normal.dot(way) <= 0.0 {
-                chosen.is_seen = false;
+    /// Looks from the chosen bounces to the viewpoints of their groups, unless it has from there. Adds the rays it cast to
+    /// `rays`.
+    pub(super) fn look(&mut self, scene: &Scene, viewpoints: &[Vec3], rays: &mut u64) {
+        for (group, (&place, seen_from)) in viewpoints.iter().zip(&mut self.seen_from).enumerate() {
+            if seen_from.replace(place) == Some(place) {
                 continue;
             }
-            *rays += 1;
-            let leg = Ray::between(chosen.point, listener);
-            chosen.is_seen = !scene.any_hit(&leg, [chosen.surface, NO_GROUP]);
+            for chosen in self.chosen.iter_mut().skip(group).step_by(VIEWS) {
+                // A surface sends nothing behind itself, whatever stands there.
+                if chosen.normal.dot(place - chosen.point) <= 0.0 {
+                    chosen.is_seen = false;
+                    continue;
+                }
+                *rays += 1;
+                let leg = Ray::between(chosen.point, place);
+                chosen.is_seen = !scene.any_hit(&leg, [chosen.surface, NO_GROUP]);
+            }
         }
     }
 

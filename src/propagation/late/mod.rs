@@ -2,8 +2,8 @@
 //! decays.
 //!
 //! Runs inside a propagation update. Takes source and listener, gives a [`LateSource`]. Bounded by the rays of one
-//! update (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`connection::SHADOW_RAYS`] rays to the listener a rotation: of one
-//! rotation while the listener stands or walks, of all sixteen at most, when it has come far since the last update.
+//! update (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`connection::SHADOW_RAYS`] rays to the listener for each of sixteen
+//! rotations at most: none for a listener at rest, a few for one who walks ([`viewpoints`]).
 //!
 //! The balance (own; connection of bounces to the listener after \[SCHROEDER11\], "diffuse rain"): a source sends 4π of
 //! energy (free field of one at 1 m) in even shares along its rays. What leaves a bounce is the share's product of
@@ -22,9 +22,11 @@ pub mod connection;
 pub mod decay;
 pub mod envelope;
 pub mod source_rays;
+pub mod viewpoints;
 
 pub use envelope::{TailStep, common_decay, tail_steps};
 pub use source_rays::SourceRays;
+pub use viewpoints::Viewpoints;
 
 use glam::Vec3;
 
@@ -84,7 +86,6 @@ impl LateEstimator {
         rays: &mut u64,
     ) {
         let number = (from.rotation % ROTATIONS) as usize;
-        let listener = from.listener.as_vec3();
         for slot in &mut self.slots {
             slot.found.reserve(from);
             slot.arrivals.reserve();
@@ -100,11 +101,10 @@ impl LateEstimator {
             slot.arrivals.choose(scene, from.origin.as_vec3(), bounces);
         }
         slot.filled = true;
-        slot.arrivals.look(scene, listener, rays);
-        for slot in self.slots.iter_mut().filter(|slot| slot.filled) {
-            if slot.arrivals.is_stale(listener) {
-                slot.arrivals.look(scene, listener, rays);
-            }
+        let slots = self.slots.iter_mut().enumerate();
+        for (number, slot) in slots.filter(|(_, slot)| slot.filled) {
+            let viewpoints = from.viewpoints.of_rotation(number);
+            slot.arrivals.look(scene, viewpoints, rays);
         }
         self.nearest_s = from.origin.distance(from.listener) / scene.speed_of_sound_m_s();
         self.listener = from.listener.as_vec3();

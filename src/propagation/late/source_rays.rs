@@ -14,6 +14,7 @@ use super::super::sequence::{Commutation, Sequence};
 use super::super::sequence_set::SequenceSet;
 use super::connection::{Bounce, Bounces};
 use super::decay::DecayCurve;
+use super::viewpoints::Viewpoints;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
@@ -39,6 +40,8 @@ pub struct SourceRays<'a> {
     pub origin: DVec3,
     /// The listener, local coordinates.
     pub listener: DVec3,
+    /// From where it is looked for what reaches the listener.
+    pub viewpoints: &'a Viewpoints,
     /// The source as it is: rays carry what its directivity sends along them.
     pub pose: SourcePose,
     /// The lattice ([`super::super::sampling::lattice`]), one direction a ray.

@@ -224,7 +224,11 @@ impl Scene {
         let (placed, local) = self.instances.of(surface)?;
         placed.surfaces.get(local as usize)?;
         let point = placed.point(point);
-        placed.part.free_panel_at(local, point, in_front)
+        let panel = placed.part.free_panel_at(local, point, in_front)?;
+        Some(FreePanel {
+            sides: panel.sides.map(|side| placed.direction(side)),
+            ..panel
+        })
     }
 
     #[inline(never)]

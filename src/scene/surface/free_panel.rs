@@ -15,6 +15,10 @@ use crate::geometry::{Bvh, Ray};
 /// much and share no corner with it.
 const REACH_M: f32 = 0.02;
 
+/// How far what continues a panel may fall back behind its plane, as a share of the way out: 17 degrees. The facets of a
+/// column turn more, and end each other.
+const FALL: f32 = 0.3;
+
 /// Places along an edge where that is done, as shares of its length.
 const PLACES: [f32; 3] = [0.2, 0.5, 0.8];
 
@@ -39,6 +43,7 @@ struct Piece {
     triangles: Vec<[Vec3; 3]>,
     borders: Vec<Border>,
     free: [bool; 2],
+    sides: [Vec3; 2],
     /// Bounds, with room for a surface's own unevenness.
     low: DVec3,
     high: DVec3,
@@ -49,6 +54,8 @@ struct Piece {
 pub struct FreePanel {
     /// Area in m².
     pub area_m2: f64,
+    /// The two sides of the rectangle that stands for it, in metres: of its area, along its longest straight border.
+    pub sides: [Vec3; 2],
     /// Distance in metres to the nearest free edge.
     pub to_edge_m: f64,
 }
@@ -94,6 +101,7 @@ impl FreePanels {
                 triangles: same.iter().map(corners).collect(),
                 borders: Vec::new(),
                 free: [false; 2],
+                sides: [Vec3::ZERO; 2],
                 low: bound(DVec3::min) - f64::from(REACH_M),
                 high: bound(DVec3::max) + f64::from(REACH_M),
             });
@@ -126,6 +134,7 @@ impl FreePanels {
             }
         }
         for piece in &mut pieces {
+            piece.sides = sides(piece, set.surfaces[piece.surface as usize].normal.as_vec3());
             let length_m = |border: &&Border| f64::from(border.ends[0].distance(border.ends[1]));
             let whole_m: f64 = piece.borders.iter().map(|b| length_m(&b)).sum();
             piece.free = [0, 1].map(|side| {
@@ -165,6 +174,7 @@ impl FreePanels {
         let free = piece.borders.iter().filter(|border| border.free[side]);
         Some(FreePanel {
             area_m2: piece.area_m2,
+            sides: piece.sides,
             to_edge_m: free
                 .map(|border| distance_m(border.ends.map(Vec3::as_dvec3), point))
                 .fold(f64::INFINITY, f64::min),
@@ -182,8 +192,8 @@ impl FreePanels {
     }
 }
 
-/// Whether nothing continues a panel over an edge, on the normal's side and on the other: nothing in its plane beyond,
-/// and nothing that rises from there.
+/// Whether nothing continues a panel over an edge, on the normal's side and on the other: nothing beyond that lies in its
+/// plane or leans towards that side, and nothing that rises from there.
 fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2] {
     let along = ends[1] - ends[0];
     let across = normal.cross(along).normalize_or_zero();
@@ -196,17 +206,37 @@ fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2
         2 * count.count() > PLACES.len()
     };
     let up = normal * REACH_M;
-    let beyond = most(&|at| {
-        let at = at + outward * (0.5 * REACH_M);
-        met(at + up, at - up)
-    });
+    let out_m = 0.5 * REACH_M;
     [up, -up].map(|lift| {
+        let beyond = most(&|at| {
+            let at = at + outward * out_m;
+            met(at + lift, at - lift.normalize_or_zero() * (FALL * out_m))
+        });
         let rises = most(&|at| {
             let at = at + lift;
             met(at - outward * REACH_M, at + outward * REACH_M)
         });
         !beyond && !rises
     })
+}
+
+/// The sides of a rectangle as long and wide as a piece, but of its area.
+fn sides(piece: &Piece, normal: Vec3) -> [Vec3; 2] {
+    let length_m = |border: &Border| border.ends[0].distance(border.ends[1]);
+    let borders = piece.borders.iter();
+    let longest = borders.max_by(|a, b| length_m(a).total_cmp(&length_m(b)));
+    let along = longest.map_or(Vec3::ZERO, |border| border.ends[1] - border.ends[0]);
+    let along = along.normalize_or(normal.any_orthonormal_vector());
+    let across = normal.cross(along);
+    let span_m = [along, across].map(|axis| {
+        let places = piece.borders.iter().flat_map(|border| border.ends);
+        let (low, high) = places.fold((f32::MAX, f32::MIN), |(low, high), at| {
+            (low.min(axis.dot(at)), high.max(axis.dot(at)))
+        });
+        (high - low).max(1e-3)
+    });
+    let filled = (piece.area_m2 as f32 / (span_m[0] * span_m[1])).sqrt();
+    [along * span_m[0] * filled, across * span_m[1] * filled]
 }
 
 fn area_m2([a, b, c]: [Vec3; 3]) -> f64 {
@@ -268,6 +298,41 @@ mod tests {
         let local = |x: f32| scene.to_local(Vec3::new(x, 2.0, 1.5));
         let told = scene.free_panel_at(board, local(1.2), true).expect("on it");
         assert!((told.area_m2 - 1.0).abs() < 1e-6 && (told.to_edge_m - 0.2).abs() < 1e-5);
+        let lengths = told.sides.map(Vec3::length);
+        assert!(
+            lengths.iter().all(|side| (side - 1.0).abs() < 1e-5),
+            "{lengths:?}"
+        );
         assert!(scene.free_panel_at(board, local(2.1), true).is_none());
+    }
+
+    /// Its facets turn 30 degrees from one to the next; from inside they are a room.
+    #[test]
+    fn the_facets_of_a_column_are_free_outside_only() {
+        let mut mesh = TriangleMesh::default();
+        mesh.material("concrete");
+        let ring = |height: f32| {
+            let angles = (0..12u8).map(|i| std::f32::consts::TAU * f32::from(i) / 12.0);
+            angles.map(move |a| Vec3::new(0.5 * a.cos(), height, 0.5 * a.sin()))
+        };
+        mesh.vertices.extend(ring(0.0).chain(ring(6.0)));
+        for i in 0..12 {
+            let next = (i + 1) % 12;
+            mesh.triangles.push([i, next, 12 + i]);
+            mesh.triangles.push([next, 12 + next, 12 + i]);
+        }
+        mesh.triangle_materials.resize(24, 0);
+        let scene = commit(&mesh);
+        for (number, facet) in scene.surfaces().iter().enumerate() {
+            let centre = scene.to_local(Vec3::new(0.0, 3.0, 0.0));
+            let height_m = facet.distance_m(centre);
+            let point = centre - height_m * facet.normal;
+            let seen = |in_front: bool| scene.free_panel_at(number as u32, point, in_front);
+            assert!(seen(height_m > 0.0).is_none());
+            let sides = seen(height_m < 0.0).expect("free outside").sides;
+            assert!(
+                (sides[0].length() - 6.0).abs() < 1e-3 && (sides[1].length() - 0.2588).abs() < 1e-3
+            );
+        }
     }
 }
