@@ -304,7 +304,7 @@ mod tests {
             ),
             (
                 "directivity = { levels_db = [0] }",
-                "x.toml:4: directivity levels",
+                "x.toml:4: 1 rows of angles",
             ),
             (
                 "directivity = { shape = 1 }",
