@@ -70,7 +70,7 @@ pub(crate) fn make(errors: &mut Errors) {
         render("doorway", "1,1,1=gone.wav", &[]),
         render("doorway", &heard, &["--schedule", "later"]),
         render("doorway", &heard, &["--predictor", "oracle"]),
-        render("doorway", &heard, &["--seconds", "-1"]),
+        render("doorway", &heard, &["--seconds=-1"]),
         render("doorway", &heard, &["--rate", "7"]),
     ] {
         errors.line(&found);
