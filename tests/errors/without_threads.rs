@@ -41,10 +41,6 @@ pub(crate) fn make(errors: &mut Errors) {
 }
 
 #[test]
-#[expect(
-    clippy::print_stdout,
-    reason = "how it tells the process that waits for it"
-)]
 fn is_run_without_threads() {
     if std::env::var("RUST_MIN_STACK").as_deref() != Ok(STACK) {
         return;
