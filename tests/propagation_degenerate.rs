@@ -1,6 +1,5 @@
 //! Meshes, moving parts and places that nobody would build: every path and late field is finite, no path is louder than
 //! the source, and every update ends. Bends, transmission and the list of paths nearby are on.
-#![expect(clippy::panic, reason = "a test says what broke")]
 
 use std::sync::Arc;
 
