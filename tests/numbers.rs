@@ -95,8 +95,7 @@ fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
             * match (path.order, path.bends) {
                 (0, 0) => (1.0 + 0.5 * MOST_DIRECT_EDGES as f32) * free,
                 (_, 0) => free,
-                // Its asymptotic wave may pass it by 1 % millimetres from an edge.
-                _ => 1.01 / NEAREST_M,
+                _ => 1.0 / NEAREST_M,
             };
         for band in path.amplitude {
             prop_assert!(band.abs() <= most, "{band} above {most}: {path:?}");

@@ -1,14 +1,17 @@
-//! Meshes and places that nobody would build: every path is finite and no louder than the source, and every update ends.
+//! Meshes, moving parts and places that nobody would build: every path and late field is finite, no path is louder than
+//! the source, and every update ends. Bends, transmission and the list of paths nearby are on.
 
 use std::sync::Arc;
 
-use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::propagation::diffraction::MOST_DIRECT_EDGES;
+use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh,
-    procedural,
+    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
+    SourcePose, TriangleMesh, procedural,
 };
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 /// Fewer rays than usual: it is the odd places that count.
 const SETTINGS: PropagationSettings = PropagationSettings {
@@ -22,47 +25,124 @@ const SETTINGS: PropagationSettings = PropagationSettings {
     bends: 2,
 };
 
-/// Three updates; what cannot be committed is refused, which is well too.
-fn hold(mesh: &TriangleMesh, sources: &[Vec3], listener: Vec3) -> Result<(), TestCaseError> {
-    let settings = SceneSettings::default();
-    let Ok(scene) = Scene::commit(mesh, &MaterialTable::built_in(), &settings) else {
-        return Ok(());
+/// How far the listener may walk before paths nearby count as there.
+const REACH_M: f64 = 0.3;
+
+fn commit(mesh: &TriangleMesh) -> Option<Arc<Scene>> {
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(mesh, &table, &SceneSettings::default());
+    scene.ok().map(Arc::new)
+}
+
+fn propagator(scene: Arc<Scene>) -> Propagator {
+    let mut propagator = Propagator::new(scene, SETTINGS).expect("settings");
+    propagator.set_reach(Some(REACH_M));
+    propagator
+}
+
+/// The loudest that a path can be: the direct one carries up to half a free field for each edge near it.
+fn loudest(path: &Path) -> f32 {
+    let share = match path.is_direct() {
+        true => 1.0 + 0.5 * MOST_DIRECT_EDGES as f32,
+        false => 1.0001,
     };
-    let mut propagator = Propagator::new(Arc::new(scene), SETTINGS).expect("settings");
-    let poses: Vec<SourcePose> = (0..)
-        .zip(sources)
-        .map(|(slot, &position)| SourcePose::at(SourceId::new(slot, 0), position))
-        .collect();
-    let ear = ListenerPose {
-        position: listener,
-        ..ListenerPose::default()
-    };
-    let mut set = PathSet::default();
-    for _ in 0..3 {
-        propagator.update(&ear, &poses, 0.0, &mut set);
-        for path in &set.paths {
-            let loudest = 1.0 / SETTINGS.nearest_m + 1e-3;
-            let finite = path.amplitude.iter().all(|a| a.abs() <= loudest);
-            prop_assert!(finite, "{path:?}");
-            let places = path.points().iter().all(|p| p.is_finite());
-            prop_assert!(
-                places && path.image.is_finite() && path.length_m.is_finite(),
-                "{path:?}"
-            );
-        }
-        prop_assert!(set.paths.windows(2).all(|pair| pair[0].id <= pair[1].id));
+    share / SETTINGS.nearest_m
+}
+
+fn check(set: &PathSet) -> Result<(), TestCaseError> {
+    for path in set.paths.iter().chain(&set.nearby) {
+        let bounded = path.amplitude.iter().all(|a| a.abs() <= loudest(path));
+        prop_assert!(bounded, "{path:?}");
+        let places = path.points().iter().all(|p| p.is_finite());
+        prop_assert!(
+            places && path.image.is_finite() && path.length_m.is_finite(),
+            "{path:?}"
+        );
+    }
+    prop_assert!(set.paths.windows(2).all(|pair| pair[0].id <= pair[1].id));
+    for late in &set.late {
+        let numbers = late.energy.iter().flatten().chain(&late.decay_time_s);
+        let mut numbers = numbers.chain([&late.start_s, &late.mean_free_time_s]);
+        prop_assert!(
+            numbers.all(|number| number.is_finite() && *number >= 0.0),
+            "{late:?}"
+        );
     }
     Ok(())
 }
 
+fn poses(sources: &[Vec3]) -> Vec<SourcePose> {
+    (0..)
+        .zip(sources)
+        .map(|(slot, &position)| SourcePose::at(SourceId::new(slot, 0), position))
+        .collect()
+}
+
+fn ear(position: Vec3) -> ListenerPose {
+    ListenerPose {
+        position,
+        ..ListenerPose::default()
+    }
+}
+
+/// Three updates; what cannot be committed is refused, which is well too.
+fn hold(mesh: &TriangleMesh, sources: &[Vec3], listener: Vec3) -> Result<(), TestCaseError> {
+    let Some(scene) = commit(mesh) else {
+        return Ok(());
+    };
+    let mut propagator = propagator(scene);
+    let mut set = PathSet::default();
+    for _ in 0..3 {
+        propagator.update(&ear(listener), &poses(sources), 0.0, &mut set);
+        check(&set)?;
+    }
+    Ok(())
+}
+
+/// A part that stands at each of `places` in turn, turned each time, in a scene that stays.
+fn hold_moving(
+    fixed: &TriangleMesh,
+    part: &TriangleMesh,
+    places: &[Vec3],
+    sources: &[Vec3],
+    listener: Vec3,
+) -> Result<(), TestCaseError> {
+    let (Some(fixed), Some(part)) = (commit(fixed), commit(part)) else {
+        return Ok(());
+    };
+    let mut propagator = propagator(fixed);
+    let at = InstancePose::at(InstanceId::default(), places[0].as_dvec3());
+    let id = propagator.scene_mut().add_instance(part, &at);
+    let id = id.expect("a part without parts, at a place");
+    let mut set = PathSet::default();
+    for (step, place) in places.iter().enumerate() {
+        let pose = InstancePose {
+            id,
+            position: place.as_dvec3(),
+            // Now and then as it was made, so that its planes are those of what stays.
+            rotation: Quat::from_rotation_y(0.7 * (step % 3) as f32),
+        };
+        let moved = propagator.scene_mut().set_instance_pose(&pose);
+        moved.expect("a rigid pose");
+        propagator.update(&ear(listener), &poses(sources), 0.0, &mut set);
+        check(&set)?;
+    }
+    // What remembered paths name is no more.
+    let removed = propagator.scene_mut().remove_instance(id);
+    removed.expect("it is there");
+    propagator.update(&ear(listener), &poses(sources), 0.0, &mut set);
+    check(&set)
+}
+
 fn mesh_of(triangles: &[[Vec3; 3]]) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
-    let material = mesh.material("concrete");
-    for triangle in triangles {
+    // One that lets hardly anything through, one that lets much through, and one that takes nearly all.
+    let materials = ["concrete", "curtain", "rock_wool"].map(|name| mesh.material(name));
+    for (number, triangle) in triangles.iter().enumerate() {
         let first = mesh.vertices.len() as u32;
         mesh.vertices.extend(triangle);
         mesh.triangles.push([first, first + 1, first + 2]);
-        mesh.triangle_materials.push(material);
+        mesh.triangle_materials.push(materials[number % 3]);
     }
     mesh
 }
@@ -96,7 +176,7 @@ fn shell(size: Vec3) -> Vec<[Vec3; 3]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, rng_seed: RngSeed::Fixed(11), ..ProptestConfig::default() })]
 
     #[test]
     fn soups_end_well(soup in triangles(point(10.0).boxed(), 60), a in point(12.0), b in point(12.0)) {
@@ -124,6 +204,38 @@ proptest! {
     }
 
     #[test]
+    fn parts_that_move_end_well(
+        soup in triangles(prop_oneof![grid_point(), point(2.0)].boxed(), 24),
+        (a, b) in (point(4.0), point(4.0)),
+        way in prop::collection::vec(prop_oneof![grid_point(), point(4.0)], 2..5),
+    ) {
+        // Through the walls, over the listener, and into a corner; what stays is a room, what moves is a heap.
+        let (room, heap) = (mesh_of(&shell(Vec3::new(8.0, 3.0, 6.0))), mesh_of(&soup));
+        let mut places = way;
+        places.extend([a, b, Vec3::new(4.0, 1.5, 3.0), Vec3::new(1e5, 0.0, -1e5)]);
+        let sources = [b, a, places[0] + on_surface(soup[0])[0]];
+        hold_moving(&room, &heap, &places, &sources, a)?;
+        // The heap stays, the room moves about it.
+        hold_moving(&heap, &room, &places, &sources, b)?;
+    }
+
+    #[test]
+    fn slivers_and_needles_end_well(
+        (a, b) in (point(6.0), point(6.0)),
+        thin in prop::collection::vec((point(5.0), point(5.0), -8i32..-2), 1..24),
+    ) {
+        // Down to a few units in the last place, so that some have no area left and no plane worth the name.
+        let needle = |&(from, to, exponent): &(Vec3, Vec3, i32)| {
+            [from, to, to + 10f32.powi(exponent) * (to - from).any_orthogonal_vector()]
+        };
+        let mut all: Vec<[Vec3; 3]> = thin.iter().map(needle).collect();
+        let places = on_surface(all[0]);
+        all.extend(shell(Vec3::splat(10.0)));
+        hold(&mesh_of(&all), &[a, places[0], places[1]], b)?;
+        hold(&mesh_of(&all), &[a, b], places[2])?;
+    }
+
+    #[test]
     fn inside_out_twice_and_in_the_walls(x in 1.0f32..20.0, y in 1.0f32..6.0, place in point(10.0)) {
         let inside: Vec<[Vec3; 3]> = shell(Vec3::new(x, y, 5.0));
         let outside: Vec<[Vec3; 3]> = inside.iter().map(|&[a, b, c]| [a, c, b]).collect();
@@ -138,20 +250,34 @@ proptest! {
     }
 }
 
+/// Planes that all but coincide, as modellers leave them: a wall a hair in front of another, at every distance from none to
+/// a centimetre.
+#[test]
+fn walls_a_hair_apart_end_well() {
+    let room = shell(Vec3::new(6.0, 3.0, 5.0));
+    for exponent in [-9, -7, -6, -5, -4, -3, -2] {
+        let gap = 10f32.powi(exponent);
+        let mut all = room.clone();
+        all.extend(room.iter().map(|t| t.map(|corner| corner * (1.0 - gap))));
+        let between = Vec3::new(3.0 * (1.0 - gap / 2.0), 0.2, 0.1);
+        for listener in [Vec3::new(0.4, 0.3, -0.2), between, Vec3::new(3.0, 1.5, 2.5)] {
+            let done = hold(&mesh_of(&all), &[between, Vec3::ONE, listener], listener);
+            done.unwrap_or_else(|error| panic!("{gap} m apart: {error}"));
+        }
+    }
+}
+
 #[test]
 fn numbers_that_are_none_end_well() {
     let mesh = procedural::shoebox(Vec3::new(4.0, 3.0, 5.0), "concrete");
     for odd in [Vec3::NAN, Vec3::INFINITY, Vec3::splat(f32::MAX)] {
-        let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default());
-        let mut propagator =
-            Propagator::new(Arc::new(scene.expect("commits")), SETTINGS).expect("settings");
-        let pose = SourcePose::at(SourceId::new(0, 0), odd);
-        let ear = ListenerPose {
-            position: Vec3::ONE,
-            ..ListenerPose::default()
-        };
+        let mut propagator = propagator(commit(&mesh).expect("commits"));
         let mut set = PathSet::default();
-        propagator.update(&ear, &[pose], 0.0, &mut set);
-        assert!(set.paths.is_empty(), "{odd}");
+        // First the source, then the listener stands nowhere.
+        for (source, listener) in [(odd, Vec3::ONE), (Vec3::ONE, odd)] {
+            propagator.update(&ear(listener), &poses(&[source]), 0.0, &mut set);
+            assert!(set.paths.is_empty(), "{odd}");
+            check(&set).unwrap_or_else(|error| panic!("{odd}: {error}"));
+        }
     }
 }

@@ -32,11 +32,13 @@ const KAISER_BETA: f64 = 8.0;
 const PASS: f64 = 0.93;
 /// Most samples of a clip: an hour and a half at 48 kHz.
 const MOST_SAMPLES: usize = 1 << 28;
+/// Loudest sample: whole numbers of 32 bits that somebody wrote as floats. Of louder ones converters make infinity.
+const LOUDEST_SAMPLE: f32 = 2_147_483_648.0;
 
 /// Makes a clip of samples at `rate_hz` for an engine at `engine_rate_hz`.
 ///
 /// # Errors
-/// [`Status::BadArgument`] for a rate outside 1,000 to 384,000 Hz or a sample that is no number; [`Status::Full`].
+/// [`Status::BadArgument`] for a rate outside 1,000 to 384,000 Hz or a sample that is no number or above 2^31; [`Status::Full`].
 pub fn from_samples(samples: &[f32], rate_hz: u32, engine_rate_hz: u32) -> Result<u64, Fault> {
     for rate in [rate_hz, engine_rate_hz] {
         if !(1_000..=384_000).contains(&rate) {
@@ -44,9 +46,12 @@ pub fn from_samples(samples: &[f32], rate_hz: u32, engine_rate_hz: u32) -> Resul
             return Err(Fault::new(Status::BadArgument, text));
         }
     }
-    if let Some(at) = samples.iter().position(|sample| !sample.is_finite()) {
+    if let Some(at) = samples
+        .iter()
+        .position(|s| s.is_nan() || s.abs() > LOUDEST_SAMPLE)
+    {
         let text = format!(
-            "sample {at} is {}, no number; give finite samples",
+            "sample {at} is {}, no number of a sound; give samples around 1",
             samples[at]
         );
         return Err(Fault::new(Status::BadArgument, text));

@@ -24,6 +24,10 @@ pub const MOST_CHANNELS: u16 = 64;
 /// Converting another rate takes five times as much for its time.
 pub const MOST_SAMPLES: usize = 1 << 26;
 
+/// Loudest sample of a file of floats, whose full scale is 1: whole numbers of 32 bits that somebody wrote as floats. Of
+/// louder ones the resampler makes infinity.
+const LOUDEST_SAMPLE: f32 = 2_147_483_648.0;
+
 /// Audio frames the resampler takes at once. Its filter is at least as long: 4096 taps keep the transition band
 /// below 1 % of the lower rate and still fit a cache.
 const RESAMPLER_CHUNK: usize = 4096;
@@ -233,7 +237,8 @@ fn read_samples(
             "choose a file with sound in it",
         ));
     }
-    if let Some(i) = samples.iter().position(|s| !s.is_finite()) {
+    let is_none = |s: &f32| s.is_nan() || s.abs() > LOUDEST_SAMPLE;
+    if let Some(i) = samples.iter().position(is_none) {
         return Err(wrong(
             format!("sample {i} is {}", samples[i]),
             "export the file again from its origin",

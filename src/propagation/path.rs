@@ -56,17 +56,17 @@ impl Path {
 
     /// The edges it bends around, from source to listener.
     pub fn edges(&self) -> &[u32] {
-        &self.edges[..usize::from(self.bends)]
+        &self.edges[..usize::from(self.bends).min(MAX_BENDS)]
     }
 
     /// The reflecting surfaces from source to listener.
     pub fn surfaces(&self) -> &[u32] {
-        &self.surfaces[..usize::from(self.order)]
+        &self.surfaces[..usize::from(self.order).min(MAX_ORDER)]
     }
 
     /// The reflection points and bends from source to listener.
     pub fn points(&self) -> &[Vec3] {
-        &self.points[..usize::from(self.order + self.bends)]
+        &self.points[..(usize::from(self.order) + usize::from(self.bends)).min(MAX_ORDER)]
     }
 }
 

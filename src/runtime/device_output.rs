@@ -14,15 +14,14 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crossbeam_utils::atomic::AtomicCell;
-
 use super::clock::now;
 use super::engine::Renderer;
+use super::published::{Published, Words, halves, pair};
 use super::slot::Slot;
 use super::sound_thread::{RingOutput, SoundThread};
 use super::supervisor::{Counts, Order, Supervisor};
 use crate::error::{Error, Result};
-use crate::output::device::{Device, DeviceCallback, DeviceGrant, OpenDevice};
+use crate::output::device::{Device, DeviceCallback, DeviceGrant, DeviceInterface, OpenDevice};
 
 /// How often the supervisor looks.
 const LOOK: Duration = Duration::from_millis(50);
@@ -35,7 +34,7 @@ struct Shared {
     starved_frames: AtomicU64,
     least_frames: AtomicU32,
     most_frames: AtomicU32,
-    report: AtomicCell<Watched>,
+    report: Published<Watched, 5>,
 }
 
 /// What the supervisor has seen last.
@@ -44,6 +43,56 @@ struct Watched {
     counts: Counts,
     grant: Option<DeviceGrant>,
     xruns: u32,
+}
+
+impl Words<5> for Watched {
+    fn to_words(self) -> [u64; 5] {
+        let (counts, grant) = (self.counts, self.grant.unwrap_or_default());
+        let flags = u32::from(self.grant.is_some())
+            | u32::from(grant.exclusive) << 1
+            | u32::from(grant.low_latency) << 2
+            | (grant.interface as u32) << 3;
+        [
+            pair(counts.opened, counts.refused),
+            pair(counts.lost, counts.stalled),
+            pair(grant.rate_hz, grant.burst_frames),
+            pair(grant.buffer_frames, flags),
+            self.xruns.into(),
+        ]
+    }
+
+    fn from_words(words: [u64; 5]) -> Self {
+        let [
+            [opened, refused],
+            [lost, stalled],
+            [rate_hz, burst_frames],
+            [buffer_frames, flags],
+            [_, xruns],
+        ] = words.map(halves);
+        let has = |bit: u32| flags >> bit & 1 == 1;
+        let grant = DeviceGrant {
+            rate_hz,
+            burst_frames,
+            buffer_frames,
+            exclusive: has(1),
+            low_latency: has(2),
+            interface: match flags >> 3 {
+                1 => DeviceInterface::AAudio,
+                2 => DeviceInterface::OpenSlEs,
+                _ => DeviceInterface::Other,
+            },
+        };
+        Self {
+            counts: Counts {
+                opened,
+                refused,
+                lost,
+                stalled,
+            },
+            grant: has(0).then_some(grant),
+            xruns,
+        }
+    }
 }
 
 /// How an output goes.
@@ -130,7 +179,7 @@ impl DeviceOutput {
             starved_frames: AtomicU64::new(0),
             least_frames: AtomicU32::new(u32::MAX),
             most_frames: AtomicU32::new(0),
-            report: AtomicCell::new(Watched::default()),
+            report: Published::default(),
         });
         let watched = Arc::clone(&shared);
         let supervisor = thread::Builder::new()

@@ -13,6 +13,7 @@ pub mod null_device;
 pub mod offline;
 mod offline_instances;
 pub mod phone;
+mod published;
 pub mod schedule;
 pub(crate) mod slot;
 pub mod sound_thread;

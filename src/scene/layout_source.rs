@@ -25,7 +25,7 @@ use super::pose::{SourceId, SourcePose};
 use super::source::{Effects, FRONT, SourceSettings};
 use super::toml_file::TomlFile;
 use crate::acoustics::{BANDS, BandArray};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// A sound source of a layout.
 #[derive(Debug, Clone, PartialEq)]
@@ -180,8 +180,13 @@ fn read_directivity<'a>(file: TomlFile<'a>, value: &Spanned<DeValue<'a>>) -> Res
             .map(|row| read_bands(file, row, "levels_db"))
             .collect::<Result<_>>()?;
         let table = DirectivityTable::from_levels_db(&rows).map_err(|error| {
-            let advice = "give 2 to 181 rows of levels from -63 to 60 dB";
-            file.error(value.span(), error, advice)
+            let (problem, advice) = match error {
+                Error::Setting {
+                    problem, advice, ..
+                } => (problem, advice),
+                other => (other.to_string(), "give levels in dB".to_owned()),
+            };
+            file.error(value.span(), problem, &advice)
         })?;
         directivity.table = Some(table);
     }
@@ -299,7 +304,7 @@ mod tests {
             ),
             (
                 "directivity = { levels_db = [0] }",
-                "x.toml:4: directivity levels",
+                "x.toml:4: 1 rows of angles",
             ),
             (
                 "directivity = { shape = 1 }",

@@ -19,8 +19,8 @@ use serde_json::json;
 use crate::inputs::{SceneArguments, load_scene, tell};
 use crate::session::{Session, Sound};
 
-/// Graphics frames a second of the standing listener: nothing moves, so it decides nothing.
-const GRAPHICS_RATE_HZ: f64 = 50.0;
+/// Graphics frames, and updates, a second of the standing listener: nothing moves, so more of them decide nothing.
+const GRAPHICS_RATE_HZ: f64 = 10.0;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {

@@ -51,10 +51,11 @@ pub(super) struct Now<'a> {
 }
 
 impl Now<'_> {
-    /// A source and the listener as they are, if the source is still there.
+    /// A source and the listener as they are, if the source is still there and both are somewhere.
     fn spot(&self, source: SourceId) -> Option<Spot> {
         let pose = self.sources.iter().find(|pose| pose.id == source)?;
-        Some(Spot::of(pose, self.listener.position, self.nearest_m))
+        let are_places = pose.position.is_finite() && self.listener.position.is_finite();
+        are_places.then(|| Spot::of(pose, self.listener.position, self.nearest_m))
     }
 
     fn is_shadowed(&self, source: SourceId) -> bool {

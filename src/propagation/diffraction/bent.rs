@@ -172,11 +172,13 @@ pub struct Course<'a> {
     pub heard_at: DVec3,
 }
 
-/// A path of given band gains relative to the free field over its length.
+/// A path of given band gains relative to the free field over its length, no louder than the source is at the nearest
+/// distance: closer to an edge than a wavelength the asymptotic waves along hard faces add up to a tenth more.
 pub fn path(scene: &Scene, spot: &Spot, course: &Course<'_>, gains: &BandArray) -> Path {
     let mut amplitude = free_field(scene, course.length_m, spot.nearest_m);
+    let loudest = (1.0 / spot.nearest_m) as f32;
     for (value, gain) in amplitude.iter_mut().zip(gains) {
-        *value *= gain;
+        *value = (*value * gain).clamp(-loudest, loudest);
     }
     if let Some(first) = course.points.first() {
         let departure = (*first - scene.to_local(spot.from)).as_vec3();

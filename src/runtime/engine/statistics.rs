@@ -1,16 +1,15 @@
 //! What the engine tells about itself: filled by every thread, read by the app.
 //!
-//! Wait-free for the threads that fill it: single atomic operations without order between them. A reader sees each
+//! Wait-free for the threads that fill it: atomic operations without order between figures. A reader sees each
 //! figure as of some recent moment.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU64, Ordering};
-
-use crossbeam_utils::atomic::AtomicCell;
 
 use super::histogram::{Histogram, Percentiles};
 use crate::runtime::affinity::Placement;
 use crate::runtime::budget::Tier;
 use crate::runtime::phone::{MannersReport, SoundLoad};
+use crate::runtime::published::Published;
 
 /// Counters and times that the engine's threads share.
 #[derive(Default)]
@@ -36,14 +35,14 @@ pub(super) struct Meters {
     pub(super) propagation_ns: AtomicU64,
     pub(super) frame_ns: AtomicU64,
     pub(super) propagation_failed: AtomicBool,
-    pub(super) propagation_placement: AtomicCell<Placement>,
-    pub(super) sound_placement: AtomicCell<Placement>,
+    pub(super) propagation_placement: Published<Placement, 3>,
+    pub(super) sound_placement: Published<Placement, 3>,
     /// Kernel's number of the sound thread, once it has placed itself.
     pub(super) sound_thread: AtomicI32,
     /// The longest block since propagation has looked, and what it lasts.
     pub(super) block_peak_ns: AtomicU64,
     pub(super) block_lasts_ns: AtomicU64,
-    pub(super) manners: AtomicCell<MannersReport>,
+    pub(super) manners: Published<MannersReport, 3>,
 }
 
 /// A look at the engine. Counts are since it began.

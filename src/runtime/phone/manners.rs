@@ -4,6 +4,7 @@ use super::hints::HintSession;
 use super::symbols::Symbols;
 use super::thermal::{ThermalReading, ThermalWatch};
 use crate::runtime::budget::{Budget, Tier, TierChoice};
+use crate::runtime::published::{Words, halves, pair};
 
 /// Seconds that an update should take where no budget says: extrapolation follows two frames at 60 Hz without effort, and
 /// clocks raised beyond that would cost heat for nothing that is heard.
@@ -48,6 +49,33 @@ pub struct MannersReport {
     pub hints_updates: bool,
     /// Whether the sound thread has one.
     pub hints_sound: bool,
+}
+
+impl Words<3> for MannersReport {
+    fn to_words(self) -> [u64; 3] {
+        let ThermalReading { headroom, status } = self.reading;
+        let hints = u32::from(self.hints_updates) | u32::from(self.hints_sound) << 1;
+        let perhaps = |known: Option<u32>| known.map_or(0, |number| pair(1, number));
+        [
+            perhaps(headroom.map(f32::to_bits)),
+            perhaps(status.map(u32::from)),
+            pair(self.tier.0.into(), hints),
+        ]
+    }
+
+    fn from_words(words: [u64; 3]) -> Self {
+        let [headroom, status, [tier, hints]] = words.map(halves);
+        let perhaps = |[is_known, number]: [u32; 2]| (is_known == 1).then_some(number);
+        Self {
+            reading: ThermalReading {
+                headroom: perhaps(headroom).map(f32::from_bits),
+                status: perhaps(status).map(|status| status as u8),
+            },
+            tier: Tier(tier as u8),
+            hints_updates: hints & 1 == 1,
+            hints_sound: hints & 2 == 2,
+        }
+    }
 }
 
 /// A session that is to be, is, or will not be.

@@ -66,22 +66,24 @@ impl Scene {
         !self.instances.is_empty()
     }
 
-    /// Whether a surface's number still names one: those of an instance end with it.
+    /// Whether a surface's number still names one: those of an instance end with it, and those of another scene's
+    /// updates never did.
     #[inline]
     pub fn has_surface(&self, surface: u32) -> bool {
-        !number::is_instance(surface) || self.instances.surface(surface).is_some()
+        match number::is_instance(surface) {
+            true => self.instances.surface(surface).is_some(),
+            false => (surface as usize) < self.surfaces().len(),
+        }
     }
 
-    /// An edge by its number, in local coordinates.
-    ///
-    /// # Panics
-    /// If the number is neither the fixed scene's nor an instance's.
+    /// An edge by its number, in local coordinates; one that no way bends over if the number names none.
     #[inline]
     pub fn edge(&self, number: u32) -> Edge {
         if number::is_instance(number) {
             return self.instance_edge(number);
         }
-        *self.edges().get(number)
+        let found = self.edges().as_slice().get(number as usize);
+        *found.unwrap_or(&NO_EDGE)
     }
 
     #[inline(never)]

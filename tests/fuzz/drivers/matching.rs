@@ -24,20 +24,31 @@ thread_local! {
     static HEAD: Arc<Hrtf> = Arc::new(Hrtf::omnidirectional(16_000).expect("a head"));
 }
 
-/// A path whose edges are the scene's: an update's always are. Surfaces may have gone with their instance.
+/// The number of a surface or an edge: mostly the scene's, at times another scene's or nobody's.
+fn number(bytes: &mut Bytes, most: usize) -> u32 {
+    match bytes.byte() {
+        255 => bytes.word(),
+        tame => u32::from(tame) % most as u32,
+    }
+}
+
+/// A count of reflections or bends, of which no path has that many at times.
+fn count(bytes: &mut Bytes, most: usize) -> u8 {
+    match bytes.byte() {
+        wild @ 250.. => wild,
+        tame => tame % (most as u8 + 1),
+    }
+}
+
+/// A path of another scene, or of none.
 fn path(bytes: &mut Bytes, edges: usize) -> Path {
-    let order = bytes.below(MAX_ORDER + 1);
-    let bends = bytes.below(MAX_BENDS + 1).min(MAX_ORDER - order);
     Path {
         id: PathId(bytes.below(24) as u64),
         source: SourceId::new(bytes.below(5) as u16, 0),
-        order: order as u8,
-        bends: bends as u8,
-        surfaces: std::array::from_fn(|_| match bytes.byte() {
-            255 => bytes.word(),
-            tame => u32::from(tame) % 12,
-        }),
-        edges: std::array::from_fn(|_| bytes.below(edges) as u32),
+        order: count(bytes, MAX_ORDER),
+        bends: count(bytes, MAX_BENDS),
+        surfaces: std::array::from_fn(|_| number(bytes, 12)),
+        edges: std::array::from_fn(|_| number(bytes, edges)),
         points: std::array::from_fn(|_| Vec3::from_array(bytes.numbers())),
         image: Vec3::from_array(bytes.numbers()),
         length_m: bytes.number(),
@@ -54,6 +65,16 @@ fn update(
     let mut paths: Vec<Path> = (0..bytes.below(24)).map(|_| path(bytes, edges)).collect();
     // An update is sorted; names may stand twice.
     paths.sort_by_key(|path| path.id);
+    let mut nearby: Vec<Path> = (0..bytes.below(6)).map(|_| path(bytes, edges)).collect();
+    nearby.sort_by_key(|path| path.id);
+    let direct_edges = (0..bytes.below(6))
+        .map(|_| {
+            (
+                SourceId::new(bytes.below(5) as u16, 0),
+                number(bytes, edges),
+            )
+        })
+        .collect();
     let late = (0..bytes.below(4)).map(|slot| LateSource {
         energy: std::array::from_fn(|_| bytes.numbers()),
         decay_time_s: bytes.numbers(),
@@ -66,6 +87,8 @@ fn update(
         listener,
         sources: sources.to_vec(),
         paths,
+        nearby,
+        direct_edges,
         ..PathSet::default()
     }
 }

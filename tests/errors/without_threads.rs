@@ -1,0 +1,67 @@
+//! What is said where the system has no thread left: in a process of its own, whose threads want more stack than there are
+//! addresses.
+
+use std::process::Command;
+
+use foresound::runtime::{
+    AffinityPolicy, Engine, EngineSchedule, EngineSettings, NullDevice, SoundThread, Threads,
+};
+use foresound::scene::{MaterialTable, SceneSettings};
+
+use crate::Errors;
+use crate::engine::small;
+use crate::meshes::room;
+
+/// The test that is run in a process without threads; in any other it has nothing to do.
+const WITHIN: &str = "without_threads::is_run_without_threads";
+
+/// What its lines begin with.
+const MARK: &str = "said: ";
+
+/// Bytes of stack: all that a process can address.
+const STACK: &str = "140737488351232";
+
+pub(crate) fn make(errors: &mut Errors) {
+    let program = std::env::current_exe().expect("this program");
+    let output = Command::new(program)
+        .args(["--exact", WITHIN, "--nocapture", "--test-threads", "1"])
+        .env("RUST_MIN_STACK", STACK)
+        .output()
+        .expect("this program runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let said: Vec<&str> = text
+        .lines()
+        .filter_map(|l| l.split_once(MARK))
+        .map(|(_, said)| said)
+        .collect();
+    assert_eq!(said.len(), 6, "{output:?}");
+    for line in said {
+        errors.line(line);
+    }
+}
+
+#[test]
+fn is_run_without_threads() {
+    if std::env::var("RUST_MIN_STACK").as_deref() != Ok(STACK) {
+        return;
+    }
+    let mut errors = Errors::default();
+    errors.of("a helper", Threads::start(2));
+    let settings = EngineSettings {
+        schedule: EngineSchedule::Synchronous,
+        tracing_threads: 1,
+        ..small()
+    };
+    let (mut controller, renderer) = Engine::new(settings).expect("an engine without threads");
+    let built = controller.build_scene(room(), MaterialTable::built_in(), SceneSettings::default());
+    errors.of("a scene", built);
+    let device = NullDevice::start(16_000, 64, AffinityPolicy::None, |_| ());
+    errors.of("a device", device.map(drop));
+    errors.of("a sound thread", SoundThread::start(renderer, 2).map(drop));
+    let asked = controller.set_schedule(EngineSchedule::Asynchronous);
+    errors.of("propagation", asked);
+    errors.of("propagation again", controller.restart());
+    for line in errors.0 {
+        println!("{MARK}{line}");
+    }
+}
