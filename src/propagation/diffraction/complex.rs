@@ -18,6 +18,7 @@ impl Complex {
     pub const ONE: Self = Self::new(1.0, 0.0);
 
     /// From its parts.
+    #[inline]
     pub const fn new(re: f64, im: f64) -> Self {
         Self { re, im }
     }
