@@ -118,7 +118,7 @@ fn audio_side_neither_allocates_nor_frees() {
         let report = generator.render(&inputs, &mut output[..2 * count]);
         sums[0] += report.dropped_paths;
         sums[1] += report.dropped_delays;
-        sums[2] += report.cut_fades;
+        sums[2] += report.late_starts;
     }
     let after = calls();
 

@@ -2,21 +2,18 @@
 
 use std::sync::Arc;
 
-use super::best::{Best, Groundwork, Now, late_now};
-use super::frame::{FramePath, FramePaths, LateSend};
+use super::best::{Best, Groundwork};
+use super::frame_steps::Step;
 use super::hold::Hold;
 use super::linear::Linear;
 use super::posed::PosedScenes;
-use super::predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};
+use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
-use crate::propagation::diffraction::{Spot, direct_field};
-use crate::propagation::late::{common_decay, tail_steps};
-use crate::propagation::{LateSource, Path, PathSet};
-use crate::scene::edges::NearEdges;
-use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
+use crate::propagation::{LateSource, PathSet};
+use crate::scene::{InstancePose, Scene};
 
 /// How paths are continued that are not part of the direct field.
-enum Rule {
+pub(super) enum Rule {
     /// Each path of the newest update by itself.
     PathByPath(Box<dyn Predictor>),
     /// Paths of several updates, together.
@@ -24,7 +21,7 @@ enum Rule {
 }
 
 /// A predictor at work, with what it remembers. Made on the control side; the audio side only swaps it.
-pub struct Continuation(Rule);
+pub struct Continuation(pub(super) Rule);
 
 impl Continuation {
     /// A predictor of this kind. Control side; allocates.
@@ -57,24 +54,26 @@ const CANDIDATES_A_PATH: usize = 3;
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
 /// # Real-time
-/// [`Self::take_update`] and [`Self::frame`] allocate only while the number of paths or of sources exceeds everything
+/// [`Self::take_update`], [`Self::frame`] and the parts of a frame allocate only while the number of paths or of sources exceeds everything
 /// seen before and what [`Self::reserve`] was told.
 pub struct Extrapolator {
-    scenes: PosedScenes,
-    continuation: Continuation,
-    nearest_m: f64,
-    current: PathSet,
+    pub(super) scenes: PosedScenes,
+    pub(super) continuation: Continuation,
+    pub(super) nearest_m: f64,
+    pub(super) current: PathSet,
     /// What has been worked out of it.
-    groundwork: Groundwork,
-    previous: PathSet,
-    matches: Vec<Option<u32>>,
+    pub(super) groundwork: Groundwork,
+    pub(super) previous: PathSet,
+    pub(super) matches: Vec<Option<u32>>,
     /// Of each source of the present graphics frame whether the listener does not see it.
-    shadowed: Vec<bool>,
+    pub(super) shadowed: Vec<bool>,
     /// The late fields of the present graphics frame.
-    late: Vec<LateSource>,
-    level: u32,
-    frames_since_update: u32,
-    updates: u64,
+    pub(super) late: Vec<LateSource>,
+    pub(super) level: u32,
+    pub(super) frames_since_update: u32,
+    pub(super) updates: u64,
+    /// How far the present graphics frame has got.
+    pub(super) step: Step,
 }
 
 impl Extrapolator {
@@ -94,6 +93,7 @@ impl Extrapolator {
             level: 0,
             frames_since_update: 0,
             updates: 0,
+            step: Step::default(),
         }
     }
 
@@ -117,6 +117,7 @@ impl Extrapolator {
     }
 
     fn take(&mut self, update: PathSet, level: u32) -> PathSet {
+        self.begin_anew();
         let newest = std::mem::replace(&mut self.current, update);
         let retired = std::mem::replace(&mut self.previous, newest);
         match_by_id(&self.current.paths, &self.previous.paths, &mut self.matches);
@@ -136,6 +137,7 @@ impl Extrapolator {
     /// Goes on in a scene with other instances, whose paths are followed from the next update on; gives the old one
     /// back in its place. What is fixed must be the same: another scene is another extrapolator's.
     pub fn swap_scene(&mut self, scenes: &mut PosedScenes) {
+        self.begin_anew();
         std::mem::swap(&mut self.scenes, scenes);
     }
 
@@ -152,6 +154,7 @@ impl Extrapolator {
 
     /// Continues with another predictor from the next frame on; gives the old one back.
     pub fn set_predictor(&mut self, predictor: Continuation) -> Continuation {
+        self.begin_anew();
         std::mem::replace(&mut self.continuation, predictor)
     }
 
@@ -160,185 +163,11 @@ impl Extrapolator {
         &self.current
     }
 
-    /// Describes the graphics frame with these poses; the next call describes the next frame. Gives the number of rays
-    /// cast. Before the first update there are direct paths only.
-    pub fn frame(
-        &mut self,
-        listener: &ListenerPose,
-        sources: &[SourcePose],
-        result: &mut FramePaths,
-    ) -> u64 {
-        self.begin_frame(listener, sources, result) + self.finish_frame(listener, sources, result)
-    }
-
-    /// The first half of [`Self::frame`]: the direct paths. Gives the number of rays cast.
-    pub fn begin_frame(
-        &mut self,
-        listener: &ListenerPose,
-        sources: &[SourcePose],
-        result: &mut FramePaths,
-    ) -> u64 {
-        let mut rays = 0;
-        result.paths.clear();
-        self.shadowed.clear();
-        for pose in sources {
-            let spot = Spot::of(pose, listener.position, self.nearest_m);
-            let edges = self.direct_edges(&spot);
-            let listed = edges.as_slice().iter().map(|found| found.edge);
-            let field = direct_field(self.scenes.now(), &spot, listed, &mut rays, &mut |path| {
-                result.paths.push(self.direct_now(&path, listener));
-            });
-            self.shadowed.push(!field.visible);
-        }
-        rays
-    }
-
-    /// The second half, for the same poses: everything else. Gives the number of rays cast.
-    pub fn finish_frame(
-        &mut self,
-        listener: &ListenerPose,
-        sources: &[SourcePose],
-        result: &mut FramePaths,
-    ) -> u64 {
-        let mut rays = self.continued_now(listener, sources, &mut result.paths);
-        result.paths.sort_unstable_by_key(|path| path.id);
-        result.orientation = listener.orientation;
-        rays += self.late_now(listener, sources);
-        result.decay_time_s = common_decay(&self.late);
-        result.late.clear();
-        let wanted = |late: &LateSource| {
-            let own = sources.iter().find(|pose| pose.id == late.source);
-            own.is_some_and(|pose| pose.settings.effects.late)
-        };
-        for late in self.late.iter().filter(|late| wanted(late)) {
-            let steps = tail_steps(late, &result.decay_time_s);
-            result.late.extend(steps.map(|step| LateSend {
-                source: late.source,
-                energy_per_s: step.energy_per_s,
-                start_s: step.start_s,
-            }));
-        }
-        self.frames_since_update = self.frames_since_update.saturating_add(1);
-        rays
-    }
-
-    /// The edges that the last two updates name for a source, shortest way first: one of them was computed for a place
-    /// before this one, the other, as it may be, for a place behind it.
-    fn direct_edges(&self, spot: &Spot) -> NearEdges {
-        let named = self.current.direct_edges.iter();
-        let named = named
-            .chain(&self.previous.direct_edges)
-            .filter(|(id, _)| *id == spot.source.id)
-            .map(|(_, edge)| *edge);
-        let scene = self.scenes.now();
-        let [from, to] = [spot.from, spot.to].map(|place| scene.to_local(place));
-        scene.bends_over(named, from, to)
-    }
-
-    /// Adds the reflected paths, and the bent ones that are not part of the direct field; gives the number of rays cast.
-    fn continued_now(
-        &mut self,
-        listener: &ListenerPose,
-        sources: &[SourcePose],
-        paths: &mut Vec<FramePath>,
-    ) -> u64 {
-        let predictor = match &mut self.continuation.0 {
-            Rule::PathByPath(predictor) => predictor,
-            Rule::Together(best) => {
-                let now = Now {
-                    scene: self.scenes.now(),
-                    then: self.scenes.then(),
-                    listener,
-                    sources,
-                    shadowed: &self.shadowed,
-                    nearest_m: self.nearest_m,
-                };
-                let is_new = self.updates > 0 && self.frames_since_update == 0;
-                let rays = best.frame(
-                    is_new.then_some((&self.current, &self.groundwork)),
-                    &now,
-                    paths,
-                );
-                // What a source has just been told to leave out is still remembered.
-                if !sources.iter().all(|pose| pose.settings.effects.reflections) {
-                    paths.retain(|path| path.order == 0 || reflects(sources, path.source));
-                }
-                return rays;
-            }
-        };
-        let at = FrameContext {
-            scene: self.scenes.now(),
-            listener,
-            frames_since_update: self.frames_since_update,
-            level: self.level,
-        };
-        for (current, matched) in self.current.paths.iter().zip(&self.matches) {
-            let exists = |surface: &u32| self.scenes.now().has_surface(*surface);
-            let gone = !current.surfaces().iter().all(exists);
-            if current.is_revalidated() || gone || !is_wanted(sources, current) {
-                continue;
-            }
-            let tracked = TrackedPath {
-                current,
-                previous: matched.map(|i| &self.previous.paths[i as usize]),
-                listener: &self.current.listener,
-            };
-            paths.push(predictor.predict(&tracked, &at));
-        }
-        0
-    }
-
-    /// The late field of every source of the newest update: as that has it, or as it is by now. Gives the number of rays
-    /// cast.
-    fn late_now(&mut self, listener: &ListenerPose, sources: &[SourcePose]) -> u64 {
-        self.late.clear();
-        if let Rule::PathByPath(_) = self.continuation.0 {
-            self.late.extend_from_slice(&self.current.late);
-            return 0;
-        }
-        let now = Now {
-            scene: self.scenes.now(),
-            then: self.scenes.then(),
-            listener,
-            sources,
-            shadowed: &self.shadowed,
-            nearest_m: self.nearest_m,
-        };
-        let late = &mut self.late;
-        late_now(&self.current, &self.previous, &now, |source| {
-            late.push(source)
-        })
-    }
-
-    fn direct_now(&self, path: &Path, listener: &ListenerPose) -> FramePath {
-        FramePath {
-            id: path.id,
-            source: path.source,
-            order: 0,
-            amplitude: path.amplitude,
-            delay_s: f64::from(path.length_m) / self.scenes.now().speed_of_sound_m_s(),
-            // A source inside the head is heard straight ahead.
-            arrival: (path.image - listener.position)
-                .try_normalize()
-                .unwrap_or_else(|| listener.orientation * glam::Vec3::NEG_Z),
+    /// Leaves a graphics frame that is under way.
+    fn begin_anew(&mut self) {
+        self.step = Step::default();
+        if let Rule::Together(best) = &mut self.continuation.0 {
+            best.begin_anew();
         }
     }
-}
-
-/// Whether a path's source is there and may be heard that way: what a source has just been told to leave out is still
-/// in the last update.
-pub(super) fn is_wanted(sources: &[SourcePose], path: &Path) -> bool {
-    sources.iter().any(|pose| {
-        let effects = pose.settings.effects;
-        pose.id == path.source
-            && (path.order == 0 || effects.reflections)
-            && (path.bends == 0 || effects.diffraction)
-    })
-}
-
-/// Whether a source is there and its reflections are wanted.
-fn reflects(sources: &[SourcePose], id: SourceId) -> bool {
-    sources
-        .iter()
-        .any(|pose| pose.id == id && pose.settings.effects.reflections)
 }

@@ -4,8 +4,10 @@
 //! [`crate::propagation::PathSet`]s as they arrive, gives [`FramePaths`]. Follows the paper's sections III-C to III-E.
 
 pub mod best;
+pub mod effort;
 pub mod extrapolator;
 pub mod frame;
+mod frame_steps;
 pub mod hold;
 pub mod level;
 pub mod linear;
@@ -14,8 +16,10 @@ pub mod predictor;
 pub mod tracking;
 
 pub use best::{BestSettings, Groundwork, Lead};
+pub use effort::Effort;
 pub use extrapolator::{Continuation, Extrapolator};
 pub use frame::{FramePath, FramePaths, LATE_STEPS, LateSend};
+pub use frame_steps::Part;
 pub use level::extrapolation_level;
 pub use posed::PosedScenes;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

@@ -63,6 +63,14 @@ impl PredictorKind {
         }
     }
 
+    /// The same with a cost that a sound thread can bear in every graphics frame.
+    pub(crate) fn thrifty(self) -> Self {
+        match self {
+            Self::Best(settings) => Self::Best(settings.thrifty()),
+            Self::Hold | Self::Linear => self,
+        }
+    }
+
     /// Whether this predictor wants updates to name paths nearby ([`crate::propagation::PathSet::nearby`]).
     pub fn wants_nearby(self) -> bool {
         matches!(self, Self::Best(settings) if settings.nearby)

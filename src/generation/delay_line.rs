@@ -6,6 +6,8 @@
 //! bands follow one another, a frame a lane: a reader that mixes the bands walks through memory once, without gaps, and
 //! needs neither shuffles nor eight streams.
 
+use std::ops::Range;
+
 use crate::acoustics::BANDS;
 use crate::simd::{F32x8, LaneSet, kernel, prefetch};
 
@@ -56,6 +58,11 @@ pub(super) struct Ahead<'a> {
 }
 
 impl Ahead<'_> {
+    /// Asks for all of it.
+    pub(super) fn fetch(&mut self) {
+        (0..4).for_each(|_| self.fetch_quarter());
+    }
+
     /// Asks for the next quarter of it; in four calls so that none waits for the memory.
     #[inline]
     pub(super) fn fetch_quarter(&mut self) {
@@ -95,6 +102,12 @@ impl DelayLine {
             tiles,
             sound_end: i64::MIN / 2,
         }
+    }
+
+    /// Where it lies.
+    pub(super) fn memory(&self) -> Range<*const u8> {
+        let Range { start, end } = self.tiles.as_ptr_range();
+        start.cast()..end.cast()
     }
 
     /// Whether nothing but silence is left in the line.

@@ -4,6 +4,7 @@
 //! neither allocate nor free, lock, panic nor look at a clock. Takes [`FramePaths`] and one mono signal a source, gives
 //! interleaved stereo and a [`BlockReport`].
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
@@ -118,6 +119,12 @@ impl Generator {
         AHEAD + self.limiter.as_ref().map_or(0, Limiter::latency_frames)
     }
 
+    /// Where most of its memory lies: what sources and voices remember. It stays there as long as the generator lives.
+    pub(crate) fn memory(&self) -> impl Iterator<Item = Range<*const u8>> {
+        let lines = self.lines.iter().map(DelayLine::memory);
+        lines.chain(self.voices.memory())
+    }
+
     /// Takes over a graphics frame: everything reaches the frame's values linearly within `ramp_frames` audio frames,
     /// usually a graphics frame's worth, and holds them from then on. 0 counts as 1.
     ///
@@ -164,7 +171,7 @@ impl Generator {
         let dropped = self.voices.set_paths(&frame.paths, &self.tenants, &around);
         self.report.dropped_paths += dropped.paths;
         self.report.dropped_delays += dropped.delays;
-        self.report.cut_fades += dropped.fades;
+        self.report.late_starts += dropped.starts;
         if let Some(tail) = &mut self.tail {
             tail.far_field
                 .set_orientation(&self.hrtf, around.to_head, self.left, ramp);

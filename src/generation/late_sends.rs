@@ -192,11 +192,15 @@ impl LateSends {
         let Some(sends) = self.sends.get(first..first + LATE_STEPS) else {
             return;
         };
-        for tap in sends.iter().flat_map(|send| &send.taps) {
-            let position = now - tap.delay;
-            if tap.is_silent(left) || line.is_silent_from(position) {
-                continue;
+        let heard = |tap: &&Tap| !tap.is_silent(left) && !line.is_silent_from(now - tap.delay);
+        let taps = sends.iter().flat_map(|send| &send.taps);
+        let mut heard = taps.filter(heard).peekable();
+        while let Some(tap) = heard.next() {
+            // What the next one reads, while this one is added.
+            if let Some(next) = heard.peek() {
+                line.ahead(now - next.delay, frames).fetch();
             }
+            let position = now - tap.delay;
             let growth = if left > 0 { tap.growth } else { F32x8::ZERO };
             let (lane, parts) = line.tiles(position, frames);
             let mut gains = SendGains {

@@ -12,8 +12,8 @@ pub struct BlockReport {
     pub dropped_paths: u32,
     /// Paths longer than [`super::GeneratorSettings::max_delay_s`].
     pub dropped_delays: u32,
-    /// Fades cut short because every spare voice was in use.
-    pub cut_fades: u32,
+    /// Paths that start in a later graphics frame because every spare voice still fades.
+    pub late_starts: u32,
     /// Input samples that were not a number below 1e6 in magnitude, and output samples that were none; all set to zero.
     pub non_finite: u32,
     /// Smallest gain of the limiter, 1 if it had nothing to do or is off.
@@ -27,7 +27,7 @@ impl Default for BlockReport {
             voices: 0,
             dropped_paths: 0,
             dropped_delays: 0,
-            cut_fades: 0,
+            late_starts: 0,
             non_finite: 0,
             limiter_gain_min: 1.0,
         }

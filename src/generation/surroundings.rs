@@ -11,8 +11,8 @@ pub(super) struct Dropped {
     pub(super) paths: u32,
     /// Paths longer than the delay lines.
     pub(super) delays: u32,
-    /// Fades cut short.
-    pub(super) fades: u32,
+    /// Paths that wait for a voice.
+    pub(super) starts: u32,
 }
 
 /// What the voices need to know of their surroundings at a new frame.

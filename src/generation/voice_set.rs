@@ -5,7 +5,10 @@
 //!
 //! Paths and living voices are both sorted by identity and are merged. A path without voice starts one, a voice without
 //! path fades. A path whose delay jumps does both. There are twice as many voices as may live, so that a whole set can
-//! fade while another starts; beyond that the voice that has faded longest is cut and counted.
+//! fade while another starts; beyond that a path waits for a frame in which a voice has faded out, and is counted: a fade
+//! that is cut would click.
+
+use std::ops::Range;
 
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
@@ -84,6 +87,18 @@ impl VoiceSet {
         }
     }
 
+    /// Where what belongs to voices lies.
+    pub(super) fn memory(&self) -> impl Iterator<Item = Range<*const u8>> {
+        let lanes = [&self.targets, &self.growths].map(|lanes| {
+            let Range { start, end } = lanes.as_ptr_range();
+            start.cast()..end.cast()
+        });
+        let Range { start, end } = self.tails.as_ptr_range();
+        let tails = start.cast()..end.cast();
+        let Range { start, end } = self.voices.as_ptr_range();
+        lanes.into_iter().chain([tails, start.cast()..end.cast()])
+    }
+
     /// Voices that live or fade.
     pub(super) fn count(&self) -> usize {
         self.living.len() + self.fading.len()
@@ -148,8 +163,10 @@ impl VoiceSet {
             let groups = if rank >= fine { self.groups } else { 1 };
             let ears = around.hrtf.blend(&corners, groups, &mut self.looked_up);
             let wanted = Wanted { path, ears, groups };
-            let voice = self.aim(&wanted, held, tenants, around, &mut dropped);
-            self.next_living.push(voice);
+            match self.aim(&wanted, held, tenants, around) {
+                Some(voice) => self.next_living.push(voice),
+                None => dropped.starts += 1,
+            }
         }
         while let Some(&voice) = self.living.get(old) {
             self.fade(voice, around);
@@ -164,15 +181,15 @@ impl VoiceSet {
         dropped
     }
 
-    /// Points the voice a path has, or a new one, to the path's values and the weights looked up; gives the voice's index.
+    /// Points the voice a path has, or a new one, to the path's values and the weights looked up; gives the voice's index,
+    /// or none if all others still fade.
     fn aim(
         &mut self,
         wanted: &Wanted<'_>,
         held: Option<u32>,
         tenants: &[Tenant],
         around: &Surroundings,
-        dropped: &mut Dropped,
-    ) -> u32 {
+    ) -> Option<u32> {
         let &Wanted { path, ears, groups } = wanted;
         let aim = Aim {
             gain: around.correction.gains(&path.amplitude),
@@ -194,11 +211,11 @@ impl VoiceSet {
                     growth: of_voice(&mut self.growths, index, 2 * self.groups),
                 };
                 voice.moving = weights.retarget(&self.looked_up, around.left, around.ramp);
-                return index;
+                return Some(index);
             }
             self.fade(index, around);
         }
-        let index = self.take_voice(dropped);
+        let index = self.free.pop()?;
         let voice = &mut self.voices[index as usize];
         voice.start(path.id.0, slot, tenant, &aim, around.now, around.ramp);
         voice.groups = [groups; 2];
@@ -208,7 +225,7 @@ impl VoiceSet {
             growth: of_voice(&mut self.growths, index, 2 * self.groups),
         };
         weights.rest_at(&self.looked_up);
-        index
+        Some(index)
     }
 
     fn fade(&mut self, index: u32, around: &Surroundings) {
@@ -219,23 +236,6 @@ impl VoiceSet {
         };
         weights.stop(around.left);
         self.fading.push(index);
-    }
-
-    /// A free voice, or the one that has faded longest.
-    fn take_voice(&mut self, dropped: &mut Dropped) -> u32 {
-        if let Some(index) = self.free.pop() {
-            return index;
-        }
-        dropped.fades += 1;
-        let voices = &self.voices;
-        let oldest = self
-            .fading
-            .iter()
-            .enumerate()
-            .min_by_key(|&(_, &index)| voices[index as usize].fade_left)
-            .map_or(0, |(place, _)| place);
-        // At most half the pool lives while paths are merged and as many of the next set, so some voice is fading.
-        self.fading.swap_remove(oldest)
     }
 
     /// Adds a chunk of every voice to the buses, the loudest paths in full detail first.

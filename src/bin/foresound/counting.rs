@@ -1,9 +1,13 @@
 //! An allocator that counts, so that it can be shown that a thread leaves memory alone.
 //!
-//! Wait-free besides the system's allocator; a count belongs to its thread. `tests/engine_realtime.rs` uses it too.
+//! Wait-free besides the system's allocator; operations are counted by thread, bytes altogether. `tests/engine_realtime.rs` uses it too.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::sync::atomic::{AtomicIsize, Ordering};
+
+/// Bytes that the whole program has asked for and not given back.
+pub(crate) static LIVE: AtomicIsize = AtomicIsize::new(0);
 
 thread_local! {
     static OPERATIONS: Cell<u64> = const { Cell::new(0) };
@@ -14,7 +18,9 @@ pub(crate) fn operations() -> u64 {
     OPERATIONS.get()
 }
 
-fn count() {
+/// Counts an operation that takes so many bytes, or gives them back.
+fn count(bytes: isize) {
+    LIVE.fetch_add(bytes, Ordering::Relaxed);
     // A thread that is ending has no count any more.
     let _ = OPERATIONS.try_with(|operations| operations.set(operations.get() + 1));
 }
@@ -25,25 +31,25 @@ pub(crate) struct Counting;
 // SAFETY: every call goes to the system's allocator with the caller's own arguments; counting touches no heap.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
+        count(layout.size().cast_signed());
         // SAFETY: the caller keeps `GlobalAlloc::alloc`'s contract, which is the same.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        count();
+        count(-layout.size().cast_signed());
         // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
         unsafe { System.dealloc(place, layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count();
+        count(layout.size().cast_signed());
         // SAFETY: the caller keeps the contract, which is the same.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
+        count(size.cast_signed() - layout.size().cast_signed());
         // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
         unsafe { System.realloc(place, layout, size) }
     }

@@ -15,6 +15,7 @@ mod demo;
 mod evaluate;
 mod inputs;
 mod inspect;
+mod memory_use;
 #[cfg(feature = "play")]
 mod play;
 mod processor_shares;

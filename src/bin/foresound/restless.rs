@@ -12,6 +12,23 @@ use glam::Vec3;
 
 use crate::inputs::LoadedScene;
 
+/// What changes besides the listener's place and the sources'.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Change {
+    /// Sources come and go.
+    Sources,
+    /// One is muted now and then.
+    Mutes,
+    /// One has another gain.
+    Gains,
+    /// Another scene.
+    Scenes,
+    /// Other numbers of rays.
+    Rays,
+    /// Another predictor.
+    Predictors,
+}
+
 /// The app that cannot leave anything alone.
 pub(crate) struct Restless {
     pub(crate) controller: Controller,
@@ -19,6 +36,8 @@ pub(crate) struct Restless {
     pub(crate) clip: Arc<[f32]>,
     /// Sources that are there.
     pub(crate) here: Vec<SourceId>,
+    /// What it changes.
+    pub(crate) changes: Vec<Change>,
     /// Most of them at a time.
     pub(crate) most: usize,
     /// The scene in use.
@@ -47,33 +66,44 @@ impl Restless {
         base + 0.5 * Vec3::new(turn.sin(), 0.0, turn.cos())
     }
 
+    /// Throws the dice for a change, whether or not it is one of those to make.
+    fn happens(&mut self, change: Change, chance: f32) -> bool {
+        let falls = self.dice() < chance;
+        falls && self.changes.contains(&change)
+    }
+
     /// One graphics frame: something may come, go, change; everything moves.
     pub(crate) fn frame(&mut self, time_s: f64) -> Result<()> {
-        if self.dice() < 0.3 && self.here.len() < self.most {
+        let is_fixed = !self.changes.contains(&Change::Sources);
+        // Where sources do not come and go, all are there from the beginning.
+        let comes = self.happens(Change::Sources, 0.3) || is_fixed;
+        if comes && self.here.len() < self.most {
             let place = self.place(self.here.len(), time_s);
             let id = self.controller.add_source(place)?;
             self.controller.play(id, Arc::clone(&self.clip), true)?;
             self.here.push(id);
             self.added += 1;
         }
-        if self.dice() < 0.1 && self.here.len() > self.most / 2 {
+        if self.happens(Change::Sources, 0.1) && self.here.len() > self.most / 2 {
             let which = (self.dice() * self.here.len() as f32) as usize;
             let id = self.here.swap_remove(which.min(self.here.len() - 1));
             self.controller.remove_source(id)?;
         }
         if let Some(&id) = self.here.first() {
-            let muted = self.dice() < 0.1;
+            let muted = self.happens(Change::Mutes, 0.1);
             self.controller.mute_source(id, muted)?;
             let gain = self.dice();
-            self.controller.set_source_gain(id, gain)?;
+            if self.changes.contains(&Change::Gains) {
+                self.controller.set_source_gain(id, gain)?;
+            }
         }
-        if self.dice() < 0.02 {
+        if self.happens(Change::Scenes, 0.02) {
             self.scene = (self.scene + 1) % self.scenes.len();
             let scene = Arc::clone(&self.scenes[self.scene].scene);
             self.controller.set_scene(scene)?;
             self.swaps += 1;
         }
-        if self.dice() < 0.02 {
+        if self.happens(Change::Rays, 0.02) {
             let rays = PropagationSettings {
                 guide_rays: 256 << (3.0 * self.dice()) as u32,
                 source_rays: 32 << (3.0 * self.dice()) as u32,
@@ -81,7 +111,7 @@ impl Restless {
             };
             self.controller.set_propagation(rays)?;
         }
-        if self.dice() < 0.05 {
+        if self.happens(Change::Predictors, 0.05) {
             let which = (self.dice() * PredictorKind::ALL.len() as f32) as usize;
             let last = PredictorKind::ALL.len() - 1;
             self.controller

@@ -8,6 +8,7 @@ use std::sync::mpsc::{self, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use clap::ValueEnum;
 use foresound::evaluation::clicks::{ClickDetector, smooth_loop};
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::sampling::{mix, unit};
@@ -20,9 +21,10 @@ use foresound::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::counting;
-use crate::inputs::{SceneArguments, load_scene};
+use crate::inputs::{SceneArguments, load_scene, predictor_named};
+use crate::memory_use::Memory;
 use crate::processor_shares::ProcessorShares;
-use crate::restless::Restless;
+use crate::restless::{Change, Restless};
 use crate::traces::write_trace;
 
 /// The app's graphics frame.
@@ -57,6 +59,12 @@ pub(crate) struct Arguments {
     /// Play a smooth sound and listen for clicks and direct current in what comes out.
     #[arg(long)]
     detect: bool,
+    /// What changes besides places; everything if nothing is named.
+    #[arg(long, value_delimiter = ',')]
+    changes: Vec<Change>,
+    /// How paths go on between updates, until that changes.
+    #[arg(long, default_value = "linear", value_name = "NAME")]
+    predictor: String,
     /// Write what every thread did when, for Perfetto.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -108,27 +116,27 @@ impl Drop for Ear {
     }
 }
 
-/// Runs in real time; gives resident memory when it had settled and at the end.
+/// Runs in real time; gives memory since it had settled.
 #[expect(clippy::disallowed_methods, reason = "a soak runs by the clock")]
 fn keep_going(
     restless: &mut Restless,
     seconds: f64,
     mut log: Option<&mut TraceLog>,
-) -> Result<[f64; 2]> {
+) -> Result<Memory> {
     let began = Instant::now();
-    let mut start_mb = resident_mb();
+    let mut memory = Memory::default();
     let mut due = began;
     let settled_s = SETTLED_S.min(seconds / 4.0);
-    let mut settled = false;
+    let mut next_s = settled_s;
     while began.elapsed().as_secs_f64() < seconds {
         let time_s = began.elapsed().as_secs_f64();
         restless.frame(time_s)?;
         if let Some(log) = &mut log {
             restless.controller.collect_spans(log);
         }
-        if !settled && time_s > settled_s {
-            start_mb = resident_mb();
-            settled = true;
+        if time_s > next_s {
+            memory.sample(time_s);
+            next_s += 1.0;
         }
         due += GRAPHICS_FRAME;
         let rest = due.saturating_duration_since(Instant::now());
@@ -137,15 +145,7 @@ fn keep_going(
         }
         thread::sleep(rest);
     }
-    Ok([start_mb, resident_mb()])
-}
-
-/// Memory in use in MB; 0 where the system does not say.
-pub(crate) fn resident_mb() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kilobytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok());
-    kilobytes.unwrap_or(0.0) / 1024.0
+    Ok(memory)
 }
 
 fn device(
@@ -202,6 +202,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             0
         },
         block_frames: arguments.block,
+        predictor: predictor_named(&arguments.predictor)?,
         ..EngineSettings::default()
     };
     let (controller, renderer) = Engine::new(settings.clone())?;
@@ -220,6 +221,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         clip,
         here: Vec::new(),
         most: arguments.sources,
+        changes: match arguments.changes.as_slice() {
+            [] => Change::value_variants().to_vec(),
+            some => some.to_vec(),
+        },
         scene: 0,
         swaps: 0,
         added: 0,
@@ -238,7 +243,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let device = device(renderer, &settings, &operations, &shares, ear)?;
     let mut log = TraceLog::default();
     let traced = arguments.trace.is_some().then_some(&mut log);
-    let rss_mb = keep_going(&mut restless, 60.0 * arguments.minutes, traced)?;
+    let memory = keep_going(&mut restless, 60.0 * arguments.minutes, traced)?;
     let heard = device.stop();
     drop(load);
     let statistics = restless.controller.statistics();
@@ -249,7 +254,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         &heard,
         &statistics,
         (operations, &shares),
-        rss_mb,
+        &memory,
         listened.try_recv().ok(),
     );
     match &arguments.trace {
@@ -264,13 +269,14 @@ fn tell(
     heard: &NullDeviceReport,
     statistics: &Statistics,
     (operations, shares): (u64, &ProcessorShares),
-    rss_mb: [f64; 2],
+    memory: &Memory,
     listened: Option<ClickDetector>,
 ) {
     let generation = &restless.controller.settings().generation;
     let period_s = arguments.block as f64 / f64::from(generation.rate_hz);
     let share = |time_s: f64| time_s / period_s;
     let block = &statistics.block;
+    let (rss_mb, live_mb) = (memory.most(1), memory.most(2));
     let microseconds = |times: &Percentiles| json!({"p50": 1e6 * times.p50_s, "p95": 1e6 * times.p95_s, "p999": 1e6 * times.p999_s});
     let milliseconds = |time_s: f64| 1e3 * time_s;
     let mut result = json!({
@@ -287,6 +293,10 @@ fn tell(
         "sources_added": restless.added,
         "rss_mb_start": rss_mb[0],
         "rss_mb_end": rss_mb[1],
+        "rss_mb_a_minute": memory.growth(1),
+        "live_mb_start": live_mb[0],
+        "live_mb_end": live_mb[1],
+        "live_mb_a_minute": memory.growth(2),
         "updates": statistics.updates,
         "paths": statistics.paths,
         "level": statistics.level,
@@ -342,8 +352,12 @@ fn tell(
         );
     }
     println!(
-        "{operations} allocations and frees on the audio side; {} scene swaps, {} sources added; {:.1} MB, then {:.1} MB",
-        restless.swaps, restless.added, rss_mb[0], rss_mb[1],
+        "{operations} allocations and frees on the audio side; {} scene swaps, {} sources added; {:.1} MB at most, then {:.1} MB ({:+.2} MB a minute)",
+        restless.swaps,
+        restless.added,
+        rss_mb[0],
+        rss_mb[1],
+        memory.growth(1),
     );
     if let Some(detector) = listened {
         println!(

@@ -2,6 +2,7 @@
 
 use super::super::frame::FramePath;
 use super::super::predictor::as_of_update;
+use super::trend::Trend;
 use super::{BestSettings, Now};
 use crate::propagation::amplitude::{direct_by_source, free_field, reflected};
 use crate::propagation::diffraction::{BentCourse, BentWay, Spot};
@@ -31,6 +32,8 @@ pub struct Candidate {
     pub blocked_leg: u8,
     /// The number of the update in or after which it was last valid.
     pub valid_in: u64,
+    /// What was heard of it when that was worked out last; `None` where every frame works it out.
+    pub trend: Option<Trend>,
 }
 
 /// What a path can be computed from anew.
@@ -53,6 +56,8 @@ pub enum Standing {
     Out,
     /// Heard like this if nothing blocks it, and nothing to cast rays along.
     Path(FramePath),
+    /// The same, of a path that was not worked out in this frame.
+    Continued(FramePath),
     /// A reflected path: heard like this if nothing blocks it.
     Image(FramePath, ImagePath),
     /// A bent path.
@@ -107,6 +112,7 @@ impl Candidate {
             tested: None,
             blocked_leg: 0,
             valid_in: 0,
+            trend: None,
         }
     }
 
@@ -124,7 +130,28 @@ impl Candidate {
             tested: None,
             blocked_leg: 0,
             valid_in: 0,
+            trend: None,
         }
+    }
+
+    /// How an open one goes on along its trend, if its turn to be worked out is in another frame.
+    pub(super) fn continued(&self, now: &Now<'_>, frame: u64, every: u32) -> Option<FramePath> {
+        let path = self.trend?.at(frame, every.into())?;
+        let bends = match self.course {
+            // As the update has it, which is no line from one update to the next.
+            Course::Unknown => return None,
+            Course::Bends(_) => true,
+            Course::Mirrors(_) => false,
+        };
+        let is_out = self.has_gone(now.scene) || bends && !now.is_shadowed(self.path.source);
+        (!is_out).then_some(path)
+    }
+
+    /// Keeps what is heard of it in a frame that has worked it out.
+    pub(super) fn remember(&mut self, heard: Option<&FramePath>, frame: u64, every: u32) {
+        let before = self.trend.take();
+        let heard = heard.filter(|_| !matches!(self.course, Course::Unknown));
+        self.trend = heard.map(|path| Trend::of(path, frame, before.as_ref(), every.into()));
     }
 
     /// How it stands in the graphics frame `now`, whatever may block it.
@@ -164,7 +191,9 @@ impl Candidate {
     pub(super) fn heard(&self, standing: &Standing, now: &Now<'_>) -> Option<FramePath> {
         match standing {
             Standing::Unasked | Standing::Out => None,
-            Standing::Path(path) | Standing::Image(path, _) => Some(*path),
+            Standing::Path(path) | Standing::Continued(path) | Standing::Image(path, _) => {
+                Some(*path)
+            }
             Standing::Bent(way) => {
                 let path = way.path(now.scene, &now.spot(self.path.source)?)?;
                 Some(as_of_update(&path, now.listener, now.scene))

@@ -112,6 +112,7 @@ impl Named<'_> {
         let mut candidate = Candidate::new(path, self.update, &grounds);
         candidate.valid_in = self.updates;
         candidate.tested = self.word.binding.then_some(self.word.frame);
+        candidate.trend = known.and_then(|known| known.trend);
         if let Some(known) = known
             && (!self.word.binding || known.tested > candidate.tested)
             && known.tested.is_some()

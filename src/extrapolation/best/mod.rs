@@ -11,7 +11,8 @@
 //! - [`memory`]: candidates from update to update, and whose word on visibility counts;
 //! - [`history`]: where the listener was, so that an update's word can be dated;
 //! - [`rays`]: which candidates are asked whether something blocks them;
-//! - `tail`: the late field between two updates.
+//! - `tail`: the late field between two updates;
+//! - [`trend`]: paths between the frames that work them out.
 
 pub mod candidate;
 pub mod groundwork;
@@ -20,9 +21,11 @@ pub mod memory;
 pub mod rays;
 pub mod settings;
 mod tail;
+pub mod trend;
 
-use super::extrapolator::is_wanted;
+use super::effort::{Effort, cost};
 use super::frame::FramePath;
+use super::frame_steps::{Part, is_wanted};
 use super::posed::has_moved;
 use crate::propagation::PathSet;
 use crate::propagation::diffraction::{MOST_DOUBLE, MOST_MIRRORED, Spot};
@@ -64,6 +67,16 @@ impl Now<'_> {
     }
 }
 
+/// How far a graphics frame has got.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    Begin,
+    /// How candidates stand, then rays for them.
+    Stand,
+    /// What is heard of the candidates from this one on.
+    Hear(usize),
+}
+
 /// State of the predictor.
 #[derive(Debug)]
 pub(super) struct Best {
@@ -75,6 +88,7 @@ pub(super) struct Best {
     /// Bent paths that may be heard in this frame, and whether they bend twice.
     bent: Vec<(bool, FramePath)>,
     frame: u64,
+    step: Step,
 }
 
 impl Best {
@@ -87,10 +101,11 @@ impl Best {
             standings: Vec::new(),
             bent: Vec::new(),
             frame: 0,
+            step: Step::Begin,
         }
     }
 
-    /// Makes room for this many candidates and keeps to it, so that [`Self::frame`] allocates nothing.
+    /// Makes room for this many candidates and keeps to it, so that [`Self::part`] allocates nothing.
     pub(super) fn bound(&mut self, candidates: usize) {
         self.memory.bound(candidates);
         self.inspection.reserve(candidates);
@@ -98,14 +113,55 @@ impl Best {
         self.bent.reserve(candidates);
     }
 
-    /// Adds the paths of a graphics frame to `paths` that are not part of the direct field; `arrived` is the update
-    /// that is used from this frame on, if there is one, with what has been worked out of it. Gives the number of rays cast.
-    pub(super) fn frame(
+    /// Goes on until the effort is spent, and adds the paths of a graphics frame to `paths` that are not part of the direct
+    /// field; `arrived` is the update that is used from this frame on, if there is one, with what has been worked out of
+    /// it.
+    pub(super) fn part(
         &mut self,
         arrived: Option<(&PathSet, &Groundwork)>,
         now: &Now<'_>,
+        effort: &mut Effort,
         paths: &mut Vec<FramePath>,
-    ) -> u64 {
+    ) -> Part {
+        let mut part = Part {
+            rays: 0,
+            is_done: false,
+        };
+        if self.step == Step::Begin && !effort.is_spent() {
+            self.begin(arrived, now, effort);
+            self.step = Step::Stand;
+        }
+        if self.step == Step::Stand {
+            self.stand(now, effort);
+            if !effort.is_spent() {
+                part.rays = self.ask(now, effort);
+                self.bent.clear();
+                self.step = Step::Hear(0);
+            }
+        }
+        if let Step::Hear(first) = self.step {
+            self.step = self.hear(first, now, effort, paths);
+            if self.step == Step::Begin {
+                self.keep_loudest_bent(paths);
+                self.frame += 1;
+                part.is_done = true;
+            }
+        }
+        part
+    }
+
+    /// Leaves a graphics frame that is under way.
+    pub(super) fn begin_anew(&mut self) {
+        self.step = Step::Begin;
+    }
+
+    /// Takes over an update.
+    fn begin(
+        &mut self,
+        arrived: Option<(&PathSet, &Groundwork)>,
+        now: &Now<'_>,
+        effort: &mut Effort,
+    ) {
         self.history.push(now.listener.position);
         if let Some((update, groundwork)) = arrived {
             let mut word = self.history.date(update.listener.position, self.frame);
@@ -113,37 +169,82 @@ impl Best {
             word.binding &= !has_moved(now.scene, now.then);
             self.memory
                 .take(update, groundwork, now, word, &self.settings);
+            effort.spend(cost::CONTINUED * self.memory.candidates.len());
         }
-        let candidates = &mut self.memory.candidates;
         self.standings.clear();
-        // Of what is closed only what rays are cast for has to be known.
-        let stands = candidates.iter().map(|candidate| match candidate.open {
-            true => candidate.stand(now, &self.settings),
-            false => Standing::Unasked,
-        });
-        self.standings.extend(stands);
-        for (candidate, standing) in candidates.iter_mut().zip(&self.standings) {
+    }
+
+    /// How candidates stand. Of what is closed only what rays are cast for has to be known.
+    fn stand(&mut self, now: &Now<'_>, effort: &mut Effort) {
+        let every = self.settings.exact_every.max(1);
+        for candidate in self.memory.candidates.iter_mut().skip(self.standings.len()) {
+            if effort.is_spent() {
+                return;
+            }
+            let continued = match candidate.open {
+                true if every > 1 => candidate.continued(now, self.frame, every),
+                _ => None,
+            };
+            let standing = match (continued, candidate.open) {
+                (Some(path), _) => Standing::Continued(path),
+                (None, true) => candidate.stand(now, &self.settings),
+                (None, false) => Standing::Unasked,
+            };
+            effort.spend(match standing {
+                Standing::Unasked => 0,
+                Standing::Continued(_) => cost::CONTINUED,
+                Standing::Bent(_) => cost::BENT_WAY,
+                Standing::Out | Standing::Path(_) | Standing::Image(..) => cost::REFLECTED,
+            });
             // What comes back onto its surfaces is asked soon.
-            if let (Standing::Out, Course::Mirrors(_)) = (standing, candidate.course) {
+            if let (Standing::Out, Course::Mirrors(_)) = (&standing, candidate.course) {
                 candidate.tested = None;
             }
+            self.standings.push(standing);
         }
+    }
+
+    /// Casts the frame's rays; gives their number.
+    fn ask(&mut self, now: &Now<'_>, effort: &mut Effort) -> u64 {
         let budget = self.settings.rays(now.sources.len());
-        let updates = self.memory.updates;
         let rays = self.inspection.spend(
             budget,
             self.frame,
-            updates,
-            candidates,
+            self.memory.updates,
+            &mut self.memory.candidates,
             &mut self.standings,
             (now, &self.settings),
         );
-        let open = candidates.iter().zip(&self.standings);
-        let open =
-            open.filter(|(candidate, _)| candidate.open && is_wanted(now.sources, &candidate.path));
-        self.bent.clear();
-        for (candidate, standing) in open {
-            let Some(path) = candidate.heard(standing, now) else {
+        effort.spend(cost::RAY * rays as usize + self.memory.candidates.len() / cost::SORTED);
+        rays
+    }
+
+    /// What is heard of the candidates from one on.
+    fn hear(
+        &mut self,
+        first: usize,
+        now: &Now<'_>,
+        effort: &mut Effort,
+        paths: &mut Vec<FramePath>,
+    ) -> Step {
+        let every = self.settings.exact_every.max(1);
+        let each = self.memory.candidates.iter_mut().zip(&self.standings);
+        for (number, (candidate, standing)) in each.enumerate().skip(first) {
+            if !candidate.open || !is_wanted(now.sources, &candidate.path) {
+                continue;
+            }
+            if effort.is_spent() {
+                return Step::Hear(number);
+            }
+            if let (Standing::Bent(_), Course::Bends(course)) = (standing, candidate.course) {
+                effort.spend(cost::WAVE * if course.is_double() { 2 } else { 1 });
+            }
+            let heard = candidate.heard(standing, now);
+            let is_new = !matches!(standing, Standing::Continued(_));
+            if every > 1 && is_new && self.settings.exact_geometry {
+                candidate.remember(heard.as_ref(), self.frame, every);
+            }
+            let Some(path) = heard else {
                 continue;
             };
             match candidate.course {
@@ -151,9 +252,7 @@ impl Best {
                 Course::Mirrors(_) | Course::Unknown => paths.push(path),
             }
         }
-        self.keep_loudest_bent(paths);
-        self.frame += 1;
-        rays
+        Step::Begin
     }
 
     /// Adds as many bent paths of each source as an update has at most, the loudest.

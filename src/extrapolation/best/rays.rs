@@ -141,7 +141,7 @@ fn most_rays(standing: &Standing) -> u64 {
     match standing {
         Standing::Image(_, image) => image.order as u64 + 1,
         Standing::Bent(_) => way::MOST_RAYS,
-        Standing::Path(_) | Standing::Out | Standing::Unasked => 0,
+        Standing::Path(_) | Standing::Continued(_) | Standing::Out | Standing::Unasked => 0,
     }
 }
 
@@ -167,6 +167,6 @@ fn is_open(
             blocked.is_none()
         }
         Standing::Bent(way) => way.is_clear(scene, spot, rays),
-        Standing::Path(_) | Standing::Out | Standing::Unasked => true,
+        Standing::Path(_) | Standing::Continued(_) | Standing::Out | Standing::Unasked => true,
     }
 }

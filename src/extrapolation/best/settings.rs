@@ -34,6 +34,9 @@ pub struct BestSettings {
     pub nearby: bool,
     /// Where updates are to be computed for.
     pub lead: Lead,
+    /// Graphics frames of which one works a path out; the others continue it along a line. 1 works everything out in
+    /// every frame; 0 counts as 1.
+    pub exact_every: u32,
 }
 
 impl BestSettings {
@@ -45,7 +48,18 @@ impl BestSettings {
         drop_outside: true,
         nearby: true,
         lead: Lead::End,
+        exact_every: 1,
     };
+
+    /// The same at less than half the cost, for a sound thread: a path is worked out in one frame of three, and asked for
+    /// by half as many rays, since updates come often.
+    pub(crate) fn thrifty(self) -> Self {
+        Self {
+            rays_per_source: self.rays_per_source.div_ceil(2),
+            exact_every: self.exact_every.max(3),
+            ..self
+        }
+    }
 }
 
 impl BestSettings {

@@ -20,6 +20,7 @@ mod frame_clock;
 mod histogram;
 mod messages;
 mod mixer;
+mod pace;
 mod propagation_thread;
 mod renderer;
 mod scene_builder;
@@ -35,6 +36,7 @@ use std::sync::Arc;
 pub use controller::{Controller, EngineState};
 pub use feed::StreamWriter;
 pub use histogram::Percentiles;
+pub use pace::ramp_frames;
 pub use renderer::{RenderReport, Renderer};
 pub use settings::{EngineSchedule, EngineSettings, FrameTime, MOST_SOURCES};
 pub use shown_paths::{MOST_CORNERS, ShownPath};
@@ -48,6 +50,7 @@ use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 use super::budget::Governor;
 use super::clock::now;
 use super::handover::newest;
+use super::large_pages::use_large_pages;
 use super::phone::Manners;
 use super::trace::{Track, spans};
 use super::workers::Threads;
@@ -79,9 +82,13 @@ impl Engine {
             .map(|track| spans(track, settings.trace_spans, epoch));
         let scene = Arc::new(open_air()?);
         let propagator = Box::new(Propagator::new(scene, settings.propagation)?);
-        let extrapolator =
-            extrapolator_for(&propagator, settings.predictor, [settings.max_paths, slots]);
+        let predictor = match settings.even_blocks {
+            true => settings.predictor.thrifty(),
+            false => settings.predictor,
+        };
+        let extrapolator = extrapolator_for(&propagator, predictor, [settings.max_paths, slots]);
         let generator = Generator::new(settings.generation.clone(), head)?;
+        use_large_pages(&generator);
         let meters = Arc::new(Meters::default());
         let (frame_sender, frames) = newest();
         let (world_sender, world) = newest();
@@ -98,6 +105,7 @@ impl Engine {
             max_paths: settings.max_paths,
             max_sources: slots,
             synchronous: false,
+            even_blocks: settings.even_blocks,
             tracers: Threads::start(1)?,
             governor: Governor::default(),
             detail: Governor::default().detail(&settings.propagation, settings.max_paths),

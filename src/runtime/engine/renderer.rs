@@ -4,18 +4,20 @@
 //! allocates, frees, locks nor waits; it reads the clock, which is no system call where the system maps it. It is bounded
 //! by the number of paths, sources and audio frames. Dropping a renderer frees, so do that elsewhere.
 
+mod frame;
+
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use super::feed::Feed;
 use super::frame_clock::FrameClock;
 use super::messages::{AudioFrame, Delivery, FeedChange};
 use super::mixer::Mixer;
+use super::pace::Pace;
 use super::settings::EngineSettings;
 use super::statistics::{Meters, add};
-use crate::extrapolation::{
-    Continuation, Extrapolator, FramePaths, LATE_STEPS, extrapolation_level,
-};
+use crate::extrapolation::{Continuation, Extrapolator, FramePaths, LATE_STEPS};
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
 use crate::runtime::affinity::{Placement, ThreadRole, place_this_thread};
@@ -27,10 +29,6 @@ use crate::runtime::trace::{SpanKind, SpanWriter};
 
 /// Most slots of a generator.
 const MOST_SLOTS: usize = 256;
-/// Longest ramp of a graphics frame, in seconds.
-const LONGEST_RAMP_S: f64 = 0.1;
-/// Most that an order's gain moves in a second, under the budget.
-const ORDER_FADE_PER_S: f64 = 4.0;
 /// Share of a block in the mean of sound's share of a core.
 const SHARE_WEIGHT: f64 = 0.02;
 /// Time in seconds of the fade into and out of a pause.
@@ -87,6 +85,14 @@ pub struct Renderer {
     share: f64,
     /// Gain of everything, on its way to 0 in a pause.
     master: f32,
+    pace: Pace,
+    /// Whether a graphics frame is being worked out, and whether only generation has not got it yet.
+    is_under_way: bool,
+    is_described: bool,
+    /// How long it lasts.
+    frame_s: f64,
+    /// Time that its direct paths and its others took so far.
+    took: [Duration; 2],
 }
 
 impl Renderer {
@@ -110,6 +116,14 @@ impl Renderer {
             wanted_gain: [1.0; MAX_ORDER + 1],
             share: 0.0,
             master: 1.0,
+            pace: Pace::new(
+                settings.block_frames as f64 / f64::from(settings.generation.rate_hz),
+                settings.even_blocks,
+            ),
+            is_under_way: false,
+            is_described: false,
+            frame_s: 0.0,
+            took: [Duration::ZERO; 2],
             parts,
         }
     }
@@ -148,7 +162,7 @@ impl Renderer {
         self.take_feeds();
         let block = 2 * self.parts.settings.block_frames;
         for chunk in output.chunks_mut(block) {
-            self.take_frame(chunk.len() / 2, &mut report);
+            self.go_on(chunk.len() / 2, &mut report);
             self.render_block(chunk, &mut report);
         }
         let spent = started.elapsed();
@@ -188,106 +202,6 @@ impl Renderer {
                 std::mem::forget(old);
             }
         }
-    }
-
-    /// Takes the newest graphics frame, and with it the newest update.
-    fn take_frame(&mut self, block_frames: usize, report: &mut RenderReport) {
-        let Some(frame) = self.parts.frames.take() else {
-            return;
-        };
-        let old = std::mem::replace(&mut self.parts.frame, frame);
-        self.parts.frames.give_back(old);
-        let frame = &self.parts.frame;
-        self.mixer.place(&frame.feeds);
-        if !frame.is_new {
-            return;
-        }
-        report.graphics_frames += 1;
-        let frame_s = self.clock.take(now());
-        let (frame_ns, meters) = ((frame_s * 1e9) as u64, &self.parts.meters);
-        meters.frame_ns.store(frame_ns, Ordering::Relaxed);
-        self.take_update(frame_s, report);
-        self.extrapolate();
-        self.fade_orders(frame_s);
-        // A block that lasts longer than a graphics frame is ramped as a whole.
-        let rate_hz = f64::from(self.parts.settings.generation.rate_hz);
-        let ramp_s = frame_s.max(block_frames as f64 / rate_hz);
-        let ramp_frames = (ramp_s.min(LONGEST_RAMP_S) * rate_hz).round() as u32;
-        self.parts
-            .generator
-            .set_frame(&self.frame_paths, ramp_frames);
-    }
-
-    /// Direct paths, then everything else.
-    fn extrapolate(&mut self) {
-        let Parts {
-            frame,
-            extrapolator,
-            meters,
-            spans,
-            ..
-        } = &mut self.parts;
-        let (listener, sources) = (frame.listener, &frame.sources);
-        let began = now();
-        extrapolator.set_instance_poses(&frame.instances);
-        let rays = extrapolator.begin_frame(&listener, sources, &mut self.frame_paths);
-        let spent = began.elapsed();
-        meters.direct.record(spent);
-        spans.record(SpanKind::Direct, began, spent, rays);
-        let began = now();
-        extrapolator.finish_frame(&listener, sources, &mut self.frame_paths);
-        let spent = began.elapsed();
-        meters.extrapolation.record(spent);
-        let paths = self.frame_paths.paths.len() as u64;
-        spans.record(SpanKind::Extrapolation, began, spent, paths);
-    }
-
-    /// Moves the gains of the orders towards what the budget wants, and applies them.
-    fn fade_orders(&mut self, frame_s: f64) {
-        let step = (ORDER_FADE_PER_S * frame_s) as f32;
-        for (gain, wanted) in self.order_gain.iter_mut().zip(&self.wanted_gain) {
-            *gain += (wanted - *gain).clamp(-step, step);
-        }
-        if self.order_gain == [1.0; MAX_ORDER + 1] {
-            return;
-        }
-        for path in &mut self.frame_paths.paths {
-            let gain = self.order_gain.get(usize::from(path.order));
-            let gain = gain.copied().unwrap_or(1.0);
-            path.amplitude = path.amplitude.map(|amplitude| gain * amplitude);
-        }
-    }
-
-    fn take_update(&mut self, frame_s: f64, report: &mut RenderReport) {
-        let Some(mut delivery) = self.parts.deliveries.take() else {
-            return;
-        };
-        let extrapolator = &mut self.parts.extrapolator;
-        if let Some(fresh) = &mut delivery.extrapolator {
-            std::mem::swap(extrapolator, fresh);
-        }
-        if let Some(scenes) = &mut delivery.scenes {
-            extrapolator.swap_scene(scenes);
-        }
-        if let Some(predictor) = delivery.predictor.take() {
-            delivery.predictor = Some(extrapolator.set_predictor(predictor));
-        }
-        let level = if delivery.synchronous {
-            0
-        } else {
-            extrapolation_level(delivery.interval_s, frame_s)
-        };
-        self.wanted_gain = delivery.order_gain;
-        let paths = std::mem::take(&mut delivery.paths);
-        let meters = &self.parts.meters;
-        meters.level.store(level, Ordering::Relaxed);
-        meters
-            .paths
-            .store(paths.paths.len() as u32, Ordering::Relaxed);
-        add(&meters.updates, 1);
-        report.updates += 1;
-        delivery.paths = extrapolator.take_prepared_update(paths, &mut delivery.groundwork, level);
-        self.parts.deliveries.give_back(delivery);
     }
 
     fn render_block(&mut self, output: &mut [f32], report: &mut RenderReport) {

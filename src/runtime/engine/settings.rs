@@ -67,6 +67,10 @@ pub struct EngineSettings {
     pub trace_spans: usize,
     /// How long a graphics frame is.
     pub frame_time: FrameTime,
+    /// Whether blocks are to take alike time. A graphics frame that is much work is then worked out over the blocks until
+    /// the next one, an even share in each, and heard when it is done; and `best` works each path out in one frame of three
+    /// and continues it in between. Otherwise the block that takes a frame does all of it.
+    pub even_blocks: bool,
     /// What is asked of a phone's system, and told to it; nothing where it has no such functions.
     pub manners: MannersSettings,
     /// Most paths of an update that [`super::Controller::shown_paths`] gives, the loudest, to 16,384; 0 gives none.
@@ -96,6 +100,7 @@ impl Default for EngineSettings {
             budget: Budget::default(),
             trace_spans: 0,
             frame_time: FrameTime::default(),
+            even_blocks: true,
             manners: MannersSettings::default(),
             shown_paths: 0,
             before_update: None,

@@ -35,6 +35,8 @@ pub(super) struct Worker {
     pub(super) max_paths: usize,
     pub(super) max_sources: usize,
     pub(super) synchronous: bool,
+    /// Whether the sound thread's blocks are to take alike time.
+    pub(super) even_blocks: bool,
     /// Who traces, besides the thread that steps.
     pub(super) tracers: Threads,
     pub(super) governor: Governor,
@@ -116,7 +118,7 @@ impl Worker {
         delivery.extrapolator = self.extrapolator.take();
         delivery.scenes = self.scenes.take();
         delivery.predictor = (world.predictor != self.predictor)
-            .then(|| Continuation::with_room(world.predictor, self.max_paths));
+            .then(|| Continuation::with_room(self.paced(world.predictor), self.max_paths));
         self.predictor = world.predictor;
         self.newest = Some(world);
         self.update += 1;
@@ -129,6 +131,14 @@ impl Worker {
             .store(latest_ns, Ordering::Relaxed);
         self.send(delivery);
         Some(rest)
+    }
+
+    /// The predictor as the sound thread is to have it.
+    fn paced(&self, kind: PredictorKind) -> PredictorKind {
+        match self.even_blocks {
+            true => kind.thrifty(),
+            false => kind,
+        }
     }
 
     /// Works out here what the sound thread would have to when it takes the update.
@@ -190,7 +200,7 @@ impl Worker {
         let same_scene = before.scene().same_fixed_part(scene)
             && before.settings().nearest_m == self.propagator.settings().nearest_m;
         if !same_scene {
-            let kind = self.predictor;
+            let kind = self.paced(self.predictor);
             let room = [self.max_paths, self.max_sources];
             self.extrapolator = Some(extrapolator_for(&self.propagator, kind, room));
             self.scenes = None;

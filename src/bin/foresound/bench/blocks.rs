@@ -16,7 +16,10 @@ use foresound::evaluation::clip::Clip;
 use foresound::extrapolation::{BestSettings, FramePaths, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PropagationSettings;
-use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
+use foresound::runtime::engine::ramp_frames;
+use foresound::runtime::{
+    Latency, OfflineRenderer, OfflineSettings, Poses, Schedule, use_large_pages,
+};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 use foresound::{Error, Result};
 use serde_json::{Value, json};
@@ -70,6 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut most_voices = 0;
     for _ in 0..arguments.rounds {
         let mut generator = Generator::new(walked.settings.clone(), Arc::clone(&hrtf))?;
+        use_large_pages(&generator);
         let (us, voices) = walked.generate(&mut generator, arguments.block);
         most_voices = most_voices.max(voices);
         if best_us.is_empty() {
@@ -192,7 +196,8 @@ impl Walked {
     #[inline(never)]
     fn generate(&self, generator: &mut Generator, block: usize) -> (Vec<f64>, u32) {
         let frame_frames = f64::from(self.settings.rate_hz) / self.graphics_rate_hz;
-        let ramp = frame_frames.max(block as f64).round() as u32;
+        // As the engine does it.
+        let ramp = ramp_frames(1.0 / self.graphics_rate_hz, self.settings.rate_hz, block);
         let blocks = self.sounds.first().map_or(0, Vec::len) / block;
         let mut output = vec![0.0; 2 * block];
         let mut us = Vec::with_capacity(blocks);

@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::sources::sources;
 use crate::inputs::{SceneArguments, load_scene};
-use crate::soak::resident_mb;
+use crate::memory_use::resident_mb;
 
 /// Graphics frames until everything has been used.
 const FRAMES: usize = 120;

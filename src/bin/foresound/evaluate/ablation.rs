@@ -12,6 +12,7 @@ const NOTHING: BestSettings = BestSettings {
     drop_outside: false,
     nearby: false,
     lead: Lead::None,
+    exact_every: 1,
 };
 
 const FULL: BestSettings = BestSettings::FULL;

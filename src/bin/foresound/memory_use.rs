@@ -1,0 +1,65 @@
+//! How much memory a run takes, and whether that grows.
+//!
+//! Two figures: what the system has given (resident), which moves by megabytes as an allocator keeps and returns pages, and
+//! what the program has asked for and not given back (live), which a leak cannot hide in.
+
+use std::sync::atomic::Ordering;
+
+use crate::counting;
+
+/// Memory while the engine runs, once a second.
+#[derive(Default)]
+pub(crate) struct Memory {
+    /// Seconds since the beginning, megabytes resident and megabytes that the program has asked for.
+    samples: Vec<[f64; 3]>,
+}
+
+impl Memory {
+    /// Looks at a time in seconds.
+    pub(crate) fn sample(&mut self, time_s: f64) {
+        self.samples.push([time_s, resident_mb(), live_mb()]);
+    }
+
+    /// The most of a kind, in the first and in the last third of the time.
+    pub(crate) fn most(&self, kind: usize) -> [f64; 2] {
+        let third = self.samples.len().div_ceil(3);
+        let parts = [
+            &self.samples[..third],
+            &self.samples[self.samples.len() - third..],
+        ];
+        parts.map(|part| {
+            part.iter()
+                .fold(0.0f64, |most, sample| most.max(sample[kind]))
+        })
+    }
+
+    /// Growth of a kind in megabytes a minute: the line that leaves least squares.
+    pub(crate) fn growth(&self, kind: usize) -> f64 {
+        let count = self.samples.len().max(1) as f64;
+        let mean = |kind: usize| self.samples.iter().map(|s| s[kind]).sum::<f64>() / count;
+        let (time, size) = (mean(0), mean(kind));
+        let (mut up, mut across) = (0.0, 0.0);
+        for sample in &self.samples {
+            up += (sample[0] - time) * (sample[kind] - size);
+            across += (sample[0] - time).powi(2);
+        }
+        if across > 0.0 {
+            60.0 * up / across
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Memory asked for and not given back, in MB.
+fn live_mb() -> f64 {
+    counting::LIVE.load(Ordering::Relaxed) as f64 / 1_048_576.0
+}
+
+/// Memory in use in MB; 0 where the system does not say.
+pub(crate) fn resident_mb() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kilobytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok());
+    kilobytes.unwrap_or(0.0) / 1024.0
+}

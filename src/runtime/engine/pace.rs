@@ -1,0 +1,114 @@
+//! How much of a graphics frame's work the sound thread does in each block.
+//!
+//! Audio side; arithmetic. A block that comes right after a graphics frame would have all of it to do and the next ones
+//! nothing; so each does its share of what the last frame took, and the frame is heard when it is done, before the next
+//! one comes. Work is counted, not timed: what is even here is even on any machine. What takes a fraction of a block anyway
+//! is done at once.
+
+use crate::extrapolation::Effort;
+
+/// Work that is done at once, however long a graphics frame is: less than a tenth of a millisecond of a desktop's core.
+const AT_ONCE: u32 = 600;
+
+/// Share of a frame's work beyond an even part of it, so that one that grows a little takes no block longer.
+const SPARE: f64 = 1.1;
+
+/// Blocks that a graphics frame lasts, one at least.
+fn whole_blocks(frame_s: f64, block_s: f64) -> u32 {
+    (frame_s / block_s).round().clamp(1.0, 64.0) as u32
+}
+
+/// Audio frames within which everything reaches the values of a graphics frame of this length: its own length in whole
+/// blocks, because a block in which a ramp ends is rendered in two pieces, which takes longer.
+pub fn ramp_frames(frame_s: f64, rate_hz: u32, block_frames: usize) -> u32 {
+    let block_s = block_frames as f64 / f64::from(rate_hz);
+    whole_blocks(frame_s, block_s).saturating_mul(block_frames as u32)
+}
+
+/// The share of a graphics frame that each block works out.
+#[derive(Debug)]
+pub(super) struct Pace {
+    block_s: f64,
+    is_even: bool,
+    /// Blocks that a frame's work is spread over.
+    blocks: u32,
+    /// Of the frame under way, and of the last one.
+    spent: u32,
+    last: u32,
+}
+
+impl Pace {
+    /// For blocks of this length; without `is_even` every frame is done at once.
+    pub(super) fn new(block_s: f64, is_even: bool) -> Self {
+        Self {
+            block_s,
+            is_even,
+            blocks: 1,
+            spent: 0,
+            last: 0,
+        }
+    }
+
+    /// A graphics frame begins that lasts this long.
+    pub(super) fn begin(&mut self, frame_s: f64) {
+        self.blocks = whole_blocks(frame_s, self.block_s);
+        self.spent = 0;
+    }
+
+    /// What a block may do, or a piece of one that takes this share of it.
+    pub(super) fn effort(&self, share: f64) -> Effort {
+        if !self.is_even || self.blocks == 1 {
+            return Effort::boundless();
+        }
+        let even = SPARE * share * f64::from(self.last) / f64::from(self.blocks);
+        Effort::of((even as u32).max(AT_ONCE))
+    }
+
+    /// Counts what a block did.
+    pub(super) fn count(&mut self, effort: &Effort) {
+        self.spent = self.spent.saturating_add(effort.spent());
+    }
+
+    /// The frame is done.
+    pub(super) fn end(&mut self) {
+        self.last = self.spent;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blocks that a frame of so much work takes, in pieces of 50.
+    fn blocks_for(pace: &mut Pace, work: u32) -> u32 {
+        pace.begin(1.0 / 60.0);
+        let (mut left, mut blocks) = (work, 0);
+        while left > 0 {
+            let mut effort = pace.effort(1.0);
+            while left > 0 && !effort.is_spent() {
+                effort.spend(50);
+                left = left.saturating_sub(50);
+            }
+            pace.count(&effort);
+            blocks += 1;
+        }
+        pace.end();
+        blocks
+    }
+
+    #[test]
+    fn much_work_is_spread_and_little_is_not() {
+        let mut pace = Pace::new(256.0 / 44_100.0, true);
+        assert_eq!(blocks_for(&mut pace, 500), 1);
+        // What a frame takes is known after the first of its kind.
+        blocks_for(&mut pace, 18_000);
+        for _ in 0..10 {
+            assert_eq!(blocks_for(&mut pace, 18_000), 3);
+            assert_eq!(blocks_for(&mut pace, 18_600), 3);
+        }
+        let mut at_once = Pace::new(256.0 / 44_100.0, false);
+        assert_eq!(blocks_for(&mut at_once, 18_000), 1);
+        let mut long_blocks = Pace::new(1024.0 / 44_100.0, true);
+        assert_eq!(blocks_for(&mut long_blocks, 18_000), 1);
+    }
+}

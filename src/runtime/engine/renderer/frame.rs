@@ -1,0 +1,179 @@
+//! A graphics frame on its way through the renderer: taken, described by extrapolation in parts, handed to generation.
+//!
+//! Audio side, as all of [`Renderer`]; how much of it a block does is [`super::super::pace`]'s to say.
+
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use super::{Parts, RenderReport, Renderer};
+use crate::extrapolation::effort::{Effort, cost};
+use crate::extrapolation::extrapolation_level;
+use crate::propagation::MAX_ORDER;
+use crate::runtime::clock::now;
+use crate::runtime::engine::pace::ramp_frames;
+use crate::runtime::engine::settings::FrameTime;
+use crate::runtime::engine::statistics::add;
+use crate::runtime::trace::SpanKind;
+
+/// Longest ramp of a graphics frame, in seconds.
+const LONGEST_RAMP_S: f64 = 0.1;
+
+/// Most that an order's gain moves in a second, under the budget.
+const ORDER_FADE_PER_S: f64 = 4.0;
+
+impl Renderer {
+    /// Takes the newest graphics frame, and with it the newest update, unless one is under way; and goes on with it.
+    pub(super) fn go_on(&mut self, block_frames: usize, report: &mut RenderReport) {
+        if !self.is_under_way {
+            self.take_frame(report);
+        }
+        if !self.is_under_way {
+            return;
+        }
+        let block = self.parts.settings.block_frames as f64;
+        let mut effort = self.pace.effort(block_frames as f64 / block);
+        let is_new = !self.is_described;
+        if is_new {
+            self.is_described = self.extrapolate(&mut effort);
+        }
+        // What generation takes over at once is much: it may have a block to itself.
+        let taken = cost::TAKEN * self.frame_paths.paths.len();
+        if self.is_described && (!is_new || taken <= effort.left() as usize) {
+            effort.spend(taken);
+            self.hand_over(block_frames);
+            self.is_under_way = false;
+        }
+        self.pace.count(&effort);
+        if !self.is_under_way {
+            self.pace.end();
+        }
+    }
+
+    fn take_frame(&mut self, report: &mut RenderReport) {
+        let Some(frame) = self.parts.frames.take() else {
+            return;
+        };
+        let old = std::mem::replace(&mut self.parts.frame, frame);
+        self.parts.frames.give_back(old);
+        let frame = &self.parts.frame;
+        if !frame.is_new {
+            self.mixer.place(&frame.feeds);
+            return;
+        }
+        report.graphics_frames += 1;
+        let frame_s = self.clock.take(now());
+        let (frame_ns, meters) = ((frame_s * 1e9) as u64, &self.parts.meters);
+        meters.frame_ns.store(frame_ns, Ordering::Relaxed);
+        self.take_update(frame_s, report);
+        let Parts {
+            frame,
+            extrapolator,
+            ..
+        } = &mut self.parts;
+        extrapolator.set_instance_poses(&frame.instances);
+        self.frame_s = frame_s;
+        self.pace.begin(frame_s);
+        (self.is_under_way, self.is_described) = (true, false);
+        self.took = [Duration::ZERO; 2];
+    }
+
+    /// Direct paths, then everything else, until the effort is spent; gives whether the frame is described.
+    fn extrapolate(&mut self, effort: &mut Effort) -> bool {
+        let Parts {
+            frame,
+            extrapolator,
+            meters,
+            spans,
+            ..
+        } = &mut self.parts;
+        let (listener, sources) = (frame.listener, &frame.sources);
+        let [took_direct, took_others] = &mut self.took;
+        let began = now();
+        let part = extrapolator.direct_part(&listener, sources, effort, &mut self.frame_paths);
+        let spent = began.elapsed();
+        *took_direct += spent;
+        spans.record(SpanKind::Direct, began, spent, part.rays);
+        if !part.is_done {
+            return false;
+        }
+        let began = now();
+        let part = extrapolator.other_part(&listener, sources, effort, &mut self.frame_paths);
+        let spent = began.elapsed();
+        *took_others += spent;
+        let paths = self.frame_paths.paths.len() as u64;
+        spans.record(SpanKind::Extrapolation, began, spent, paths);
+        if part.is_done {
+            meters.direct.record(*took_direct);
+            meters.extrapolation.record(*took_others);
+        }
+        part.is_done
+    }
+
+    /// Gives a described frame to generation.
+    fn hand_over(&mut self, block_frames: usize) {
+        // Sounds come and go with their sources' paths.
+        self.mixer.place(&self.parts.frame.feeds);
+        self.fade_orders(self.frame_s);
+        let settings = &self.parts.settings;
+        let rate_hz = settings.generation.rate_hz;
+        let ramp = match settings.frame_time {
+            FrameTime::Measured => ramp_frames(self.frame_s, rate_hz, settings.block_frames),
+            // What is rendered apart from a device is as long as the frame says.
+            FrameTime::Fixed(frame_s) => (frame_s * f64::from(rate_hz)).round() as u32,
+        };
+        // A block that lasts longer than a graphics frame is ramped as a whole.
+        let longest = (LONGEST_RAMP_S * f64::from(rate_hz)) as u32;
+        let ramp_frames = ramp.max(block_frames as u32).min(longest);
+        self.parts
+            .generator
+            .set_frame(&self.frame_paths, ramp_frames);
+    }
+
+    /// Moves the gains of the orders towards what the budget wants, and applies them.
+    fn fade_orders(&mut self, frame_s: f64) {
+        let step = (ORDER_FADE_PER_S * frame_s) as f32;
+        for (gain, wanted) in self.order_gain.iter_mut().zip(&self.wanted_gain) {
+            *gain += (wanted - *gain).clamp(-step, step);
+        }
+        if self.order_gain == [1.0; MAX_ORDER + 1] {
+            return;
+        }
+        for path in &mut self.frame_paths.paths {
+            let gain = self.order_gain.get(usize::from(path.order));
+            let gain = gain.copied().unwrap_or(1.0);
+            path.amplitude = path.amplitude.map(|amplitude| gain * amplitude);
+        }
+    }
+
+    fn take_update(&mut self, frame_s: f64, report: &mut RenderReport) {
+        let Some(mut delivery) = self.parts.deliveries.take() else {
+            return;
+        };
+        let extrapolator = &mut self.parts.extrapolator;
+        if let Some(fresh) = &mut delivery.extrapolator {
+            std::mem::swap(extrapolator, fresh);
+        }
+        if let Some(scenes) = &mut delivery.scenes {
+            extrapolator.swap_scene(scenes);
+        }
+        if let Some(predictor) = delivery.predictor.take() {
+            delivery.predictor = Some(extrapolator.set_predictor(predictor));
+        }
+        let level = if delivery.synchronous {
+            0
+        } else {
+            extrapolation_level(delivery.interval_s, frame_s)
+        };
+        self.wanted_gain = delivery.order_gain;
+        let paths = std::mem::take(&mut delivery.paths);
+        let meters = &self.parts.meters;
+        meters.level.store(level, Ordering::Relaxed);
+        meters
+            .paths
+            .store(paths.paths.len() as u32, Ordering::Relaxed);
+        add(&meters.updates, 1);
+        report.updates += 1;
+        delivery.paths = extrapolator.take_prepared_update(paths, &mut delivery.groundwork, level);
+        self.parts.deliveries.give_back(delivery);
+    }
+}
