@@ -6,8 +6,6 @@
 //! bands follow one another, a frame a lane: a reader that mixes the bands walks through memory once, without gaps, and
 //! needs neither shuffles nor eight streams.
 
-use std::ops::Range;
-
 use crate::acoustics::BANDS;
 use crate::simd::{F32x8, LaneSet, kernel, prefetch};
 
@@ -102,12 +100,6 @@ impl DelayLine {
             tiles,
             sound_end: i64::MIN / 2,
         }
-    }
-
-    /// Where it lies.
-    pub(super) fn memory(&self) -> Range<*const u8> {
-        let Range { start, end } = self.tiles.as_ptr_range();
-        start.cast()..end.cast()
     }
 
     /// Whether nothing but silence is left in the line.

@@ -4,7 +4,6 @@
 //! neither allocate nor free, lock, panic nor look at a clock. Takes [`FramePaths`] and one mono signal a source, gives
 //! interleaved stereo and a [`BlockReport`].
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
@@ -117,12 +116,6 @@ impl Generator {
     /// Frames by which the output lags behind path and ear delays: interpolation and limiter.
     pub fn latency_frames(&self) -> usize {
         AHEAD + self.limiter.as_ref().map_or(0, Limiter::latency_frames)
-    }
-
-    /// Where most of its memory lies: what sources and voices remember. It stays there as long as the generator lives.
-    pub(crate) fn memory(&self) -> impl Iterator<Item = Range<*const u8>> {
-        let lines = self.lines.iter().map(DelayLine::memory);
-        lines.chain(self.voices.memory())
     }
 
     /// Takes over a graphics frame: everything reaches the frame's values linearly within `ramp_frames` audio frames,

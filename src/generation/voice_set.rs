@@ -8,8 +8,6 @@
 //! fade while another starts; beyond that a path waits for a frame in which a voice has faded out, and is counted: a fade
 //! that is cut would click.
 
-use std::ops::Range;
-
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
 
@@ -85,18 +83,6 @@ impl VoiceSet {
             ears: arrival::ear_pairs(),
             set: LaneSet::best(),
         }
-    }
-
-    /// Where what belongs to voices lies.
-    pub(super) fn memory(&self) -> impl Iterator<Item = Range<*const u8>> {
-        let lanes = [&self.targets, &self.growths].map(|lanes| {
-            let Range { start, end } = lanes.as_ptr_range();
-            start.cast()..end.cast()
-        });
-        let Range { start, end } = self.tails.as_ptr_range();
-        let tails = start.cast()..end.cast();
-        let Range { start, end } = self.voices.as_ptr_range();
-        lanes.into_iter().chain([tails, start.cast()..end.cast()])
     }
 
     /// Voices that live or fade.

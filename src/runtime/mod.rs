@@ -8,7 +8,6 @@ pub mod device_output;
 pub mod engine;
 pub mod flush_to_zero;
 mod handover;
-mod large_pages;
 mod lead;
 pub mod null_device;
 pub mod offline;
@@ -31,7 +30,6 @@ pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,
     Renderer, Statistics, StreamWriter,
 };
-pub use large_pages::use_large_pages;
 pub use null_device::{NullDevice, NullDeviceReport, NullOutput};
 pub use offline::{OfflineRenderer, OfflineReport, OfflineSettings};
 pub use schedule::{Latency, Poses, Schedule};

@@ -50,7 +50,6 @@ use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 use super::budget::Governor;
 use super::clock::now;
 use super::handover::newest;
-use super::large_pages::use_large_pages;
 use super::phone::Manners;
 use super::trace::{Track, spans};
 use super::workers::Threads;
@@ -88,7 +87,6 @@ impl Engine {
         };
         let extrapolator = extrapolator_for(&propagator, predictor, [settings.max_paths, slots]);
         let generator = Generator::new(settings.generation.clone(), head)?;
-        use_large_pages(&generator);
         let meters = Arc::new(Meters::default());
         let (frame_sender, frames) = newest();
         let (world_sender, world) = newest();

@@ -17,9 +17,7 @@ use foresound::extrapolation::{BestSettings, FramePaths, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::engine::ramp_frames;
-use foresound::runtime::{
-    Latency, OfflineRenderer, OfflineSettings, Poses, Schedule, use_large_pages,
-};
+use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 use foresound::{Error, Result};
 use serde_json::{Value, json};
@@ -73,7 +71,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut most_voices = 0;
     for _ in 0..arguments.rounds {
         let mut generator = Generator::new(walked.settings.clone(), Arc::clone(&hrtf))?;
-        use_large_pages(&generator);
         let (us, voices) = walked.generate(&mut generator, arguments.block);
         most_voices = most_voices.max(voices);
         if best_us.is_empty() {
