@@ -60,9 +60,7 @@ impl BestSettings {
             ..self
         }
     }
-}
 
-impl BestSettings {
     /// Rays of a graphics frame with so many sources.
     pub(super) fn rays(&self, sources: usize) -> u64 {
         u64::from(self.rays_per_source) * sources.max(LEAST_SOURCES) as u64
