@@ -143,7 +143,7 @@ impl EdgeSet {
     /// Distance in metres from a point of a surface to the nearest edge that the surface ends at, if that is below
     /// `within_m`.
     pub fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
-        self.rims.distance_m(&self.edges, surface, point, within_m)
+        self.rims.distance_m(surface, point, within_m)
     }
 
     /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: those worth trying as mirrors

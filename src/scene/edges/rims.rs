@@ -4,10 +4,18 @@ use glam::DVec3;
 
 use super::edge::Edge;
 
-/// The edges of every surface of a mesh, by number.
+/// An edge of a surface as it is measured from; beside each other, since all of a surface's are.
+#[derive(Debug, Clone, Copy)]
+struct Rim {
+    origin: DVec3,
+    direction: DVec3,
+    length_m: f64,
+}
+
+/// The edges of every surface of a mesh.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rims {
-    edges: Vec<u32>,
+    rims: Vec<Rim>,
     /// Where each surface's edges begin; one more closes the list.
     first: Vec<u32>,
 }
@@ -30,34 +38,35 @@ impl Rims {
         for surface in 0..surfaces {
             first[surface + 1] += first[surface];
         }
+        let rim = |(_, number): &(u32, u32)| {
+            let edge = &edges[*number as usize];
+            Rim {
+                origin: edge.origin,
+                direction: edge.direction,
+                length_m: edge.length_m,
+            }
+        };
         Self {
-            edges: ends.into_iter().map(|(_, edge)| edge).collect(),
+            rims: ends.iter().map(rim).collect(),
             first,
         }
     }
 
-    fn of(&self, surface: u32) -> &[u32] {
+    fn of(&self, surface: u32) -> &[Rim] {
         let bound = |place: u32| self.first.get(place as usize).map(|&first| first as usize);
         match (bound(surface), bound(surface.saturating_add(1))) {
-            (Some(first), Some(end)) => &self.edges[first..end],
+            (Some(first), Some(end)) => &self.rims[first..end],
             _ => &[],
         }
     }
 
     /// Distance in metres from a point to the nearest edge of a surface, if that is below `within_m`.
-    pub(super) fn distance_m(
-        &self,
-        edges: &[Edge],
-        surface: u32,
-        point: DVec3,
-        within_m: f64,
-    ) -> Option<f64> {
+    pub(super) fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
         let mut nearest = within_m * within_m;
-        for &number in self.of(surface) {
-            let edge = &edges[number as usize];
-            let out = point - edge.origin;
-            let along = out.dot(edge.direction);
-            let beyond = along - along.clamp(0.0, edge.length_m);
+        for rim in self.of(surface) {
+            let out = point - rim.origin;
+            let along = out.dot(rim.direction);
+            let beyond = along - along.clamp(0.0, rim.length_m);
             let across = out.length_squared() - along * along;
             nearest = nearest.min(across.max(0.0) + beyond * beyond);
         }
@@ -65,6 +74,6 @@ impl Rims {
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
-        size_of_val(self.edges.as_slice()) + size_of_val(self.first.as_slice())
+        size_of_val(self.rims.as_slice()) + size_of_val(self.first.as_slice())
     }
 }
