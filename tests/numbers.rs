@@ -81,7 +81,8 @@ fn update(scene: &Arc<Scene>, listener: Vec3, sources: &[Vec3]) -> PathSet {
 }
 
 /// A reflected path is at most a free field's of its length, less what walls take. The direct path carries what bends around
-/// edges near it as one wave, up to half a free field an edge. Bent paths are at most as loud as the direct path would be at the nearest distance.
+/// edges near it as one wave, up to half a free field an edge. Bent paths are at most as loud as the direct path would be at
+/// the nearest distance.
 fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
     for path in &set.paths {
         prop_assert!(

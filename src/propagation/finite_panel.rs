@@ -8,6 +8,7 @@
 //! reflections of second order and higher there are too many for that, so they fade as well, at most as far and within
 //! the first Fresnel zone. Where a reflection fades, the edge's wave has nothing to continue, and leaves that part out.
 
+use super::diffraction::smooth;
 use super::image_source::ImagePath;
 use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::{BANDS, BandArray};
@@ -87,10 +88,4 @@ fn free_panel(scene: &Scene, path: &ImagePath, step: usize) -> Option<FreePanel>
         _ => plane.distance_m(path.points[step - 1]) > 0.0,
     };
     scene.free_panel_at(path.surfaces[step], path.points[step], in_front)
-}
-
-/// 0 at an edge, 1 from where a fade ends.
-fn smooth(share: f64) -> f64 {
-    let x = share.clamp(0.0, 1.0);
-    x * x * (3.0 - 2.0 * x)
 }

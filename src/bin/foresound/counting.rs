@@ -1,6 +1,7 @@
 //! An allocator that counts, so that it can be shown that a thread leaves memory alone.
 //!
-//! Wait-free besides the system's allocator; operations are counted by thread, bytes altogether. `tests/engine_realtime.rs` uses it too.
+//! Wait-free besides the system's allocator; operations are counted by thread, bytes altogether.
+//! `tests/engine_realtime.rs` uses it too.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -104,7 +104,7 @@ fn rough_gain(scene: &Scene, edge: u32, bend: &Bend) -> f64 {
 }
 
 /// 0 below 0, 1 above 1, and a cubic between.
-fn smooth(share: f64) -> f64 {
+pub(super) fn smooth(share: f64) -> f64 {
     let t = share.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
