@@ -8,7 +8,7 @@ use crate::simd::{F32x8, LaneSet};
 
 use super::CHUNK;
 use super::binaural::{Binaural, Contribution, TOGETHER};
-use super::interpolation::{self, AHEAD, Reading};
+use super::interpolation::{self, AHEAD, Intervals, Reading};
 
 /// A value that moves linearly to its target.
 #[derive(Debug, Clone, Copy, Default)]
@@ -120,31 +120,24 @@ pub(super) fn read_ears(
     stretch: &Stretch,
     moment: Moment,
     delays: &[Glide; 2],
+    intervals: &mut Intervals,
     ears: &mut EarPair,
 ) {
-    for (delay, out) in delays.iter().zip(ears) {
-        read_ear(set, stretch, moment, delay, out);
-    }
-}
-
-/// [`read_ears`] for one of them.
-pub(super) fn read_ear(
-    set: LaneSet,
-    stretch: &Stretch,
-    moment: Moment,
-    delay: &Glide,
-    out: &mut [f32],
-) {
     let Moment { now, left, frames } = moment;
-    let glide = delay.growth_now(left);
-    let first = delay.value(left) + glide;
-    let at = Reading {
-        position: (now - AHEAD as i64 - stretch.start) as f64 - first,
-        glide,
-        count: frames,
-        length: stretch.length,
+    let reading = |delay: &Glide| {
+        let glide = delay.growth_now(left);
+        let first = delay.value(left) + glide;
+        Reading {
+            position: (now - AHEAD as i64 - stretch.start) as f64 - first,
+            glide,
+            count: frames,
+            length: stretch.length,
+        }
     };
-    interpolation::read(set, stretch.signal, &at, out);
+    let readings = [reading(&delays[0]), reading(&delays[1])];
+    let [left_ear, right_ear] = ears;
+    let outs = [left_ear.as_mut_slice(), right_ear.as_mut_slice()];
+    interpolation::read(set, stretch.signal, &readings, intervals, outs);
 }
 
 /// Two ears of one arrival's signal, a chunk and the interpolator's slack.

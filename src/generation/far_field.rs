@@ -12,7 +12,7 @@ use crate::simd::{F32x8, LaneSet};
 
 use super::arrival::{self, EarPair, Glide, Moment, Ready, Stretch, Weights};
 use super::binaural::{Binaural, TOGETHER};
-use super::interpolation::SLACK;
+use super::interpolation::{Intervals, SLACK};
 use super::late_reverb::LINES;
 use super::voice_set::tail_frames;
 use super::{CHUNK, Hrtf};
@@ -30,6 +30,7 @@ pub(super) struct FarField {
     /// Whether an orientation has ever been set.
     placed: bool,
     looked_up: Vec<F32x8>,
+    intervals: Box<Intervals>,
     ears: [EarPair; TOGETHER],
     set: LaneSet,
     /// Frames since the lines last sounded.
@@ -49,6 +50,7 @@ impl FarField {
             moving: false,
             placed: false,
             looked_up: vec![F32x8::ZERO; width],
+            intervals: Intervals::new(),
             ears: arrival::ear_pairs(),
             set: LaneSet::best(),
             quiet_frames: tail,
@@ -113,7 +115,15 @@ impl FarField {
                     length: self.tail + frames,
                     start: -(self.tail as i64),
                 };
-                arrival::read_ears(self.set, &stretch, moment, &self.delays[line], ears);
+                let delays = &self.delays[line];
+                arrival::read_ears(
+                    self.set,
+                    &stretch,
+                    moment,
+                    delays,
+                    &mut self.intervals,
+                    ears,
+                );
                 signal.copy_within(frames..frames + self.tail, 0);
             }
             let arrivals = std::array::from_fn(|n| {

@@ -258,14 +258,16 @@ impl Generator {
             let input = input.unwrap_or_default();
             let clean = &mut clean[..frames];
             clean[input.len().min(frames)..].fill(0.0);
-            let mut loudest = 0.0f32;
+            let mut non_finite = 0;
+            let mut is_silent = true;
             for (place, &sample) in clean.iter_mut().zip(input) {
                 let is_sample = sample.abs() < MAX_SAMPLE;
                 *place = if is_sample { sample } else { 0.0 };
-                loudest = loudest.max(place.abs());
-                self.report.non_finite += u32::from(!is_sample);
+                is_silent &= *place == 0.0;
+                non_finite += u32::from(!is_sample);
             }
-            sounding[n] |= loudest > 0.0;
+            self.report.non_finite += non_finite;
+            sounding[n] |= !is_silent;
         }
         if sounding.contains(&true) {
             let clean = self.clean.each_ref().map(|clean| &clean[..frames]);

@@ -6,7 +6,7 @@
 //! weights come in mirrored pairs. At half a sample it is 0.3 dB low at 10 kHz and 44.1 kHz, at other fractions less;
 //! it is exact at whole samples, and continuous where the reading position passes one.
 
-use crate::simd::{Lanes, NUMBERS, kernel};
+use crate::simd::{LaneSet, Lanes, NUMBERS, kernel};
 
 /// Samples needed before the one at or below the reading position.
 pub(super) const BEHIND: usize = 2;
@@ -54,25 +54,137 @@ pub(super) struct Reading {
     pub(super) length: usize,
 }
 
+impl Reading {
+    /// Windows' beginnings between the first and the last position, with room for rounding.
+    fn span(&self) -> (i64, i64) {
+        let last = self.position + (1.0 - self.glide) * (self.count as f64 - 1.0);
+        let (low, high) = (self.position.min(last), self.position.max(last));
+        let first = low as i64 - BEHIND as i64 - 2;
+        (first, high as i64 - BEHIND as i64 + 2)
+    }
+}
+
+/// Longest signal that [`Intervals`] has room for, with its slack.
+pub(super) const LONGEST: usize = 1280;
+
+/// The polynomials of a signal's intervals: term by term what `1, x², x⁴, x, x³, x⁵` are multiplied by in the interval
+/// whose window of six samples begins at each place, with `x` counted from the interval's middle.
+#[derive(Debug, Clone)]
+pub(super) struct Intervals([[f32; LONGEST]; 6]);
+
+impl Intervals {
+    /// Room for them. Control side.
+    pub(super) fn new() -> Box<Self> {
+        Box::new(Self([[0.0; LONGEST]; 6]))
+    }
+}
+
+/// Writes `signal(position + i (1 − glide))` to `out[i]` for every i below the count, for every reading of one signal.
+///
+/// The signal has to reach [`BEHIND`] before the first and [`AHEAD`] beyond the last position, and to be
+/// [`BEHIND`] + [`AHEAD`] longer than the count, and at most [`LONGEST`] long. It and `outs` have [`SLACK`] more samples;
+/// those of `outs` are spoiled.
+///
+/// A position that rounding carries over the edge of the signal is read from the polynomial of the last interval.
+pub(super) fn read<const READINGS: usize>(
+    set: LaneSet,
+    signal: &[f32],
+    readings: &[Reading; READINGS],
+    intervals: &mut Intervals,
+    outs: [&mut [f32]; READINGS],
+) {
+    let mut span: Option<(i64, i64)> = None;
+    for at in readings.iter().filter(|at| at.glide != 0.0) {
+        let last = (at.length as i64 - (BEHIND + AHEAD + 1) as i64).max(0);
+        let (low, high) = at.span();
+        let (low, high) = (low.clamp(0, last), high.clamp(0, last));
+        span = Some(span.map_or((low, high), |(l, h)| (l.min(low), h.max(high))));
+    }
+    if let Some((low, high)) = span {
+        let (low, count) = (low as usize, (high + 1 - low) as usize);
+        expand(set, &signal[low..], count, low, intervals);
+    }
+    for (at, out) in readings.iter().zip(outs) {
+        if at.glide == 0.0 {
+            rest(set, signal, at, out);
+        } else {
+            glide(set, intervals, at, out);
+        }
+    }
+}
+
+/// One over what the three mirrored pairs' sums and differences are divided by, times the nodes' distance for sums.
+const SUMS: [f32; 3] = [2.5 * OUTER, 1.5 * MIDDLE, 0.5 * INNER];
+
 kernel! {
-    /// Writes `signal(position + i (1 − glide))` to `out[i]` for every i below the count.
+    /// Works out the polynomials of `count` intervals, of which the first's window begins the signal and whose place is
+    /// `at`. Spoils up to seven more.
     ///
-    /// The signal has to reach [`BEHIND`] before the first and [`AHEAD`] beyond the last position, and to be
-    /// [`BEHIND`] + [`AHEAD`] longer than the count. Both slices have [`SLACK`] more samples; those of `out` are spoiled.
-    ///
-    /// A position that rounding carries over the edge of the signal is read from the polynomial of the last interval.
-    pub(super) fn read<L>(signal: &[f32], at: &Reading, out: &mut [f32]) {
+    /// With outer, middle and inner pair a, b, c the factors are `x⁴ − 2.5x² + 0.5625`, `x⁴ − 6.5x² + 1.5625` and
+    /// `x⁴ − 8.5x² + 14.0625`, so the third term is their sum and the others are written by it.
+    fn expand<L>(signal: &[f32], count: usize, at: usize, intervals: &mut Intervals) {
+        let end = (at + count.next_multiple_of(SLACK)).min(LONGEST / SLACK * SLACK);
+        let [e0, e2, e4, o0, o2, o4] = &mut intervals.0;
+        let e = e0[at..end].as_chunks_mut::<SLACK>().0.iter_mut();
+        let e = e.zip(e2[at..end].as_chunks_mut::<SLACK>().0);
+        let e = e.zip(e4[at..end].as_chunks_mut::<SLACK>().0);
+        let o = o0[at..end].as_chunks_mut::<SLACK>().0.iter_mut();
+        let o = o.zip(o2[at..end].as_chunks_mut::<SLACK>().0);
+        let o = o.zip(o4[at..end].as_chunks_mut::<SLACK>().0);
+        let [sum_a, sum_b, sum_c] = [L::splat(SUMS[0]), L::splat(SUMS[1]), L::splat(SUMS[2])];
+        let (of_a, of_b, of_c) = (L::splat(OUTER), L::splat(MIDDLE), L::splat(INNER));
+        let mut place = 0;
+        for (((e0, e2), e4), ((o0, o2), o4)) in e.zip(o) {
+            let [first, second, third, fourth, fifth, sixth] = taps::<L>(signal, place);
+            let a = sixth.add(first).mul(sum_a);
+            let b = fifth.add(second).mul(sum_b);
+            let c = fourth.add(third).mul(sum_c);
+            let even = terms(a, b, c);
+            even[0].store(e0);
+            even[1].store(e2);
+            even[2].store(e4);
+            let a = sixth.sub(first).mul(of_a);
+            let b = fifth.sub(second).mul(of_b);
+            let c = fourth.sub(third).mul(of_c);
+            let odd = terms(a, b, c);
+            odd[0].store(o0);
+            odd[1].store(o2);
+            odd[2].store(o4);
+            place += SLACK;
+        }
+    }
+}
+
+/// `0.5625 a + 1.5625 b + 14.0625 c`, `−2.5 a − 6.5 b − 8.5 c` and the sum.
+#[inline(always)]
+fn terms<L: Lanes>(a: L, b: L, c: L) -> [L; 3] {
+    let sum = a.add(b).add(c);
+    let least = L::splat(13.5).mul_add(c, L::splat(0.5625).mul_add(sum, b));
+    let middle = L::splat(6.0).mul_add(a, b.add(b));
+    [least, L::splat(8.5).neg_mul_add(sum, middle), sum]
+}
+
+kernel! {
+    /// A reading at one fraction.
+    fn rest<L>(signal: &[f32], at: &Reading, out: &mut [f32]) {
+        let room = (at.length - BEHIND - AHEAD) as i64;
+        let whole = at.position as i64;
+        let start = whole - BEHIND as i64;
+        let fraction = (at.position - whole as f64) as f32;
+        let base = start.clamp(0, room - at.count as i64);
+        let signal = &signal[base as usize..];
+        read_steady::<L>(signal, fraction + (start - base) as f32, &mut out[..at.count + SLACK]);
+    }
+}
+
+kernel! {
+    /// A reading that moves.
+    fn glide<L>(intervals: &Intervals, at: &Reading, out: &mut [f32]) {
         let room = (at.length - BEHIND - AHEAD) as i64;
         // Positions are positive but for rounding, where truncation and floor differ by less than one interval.
         let whole = at.position as i64;
         let start = whole - BEHIND as i64;
         let fraction = (at.position - whole as f64) as f32;
-        if at.glide == 0.0 {
-            let base = start.clamp(0, room - at.count as i64);
-            let signal = &signal[base as usize..];
-            read_steady::<L>(signal, fraction + (start - base) as f32, &mut out[..at.count + SLACK]);
-            return;
-        }
         let glide = at.glide as f32;
         let mut from = 0;
         while from < at.count {
@@ -91,9 +203,10 @@ kernel! {
                 offset: fraction - shift - 0.5 + (wanted - base) as f32,
                 glide,
                 from,
+                base: base as usize,
             };
             // What a run spoils the next one writes anew.
-            read_run::<L>(&signal[base as usize..], &run, &mut out[from..to + SLACK]);
+            read_run::<L>(intervals, &run, &mut out[from..to + SLACK]);
             from = to;
         }
     }
@@ -148,44 +261,42 @@ struct Run {
     glide: f32,
     /// The first of the stretch.
     from: usize,
+    /// Where its window begins.
+    base: usize,
 }
 
-/// Square roots of what [`OUTER`], [`MIDDLE`] and [`INNER`] make of the factors of each node's distance: products of two
-/// have the magnitude of the pair's factor.
-const NEAR: f32 = 0.064_549_72;
-const MID: f32 = 2.0 * NEAR;
-const FAR: f32 = 10.0 * NEAR;
-
-/// A fraction that moves: the same sum with the weights worked out on the way. Writes all of `out` but at most
-/// [`SLACK`] samples.
+/// So many tiles of a term from a place on.
 #[inline(always)]
-fn read_run<L: Lanes>(signal: &[f32], run: &Run, out: &mut [f32]) {
+fn at(terms: &[f32; LONGEST], place: usize, tiles: usize) -> &[[f32; SLACK]] {
+    &terms[place..].as_chunks().0[..tiles]
+}
+
+/// A fraction that moves. Writes all of `out` but at most [`SLACK`] samples.
+#[inline(always)]
+fn read_run<L: Lanes>(intervals: &Intervals, run: &Run, out: &mut [f32]) {
     let (offset, glide) = (L::splat(run.offset), L::splat(run.glide));
     let mut number = L::of(NUMBERS).add(L::splat(run.from as f32));
-    let mut place = 0;
-    while place < out.len() - SLACK {
-        let [a, b, c, d, e, f] = taps::<L>(signal, place);
+    let tiles = (out.len() - SLACK).div_ceil(SLACK);
+    let [e0, e2, e4, o0, o2, o4] = &intervals.0;
+    let (e0, e2) = (at(e0, run.base, tiles), at(e2, run.base, tiles));
+    let (e4, o0) = (at(e4, run.base, tiles), at(o0, run.base, tiles));
+    let (o2, o4) = (at(o2, run.base, tiles), at(o4, run.base, tiles));
+    let out = &mut out.as_chunks_mut::<SLACK>().0[..tiles];
+    for tile in 0..tiles {
         let x = number.neg_mul_add(glide, offset);
         let square = x.mul(x);
-        let near = square.mul_add(L::splat(NEAR), L::splat(-0.25 * NEAR));
-        let mid = square.mul_add(L::splat(MID), L::splat(-2.25 * MID));
-        let far = square.mul_add(L::splat(FAR), L::splat(-6.25 * FAR));
-        // Even part and odd part of each mirrored pair.
-        let outer = L::splat(2.5).mul_add(f.add(a), x.mul(f.sub(a)));
-        let middle = L::splat(1.5).mul_add(e.add(b), x.mul(e.sub(b)));
-        let inner = L::splat(0.5).mul_add(d.add(c), x.mul(d.sub(c)));
-        let sum = near.mul(mid).mul(outer);
-        let sum = near.mul(far).neg_mul_add(middle, sum);
-        mid.mul(far).mul_add(inner, sum).store_at(out, place);
+        let even = L::load(&e4[tile]).mul_add(square, L::load(&e2[tile]));
+        let even = even.mul_add(square, L::load(&e0[tile]));
+        let odd = L::load(&o4[tile]).mul_add(square, L::load(&o2[tile]));
+        let odd = odd.mul_add(square, L::load(&o0[tile]));
+        odd.mul_add(x, even).store(&mut out[tile]);
         number = number.add(L::splat(SLACK as f32));
-        place += SLACK;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::LaneSet;
 
     fn read(signal: &[f32], position: f64, glide: f64, out: &mut [f32]) {
         read_with(LaneSet::best(), signal, position, glide, out);
@@ -200,7 +311,8 @@ mod tests {
         };
         let signal = [signal, &[f32::NAN; SLACK]].concat();
         let mut wide = vec![0.0; out.len() + SLACK];
-        super::read(set, &signal, &at, &mut wide);
+        let mut intervals = Intervals::new();
+        super::read(set, &signal, &[at], &mut intervals, [&mut wide]);
         out.copy_from_slice(&wide[..out.len()]);
     }
 

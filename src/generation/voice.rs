@@ -12,7 +12,7 @@ use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, kernel};
 use super::CHUNK;
 use super::arrival::{self, EarPair, Glide, Moment, Stretch};
 use super::delay_line::{Ahead, DelayLine, TILE, Tile};
-use super::interpolation::AHEAD;
+use super::interpolation::{AHEAD, Intervals};
 use super::surroundings::Tenant;
 
 /// Steepest growth of a delay that counts as motion, in frames a frame: 85 m/s. Beyond it the voice cross-fades.
@@ -68,6 +68,7 @@ pub(super) struct Bench<'a> {
     pub(super) tail: &'a mut [f32],
     /// Room for them, [`MAX_FRESH`] more and the interpolator's slack.
     pub(super) mixture: &'a mut [f32],
+    pub(super) intervals: &'a mut Intervals,
     pub(super) ears: &'a mut EarPair,
     /// What the next voice reads.
     pub(super) ahead: Ahead<'a>,
@@ -147,10 +148,23 @@ impl Voice {
         self.gain = gain;
     }
 
-    /// The stretch of its source's past that it mixes next for a chunk of so many frames, rest or motion left aside.
-    pub(super) fn ahead<'a>(&self, lines: &'a [DelayLine], frames: usize) -> Ahead<'a> {
-        let line = lines.get(self.slot);
-        line.map_or_else(Ahead::default, |line| line.ahead(self.next, frames))
+    /// The stretch of its source's past that it mixes next for a chunk of so many frames, rest or motion left aside, and
+    /// without what the voice before it reads.
+    pub(super) fn ahead<'a>(
+        &self,
+        lines: &'a [DelayLine],
+        frames: usize,
+        before: Option<&Self>,
+    ) -> Ahead<'a> {
+        let is_read = |before: &&Self| before.slot == self.slot && before.next <= self.next;
+        let end = self.next + frames as i64;
+        let from = before.filter(is_read).map_or(self.next, |before| {
+            self.next.max(before.next + frames as i64)
+        });
+        match lines.get(self.slot) {
+            Some(line) if from < end => line.ahead(from, (end - from) as usize),
+            _ => Ahead::default(),
+        }
     }
 
     /// Renders a chunk of both ears and returns true, or only moves on and returns false if there is nothing to hear.
@@ -164,7 +178,8 @@ impl Voice {
         let Bench {
             tail,
             mixture,
-            ears: [left_ear, right_ear],
+            intervals,
+            ears,
             mut ahead,
         } = bench;
         let Moment { now, left, frames } = moment;
@@ -185,15 +200,13 @@ impl Voice {
         mixture[..reserve].copy_from_slice(tail);
         self.next += fresh as i64;
         tail.copy_from_slice(&mixture[fresh..fresh + reserve]);
+        ahead.fetch_quarter();
         let stretch = Stretch {
             signal: mixture,
             length: reserve + fresh,
             start,
         };
-        let [to_left, to_right] = &self.ear_delays;
-        arrival::read_ear(set, &stretch, moment, to_left, left_ear);
-        ahead.fetch_quarter();
-        arrival::read_ear(set, &stretch, moment, to_right, right_ear);
+        arrival::read_ears(set, &stretch, moment, &self.ear_delays, intervals, ears);
         ahead.fetch_quarter();
         true
     }
@@ -252,8 +265,7 @@ kernel! {
         if !moving.is_empty() {
             let growths = L::splat_each(gains.growth);
             let mut to_come = gains.to_come as f32;
-            let mut place = 0;
-            for tile in moving {
+            for (tile, mixed) in moving.iter().zip(ramped.as_chunks_mut::<TILE>().0) {
                 let left = L::splat(to_come).sub(L::of(NUMBERS));
                 // No ramp beyond its end.
                 let left = if to_come < TILE as f32 {
@@ -262,15 +274,12 @@ kernel! {
                     left
                 };
                 left.neg_mul_add(sum(tile, &growths), sum(tile, &all))
-                    .store_at(ramped, place);
+                    .store(mixed);
                 to_come -= TILE as f32;
-                place += TILE;
             }
         }
-        let mut place = 0;
-        for tile in resting {
-            sum(tile, &all).store_at(rested, place);
-            place += TILE;
+        for (tile, mixed) in resting.iter().zip(rested.as_chunks_mut::<TILE>().0) {
+            sum(tile, &all).store(mixed);
         }
     }
 }

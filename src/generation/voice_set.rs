@@ -14,7 +14,7 @@ use crate::simd::{F32x8, LaneSet, prefetch};
 use super::arrival::{self, EarPair, Moment, Ready, Weights};
 use super::binaural::{Binaural, TOGETHER};
 use super::delay_line::{Ahead, DelayLine};
-use super::interpolation::SLACK;
+use super::interpolation::{Intervals, SLACK};
 use super::ranking::{self, Ranking};
 use super::surroundings::{Dropped, Surroundings, Tenant};
 use super::voice::{Aim, Bench, MAX_FRESH, Voice};
@@ -38,13 +38,13 @@ pub(super) struct VoiceSet {
     fading: Vec<u32>,
     /// Both, by source and delay: neighbours read neighbouring stretches of one delay line.
     order: Vec<u32>,
-    /// Those of them that are rendered alike.
-    alike: Vec<u32>,
     free: Vec<u32>,
     ranking: Ranking,
     looked_up: Vec<F32x8>,
     mixture: Vec<f32>,
-    ears: [EarPair; TOGETHER],
+    intervals: Box<Intervals>,
+    /// Of voices with few components, and of those in full detail.
+    ears: [[EarPair; TOGETHER]; 2],
     set: LaneSet,
 }
 
@@ -75,12 +75,12 @@ impl VoiceSet {
             next_living: Vec::with_capacity(max_voices),
             fading: Vec::with_capacity(pool),
             order: Vec::with_capacity(pool),
-            alike: Vec::with_capacity(pool),
             free: (0..pool as u32).rev().collect(),
             ranking: Ranking::new(max_voices.max(max_fine)),
             looked_up: vec![F32x8::ZERO; 2 * groups],
             mixture: vec![0.0; tail + MAX_FRESH + SLACK],
-            ears: arrival::ear_pairs(),
+            intervals: Intervals::new(),
+            ears: [arrival::ear_pairs(), arrival::ear_pairs()],
             set: LaneSet::best(),
         }
     }
@@ -224,12 +224,42 @@ impl VoiceSet {
         self.fading.push(index);
     }
 
-    /// Adds a chunk of every voice to the buses, the loudest paths in full detail first.
+    /// Adds a chunk of every voice to the buses: all of them in one walk through the delay lines, those in full detail
+    /// and the others each by fours.
     pub(super) fn render(&mut self, lines: &[DelayLine], moment: Moment, binaural: &mut Binaural) {
-        for groups in [self.groups, 1] {
-            self.render_those(groups, lines, moment, binaural);
-            if self.groups == 1 {
-                break;
+        let resting = usize::from(moment.left == 0);
+        let mut waiting = [[0; TOGETHER]; 2];
+        let mut counts = [0; 2];
+        for place in 0..self.order.len() {
+            let index = self.order[place];
+            let ahead = self.look_ahead(place + 1, lines, moment.frames);
+            let voice = &mut self.voices[index as usize];
+            let Some(line) = lines.get(voice.slot) else {
+                continue;
+            };
+            let detail = usize::from(voice.groups[resting] == self.groups);
+            let count = &mut counts[detail];
+            let bench = Bench {
+                tail: of_voice(&mut self.tails, index, self.tail),
+                mixture: &mut self.mixture,
+                intervals: &mut self.intervals,
+                ears: &mut self.ears[detail][*count],
+                ahead,
+            };
+            if !voice.render(self.set, line, moment, bench) {
+                continue;
+            }
+            waiting[detail][*count] = index;
+            *count += 1;
+            if *count == TOGETHER {
+                *count = 0;
+                self.add(&waiting[detail], detail, moment, binaural);
+            }
+        }
+        for detail in 0..2 {
+            let rest = &waiting[detail][..counts[detail]];
+            if !rest.is_empty() {
+                self.add(rest, detail, moment, binaural);
             }
         }
         if self.fading.is_empty() {
@@ -251,71 +281,31 @@ impl VoiceSet {
         }
     }
 
-    fn render_those(
-        &mut self,
-        groups: usize,
-        lines: &[DelayLine],
-        moment: Moment,
-        binaural: &mut Binaural,
-    ) {
-        let voices = &self.voices;
-        let resting = usize::from(moment.left == 0);
-        self.alike.clear();
-        let those = self.order.iter().copied();
-        self.alike
-            .extend(those.filter(|&index| voices[index as usize].groups[resting] == groups));
-        let mut waiting = [0; TOGETHER];
-        let mut count = 0;
-        for place in 0..self.alike.len() {
-            let index = self.alike[place];
-            let ahead = self.look_ahead(place + 1, lines, moment.frames);
-            let voice = &mut self.voices[index as usize];
-            let Some(line) = lines.get(voice.slot) else {
-                continue;
-            };
-            let bench = Bench {
-                tail: of_voice(&mut self.tails, index, self.tail),
-                mixture: &mut self.mixture,
-                ears: &mut self.ears[count],
-                ahead,
-            };
-            if !voice.render(self.set, line, moment, bench) {
-                continue;
-            }
-            waiting[count] = index;
-            count += 1;
-            if count == TOGETHER {
-                self.add(&waiting, groups, moment, binaural);
-                count = 0;
-            }
-        }
-        if count > 0 {
-            self.add(&waiting[..count], groups, moment, binaural);
-        }
-    }
-
     /// Asks for what belongs to the voice that is rendered at a place, and gives what that will read.
     fn look_ahead<'a>(&self, place: usize, lines: &'a [DelayLine], frames: usize) -> Ahead<'a> {
-        if let Some(&after) = self.alike.get(place + 1) {
+        if let Some(&after) = self.order.get(place + 1) {
             let after = after as usize;
             prefetch(&self.voices[after]);
             for line in self.tails[after * self.tail..][..self.tail].chunks(16) {
                 prefetch(&line[0]);
             }
         }
-        let Some(&index) = self.alike.get(place) else {
+        let Some(&index) = self.order.get(place) else {
             return Ahead::default();
         };
-        self.voices[index as usize].ahead(lines, frames)
+        let before = place.checked_sub(1).map(|before| self.order[before]);
+        let before = before.map(|before| &self.voices[before as usize]);
+        self.voices[index as usize].ahead(lines, frames, before)
     }
 
-    /// Adds rendered voices whose ear signals lie in the first buffers.
-    fn add(&self, waiting: &[u32], groups: usize, moment: Moment, binaural: &mut Binaural) {
+    /// Adds rendered voices, in full detail or not, whose ear signals lie in the first buffers.
+    fn add(&self, waiting: &[u32], detail: usize, moment: Moment, binaural: &mut Binaural) {
+        let groups = if detail == 1 { self.groups } else { 1 };
         let arrivals = std::array::from_fn(|n| {
             let index = *waiting.get(n)? as usize;
             let place = index * 2 * self.groups;
             Some(Ready {
-                ears: &self.ears[n],
+                ears: &self.ears[detail][n],
                 target: &self.targets[place..][..2 * self.groups],
                 growth: &self.growths[place..][..2 * self.groups],
                 moving: self.voices[index].moving,

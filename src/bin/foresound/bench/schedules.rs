@@ -252,6 +252,7 @@ fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {
         "speedup": async_fps / sync_fps,
         "sync_best_fps": share(&synchronous.fps, 1.0),
         "async_best_fps": share(&asynchronous.fps, 1.0),
+        "sync_level": baseline.propagation.p50_s * async_fps,
         "sps_ms": of(&ours.propagation, 1e3),
         "sync_sps_ms": of(&baseline.propagation, 1e3),
         "eps_us": of(&ours.extrapolation, 1e6),

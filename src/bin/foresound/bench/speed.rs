@@ -6,7 +6,7 @@
 
 use std::path::PathBuf;
 
-use foresound::evaluation::cells::{Platform, SCENES, SOURCE_COUNTS, pace};
+use foresound::evaluation::cells::{Platform, SCENES, SOURCE_COUNTS, pace, printed_speed};
 use foresound::runtime::{Budget, Tier, TierChoice, TraceLog};
 use foresound::{Error, Result};
 use serde_json::{Value, json};
@@ -146,11 +146,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             if let Some(row) = row.as_object_mut() {
                 row.extend(engine);
             }
+            if let Some(printed) = printed_cell(arguments, name, count) {
+                row["paper"] = printed;
+            }
             if !arguments.json {
                 print(&row);
             }
             rows.push(row);
         }
+    }
+    let summary = summary(&rows);
+    if let (Some(summary), false) = (&summary, arguments.json) {
+        print_summary(summary);
     }
     if arguments.json {
         let threads = std::thread::available_parallelism().map_or(0, usize::from);
@@ -159,7 +166,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "os": std::env::consts::OS,
             "threads": threads,
         });
-        println!("{}", json!({ "rows": rows, "machine": machine }));
+        let mut result = json!({ "rows": rows, "machine": machine });
+        if let Some(summary) = summary {
+            result["summary"] = summary;
+        }
+        println!("{result}");
     }
     match &arguments.trace {
         Some(file) => write_trace(file, &log),
@@ -167,22 +178,71 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
+/// The paper's machine whose levels are asked for.
+fn platform_named(level: &str) -> Option<Platform> {
+    Platform::ALL
+        .into_iter()
+        .find(|platform| platform.name() == level)
+}
+
+/// What the paper printed of a cell, where its levels are asked for.
+fn printed_cell(arguments: &Arguments, scene: &str, sources: usize) -> Option<Value> {
+    let platform = platform_named(arguments.level.as_deref()?)?;
+    let printed = printed_speed(platform, scene, sources)?;
+    Some(json!({
+        "platform": platform.name(),
+        "level": pace(platform, scene, sources).level,
+        "sync_fps": printed.baseline_fps,
+        "async_fps": printed.proposed_fps,
+        "speedup": printed.speedup,
+    }))
+}
+
+/// Means over the rows that the paper has too.
+fn summary(rows: &[Value]) -> Option<Value> {
+    let cells: Vec<&Value> = rows.iter().filter(|row| row["paper"].is_object()).collect();
+    let mean = |key: &str| {
+        let figures = cells.iter().filter_map(|row| row.pointer(key)?.as_f64());
+        figures.sum::<f64>() / cells.len() as f64
+    };
+    let at_level = |row: &&&Value| row["level"]["p50"].as_f64() == row["paper"]["level"].as_f64();
+    (!cells.is_empty()).then(|| {
+        json!({
+            "cells": cells.len(),
+            "cells_at_paper_level": cells.iter().filter(at_level).count(),
+            "speedup_mean": mean("/speedup"),
+            "paper_speedup_mean": mean("/paper/speedup"),
+            "level_mean": mean("/level/p50"),
+            "paper_level_mean": mean("/paper/level"),
+        })
+    })
+}
+
+fn print_summary(summary: &Value) {
+    let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
+    println!(
+        "mean of {} cells: {:.2} x (the paper {:.2} x), L {:.1} ({:.1}); {} cells have the paper's L",
+        summary["cells"],
+        number("speedup_mean"),
+        number("paper_speedup_mean"),
+        number("level_mean"),
+        number("paper_level_mean"),
+        summary["cells_at_paper_level"],
+    );
+}
+
 /// The level asked for in a cell.
 fn wanted_level(arguments: &Arguments, scene: &str, sources: usize) -> Result<Option<u32>> {
     let Some(text) = &arguments.level else {
         return Ok(None);
     };
-    let platform = match text.as_str() {
-        "workstation" => Platform::Workstation,
-        "mobile" => Platform::Mobile,
-        number => {
-            let level = number.parse().ok().filter(|level| *level <= 1000);
-            let advice = "give a number to 1000, workstation or mobile";
-            let problem = format!("{number:?} is no level");
-            return level
-                .map(Some)
-                .ok_or_else(|| Error::setting("--level", problem, advice));
-        }
+    let Some(platform) = platform_named(text) else {
+        let level = text.parse().ok().filter(|level| *level <= 1000);
+        let advice = "give a number to 1000, workstation or mobile";
+        let problem = format!("{text:?} is no level");
+        return level
+            .map(Some)
+            .ok_or_else(|| Error::setting("--level", problem, advice));
     };
     if SCENES.contains(&scene) && SOURCE_COUNTS.contains(&sources) {
         return Ok(Some(pace(platform, scene, sources).level));
@@ -209,6 +269,17 @@ fn print(row: &Value) {
         number("/eps_us/p50"),
         number("/sgs_us/p50"),
     );
+    if row["paper"].is_object() {
+        println!(
+            "{:28}load {:.3}; T_SPS of the synchronous schedule over T_g {:.2}; the paper's {}: L {}, {:.2} x",
+            "",
+            number("/load"),
+            number("/sync_level"),
+            row["paper"]["platform"].as_str().unwrap_or_default(),
+            row["paper"]["level"],
+            number("/paper/speedup"),
+        );
+    }
     if row["sync_fps_by_processor_time"].is_number() {
         println!(
             "{:28}by processor time: {:.1} FPS synchronous, {:.1} asynchronous",
