@@ -175,6 +175,37 @@ fn whole_set_may_change_every_frame() {
 }
 
 #[test]
+fn where_a_large_set_changes_the_quieter_wait_for_the_fades() {
+    const PATHS: u64 = 400;
+    let mut generator = generator(GeneratorSettings {
+        max_voices: 512,
+        ..settings(44_100)
+    });
+    let input = [0.5; RAMP as usize];
+    let mut output = [0.0; 2 * RAMP as usize];
+    let mut next = |first: u64| {
+        let loudness = |i: u64| 0.001 + 1e-5 * ((i * 37) % PATHS) as f32;
+        let paths = (0..PATHS).map(|i| path(first + i, loudness(i), 0.01, Vec3::X));
+        generator.set_frame(&frame(paths.collect()), RAMP);
+        generator.render(&[&input], &mut output)
+    };
+    // The first set has nothing to wait for.
+    let report = next(0);
+    assert_eq!((report.voices, report.late_starts), (400, 0));
+    // Room for a quarter more, and for 64.
+    let mut waited = Vec::new();
+    for _ in 0..4 {
+        let report = next(1000);
+        assert_eq!(report.dropped_paths, 0);
+        assert!(report.voices <= 564, "{}", report.voices);
+        waited.push(report.late_starts);
+    }
+    // While the old ones fade, and until the far ear has heard the end of it.
+    assert_eq!(waited, [236, 236, 0, 0]);
+    assert_eq!(next(1000).voices, 400);
+}
+
+#[test]
 fn samples_that_are_no_numbers_are_silence() {
     let good: Vec<f32> = noise(2048);
     let (mut holed, mut bad) = (good.clone(), good);

@@ -12,7 +12,7 @@ pub struct BlockReport {
     pub dropped_paths: u32,
     /// Paths longer than [`super::GeneratorSettings::max_delay_s`].
     pub dropped_delays: u32,
-    /// Paths that start in a later graphics frame because every spare voice still fades.
+    /// Paths that start in a later graphics frame because too many voices still fade.
     pub late_starts: u32,
     /// Input samples that were not a number below 1e6 in magnitude, and output samples that were none; all set to zero.
     pub non_finite: u32,

@@ -4,9 +4,9 @@
 //! gives the buses every path's sound.
 //!
 //! Paths and living voices are both sorted by identity and are merged. A path without voice starts one, a voice without
-//! path fades. A path whose delay jumps does both. There are twice as many voices as may live, so that a whole set can
-//! fade while another starts; beyond that a path waits for a frame in which a voice has faded out, and is counted: a fade
-//! that is cut would click.
+//! path fades. A path whose delay jumps does both. A fade that is cut would click; so where many fade, the quieter of
+//! those that start wait for a frame in which the fades are over, and are counted. There are twice as many voices as may
+//! live, and beyond that a path waits too.
 
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
@@ -19,6 +19,9 @@ use super::ranking::{self, Ranking};
 use super::surroundings::{Dropped, Surroundings, Tenant};
 use super::voice::{Aim, Bench, MAX_FRESH, Voice};
 use super::{CHUNK, Hrtf};
+
+/// Voices that may start besides a quarter of those that live, however many fade.
+const ALWAYS_STARTS: usize = 64;
 
 /// The voices and what belongs to them by index.
 #[derive(Debug)]
@@ -109,6 +112,7 @@ impl VoiceSet {
             self.ranking
                 .threshold(paths, slots, longest_s, self.max_fine)
         };
+        let first = self.first_to_start(paths, slots, longest_s);
         self.next_living.clear();
         let mut old = 0;
         let mut last_id = None;
@@ -146,6 +150,10 @@ impl VoiceSet {
                 .copied()
                 .filter(|&voice| self.voices[voice as usize].id == id);
             old += usize::from(held.is_some());
+            if held.is_none() && rank < first {
+                dropped.starts += 1;
+                continue;
+            }
             let groups = if rank >= fine { self.groups } else { 1 };
             let ears = around.hrtf.blend(&corners, groups, &mut self.looked_up);
             let wanted = Wanted { path, ears, groups };
@@ -165,6 +173,26 @@ impl VoiceSet {
         self.order
             .sort_unstable_by_key(|&index| voices[index as usize].place());
         dropped
+    }
+
+    /// The rank from which on a path without voice may start one in this frame. Where a whole set changes, the quieter of
+    /// the new ones wait until the old ones have faded, so that no block has to render twice as many as the others.
+    fn first_to_start(&mut self, paths: &[FramePath], slots: usize, longest_s: f64) -> u64 {
+        let voices = &self.voices;
+        let ids = self.living.iter().map(|&index| voices[index as usize].id);
+        let (mut old, mut kept) = (ids.peekable(), 0);
+        for path in paths {
+            while old.next_if(|&id| id < path.id.0).is_some() {}
+            kept += usize::from(old.next_if_eq(&path.id.0).is_some());
+        }
+        let wanted = paths.len().min(self.max_voices);
+        let most = wanted.max(self.living.len());
+        let fading = self.fading.len() + self.living.len() - kept;
+        let free = (most + most / 4 + ALWAYS_STARTS).saturating_sub(kept + fading);
+        if wanted <= kept + free {
+            return 0;
+        }
+        self.ranking.threshold(paths, slots, longest_s, kept + free)
     }
 
     /// Points the voice a path has, or a new one, to the path's values and the weights looked up; gives the voice's index,
