@@ -48,6 +48,9 @@ impl Continuation {
     }
 }
 
+/// Updates kept besides the last two.
+const OLDER: usize = 2;
+
 /// Candidates that [`PredictorKind::Best`] may keep for each path that an update may have.
 const CANDIDATES_A_PATH: usize = 3;
 
@@ -64,6 +67,8 @@ pub struct Extrapolator {
     /// What has been worked out of it.
     pub(super) groundwork: Groundwork,
     pub(super) previous: PathSet,
+    /// Those before, the newest first, whose late fields a listener who comes back may hear again.
+    pub(super) older: [PathSet; OLDER],
     pub(super) matches: Vec<Option<u32>>,
     /// Of each source of the present graphics frame whether the listener does not see it.
     pub(super) shadowed: Vec<bool>,
@@ -87,6 +92,7 @@ impl Extrapolator {
             current: PathSet::default(),
             groundwork: Groundwork::default(),
             previous: PathSet::default(),
+            older: Default::default(),
             matches: Vec::new(),
             shadowed: Vec::new(),
             late: Vec::new(),
@@ -119,7 +125,9 @@ impl Extrapolator {
     fn take(&mut self, update: PathSet, level: u32) -> PathSet {
         self.begin_anew();
         let newest = std::mem::replace(&mut self.current, update);
-        let retired = std::mem::replace(&mut self.previous, newest);
+        let previous = std::mem::replace(&mut self.previous, newest);
+        self.older.rotate_right(1);
+        let retired = std::mem::replace(&mut self.older[0], previous);
         match_by_id(&self.current.paths, &self.previous.paths, &mut self.matches);
         self.level = level;
         self.frames_since_update = 0;

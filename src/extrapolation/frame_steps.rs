@@ -242,9 +242,8 @@ impl Extrapolator {
             nearest_m: self.nearest_m,
         };
         let late = &mut self.late;
-        late_now(&self.current, &self.previous, &now, |source| {
-            late.push(source)
-        })
+        let updates = [&self.current, &self.previous].into_iter();
+        late_now(updates.chain(&self.older), &now, |source| late.push(source))
     }
 
     fn direct_now(&self, path: &Path, listener: &ListenerPose) -> FramePath {
