@@ -9,6 +9,7 @@ use super::linear::Linear;
 use super::posed::PosedScenes;
 use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
+use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::{LateSource, PathSet};
 use crate::scene::{InstancePose, Scene};
 
@@ -74,6 +75,8 @@ pub struct Extrapolator {
     pub(super) shadowed: Vec<bool>,
     /// The late fields of the present graphics frame.
     pub(super) late: Vec<LateSource>,
+    /// The tail's decay as last heard.
+    pub(super) decay_time_s: BandArray,
     pub(super) level: u32,
     pub(super) frames_since_update: u32,
     pub(super) updates: u64,
@@ -96,6 +99,7 @@ impl Extrapolator {
             matches: Vec::new(),
             shadowed: Vec::new(),
             late: Vec::new(),
+            decay_time_s: [0.0; BANDS],
             level: 0,
             frames_since_update: 0,
             updates: 0,
