@@ -9,6 +9,7 @@ use super::linear::Linear;
 use super::posed::PosedScenes;
 use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
+use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::{LateSource, PathSet};
 use crate::scene::{InstancePose, Scene};
 
@@ -48,6 +49,9 @@ impl Continuation {
     }
 }
 
+/// Updates kept besides the last two.
+const OLDER: usize = 2;
+
 /// Candidates that [`PredictorKind::Best`] may keep for each path that an update may have.
 const CANDIDATES_A_PATH: usize = 3;
 
@@ -64,11 +68,15 @@ pub struct Extrapolator {
     /// What has been worked out of it.
     pub(super) groundwork: Groundwork,
     pub(super) previous: PathSet,
+    /// Those before, the newest first, whose late fields a listener who comes back may hear again.
+    pub(super) older: [PathSet; OLDER],
     pub(super) matches: Vec<Option<u32>>,
     /// Of each source of the present graphics frame whether the listener does not see it.
     pub(super) shadowed: Vec<bool>,
     /// The late fields of the present graphics frame.
     pub(super) late: Vec<LateSource>,
+    /// The tail's decay as last heard.
+    pub(super) decay_time_s: BandArray,
     pub(super) level: u32,
     pub(super) frames_since_update: u32,
     pub(super) updates: u64,
@@ -87,9 +95,11 @@ impl Extrapolator {
             current: PathSet::default(),
             groundwork: Groundwork::default(),
             previous: PathSet::default(),
+            older: Default::default(),
             matches: Vec::new(),
             shadowed: Vec::new(),
             late: Vec::new(),
+            decay_time_s: [0.0; BANDS],
             level: 0,
             frames_since_update: 0,
             updates: 0,
@@ -119,7 +129,9 @@ impl Extrapolator {
     fn take(&mut self, update: PathSet, level: u32) -> PathSet {
         self.begin_anew();
         let newest = std::mem::replace(&mut self.current, update);
-        let retired = std::mem::replace(&mut self.previous, newest);
+        let previous = std::mem::replace(&mut self.previous, newest);
+        self.older.rotate_right(1);
+        let retired = std::mem::replace(&mut self.older[0], previous);
         match_by_id(&self.current.paths, &self.previous.paths, &mut self.matches);
         self.level = level;
         self.frames_since_update = 0;

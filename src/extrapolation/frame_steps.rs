@@ -129,7 +129,12 @@ impl Extrapolator {
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
         part.rays += self.late_now(listener, sources);
-        result.decay_time_s = common_decay(&self.late);
+        let decay_time_s = common_decay(&self.late);
+        for (known, new) in self.decay_time_s.iter_mut().zip(decay_time_s) {
+            // Where nothing is heard of any tail, what is left of one decays as before.
+            *known = if new > 0.0 { new } else { *known };
+        }
+        result.decay_time_s = self.decay_time_s;
         result.late.clear();
         let wanted = |late: &LateSource| {
             let own = sources.iter().find(|pose| pose.id == late.source);
@@ -242,9 +247,8 @@ impl Extrapolator {
             nearest_m: self.nearest_m,
         };
         let late = &mut self.late;
-        late_now(&self.current, &self.previous, &now, |source| {
-            late.push(source)
-        })
+        let updates = [&self.current, &self.previous].into_iter();
+        late_now(updates.chain(&self.older), &now, |source| late.push(source))
     }
 
     fn direct_now(&self, path: &Path, listener: &ListenerPose) -> FramePath {

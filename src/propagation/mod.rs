@@ -13,6 +13,7 @@ pub mod direct;
 pub mod discovery;
 pub mod effort;
 pub mod finite_panel;
+pub mod guide_memory;
 pub mod image_source;
 pub mod late;
 pub mod neighbours;

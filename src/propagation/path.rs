@@ -126,10 +126,13 @@ pub struct PathSet {
     pub direct_edges: Vec<(SourceId, u32)>,
     /// Late reverb, one entry a source, in the order of [`Self::sources`].
     pub late: Vec<LateSource>,
-    /// The place behind a surface where the listener may be instead, who walks through it, if somebody has looked there too.
-    pub beyond: Option<Vec3>,
-    /// Late reverb there, like [`Self::late`].
-    pub late_beyond: Vec<LateSource>,
+    /// Other places where the listener may be while this is used, if somebody asked for them
+    /// ([`super::Propagator::set_way`]).
+    pub way: Vec<Vec3>,
+    /// Late reverb there: for each place the entries of [`Self::late`].
+    pub late_on_way: Vec<LateSource>,
+    /// Where the sources are taken to be then, one place an entry of [`Self::late_on_way`].
+    pub sources_on_way: Vec<Vec3>,
     /// Rays cast for it.
     pub rays: u64,
 }

@@ -9,7 +9,7 @@ use super::candidates::{Candidates, Ready, image_for_one};
 use super::diffraction::{self, DirectEdges, Spot};
 use super::effort::Effort;
 use super::image_source::{ImagePath, Unfolded};
-use super::late::{LateEstimator, SourceRays, Viewpoints};
+use super::late::{LateEstimator, SourceRays, Viewpoints, still_place};
 use super::occluders::Occluders;
 use super::path::{LateSource, MAX_BENDS, Path};
 use super::sampling::{ROTATIONS, mix, rotation};
@@ -17,6 +17,10 @@ use super::sequence::{Order, Sequence};
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+
+/// Rotations whose rays a moving source casts anew in one update at most. One who walks leaves one of its still places every
+/// hundredth of a second.
+const MOST_CAST: usize = 2;
 
 /// Farthest from the scene's centre that source and listener are heard, in metres along an axis: squares of such lengths
 /// are far within single precision, which rays are cast in. Anything beyond, or no number at all, has no path.
@@ -27,6 +31,22 @@ const PATHS_AT_FIRST: usize = 256;
 
 /// Most paths nearby that an update names of one source.
 const MOST_NEARBY: usize = 256;
+
+/// Another place where the listener may be.
+#[derive(Debug, Default)]
+pub(super) struct WayPlace {
+    pub(super) place: Vec3,
+    /// The same, local coordinates.
+    pub(super) ear: DVec3,
+    pub(super) viewpoints: Viewpoints,
+    /// Where the sources will be then, world coordinates.
+    pub(super) sources: Vec<Vec3>,
+}
+
+/// Sequences that a source tries for itself as far as other rotations' rays have found so many, and those of an update that
+/// names what is nearby.
+const MOST_OWN: usize = 256;
+const MOST_OWN_WIDE: usize = 2048;
 
 /// What is known when an update begins.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +62,8 @@ pub(super) struct Moment<'a> {
     pub(super) ear: DVec3,
     /// From where late fields are looked at.
     pub(super) viewpoints: &'a Viewpoints,
+    /// Other places that late fields are estimated for.
+    pub(super) way: &'a [WayPlace],
     /// Within what distance paths are named that are not there; nothing names none.
     pub(super) reach_m: Option<f64>,
     /// The source rays' lattice before rotation.
@@ -62,6 +84,8 @@ pub(super) struct Shared<'a> {
 #[derive(Debug)]
 pub(super) struct SourceTask {
     id: SourceId,
+    /// Where it was when its rays were cast last, local coordinates.
+    place: Option<DVec3>,
     /// Whether its source has gone, so that another can have it.
     pub(super) waits: bool,
     late: LateEstimator,
@@ -82,6 +106,8 @@ pub(super) struct SourceTask {
     /// Edges that its direct field is followed at until the next update.
     pub(super) direct_edges: DirectEdges,
     pub(super) late_source: Option<LateSource>,
+    /// The same for the other places, in their order.
+    pub(super) late_on_way: Vec<LateSource>,
     pub(super) rays: u64,
 }
 
@@ -91,6 +117,7 @@ impl SourceTask {
         let own = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
         Self {
             id,
+            place: None,
             waits: false,
             late: LateEstimator::default(),
             cache: SequenceCache::with_capacity(settings.cache_capacity),
@@ -103,6 +130,7 @@ impl SourceTask {
             nearby: Vec::new(),
             direct_edges: DirectEdges::default(),
             late_source: None,
+            late_on_way: Vec::new(),
             rays: 0,
         }
     }
@@ -115,6 +143,7 @@ impl SourceTask {
     /// Becomes another source's; the memory stays.
     pub(super) fn reset(&mut self, id: SourceId) {
         self.id = id;
+        self.place = None;
         self.waits = false;
         self.late = LateEstimator::default();
         self.late_source = None;
@@ -122,7 +151,7 @@ impl SourceTask {
     }
 
     /// First half, which does not wait for guide rays: casts the source's own.
-    pub(super) fn trace(&mut self, moment: &Moment<'_>, pose: &SourcePose) {
+    pub(super) fn trace(&mut self, moment: &Moment<'_>, number: usize, pose: &SourcePose) {
         self.rays = 0;
         let place = pose.id.slot() as u64;
         let turn = match self.late_source {
@@ -131,8 +160,9 @@ impl SourceTask {
             Some(_) => moment.effort.late_turn(moment.update, place),
         };
         self.rotation = turn.map(|turn| turn % ROTATIONS);
-        if let Some(turn) = turn {
-            self.cast(moment, pose, turn);
+        match turn {
+            Some(turn) => self.cast(moment, number, pose, turn),
+            None => self.late_on_way.clear(),
         }
     }
 
@@ -159,32 +189,87 @@ impl SourceTask {
                 false => *sequence,
             });
         }
+        // What other rotations have found, of which none is lost while the source stays: where there is room.
+        let most = match shared.moment.reach_m.is_some() {
+            true => MOST_OWN_WIDE,
+            false => MOST_OWN,
+        };
+        let Some(rotation) = self.rotation else {
+            return;
+        };
+        for other in 1..ROTATIONS {
+            for sequence in self.late.sequences(rotation + other) {
+                if own.entries().len() >= most {
+                    return;
+                }
+                let sequence = match moves {
+                    true => Sequence::canonical(scene, sequence.surfaces()),
+                    false => *sequence,
+                };
+                if sequence.len() <= settings.depth && !shared.guide.contains(&sequence) {
+                    own.insert(sequence);
+                }
+            }
+        }
     }
 
-    /// Casts the source's rays by rotation number `turn` and renews the late field.
-    fn cast(&mut self, moment: &Moment<'_>, pose: &SourcePose, turn: u64) {
+    /// Casts the source's rays by rotation number `turn` and renews the late field; it is number `place` of all. A moving source's
+    /// rays start at places near it that stand still, so that its tail depends on where it is and not on how it came there.
+    fn cast(&mut self, moment: &Moment<'_>, place: usize, pose: &SourcePose, turn: u64) {
         let Moment {
             scene, settings, ..
         } = *moment;
         let own_seed = mix(u64::from(self.id.bits()));
-        let source_rays = SourceRays {
-            origin: scene.to_local(pose.position),
-            listener: moment.ear,
-            viewpoints: moment.viewpoints,
-            pose: *pose,
-            directions: moment.directions,
-            turn: rotation(turn, settings.seed ^ own_seed),
-            rotation: turn % ROTATIONS,
-            depth: settings.depth,
-            seed: mix(settings.seed) ^ own_seed,
-            scene_state: moment.scene_state,
-        };
-        self.late
-            .trace(scene, &source_rays, &mut self.own, &mut self.rays);
-        self.late_source = Some(match pose.settings.effects.late {
-            true => self.late.estimate(scene, self.id),
+        let here = scene.to_local(pose.position);
+        let moves = self.place.replace(here).is_some_and(|last| last != here);
+        let is_wanted = pose.settings.effects.late;
+        let estimate = |late: &mut LateEstimator| match is_wanted {
+            true => late.estimate(scene, self.id),
             false => LateSource::silent(self.id),
-        });
+        };
+        let mut late_at = |source: DVec3, ear: DVec3, viewpoints: &Viewpoints| {
+            let mut left = match (moves, moment.reach_m) {
+                (false, _) => 1,
+                (true, None) => MOST_CAST,
+                (true, Some(_)) => ROTATIONS as usize,
+            };
+            for turn in turn..turn + ROTATIONS {
+                let rays = &mut self.rays;
+                let source_rays = SourceRays {
+                    origin: match moves {
+                        true => still_place(scene, source, turn, rays),
+                        false => source,
+                    },
+                    listener: ear,
+                    viewpoints,
+                    pose: *pose,
+                    directions: moment.directions,
+                    turn: rotation(turn, settings.seed ^ own_seed),
+                    rotation: turn % ROTATIONS,
+                    depth: settings.depth,
+                    seed: mix(settings.seed) ^ own_seed,
+                    scene_state: moment.scene_state,
+                };
+                let is_new = self.late.cast(scene, &source_rays, &mut self.own, rays);
+                left -= usize::from(is_new || !moves);
+                if left == 0 {
+                    break;
+                }
+            }
+            self.late
+                .look(scene, [source, ear], viewpoints, &mut self.rays);
+            estimate(&mut self.late)
+        };
+        self.late_on_way.clear();
+        for there in moment.way {
+            let source = there
+                .sources
+                .get(place)
+                .map_or(here, |at| scene.to_local(*at));
+            let late = late_at(source, there.ear, &there.viewpoints);
+            self.late_on_way.push(late);
+        }
+        self.late_source = Some(late_at(here, moment.ear, moment.viewpoints));
     }
 
     /// Second half: the source's paths.

@@ -11,14 +11,15 @@ use super::candidates::Candidates;
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
 use super::effort::Effort;
+use super::guide_memory::GuideMemory;
 use super::late::Viewpoints;
-use super::neighbours::{CANDIDATES, fill_up};
+use super::neighbours::fill_up;
 use super::path::{Path, PathId, PathSet};
 use super::sampling::{ROTATIONS, lattice, renew_lattice, rotation};
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
-use super::source_task::{Moment, Shared, SourceTask};
+use super::source_task::{Moment, Shared, SourceTask, WayPlace};
 use super::workers::{Serial, Workers};
 use crate::error::Result;
 use crate::scene::instances::Standing;
@@ -55,6 +56,8 @@ pub struct Propagator {
     standing: Standing,
     scene_state: u64,
     viewpoints: Viewpoints,
+    /// See [`Self::set_way`].
+    way: Vec<WayPlace>,
     /// As it was made.
     settings: PropagationSettings,
     /// As much of it as is in use.
@@ -66,6 +69,7 @@ pub struct Propagator {
     source_directions: Vec<Vec3>,
     shares: Vec<GuideShare>,
     guide: SequenceSet,
+    memory: GuideMemory,
     /// See [`Self::set_reach`].
     reach_m: Option<f64>,
     candidates: Vec<Candidates>,
@@ -85,7 +89,7 @@ impl Propagator {
         let count = settings.guide_rays;
         let rays_a_share = (count as usize).div_ceil(SHARES);
         let sequences = rays_a_share * settings.depth;
-        let capacity = (SHARES * sequences).max(CANDIDATES);
+        let capacity = (SHARES * sequences).max(GuideMemory::MOST);
         let share = |_| GuideShare {
             found: Vec::with_capacity(sequences),
             rays: 0,
@@ -96,6 +100,7 @@ impl Propagator {
             standing: Standing::default(),
             scene_state: 0,
             viewpoints: Viewpoints::default(),
+            way: Vec::new(),
             settings,
             in_use: settings,
             effort: Effort::full(&settings),
@@ -104,6 +109,7 @@ impl Propagator {
             source_directions: lattice(settings.source_rays),
             shares: (0..SHARES).map(share).collect(),
             guide: SequenceSet::with_capacity(capacity),
+            memory: GuideMemory::default(),
             reach_m: None,
             candidates: (0..SHARES)
                 .map(|_| Candidates::with_capacity(capacity.div_ceil(SHARES)))
@@ -157,6 +163,22 @@ impl Propagator {
         self.reach_m = reach_m;
     }
 
+    /// Has the next updates estimate the late reverb for these places too, world coordinates, in [`PathSet::way`]; none is
+    /// where a propagator begins. An estimate costs the shadow rays of a listener who goes there.
+    ///
+    /// `sources` says where the sources will be then: for each place all of them, in the order of the update's; where it says
+    /// nothing they are taken to be where the update has them.
+    pub fn set_way(&mut self, places: &[Vec3], sources: &[Vec3]) {
+        self.way.resize_with(places.len(), WayPlace::default);
+        let count = sources.len() / places.len().max(1);
+        for (number, (there, place)) in self.way.iter_mut().zip(places).enumerate() {
+            there.place = *place;
+            there.sources.clear();
+            let own = sources.get(number * count..(number + 1) * count);
+            there.sources.extend_from_slice(own.unwrap_or_default());
+        }
+    }
+
     /// Runs sixteen updates at one place and drops their results, so that every ray rotation has been seen there and
     /// the next update finds what a listener at rest would hear.
     pub fn warm_up(&mut self, listener: &ListenerPose, sources: &[SourcePose]) {
@@ -194,6 +216,12 @@ impl Propagator {
         let own_rays = self
             .viewpoints
             .renew(&self.scene, ear.as_vec3(), self.scene_state);
+        let mut way_rays = 0;
+        for there in &mut self.way {
+            there.ear = self.scene.to_local(there.place);
+            let ear = there.ear.as_vec3();
+            way_rays += there.viewpoints.renew(&self.scene, ear, self.scene_state);
+        }
         let moment = Moment {
             scene: &self.scene,
             settings: &self.in_use,
@@ -203,6 +231,7 @@ impl Propagator {
             listener,
             ear,
             viewpoints: &self.viewpoints,
+            way: &self.way,
             reach_m: self.reach_m,
             directions: &self.source_directions,
         };
@@ -216,10 +245,10 @@ impl Propagator {
         // All rays at once: a source's are a larger piece than a share of the guide rays, so they come first.
         workers.for_both(
             (tasks, &mut self.shares),
-            |place, task| task.trace(&moment, &sources[place]),
+            |place, task| task.trace(&moment, place, &sources[place]),
             |number, share| share.trace(moment.scene, &guide_rays, number),
         );
-        merge(&moment, &self.shares, &mut self.guide);
+        merge(&moment, &self.shares, &mut self.guide, &mut self.memory);
         let sequences = self.guide.entries();
         workers.for_each(&mut self.candidates, |number, candidates| {
             let range = part(number, sequences.len());
@@ -236,7 +265,7 @@ impl Propagator {
             task.find(&shared, &sources[place]);
         });
         self.gather(sources, result);
-        result.rays += own_rays;
+        result.rays += own_rays + way_rays;
         result.update = self.update;
         result.time_s = time_s;
         result.listener = *listener;
@@ -290,8 +319,21 @@ impl Propagator {
         result
             .late
             .extend(tasks.iter().filter_map(|task| task.late_source));
-        result.beyond = None;
-        result.late_beyond.clear();
+        result.way.clear();
+        result.late_on_way.clear();
+        result.sources_on_way.clear();
+        let all_looked = tasks.iter().all(|t| t.late_on_way.len() == self.way.len());
+        for (number, there) in self.way.iter().enumerate().filter(|_| all_looked) {
+            result.way.push(there.place);
+            let late = tasks.iter().map(|task| task.late_on_way[number]);
+            result.late_on_way.extend(late);
+            let at = |(place, pose): (usize, &SourcePose)| {
+                there.sources.get(place).copied().unwrap_or(pose.position)
+            };
+            result
+                .sources_on_way
+                .extend(sources.iter().enumerate().map(at));
+        }
         result.instances.clear();
         result.instances.extend(self.scene.instance_poses());
         result.sources.clear();
@@ -321,12 +363,18 @@ fn sorted(
     result.extend(order.iter().map(path));
 }
 
-/// The set of what guide rays have found in the order of the rays, filled up with neighbours.
-fn merge(moment: &Moment<'_>, shares: &[GuideShare], guide: &mut SequenceSet) {
+/// The set of what guide rays have found in the order of the rays, filled up with what they found before and with neighbours.
+fn merge(
+    moment: &Moment<'_>,
+    shares: &[GuideShare],
+    guide: &mut SequenceSet,
+    memory: &mut GuideMemory,
+) {
     guide.clear();
     for sequence in shares.iter().flat_map(|share| &share.found) {
         guide.insert(*sequence);
     }
+    memory.turn(moment.scene, moment.update, moment.reach_m.is_some(), guide);
     fill_up(moment.scene, moment.update, moment.settings.depth, guide);
 }
 

@@ -8,7 +8,7 @@ use super::schedule::{Latency, Poses, Schedule};
 use crate::extrapolation::{Lead, PredictorKind};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::scene::{ListenerPose, Scene};
+use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// Distance kept from a surface that the predicted way meets, in metres.
 const CLEARANCE_M: f32 = 0.1;
@@ -20,15 +20,25 @@ const LONGEST_STEP_M: f32 = 0.5;
 const LEAST_REACH_M: f64 = 0.05;
 const FARTHEST_REACH_M: f64 = 0.5;
 
+/// Distance in metres between places that late fields are asked for, and most of those.
+const WAY_STEP_M: f32 = 0.15;
+const MOST_STEPS: f32 = 16.0;
+
 /// Predicts poses some graphics frames ahead.
 #[derive(Debug)]
 pub(super) struct Predicted {
     frames_ahead: f32,
+    /// Until the result arrives, in graphics frames.
+    frames_late: f32,
     /// From the poses that are computed for to the farthest of those that the result is used for, in graphics frames;
     /// `None` if nobody asks what is nearby.
     frames_off: Option<f32>,
     last: Option<Poses>,
     ahead: Poses,
+    /// Where the listener will be while the result is used, besides [`Self::poses`].
+    way: Vec<Vec3>,
+    /// Where the sources will be then: for each place all of them.
+    sources_on_way: Vec<Vec3>,
     /// Where the listener will be who walks through what [`carried`] stops at.
     beyond: Option<Vec3>,
 }
@@ -56,9 +66,12 @@ impl Predicted {
         let off = matches!(schedule, Schedule::Asynchronous { .. }) && predictor.wants_nearby();
         Self {
             frames_ahead,
+            frames_late: late,
             frames_off: off.then_some(farthest),
             last: None,
             ahead: Poses::default(),
+            way: Vec::new(),
+            sources_on_way: Vec::new(),
             beyond: None,
         }
     }
@@ -66,6 +79,8 @@ impl Predicted {
     /// The poses to compute for; the same ones where nothing is predicted or nothing moves.
     pub(super) fn poses<'a>(&'a mut self, now: &'a Poses, scene: &Scene) -> &'a Poses {
         self.beyond = None;
+        self.way.clear();
+        self.sources_on_way.clear();
         let Some(last) = self.last.as_ref().filter(|_| self.frames_ahead > 0.0) else {
             return now;
         };
@@ -81,7 +96,44 @@ impl Predicted {
                 source.position = carry(before.position, source.position);
             }
         }
+        self.look_along(now, scene);
         &self.ahead
+    }
+
+    /// Plans where tails are to be estimated: on the way to [`Self::poses`] while the result is heard, in even steps, and
+    /// through what that stops at.
+    fn look_along(&mut self, now: &Poses, scene: &Scene) {
+        let Some(last) = &self.last else { return };
+        let used = self.frames_ahead - self.frames_late;
+        let (before, at) = (last.listener.position, now.listener.position);
+        let step_of = |pose: &SourcePose| {
+            let before = last.sources.iter().find(|last| last.id == pose.id);
+            before.and_then(|before| way(before.position, pose.position, 1.0))
+        };
+        let listener_step = way(before, at, 1.0).unwrap_or_default();
+        let fastest = now.sources.iter().filter_map(step_of);
+        let fastest = fastest.map(Vec3::length).fold(0.0, f32::max);
+        let way_m = used * listener_step.length().max(0.5 * fastest);
+        let steps = (way_m / WAY_STEP_M).ceil().min(MOST_STEPS);
+        for step in 0..steps as u16 {
+            let frames = self.frames_late + used * f32::from(step) / steps;
+            self.way.push(at + listener_step * frames);
+            for pose in &now.sources {
+                let step = step_of(pose).unwrap_or_default();
+                let there = carried(pose.position - step, pose.position, frames, scene);
+                self.sources_on_way.push(there);
+            }
+        }
+        if let Some(beyond) = self.beyond {
+            self.way.push(beyond);
+            let ahead = self.ahead.sources.iter().map(|pose| pose.position);
+            self.sources_on_way.extend(ahead);
+        }
+    }
+
+    /// The places that tails are to be estimated for besides [`Self::poses`], and where the sources are then.
+    pub(super) fn way(&self) -> (&[Vec3], &[Vec3]) {
+        (&self.way, &self.sources_on_way)
     }
 
     /// Where the listener will be, if not at [`Self::poses`] but through what those stop at.

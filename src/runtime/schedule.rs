@@ -162,16 +162,17 @@ impl ScheduledPropagation {
         let through = self.predicted.beyond().filter(|_| reach_m.is_some());
         if let Some(through) = &through {
             self.propagator.set_reach(None);
+            self.propagator.set_way(&[], &[]);
             self.propagator
                 .update(through, sources, time_s, &mut self.through);
         }
         self.propagator.set_reach(reach_m);
+        let (way, sources_on_way) = self.predicted.way();
+        self.propagator.set_way(way, sources_on_way);
         self.propagator
             .update(listener, sources, time_s, &mut result);
-        if let Some(through) = &through {
+        if through.is_some() {
             add_nearby(&mut result, &self.through);
-            result.beyond = Some(through.position);
-            result.late_beyond.clone_from(&self.through.late);
         }
         result
     }

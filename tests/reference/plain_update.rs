@@ -6,8 +6,9 @@ use std::sync::Arc;
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::diffraction::{self, Spot};
+use foresound::propagation::guide_memory::GuideMemory;
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
-use foresound::propagation::late::{LateEstimator, SourceRays, Viewpoints};
+use foresound::propagation::late::{LateEstimator, SourceRays, Viewpoints, still_place};
 use foresound::propagation::neighbours::fill_up;
 use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, lattice, mix, rotation};
 use foresound::propagation::sequence::Sequence;
@@ -17,10 +18,15 @@ use glam::DVec3;
 
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
+/// Sequences that a source tries for itself; which those are is not the oracle's to say.
+const MOST_OWN: usize = 256;
+
 struct Memory {
     id: SourceId,
     late: LateEstimator,
     cache: Vec<(Sequence, u64)>,
+    place: Option<DVec3>,
+    origins: [Option<DVec3>; ROTATIONS as usize],
 }
 
 /// A propagator without a care for time.
@@ -29,6 +35,7 @@ pub struct PlainPropagator {
     settings: PropagationSettings,
     update: u64,
     memories: Vec<Memory>,
+    guide_memory: GuideMemory,
 }
 
 impl PlainPropagator {
@@ -38,6 +45,7 @@ impl PlainPropagator {
             settings,
             update: 0,
             memories: Vec::new(),
+            guide_memory: GuideMemory::default(),
         }
     }
 
@@ -64,8 +72,8 @@ impl PlainPropagator {
         result
     }
 
-    fn guide(&self, listener: &ListenerPose) -> Vec<Sequence> {
-        let scene = &*self.scene;
+    fn guide(&mut self, listener: &ListenerPose) -> Vec<Sequence> {
+        let scene = &*Arc::clone(&self.scene);
         let turn = rotation(self.update, self.settings.seed);
         let mut found = Vec::new();
         for index in 0..self.settings.guide_rays {
@@ -92,6 +100,7 @@ impl PlainPropagator {
         for sequence in found {
             set.insert(sequence);
         }
+        self.guide_memory.turn(scene, self.update, false, &mut set);
         fill_up(scene, self.update, self.settings.depth, &mut set);
         set.entries().to_vec()
     }
@@ -114,6 +123,8 @@ impl PlainPropagator {
                 id: pose.id,
                 late: LateEstimator::default(),
                 cache: Vec::new(),
+                place: None,
+                origins: [None; ROTATIONS as usize],
             });
         }
         let memory = self.memories.iter_mut().find(|memory| memory.id == pose.id);
@@ -121,30 +132,64 @@ impl PlainPropagator {
         let own_seed = mix(u64::from(pose.id.bits()));
         let mut viewpoints = Viewpoints::default();
         viewpoints.renew(&scene, ear.as_vec3(), 0);
-        let rays = SourceRays {
-            origin,
-            listener: ear,
-            viewpoints: &viewpoints,
-            pose: *pose,
-            directions: &lattice(settings.source_rays),
-            turn: rotation(update, settings.seed ^ own_seed),
-            rotation: update % ROTATIONS,
-            depth: settings.depth,
-            seed: mix(settings.seed) ^ own_seed,
-            scene_state: 0,
-        };
+        let moves = memory
+            .place
+            .replace(origin)
+            .is_some_and(|last| last != origin);
+        let directions = lattice(settings.source_rays);
         let mut met = SequenceSet::with_capacity(1 << 16);
-        memory.late.forget_rays();
-        memory.late.trace(&scene, &rays, &mut met, &mut 0);
+        let mut left = if moves { 2 } else { 1 };
+        for turn in update..update + ROTATIONS {
+            let rays = SourceRays {
+                origin: match moves {
+                    true => still_place(&scene, origin, turn, &mut 0),
+                    false => origin,
+                },
+                listener: ear,
+                viewpoints: &viewpoints,
+                pose: *pose,
+                directions: &directions,
+                turn: rotation(turn, settings.seed ^ own_seed),
+                rotation: turn % ROTATIONS,
+                depth: settings.depth,
+                seed: mix(settings.seed) ^ own_seed,
+                scene_state: 0,
+            };
+            let before = memory.origins[rays.rotation as usize].replace(rays.origin);
+            let is_new = before != Some(rays.origin);
+            memory.late.forget_rays();
+            memory.late.cast(&scene, &rays, &mut met, &mut 0);
+            left -= usize::from(is_new || !moves);
+            if left == 0 {
+                break;
+            }
+        }
+        memory.late.look(&scene, [origin, ear], &viewpoints, &mut 0);
         result.late.push(memory.late.estimate(&scene, pose.id));
-        let mut candidates = guide.to_vec();
-        for sequence in memory.late.sequences(rays.rotation) {
-            add(&mut candidates, *sequence);
+        let mut own = Vec::new();
+        for sequence in memory.late.sequences(update) {
+            if !guide.contains(sequence) {
+                add(&mut own, *sequence);
+            }
         }
         for (sequence, _) in &memory.cache {
             // What commutes depends on how instances stand now.
-            add(&mut candidates, least_order(&scene, sequence.surfaces()));
+            let sequence = least_order(&scene, sequence.surfaces());
+            if !guide.contains(&sequence) {
+                add(&mut own, sequence);
+            }
         }
+        for other in 1..ROTATIONS {
+            for sequence in memory.late.sequences(update + other) {
+                let sequence = least_order(&scene, sequence.surfaces());
+                let fits = sequence.len() <= settings.depth && !guide.contains(&sequence);
+                if fits && own.len() < MOST_OWN {
+                    add(&mut own, sequence);
+                }
+            }
+        }
+        let mut candidates = guide.to_vec();
+        candidates.append(&mut own);
         let nearest_m = pose.settings.nearest_m(f64::from(settings.nearest_m));
         // Bent paths are no list to search: the same function, and what it is worth is the law `edge`'s to say.
         let spot = Spot::of(pose, listener.position, f64::from(settings.nearest_m));

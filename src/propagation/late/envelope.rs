@@ -19,10 +19,10 @@ const LAST_FREE_TIME: f64 = 20.0;
 /// Over how many mean free times an arrival changes from one step to the next, so that a walk does not make it jump.
 const CHANGE_FREE_TIMES: f64 = 1.0;
 
-/// Sums arrivals into the steps of `late`; `updates` is how many updates' arrivals they are.
+/// Sums arrivals into the steps of `late`; `updates` is how many updates' arrivals they are, by weight.
 pub(super) fn gather(
     arrivals: impl Iterator<Item = (f64, BandArray)>,
-    updates: usize,
+    updates: f64,
     late: &mut LateSource,
 ) {
     let free_time_s = f64::from(late.mean_free_time_s);
@@ -59,7 +59,7 @@ pub(super) fn gather(
     }
     for (step, sum) in sums.iter().enumerate() {
         for b in 0..BANDS {
-            let mut energy = sum[b] / updates.max(1) as f64;
+            let mut energy = sum[b] / updates;
             if step == LATE_STEPS - 1 {
                 // What comes after the last arrivals, by the decay.
                 let window_s = (LAST_FREE_TIME - LATE_STEPS_FREE_TIMES[step]) * free_time_s;

@@ -26,9 +26,9 @@ pub mod viewpoints;
 
 pub use envelope::{TailStep, common_decay, tail_steps};
 pub use source_rays::SourceRays;
-pub use viewpoints::Viewpoints;
+pub use viewpoints::{Viewpoints, still_place};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::path::LateSource;
 use super::sampling::ROTATIONS;
@@ -39,10 +39,27 @@ use connection::{Arrivals, Bounces};
 use decay::{CurveTree, Decay};
 use source_rays::Found;
 
+/// Within how far a moving source counts as where it is, in metres, and rotations that have to be counted even if it was
+/// farther away. So a tail is of where a source is and not of where it was sixteen updates ago, however often they come.
+const SAME_PLACE_M: f64 = 0.35;
+const FEWEST_ROTATIONS: usize = 6;
+
+/// What rays count that were cast at a distance from where the source is; 1 there.
+fn weight(distance_m: f64, reach_m: f64) -> f64 {
+    // At no place a source is as good as at any.
+    if !distance_m.is_finite() {
+        return 1.0;
+    }
+    let square = (distance_m / reach_m).powi(2);
+    1.0 / (1.0 + square * square)
+}
+
 /// What the rays of one rotation found.
 #[derive(Debug, Clone, Default)]
 struct Slot {
     filled: bool,
+    /// Where the source was, local coordinates.
+    origin: DVec3,
     found: Found,
     arrivals: Arrivals,
 }
@@ -56,6 +73,8 @@ pub struct LateEstimator {
     decay: Option<Option<Decay>>,
     /// All bounces of one rotation, while some are chosen.
     bounces: Bounces,
+    /// The newest place of the source, local coordinates.
+    source: DVec3,
     /// The newest straight line's time.
     nearest_s: f64,
     /// The newest place of the listener, local coordinates.
@@ -69,6 +88,7 @@ impl Default for LateEstimator {
             curves: CurveTree::default(),
             decay: None,
             bounces: Bounces::default(),
+            source: DVec3::ZERO,
             nearest_s: 0.0,
             listener: Vec3::ZERO,
         }
@@ -85,13 +105,27 @@ impl LateEstimator {
         scratch: &mut SequenceSet,
         rays: &mut u64,
     ) {
+        self.cast(scene, from, scratch, rays);
+        let ends = [from.origin, from.listener];
+        self.look(scene, ends, from.viewpoints, rays);
+    }
+
+    /// The first half of [`Self::trace`]; gives whether rays were cast.
+    pub fn cast(
+        &mut self,
+        scene: &Scene,
+        from: &SourceRays<'_>,
+        scratch: &mut SequenceSet,
+        rays: &mut u64,
+    ) -> bool {
         let number = (from.rotation % ROTATIONS) as usize;
         for slot in &mut self.slots {
             slot.found.reserve(from);
             slot.arrivals.reserve();
         }
         let slot = &mut self.slots[number];
-        if !slot.found.is_of(from) {
+        let is_new = !slot.found.is_of(from);
+        if is_new {
             scratch.clear();
             let bounces = &mut self.bounces;
             self.curves.renew(number, |curve| {
@@ -101,13 +135,27 @@ impl LateEstimator {
             slot.arrivals.choose(scene, from.origin.as_vec3(), bounces);
         }
         slot.filled = true;
+        slot.origin = from.origin;
+        is_new
+    }
+
+    /// Connects what is known to a listener, whose estimate [`Self::estimate`] gives then; the source and he in local
+    /// coordinates. Adds the rays it cast to `rays`.
+    pub fn look(
+        &mut self,
+        scene: &Scene,
+        [source, listener]: [DVec3; 2],
+        viewpoints: &Viewpoints,
+        rays: &mut u64,
+    ) {
         let slots = self.slots.iter_mut().enumerate();
         for (number, slot) in slots.filter(|(_, slot)| slot.filled) {
-            let viewpoints = from.viewpoints.of_rotation(number);
+            let viewpoints = viewpoints.of_rotation(number);
             slot.arrivals.look(scene, viewpoints, rays);
         }
-        self.nearest_s = from.origin.distance(from.listener) / scene.speed_of_sound_m_s();
-        self.listener = from.listener.as_vec3();
+        self.source = source;
+        self.nearest_s = source.distance(listener) / scene.speed_of_sound_m_s();
+        self.listener = listener.as_vec3();
     }
 
     /// What rays of a rotation begin with when they were last cast: specular sequences, each once, in the rays' order.
@@ -139,12 +187,31 @@ impl LateEstimator {
             decay_time_s: decay.decay_time_s,
             ..LateSource::silent(source)
         };
+        let (listener, nearest_s, reach_m) = (self.listener, self.nearest_s, self.reach_m());
+        let weight = |slot: &Slot| weight(slot.origin.distance(self.source), reach_m);
         // An arrival belongs to the time since the first sound could be there.
         let arrivals = filled().flat_map(|slot| {
-            let arrivals = slot.arrivals.at(scene, self.listener);
-            arrivals.map(|(delay_s, energy)| (delay_s - self.nearest_s, energy))
+            let weight = weight(slot) as f32;
+            let arrivals = slot.arrivals.at(scene, listener);
+            arrivals.map(move |(delay_s, energy)| (delay_s - nearest_s, energy.map(|e| weight * e)))
         });
-        envelope::gather(arrivals, filled().count(), &mut late);
+        let sum = filled().map(|slot| f64::from(weight(slot) as f32)).sum();
+        envelope::gather(arrivals, sum, &mut late);
         late
+    }
+
+    /// How far from the source's place rays may have been cast that count for half: near, unless few have been.
+    fn reach_m(&self) -> f64 {
+        let mut distances = [f64::INFINITY; ROTATIONS as usize];
+        let filled = self.slots.iter().filter(|slot| slot.filled);
+        for (distance, slot) in distances.iter_mut().zip(filled) {
+            *distance = slot.origin.distance(self.source);
+        }
+        distances.sort_unstable_by(f64::total_cmp);
+        let enough = distances[FEWEST_ROTATIONS - 1];
+        match enough.is_finite() {
+            true => enough.max(SAME_PLACE_M),
+            false => f64::INFINITY,
+        }
     }
 }

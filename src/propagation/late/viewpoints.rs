@@ -7,7 +7,7 @@
 //! cell, and a listener at rest costs nothing. Where something stands between listener and middle, the cell is too large:
 //! a smaller one is taken, so that nobody hears a room through its wall.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::super::sampling::ROTATIONS;
 use crate::geometry::Ray;
@@ -60,6 +60,13 @@ impl Viewpoints {
     pub(super) fn of_rotation(&self, rotation: usize) -> &[Vec3] {
         &self.places[rotation * VIEWS..][..VIEWS]
     }
+}
+
+/// A place that stands still while a source moves, near it and in its sight, another one for each rotation; local
+/// coordinates. Adds the rays it cast to `rays`.
+pub fn still_place(scene: &Scene, source: DVec3, rotation: u64, rays: &mut u64) -> DVec3 {
+    let group = (rotation % ROTATIONS) as usize * VIEWS;
+    viewpoint(scene, source.as_vec3(), group, rays).as_dvec3()
 }
 
 /// The middle of the largest cell that can be seen from the listener, of one group's divisions.
