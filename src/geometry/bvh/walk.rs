@@ -104,27 +104,6 @@ const NOTHING: Hit = Hit {
     group: super::NO_GROUP,
 };
 
-/// Children of a node that a ray enters and has still to go to.
-#[derive(Clone, Copy)]
-struct Rest {
-    /// Link of the first.
-    next: u32,
-    node: u32,
-    /// A bit each.
-    entered: u32,
-}
-
-impl Rest {
-    #[inline(always)]
-    fn of<const W: usize>(node: &Node<W>, link: u32, entered: u32) -> Self {
-        Self {
-            next: node.links[entered.trailing_zeros() as usize % W],
-            node: link,
-            entered,
-        }
-    }
-}
-
 /// Whether a ray meets any triangle at all. `enter` says which children it enters, a bit each; it goes to the lowest
 /// first.
 #[inline(always)]
@@ -135,7 +114,7 @@ pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
     meet: impl Fn(&Block, f32, &mut [f32; 4]) -> M,
 ) -> bool {
     let t_max = query.ray.t_max;
-    let mut places = Places::<Rest, STACK>::new();
+    let mut places = Places::<(u32, u32), STACK>::new();
     let mut stack = Stack::over(&mut places);
     let mut at = [0.0; 4];
     let mut link = 0;
@@ -144,7 +123,7 @@ pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
             let entered = enter(node, t_max);
             if entered != 0 {
                 let rest = entered & (entered - 1);
-                stack.push_if(Rest::of(node, link, rest), rest != 0);
+                stack.push_if((link, rest), rest != 0);
                 link = node.links[entered.trailing_zeros() as usize % W];
                 continue;
             }
@@ -158,20 +137,14 @@ pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
                 }
             }
         }
-        let Some(Rest {
-            next,
-            node,
-            entered,
-        }) = stack.pop()
-        else {
+        let Some((above, waiting)) = stack.pop() else {
             return false;
         };
-        link = next;
-        let rest = entered & entered.wrapping_sub(1);
-        if rest != 0
-            && let Some(above) = nodes.get(node as usize)
-        {
-            stack.push_if(Rest::of(above, node, rest), true);
-        }
+        let rest = waiting & waiting.wrapping_sub(1);
+        stack.push_if((above, rest), rest != 0);
+        let Some(node) = nodes.get(above as usize) else {
+            return false;
+        };
+        link = node.links[waiting.trailing_zeros() as usize % W];
     }
 }
