@@ -37,7 +37,7 @@ impl PreparedRay {
             && ray.direction != Vec3::ZERO
             && at_least_zero(ray.t_min) < ray.t_max;
         is_ray.then(|| Self {
-            ray: TriangleRay::of(&raw(ray, margin)),
+            ray: TriangleRay::of(raw(ray, margin)),
             t_max: ray.t_max,
         })
     }
@@ -56,10 +56,10 @@ impl PreparedRay {
 
 /// A ray for `simd`.
 #[inline(always)]
-pub(super) fn raw(ray: &Ray, margin: f32) -> RawRay {
+pub(super) fn raw(ray: &Ray, margin: f32) -> RawRay<'_> {
     RawRay {
-        origin: ray.origin.to_array(),
-        direction: ray.direction.to_array(),
+        origin: ray.origin.as_ref(),
+        direction: ray.direction.as_ref(),
         t_min: at_least_zero(ray.t_min),
         margin,
     }

@@ -14,15 +14,15 @@ pub(crate) use prefetch::prefetch;
 use core::arch::aarch64::*;
 
 use super::tracing::{
-    Axes, Corners, FAR_WIDENING, NEAR_NARROWING, Near, Planes, RawRay, Row, SMALLEST_COMPONENT,
-    TriangleRay,
+    Child, Corners, Entered, FAR_WIDENING, Met, NEAR_NARROWING, Near, Planes, RawRay, Row,
+    SMALLEST_COMPONENT, TriangleRay,
 };
 
 /// Calls a safe function that carries the feature `neon`, which every aarch64 has.
 macro_rules! enter_neon {
-    ($function:ident($($argument:expr),*)) => {
+    ($function:ident $(::<$octant:literal>)? ($($argument:expr),*)) => {
         // SAFETY: the function is safe but for its feature, and NEON is part of aarch64 as Rust targets it.
-        unsafe { $function($($argument),*) }
+        unsafe { $function $(::<$octant>)? ($($argument),*) }
     };
 }
 
@@ -50,6 +50,21 @@ fn bits(lanes: uint32x4_t) -> u32 {
     vaddvq_u32(vandq_u32(lanes, weights))
 }
 
+/// The lanes whose bits are all set, a bit each in every sixteenth place.
+#[inline]
+#[target_feature(enable = "neon")]
+fn bits16(lanes: uint32x4_t) -> Met<16> {
+    let narrow = vreinterpret_u64_u16(vmovn_u32(lanes));
+    Met(vget_lane_u64::<0>(narrow) & 0x0001_0001_0001_0001)
+}
+
+/// Whether any lane's bits are all set.
+#[inline]
+#[target_feature(enable = "neon")]
+fn any(lanes: uint32x4_t) -> bool {
+    vget_lane_u64::<0>(vreinterpret_u64_u16(vmovn_u32(lanes))) != 0
+}
+
 /// A row of planes.
 #[inline]
 #[target_feature(enable = "neon")]
@@ -74,9 +89,9 @@ impl Ready {
     /// Of a ray that is near.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: &RawRay, near: Near) -> Option<Self> {
-        let [ox, oy, oz] = ray.origin;
-        let [dx, dy, dz] = ray.direction;
+    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'_>, near: Near) -> Option<Self> {
+        let [ox, oy, oz] = *ray.origin;
+        let [dx, dy, dz] = *ray.direction;
         let origin = load4(&[ox, oy, oz, 0.0]);
         let direction = load4(&[dx, dy, dz, 0.0]);
         // Numbers that are none are not near.
@@ -114,19 +129,57 @@ impl Ready {
     }
 }
 
-/// A ray against four boxes at once, fused.
-#[derive(Clone, Copy)]
-pub(crate) struct Slabs4 {
-    near: [Row; 3],
-    scale: [float32x4_t; 3],
-    offset: [float32x4_t; 3],
+/// Which planes of boxes a ray meets first, in whatever way it is known.
+pub(crate) trait Sides: Copy {
+    /// The row of those of an axis.
+    fn near(self, axis: usize) -> Row;
 }
 
-impl Slabs4 {
+/// Known while running.
+#[derive(Clone, Copy)]
+pub(crate) struct Rows([Row; 3]);
+
+impl Rows {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "neon")]
     pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
+        Self(Row::near(Ready::lanes(ray.inverse)))
+    }
+}
+
+impl Sides for Rows {
+    #[inline(always)]
+    fn near(self, axis: usize) -> Row {
+        self.0[axis]
+    }
+}
+
+/// Known while compiling: a bit for each axis along which rays run downwards. Two rows come by one load then.
+#[derive(Clone, Copy)]
+pub(crate) struct Octant<const DOWN: u8>;
+
+impl<const DOWN: u8> Sides for Octant<DOWN> {
+    #[inline(always)]
+    fn near(self, axis: usize) -> Row {
+        let sign = |axis: u8| if DOWN >> axis & 1 == 1 { -1.0 } else { 1.0 };
+        Row::near([sign(0), sign(1), sign(2)])[axis]
+    }
+}
+
+/// A ray against four boxes at once, fused.
+#[derive(Clone, Copy)]
+pub(crate) struct Slabs4<S> {
+    sides: S,
+    scale: [float32x4_t; 3],
+    offset: [float32x4_t; 3],
+}
+
+impl<S: Sides> Slabs4<S> {
+    /// Of a ray.
+    #[inline]
+    #[target_feature(enable = "neon")]
+    pub(crate) fn of<const CALLER: u8>(ray: &Ready, sides: S) -> Self {
         let offset = vnegq_f32(vmulq_f32(ray.origin, ray.inverse));
         let splat = |v: float32x4_t| {
             [
@@ -136,7 +189,7 @@ impl Slabs4 {
             ]
         };
         Self {
-            near: Row::near(Ready::lanes(ray.inverse)),
+            sides,
             scale: splat(ray.inverse),
             offset: splat(offset),
         }
@@ -149,8 +202,8 @@ impl Slabs4 {
         let at = |axis: usize, row: Row| {
             vfmaq_f32(self.offset[axis], row4(planes, row), self.scale[axis])
         };
-        let near = |axis: usize| at(axis, self.near[axis]);
-        let far = |axis: usize| at(axis, self.near[axis].opposite());
+        let near = |axis: usize| at(axis, self.sides.near(axis));
+        let far = |axis: usize| at(axis, self.sides.near(axis).opposite());
         // The greater of two zeros is +0 here, so no entry is −0.
         let nearest = vmaxq_f32(vmaxq_f32(near(0), near(1)), near(2));
         let entry = vmaxq_f32(nearest, vdupq_n_f32(0.0));
@@ -158,74 +211,191 @@ impl Slabs4 {
             vminq_f32(far(0), far(1)),
             vminq_f32(far(2), vdupq_n_f32(t_max)),
         );
-        (entry, vcgtq_f32(entry, exit))
+        (entry, vcleq_f32(entry, exit))
     }
 
-    /// A key for every box ([`LaneInLowBits`](super::tracing::LaneInLowBits)).
+    /// Which boxes the ray enters, and where.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn enter<const CALLER: u8>(&self, planes: &Planes<4>, t_max: f32) -> uint32x4_t {
-        let (entry, missed) = self.spans(planes, t_max);
-        let lanes = vcombine_u32(vcreate_u32(1 << 32), vcreate_u32(2 | 3 << 32));
-        let keys = vbslq_u32(vdupq_n_u32(3), lanes, vreinterpretq_u32_f32(entry));
-        vorrq_u32(keys, missed)
+    pub(crate) fn enter<const CALLER: u8>(
+        &self,
+        planes: &Planes<4>,
+        t_max: f32,
+    ) -> (Summed, Spans4) {
+        let (entry, entered) = self.spans(planes, t_max);
+        let each = |lane: u64| 1 | lane << 30;
+        let each = vcombine_u32(
+            vcreate_u32(each(0) | each(1) << 32),
+            vcreate_u32(each(2) | each(3) << 32),
+        );
+        let sum = vaddvq_u32(vandq_u32(entered, each));
+        (Summed(sum), Spans4 { entry, entered })
     }
 
     /// Which boxes the ray enters, a bit each.
     #[inline]
     #[target_feature(enable = "neon")]
     pub(crate) fn entered<const CALLER: u8>(&self, planes: &Planes<4>, t_max: f32) -> u32 {
-        bits(vmvnq_u32(self.spans(planes, t_max).1))
+        bits(self.spans(planes, t_max).1)
     }
 }
 
-/// The least of four keys, and the others.
-#[inline]
-#[target_feature(enable = "neon")]
-pub(crate) fn take4<const CALLER: u8>(keys: uint32x4_t) -> (u32, uint32x4_t) {
-    let least = vminvq_u32(keys);
-    let gone = vceqq_u32(keys, vdupq_n_u32(least));
-    (least, vorrq_u32(keys, gone))
+/// Which boxes a ray enters, as one sum over lanes: a one each, and of a single box its lane in the highest bits.
+#[derive(Clone, Copy)]
+pub(crate) struct Summed(u32);
+
+impl Entered for Summed {
+    #[inline(always)]
+    fn is_none(self) -> bool {
+        self.0 == 0
+    }
+
+    #[inline(always)]
+    fn only(self) -> Option<usize> {
+        (self.0 & 6 == 0).then_some((self.0 >> 30) as usize)
+    }
+
+    #[inline(always)]
+    fn is_pair(self) -> bool {
+        self.count() == 2
+    }
+
+    #[inline(always)]
+    fn count(self) -> usize {
+        (self.0 & 7) as usize
+    }
 }
 
-/// A ray against four triangles at once.
+/// Where a ray enters four boxes, and all bits of those it does enter.
+#[derive(Clone, Copy)]
+pub(crate) struct Spans4 {
+    entry: float32x4_t,
+    entered: uint32x4_t,
+}
+
+/// Keys: where each box is entered, its lane in the lowest two bits.
+#[inline]
+#[target_feature(enable = "neon")]
+fn keys4(spans: Spans4) -> uint32x4_t {
+    let lanes = vcombine_u32(vcreate_u32(1 << 32), vcreate_u32(2 | 3 << 32));
+    let rounded = vbicq_u32(vreinterpretq_u32_f32(spans.entry), vdupq_n_u32(3));
+    vorrq_u32(rounded, lanes)
+}
+
+/// The box of a key.
+#[inline(always)]
+fn child(key: u32) -> Child {
+    Child {
+        lane: key as usize % 4,
+        entry: key,
+    }
+}
+
+/// The two boxes that a ray enters, the nearer first.
+#[inline]
+#[target_feature(enable = "neon")]
+pub(crate) fn pair4<const CALLER: u8>(spans: Spans4) -> [Child; 2] {
+    let keys = keys4(spans);
+    [
+        child(vminvq_u32(vornq_u32(keys, spans.entered))),
+        child(vmaxvq_u32(vandq_u32(keys, spans.entered))),
+    ]
+}
+
+/// Keys of four boxes, the greatest number for those that are not entered.
+#[inline]
+#[target_feature(enable = "neon")]
+pub(crate) fn sort4<const CALLER: u8>(spans: Spans4) -> uint32x4_t {
+    vornq_u32(keys4(spans), spans.entered)
+}
+
+/// The nearest of four boxes, and the keys of the others.
+#[inline]
+#[target_feature(enable = "neon")]
+pub(crate) fn take4<const CALLER: u8>(keys: uint32x4_t) -> (Child, uint32x4_t) {
+    let least = vminvq_u32(keys);
+    let gone = vceqq_u32(keys, vdupq_n_u32(least));
+    (child(least), vorrq_u32(keys, gone))
+}
+
+/// Axes in an order in which a ray's longest is the last.
+struct Turn {
+    /// Which bytes of three lanes make them so.
+    bytes: [u8; 16],
+    /// Where the axes' rows of four begin, in bytes.
+    rows: [usize; 3],
+}
+
+impl Turn {
+    const fn of(axes: [usize; 3]) -> Self {
+        let mut bytes = [0; 16];
+        let mut i = 0;
+        while i < 12 {
+            bytes[i] = (4 * axes[i / 4] + i % 4) as u8;
+            i += 1;
+        }
+        let [x, y, z] = axes;
+        let rows = [16 * x, 16 * y, 16 * z];
+        Self { bytes, rows }
+    }
+}
+
+/// By the longest axis, as [`super::tracing::Axes`] has them.
+static TURNS: [Turn; 3] = [
+    Turn::of([1, 2, 0]),
+    Turn::of([2, 0, 1]),
+    Turn::of([0, 1, 2]),
+];
+
+/// The lanes of a value by bytes.
+#[inline]
+#[target_feature(enable = "neon")]
+fn turned(values: float32x4_t, bytes: uint8x16_t) -> float32x4_t {
+    vreinterpretq_f32_u8(vqtbl1q_u8(vreinterpretq_u8_f32(values), bytes))
+}
+
+/// A ray against four triangles at once, axes turned.
 #[derive(Clone, Copy)]
 pub(crate) struct Shear4<'a> {
-    ray: &'a RawRay,
-    ready: Ready,
-    axes: [usize; 3],
-    /// Permuted.
+    ray: RawRay<'a>,
+    turn: &'static Turn,
     origin: [float32x4_t; 3],
-    shear: [float32x4_t; 3],
+    inverse: float32x4_t,
+    /// Along x and y, in two lanes.
+    shear: float32x4_t,
 }
 
 impl<'a> Shear4<'a> {
     /// Of a ray, raw and ready.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: &'a RawRay, ready: &Ready) -> Self {
-        let [x, y, z] = Axes::ending_at(ready.longest).numbers();
-        let axes = [x.min(2), y.min(2), z.min(2)];
-        let mut inverse = [0.0; 4];
-        store4(&mut inverse, ready.inverse);
-        let inverse = inverse[axes[2]];
-        let mut stretched = [0.0; 4];
-        store4(&mut stretched, vmulq_n_f32(ready.direction, inverse));
+    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'a>, ready: &Ready) -> Self {
+        let turn = &TURNS[ready.longest.min(2)];
+        // SAFETY: sixteen bytes; the load needs no alignment.
+        let bytes = unsafe { vld1q_u8(turn.bytes.as_ptr()) };
+        let inverse = turned(ready.inverse, bytes);
+        let origin = turned(ready.origin, bytes);
         Self {
             ray,
-            ready: *ready,
-            axes,
+            turn,
             origin: [
-                vdupq_n_f32(ray.origin[axes[0]]),
-                vdupq_n_f32(ray.origin[axes[1]]),
-                vdupq_n_f32(ray.origin[axes[2]]),
+                vdupq_laneq_f32::<0>(origin),
+                vdupq_laneq_f32::<1>(origin),
+                vdupq_laneq_f32::<2>(origin),
             ],
-            shear: [
-                vdupq_n_f32(stretched[axes[0]]),
-                vdupq_n_f32(stretched[axes[1]]),
-                vdupq_n_f32(inverse),
-            ],
+            inverse,
+            shear: vmulq_laneq_f32::<2>(turned(ready.direction, bytes), inverse),
         }
+    }
+
+    /// A coordinate of a corner, by the axis that stands for it.
+    #[inline]
+    #[target_feature(enable = "neon")]
+    fn along(&self, corner: &[[f32; 4]; 3], k: usize) -> float32x4_t {
+        // SAFETY: a turn's rows begin where a corner's three do.
+        let row = unsafe { corner.as_ptr().byte_add(self.turn.rows[k]) };
+        // SAFETY: a row is four f32; the load needs no more alignment than theirs.
+        unsafe { vld1q_f32(row.cast::<f32>()) }
     }
 
     /// As [`TriangleRay::meet_four`], to the bit.
@@ -236,15 +406,13 @@ impl<'a> Shear4<'a> {
         corners: &Corners,
         before: f32,
         at: &mut [f32; 4],
-    ) -> u32 {
-        let [kx, ky, kz] = self.axes;
-        let [sx, sy, sz] = self.shear;
+    ) -> Met<16> {
         let sheared = |corner: &[[f32; 4]; 3]| {
-            let z = vsubq_f32(load4(&corner[kz]), self.origin[2]);
-            let x = vsubq_f32(load4(&corner[kx]), self.origin[0]);
-            let y = vsubq_f32(load4(&corner[ky]), self.origin[1]);
-            let x = vsubq_f32(x, vmulq_f32(sx, z));
-            let y = vsubq_f32(y, vmulq_f32(sy, z));
+            let z = vsubq_f32(self.along(corner, 2), self.origin[2]);
+            let x = vsubq_f32(self.along(corner, 0), self.origin[0]);
+            let y = vsubq_f32(self.along(corner, 1), self.origin[1]);
+            let x = vsubq_f32(x, vmulq_laneq_f32::<0>(z, self.shear));
+            let y = vsubq_f32(y, vmulq_laneq_f32::<1>(z, self.shear));
             (x, y, z)
         };
         let (ax, ay, az) = sheared(&corners[0]);
@@ -257,33 +425,48 @@ impl<'a> Shear4<'a> {
         let most = vmaxq_f32(u, vmaxq_f32(v, w));
         // Written so that numbers that are none are outside.
         let inside = vorrq_u32(vcgezq_f32(least), vclezq_f32(most));
-        if vmaxvq_u32(inside) == 0 {
-            return 0;
+        if !any(inside) {
+            return Met(0);
         }
         let within = vorrq_u32(vcgtzq_f32(least), vcltzq_f32(most));
-        if vmaxvq_u32(vbicq_u32(inside, within)) != 0 {
-            return self.meet_again(corners, before, at, bits(inside));
+        if any(vbicq_u32(inside, within)) {
+            let RawRay {
+                origin,
+                direction,
+                t_min,
+                margin,
+            } = self.ray;
+            let limits = [t_min, margin];
+            return Self::meet_again(
+                origin,
+                direction,
+                limits,
+                corners,
+                before,
+                at,
+                bits16(inside),
+            );
         }
         let determinant = vaddq_f32(vaddq_f32(u, v), w);
         let depth = vaddq_f32(
             vaddq_f32(vmulq_f32(u, az), vmulq_f32(v, bz)),
             vmulq_f32(w, cz),
         );
-        let t = vdivq_f32(vmulq_f32(depth, sz), determinant);
+        let t = vdivq_f32(vmulq_laneq_f32::<2>(depth, self.inverse), determinant);
         let in_time = vandq_u32(
             vcgtq_f32(t, vdupq_n_f32(self.ray.t_min)),
             vcltq_f32(t, vdupq_n_f32(before)),
         );
         let met = vandq_u32(within, in_time);
-        if vmaxvq_u32(met) == 0 {
-            return 0;
+        if !any(met) {
+            return Met(0);
         }
         let (near, far) = self.spans(corners);
         let t = vmaxq_f32(near, t);
         let in_box = vandq_u32(vcleq_f32(near, far), vcgezq_f32(far));
         let in_time = vcltq_f32(t, vdupq_n_f32(before));
         store4(at, t);
-        bits(vandq_u32(met, vandq_u32(in_box, in_time)))
+        bits16(vandq_u32(met, vandq_u32(in_box, in_time)))
     }
 
     /// Where the ray is in each triangle's own box.
@@ -292,30 +475,61 @@ impl<'a> Shear4<'a> {
     fn spans(&self, corners: &Corners) -> (float32x4_t, float32x4_t) {
         let [a, b, c] = corners;
         let margin = vdupq_n_f32(self.ray.margin);
-        let inverse = Ready::lanes(self.ready.inverse);
-        let span = |axis: usize| {
-            let (a, b, c) = (load4(&a[axis]), load4(&b[axis]), load4(&c[axis]));
+        let parameters = |k: usize| {
+            let (a, b, c) = (self.along(a, k), self.along(b, k), self.along(c, k));
             let lower = vsubq_f32(vminq_f32(vminq_f32(a, b), c), margin);
             let upper = vaddq_f32(vmaxq_f32(vmaxq_f32(a, b), c), margin);
-            let origin = vdupq_n_f32(self.ray.origin[axis]);
-            let inverse = vdupq_n_f32(inverse[axis]);
-            let first = vmulq_f32(vsubq_f32(lower, origin), inverse);
-            let second = vmulq_f32(vsubq_f32(upper, origin), inverse);
-            (vminq_f32(first, second), vmaxq_f32(first, second))
+            (
+                vsubq_f32(lower, self.origin[k]),
+                vsubq_f32(upper, self.origin[k]),
+            )
         };
-        let ((nx, fx), (ny, fy), (nz, fz)) = (span(0), span(1), span(2));
-        let near = vmaxq_f32(vmaxq_f32(nx, ny), nz);
-        let far = vminq_f32(vminq_f32(fx, fy), fz);
+        let ((lx, ux), (ly, uy), (lz, uz)) = (parameters(0), parameters(1), parameters(2));
+        let (ax, bx) = (
+            vmulq_laneq_f32::<0>(lx, self.inverse),
+            vmulq_laneq_f32::<0>(ux, self.inverse),
+        );
+        let (ay, by) = (
+            vmulq_laneq_f32::<1>(ly, self.inverse),
+            vmulq_laneq_f32::<1>(uy, self.inverse),
+        );
+        let (az, bz) = (
+            vmulq_laneq_f32::<2>(lz, self.inverse),
+            vmulq_laneq_f32::<2>(uz, self.inverse),
+        );
+        let near = vmaxq_f32(
+            vmaxq_f32(vminq_f32(ax, bx), vminq_f32(ay, by)),
+            vminq_f32(az, bz),
+        );
+        let far = vminq_f32(
+            vminq_f32(vmaxq_f32(ax, bx), vmaxq_f32(ay, by)),
+            vmaxq_f32(az, bz),
+        );
         (
             vmulq_n_f32(near, NEAR_NARROWING),
             vmulq_n_f32(far, FAR_WIDENING),
         )
     }
 
-    /// For blocks of which an edge function is zero: the specification itself.
+    /// For blocks of which an edge function is zero: the specification itself. Takes parts, so that none of the ray's need
+    /// stand in memory for it.
     #[cold]
     #[inline(never)]
-    fn meet_again(&self, corners: &Corners, before: f32, at: &mut [f32; 4], lanes: u32) -> u32 {
-        TriangleRay::of(self.ray).meet_again(corners, before, at, lanes)
+    fn meet_again(
+        origin: &[f32; 3],
+        direction: &[f32; 3],
+        [t_min, margin]: [f32; 2],
+        corners: &Corners,
+        before: f32,
+        at: &mut [f32; 4],
+        lanes: Met<16>,
+    ) -> Met<16> {
+        let ray = RawRay {
+            origin,
+            direction,
+            t_min,
+            margin,
+        };
+        TriangleRay::of(ray).meet_again(corners, before, at, lanes)
     }
 }

@@ -62,56 +62,116 @@ impl SlabRay {
         (near * NEAR_NARROWING, far * FAR_WIDENING)
     }
 
-    /// A key for each of `W` boxes, as [`KeyOrder`] has it.
+    /// Which of `W` boxes the ray enters before a parameter, and where.
     #[inline(always)]
-    pub(crate) fn enter<const W: usize>(&self, planes: &Planes<W>, t_max: f32) -> [u32; W] {
-        std::array::from_fn(|lane| {
+    pub(crate) fn enter<const W: usize>(
+        &self,
+        planes: &Planes<W>,
+        t_max: f32,
+    ) -> (BitEach, [u32; W]) {
+        let mut entered = 0;
+        let entries = std::array::from_fn(|lane| {
             let (near, far) = self.span(|row| planes[row.number()][lane]);
             let entry = if near > 0.0 { near } else { 0.0 };
-            if entry <= far.min(t_max) {
-                entry.to_bits() & !(W as u32 - 1) | lane as u32
-            } else {
-                u32::MAX
-            }
-        })
+            entered |= u32::from(entry <= far.min(t_max)) << lane;
+            entry.to_bits()
+        });
+        (BitEach(entered), entries)
     }
 }
 
-/// What boxes a ray enters and in which order, as numbers: a key is where it enters, rounded down, and the box's lane.
-/// The least of several keys is that of the nearest box; greater than all bounds is that of a box not entered.
-///
-/// Parameters are never negative, so their bits order as they do.
-pub(crate) trait KeyOrder: Copy {
-    /// Whether a walk decides by a branch if there is a second box, instead of writing down always.
-    const BRANCHES: bool;
-    /// Which box a key is of.
-    fn lane(self, key: u32) -> usize;
-    /// What keys are compared with: the key of the last box that is entered no later than at a parameter.
-    fn bound(self, t_max: f32) -> u32;
-    /// Whether a key is of a box entered later, or not at all.
-    fn is_beyond(self, key: u32, bound: u32) -> bool;
+/// Which boxes of a node a ray enters, in whatever way lanes find it out.
+pub(crate) trait Entered: Copy {
+    /// Whether it enters none.
+    fn is_none(self) -> bool;
+    /// The lane of the box, if it is a single one; asked only if it is not none.
+    fn only(self) -> Option<usize>;
+    /// Whether they are two; asked only if they are more than one.
+    fn is_pair(self) -> bool;
+    /// How many they are.
+    fn count(self) -> usize;
 }
 
-/// Keys of 32 bits, the lane in the lowest: log2 `W` of them.
+/// A bit for each lane.
 #[derive(Clone, Copy)]
-pub(crate) struct LaneInLowBits<const W: usize>;
+pub(crate) struct BitEach(pub(crate) u32);
 
-impl<const W: usize> KeyOrder for LaneInLowBits<W> {
-    const BRANCHES: bool = true;
-
+impl BitEach {
+    /// The lowest lane and the next.
     #[inline(always)]
-    fn lane(self, key: u32) -> usize {
-        key as usize % W
+    pub(crate) fn lowest_two(self) -> [usize; 2] {
+        let rest = self.0 & self.0.wrapping_sub(1);
+        [self.0, rest].map(|bits| bits.trailing_zeros() as usize)
+    }
+
+    /// Two boxes of which the first two lanes are, the nearer first.
+    #[inline(always)]
+    pub(crate) fn pair<const W: usize>(self, entries: &[u32; W]) -> [Child; 2] {
+        let [a, b] = self.lowest_two().map(|lane| Child {
+            lane,
+            entry: entries[lane % W],
+        });
+        if b.entry < a.entry { [b, a] } else { [a, b] }
+    }
+}
+
+impl Entered for BitEach {
+    #[inline(always)]
+    fn is_none(self) -> bool {
+        self.0 == 0
     }
 
     #[inline(always)]
-    fn bound(self, t_max: f32) -> u32 {
-        t_max.to_bits() | (W as u32 - 1)
+    fn only(self) -> Option<usize> {
+        let single = self.0 & self.0.wrapping_sub(1) == 0;
+        single.then(|| self.0.trailing_zeros() as usize)
     }
 
     #[inline(always)]
-    fn is_beyond(self, key: u32, bound: u32) -> bool {
-        key > bound
+    fn is_pair(self) -> bool {
+        let rest = self.0 & self.0.wrapping_sub(1);
+        rest & rest.wrapping_sub(1) == 0
+    }
+
+    #[inline(always)]
+    fn count(self) -> usize {
+        self.0.count_ones() as usize
+    }
+}
+
+/// A box that a ray enters.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Child {
+    /// Its lane.
+    pub(crate) lane: usize,
+    /// The bits of where the ray enters, rounded down but for the lowest two, which may be any. Parameters are never
+    /// negative, so their bits order as they do.
+    pub(crate) entry: u32,
+}
+
+impl Child {
+    /// What entries are compared with: none of a box that the ray enters no later than at a parameter is greater.
+    #[inline(always)]
+    pub(crate) fn bound(t_max: f32) -> u32 {
+        t_max.to_bits() | 3
+    }
+}
+
+/// Lanes of triangles that a ray meets, from the lowest up: a bit each, so many places apart.
+#[derive(Clone, Copy)]
+pub(crate) struct Met<const APART: u32>(pub(crate) u64);
+
+impl<const APART: u32> Iterator for Met<APART> {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let lane = self.0.trailing_zeros() / APART;
+        self.0 &= self.0 - 1;
+        Some(lane as usize % 4)
     }
 }
 
@@ -170,11 +230,11 @@ impl Near {
 
 /// A ray as it comes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct RawRay {
+pub(crate) struct RawRay<'a> {
     /// Start.
-    pub(crate) origin: [f32; 3],
+    pub(crate) origin: &'a [f32; 3],
     /// Of any length.
-    pub(crate) direction: [f32; 3],
+    pub(crate) direction: &'a [f32; 3],
     /// Hits at or before this parameter do not count; not negative.
     pub(crate) t_min: f32,
     /// How far a triangle's box stands off it.
@@ -195,13 +255,13 @@ pub(crate) struct TriangleRay {
 impl TriangleRay {
     /// Of a ray whose numbers are finite and whose direction is not zero.
     #[inline(always)]
-    pub(crate) fn of(ray: &RawRay) -> Self {
+    pub(crate) fn of(ray: RawRay<'_>) -> Self {
         let RawRay {
-            origin,
-            direction,
+            origin: &origin,
+            direction: &direction,
             t_min,
             margin,
-        } = *ray;
+        } = ray;
         let [x, y, z] = direction;
         let size = [x.abs(), y.abs(), z.abs()];
         let largest = size[0].max(size[1]).max(size[2]);
@@ -248,28 +308,32 @@ impl TriangleRay {
         (near <= far && far >= 0.0 && t < before).then_some(t)
     }
 
-    /// Which of four triangles the ray meets between `t_min` and `before`, a bit each, and where.
+    /// Which of four triangles the ray meets between `t_min` and `before`, and where.
     #[inline(always)]
-    pub(crate) fn meet_four(&self, corners: &Corners, before: f32, at: &mut [f32; 4]) -> u32 {
-        self.meet_again(corners, before, at, 0b1111)
-    }
-
-    /// As [`Self::meet_four`] for some lanes, a bit each.
-    #[inline(always)]
-    pub(crate) fn meet_again(
+    pub(crate) fn meet_four<const APART: u32>(
         &self,
         corners: &Corners,
         before: f32,
         at: &mut [f32; 4],
-        lanes: u32,
-    ) -> u32 {
-        let mut met = 0;
-        for (lane, at) in at.iter_mut().enumerate() {
-            if lanes >> lane & 1 == 1
-                && let Some(t) = self.meet(corners, lane, before)
-            {
-                *at = t;
-                met |= 1 << lane;
+    ) -> Met<APART> {
+        let all = Met((0..4).fold(0, |bits, lane| bits | 1 << (lane * APART)));
+        self.meet_again(corners, before, at, all)
+    }
+
+    /// As [`Self::meet_four`] for some lanes.
+    #[inline(always)]
+    pub(crate) fn meet_again<const APART: u32>(
+        &self,
+        corners: &Corners,
+        before: f32,
+        at: &mut [f32; 4],
+        lanes: Met<APART>,
+    ) -> Met<APART> {
+        let mut met = Met(0);
+        for lane in lanes {
+            if let Some(t) = self.meet(corners, lane, before) {
+                at[lane] = t;
+                met.0 |= 1 << (lane as u32 * APART);
             }
         }
         met

@@ -14,7 +14,7 @@ pub(crate) use prefetch::prefetch;
 use core::arch::x86_64::*;
 
 use super::tracing::{
-    Axes, Corners, FAR_WIDENING, KeyOrder, NEAR_NARROWING, Near, Planes, RawRay, Row,
+    Axes, BitEach, Child, Corners, FAR_WIDENING, Met, NEAR_NARROWING, Near, Planes, RawRay, Row,
     SMALLEST_COMPONENT, TriangleRay,
 };
 
@@ -63,6 +63,13 @@ fn store4(lanes: &mut [f32; 4], values: __m128) {
     unsafe { _mm_storeu_ps(lanes.as_mut_ptr(), values) }
 }
 
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+fn store8(lanes: &mut [f32; 8], values: __m256) {
+    // SAFETY: a unique reference to eight f32; the store needs no alignment.
+    unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), values) }
+}
+
 /// A row of planes.
 #[inline]
 #[target_feature(enable = "sse2")]
@@ -97,9 +104,9 @@ impl Ready {
     /// Of a ray that is near.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: &RawRay, near: Near) -> Option<Self> {
-        let [ox, oy, oz] = ray.origin;
-        let [dx, dy, dz] = ray.direction;
+    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'_>, near: Near) -> Option<Self> {
+        let [ox, oy, oz] = *ray.origin;
+        let [dx, dy, dz] = *ray.direction;
         let origin = _mm_setr_ps(ox, oy, oz, 0.0);
         let direction = _mm_setr_ps(dx, dy, dz, 0.0);
         let sign = _mm_set1_ps(-0.0);
@@ -203,18 +210,17 @@ impl Slabs4 {
         (entry, _mm_cmple_ps(entry, exit))
     }
 
-    /// A key for every box ([`Keys4`]).
+    /// Which boxes the ray enters, and where.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn enter<const CALLER: u8>(&self, planes: &Planes<4>, t_max: f32) -> __m128 {
+    pub(crate) fn enter<const CALLER: u8>(
+        &self,
+        planes: &Planes<4>,
+        t_max: f32,
+    ) -> (BitEach, Spans4) {
         let (entry, entered) = self.spans(planes, t_max);
-        let lanes = _mm_castsi128_ps(_mm_setr_epi32(0, 1, 2, 3));
-        let rounded = _mm_andnot_ps(_mm_castsi128_ps(_mm_set1_epi32(3)), entry);
-        let key = _mm_castps_si128(_mm_or_ps(rounded, lanes));
-        // Never a denormal number, which minima may take for zero.
-        let key = _mm_castsi128_ps(_mm_add_epi32(key, _mm_set1_epi32(Keys4::SHIFT as i32)));
-        let none = _mm_castsi128_ps(_mm_set1_epi32(Keys4::NONE as i32));
-        _mm_or_ps(_mm_and_ps(entered, key), _mm_andnot_ps(entered, none))
+        let bits = _mm_movemask_ps(entered) as u32;
+        (BitEach(bits), Spans4 { entry, entered })
     }
 
     /// Which boxes the ray enters, a bit each.
@@ -225,46 +231,51 @@ impl Slabs4 {
     }
 }
 
-/// The least of four keys, and the others.
+/// Where a ray enters four boxes, and all bits of those it does enter.
+#[derive(Clone, Copy)]
+pub(crate) struct Spans4 {
+    entry: __m128,
+    entered: __m128,
+}
+
+/// The two boxes that a ray enters, the nearer first.
 #[inline]
 #[target_feature(enable = "sse2")]
-pub(crate) fn take4<const CALLER: u8>(keys: __m128) -> (u32, __m128) {
+pub(crate) fn pair4<const CALLER: u8>(entered: BitEach, spans: Spans4) -> [Child; 2] {
+    let mut entries = [0.0; 4];
+    store4(&mut entries, spans.entry);
+    entered.pair(&entries.map(f32::to_bits))
+}
+
+/// Smallest normal number: keys of boxes are that far up, so that minima never take one for zero.
+const KEYS_FROM: i32 = 1 << 23;
+
+/// Keys that are compared as `f32`: the bits of where a box is entered, the lane in the lowest two, and [`KEYS_FROM`].
+/// The greatest number for boxes that are not; nothing near enough for lanes is entered that far out.
+#[inline]
+#[target_feature(enable = "sse2")]
+pub(crate) fn sort4<const CALLER: u8>(spans: Spans4) -> __m128 {
+    let lanes = _mm_castsi128_ps(_mm_setr_epi32(0, 1, 2, 3));
+    let rounded = _mm_andnot_ps(_mm_castsi128_ps(_mm_set1_epi32(3)), spans.entry);
+    let key = _mm_castps_si128(_mm_or_ps(rounded, lanes));
+    let key = _mm_castsi128_ps(_mm_add_epi32(key, _mm_set1_epi32(KEYS_FROM)));
+    let none = _mm_set1_ps(f32::MAX);
+    _mm_or_ps(
+        _mm_and_ps(spans.entered, key),
+        _mm_andnot_ps(spans.entered, none),
+    )
+}
+
+/// The nearest of four boxes, and the keys of the others.
+#[inline]
+#[target_feature(enable = "sse2")]
+pub(crate) fn take4<const CALLER: u8>(keys: __m128) -> (Child, __m128) {
     let two = _mm_min_ps(keys, _mm_shuffle_ps::<0b01_00_11_10>(keys, keys));
     let least = _mm_min_ps(two, _mm_shuffle_ps::<0b10_11_00_01>(two, two));
-    let none = _mm_castsi128_ps(_mm_set1_epi32(Keys4::NONE as i32));
-    let gone = _mm_and_ps(_mm_cmpeq_ps(keys, least), none);
-    let key = _mm_cvtsi128_si32(_mm_castps_si128(least)) as u32;
-    (key, _mm_max_ps(keys, gone))
-}
-
-/// Keys that are compared as `f32`: where a box is entered, as bits, the lane in the lowest two, and [`Self::SHIFT`].
-#[derive(Clone, Copy)]
-pub(crate) struct Keys4;
-
-impl Keys4 {
-    /// Smallest normal number.
-    const SHIFT: u32 = 1 << 23;
-    /// Key of no box: the greatest number. Nothing near enough for lanes is entered that far out.
-    const NONE: u32 = 0x7f7f_ffff;
-}
-
-impl KeyOrder for Keys4 {
-    const BRANCHES: bool = true;
-
-    #[inline(always)]
-    fn lane(self, key: u32) -> usize {
-        key as usize % 4
-    }
-
-    #[inline(always)]
-    fn bound(self, t_max: f32) -> u32 {
-        ((t_max.to_bits() | 3) + Self::SHIFT).min(Self::NONE - 1)
-    }
-
-    #[inline(always)]
-    fn is_beyond(self, key: u32, bound: u32) -> bool {
-        key > bound
-    }
+    let gone = _mm_and_ps(_mm_cmpeq_ps(keys, least), _mm_set1_ps(f32::MAX));
+    let entry = _mm_cvtsi128_si32(_mm_castps_si128(least)).wrapping_sub(KEYS_FROM) as u32;
+    let lane = entry as usize % 4;
+    (Child { lane, entry }, _mm_max_ps(keys, gone))
 }
 
 /// A ray against eight boxes at once, fused.
@@ -314,19 +325,17 @@ impl Slabs8 {
         (entry, exit)
     }
 
-    /// A key for every box ([`Keys8`]).
+    /// Which boxes the ray enters, and where.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn enter<const CALLER: u8>(&self, planes: &Planes<8>, t_max: f32) -> __m128i {
+    pub(crate) fn enter<const CALLER: u8>(
+        &self,
+        planes: &Planes<8>,
+        t_max: f32,
+    ) -> (BitEach, Spans8) {
         let (entry, exit) = self.spans(planes, t_max);
-        let missed = _mm256_cmp_ps::<_CMP_NLE_UQ>(entry, exit);
-        let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
-        let keys = _mm256_srli_epi32::<15>(keys);
-        // What is too large for sixteen bits becomes the greatest.
-        _mm_packus_epi32(
-            _mm256_castsi256_si128(keys),
-            _mm256_extracti128_si256::<1>(keys),
-        )
+        let bits = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32;
+        (BitEach(bits), Spans8 { entry, exit })
     }
 
     /// Which boxes the ray enters, a bit each.
@@ -338,44 +347,56 @@ impl Slabs8 {
     }
 }
 
-/// The least of eight keys, and the others.
+/// Where a ray enters eight boxes and where it leaves them, before that if it does not enter.
+#[derive(Clone, Copy)]
+pub(crate) struct Spans8 {
+    entry: __m256,
+    exit: __m256,
+}
+
+/// The two boxes that a ray enters, the nearer first.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-pub(crate) fn take8<const CALLER: u8>(keys: __m128i) -> (u32, __m128i) {
+pub(crate) fn pair8<const CALLER: u8>(entered: BitEach, spans: Spans8) -> [Child; 2] {
+    let mut entries = [0.0; 8];
+    store8(&mut entries, spans.entry);
+    entered.pair(&entries.map(f32::to_bits))
+}
+
+/// Keys of sixteen bits: the highest of where a box is entered but for the sign; the greatest for boxes that are not.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+pub(crate) fn sort8<const CALLER: u8>(spans: Spans8) -> __m128i {
+    let missed = _mm256_cmp_ps::<_CMP_NLE_UQ>(spans.entry, spans.exit);
+    let keys = _mm256_castps_si256(_mm256_or_ps(spans.entry, missed));
+    let keys = _mm256_srli_epi32::<15>(keys);
+    // What is too large for sixteen bits becomes the greatest.
+    _mm_packus_epi32(
+        _mm256_castsi256_si128(keys),
+        _mm256_extracti128_si256::<1>(keys),
+    )
+}
+
+/// The nearest of eight boxes, and the keys of the others.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+pub(crate) fn take8<const CALLER: u8>(keys: __m128i) -> (Child, __m128i) {
+    // The least key, its lane above it.
     let least = _mm_minpos_epu16(keys);
     let lane = _mm_shuffle_epi8(least, _mm_set1_epi16(0x0302));
     let gone = _mm_cmpeq_epi16(lane, _mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7));
-    (_mm_cvtsi128_si32(least) as u32, _mm_or_si128(keys, gone))
-}
-
-/// Keys of sixteen bits: the highest of where a box is entered but for the sign. The least of eight comes as an
-/// instruction gives it, its lane above it.
-#[derive(Clone, Copy)]
-pub(crate) struct Keys8;
-
-impl KeyOrder for Keys8 {
-    const BRANCHES: bool = true;
-
-    #[inline(always)]
-    fn lane(self, key: u32) -> usize {
-        (key >> 16) as usize % 8
-    }
-
-    #[inline(always)]
-    fn bound(self, t_max: f32) -> u32 {
-        t_max.to_bits() >> 15
-    }
-
-    #[inline(always)]
-    fn is_beyond(self, key: u32, bound: u32) -> bool {
-        key & 0xffff > bound
-    }
+    let found = _mm_cvtsi128_si32(least) as u32;
+    let child = Child {
+        lane: (found >> 16) as usize % 8,
+        entry: (found & 0xffff) << 15,
+    };
+    (child, _mm_or_si128(keys, gone))
 }
 
 /// A ray against four triangles at once.
 #[derive(Clone, Copy)]
 pub(crate) struct Shear4<'a> {
-    ray: &'a RawRay,
+    ray: RawRay<'a>,
     ready: Ready,
     axes: [usize; 3],
     /// Permuted.
@@ -388,7 +409,7 @@ impl<'a> Shear4<'a> {
     /// Of a ray, raw and ready.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: &'a RawRay, ready: &Ready) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'a>, ready: &Ready) -> Self {
         let [x, y, z] = Axes::ending_at(ready.longest).numbers();
         let axes = [x.min(2), y.min(2), z.min(2)];
         let inverse = Ready::lanes(ready.inverse)[axes[2]];
@@ -418,7 +439,7 @@ impl<'a> Shear4<'a> {
         corners: &Corners,
         before: f32,
         at: &mut [f32; 4],
-    ) -> u32 {
+    ) -> Met<1> {
         let [kx, ky, kz] = self.axes;
         let [sx, sy, sz] = self.shear;
         // All three turned about, which changes no sign of u, v and w and lets loads be operands.
@@ -441,14 +462,29 @@ impl<'a> Shear4<'a> {
         let most = _mm_max_ps(u, _mm_max_ps(v, w));
         // Written so that numbers that are none are outside.
         let inside = _mm_or_ps(_mm_cmple_ps(zero, least), _mm_cmple_ps(most, zero));
-        let may_meet = _mm_movemask_ps(inside) as u32;
+        let may_meet = _mm_movemask_ps(inside) as u64;
         if may_meet == 0 {
-            return 0;
+            return Met(0);
         }
         let within = _mm_or_ps(_mm_cmplt_ps(zero, least), _mm_cmplt_ps(most, zero));
-        let on_edge = may_meet & !(_mm_movemask_ps(within) as u32);
+        let on_edge = may_meet & !(_mm_movemask_ps(within) as u64);
         if on_edge != 0 {
-            return self.meet_again(corners, before, at, may_meet);
+            let RawRay {
+                origin,
+                direction,
+                t_min,
+                margin,
+            } = self.ray;
+            let limits = [t_min, margin];
+            return Self::meet_again(
+                origin,
+                direction,
+                limits,
+                corners,
+                before,
+                at,
+                Met(may_meet),
+            );
         }
         let determinant = _mm_add_ps(_mm_add_ps(u, v), w);
         let depth = _mm_add_ps(
@@ -462,14 +498,14 @@ impl<'a> Shear4<'a> {
         );
         let met = _mm_and_ps(within, in_time);
         if _mm_movemask_ps(met) == 0 {
-            return 0;
+            return Met(0);
         }
         let (near, far) = self.spans(corners);
         let t = _mm_max_ps(near, t);
         let in_box = _mm_and_ps(_mm_cmple_ps(near, far), _mm_cmple_ps(zero, far));
         let in_time = _mm_cmplt_ps(t, _mm_set1_ps(before));
         store4(at, t);
-        _mm_movemask_ps(_mm_and_ps(met, _mm_and_ps(in_box, in_time))) as u32
+        Met(_mm_movemask_ps(_mm_and_ps(met, _mm_and_ps(in_box, in_time))) as u64)
     }
 
     /// Where the ray is in each triangle's own box.
@@ -498,10 +534,25 @@ impl<'a> Shear4<'a> {
         )
     }
 
-    /// For blocks of which an edge function is zero: the specification itself.
+    /// For blocks of which an edge function is zero: the specification itself. Takes parts, so that none of the ray's need
+    /// stand in memory for it.
     #[cold]
     #[inline(never)]
-    fn meet_again(&self, corners: &Corners, before: f32, at: &mut [f32; 4], lanes: u32) -> u32 {
-        TriangleRay::of(self.ray).meet_again(corners, before, at, lanes)
+    fn meet_again(
+        origin: &[f32; 3],
+        direction: &[f32; 3],
+        [t_min, margin]: [f32; 2],
+        corners: &Corners,
+        before: f32,
+        at: &mut [f32; 4],
+        lanes: Met<1>,
+    ) -> Met<1> {
+        let ray = RawRay {
+            origin,
+            direction,
+            t_min,
+            margin,
+        };
+        TriangleRay::of(ray).meet_again(corners, before, at, lanes)
     }
 }

@@ -4,17 +4,25 @@
 //! [`crate::simd::neon`]'s.
 
 use super::node::Node;
-use super::{Query, portable, walk};
-use crate::geometry::ray::Hit;
-use crate::simd::neon::{Ready, Shear4, Slabs4, enter_neon, take4};
-use crate::simd::tracing::LaneInLowBits;
+use super::{Bvh, Query, portable, walk};
+use crate::geometry::ray::{Hit, Ray};
+use crate::simd::neon::{Octant, Ready, Rows, Shear4, Slabs4, enter_neon, pair4, sort4, take4};
 
-// Callers of kernels, which are compiled for each of them.
-const CLOSEST: u8 = 0;
-const ANY: u8 = 1;
+/// A caller of kernels, which are compiled for each of them; octants are the others.
+const ANY: u8 = 8;
 
-pub(super) fn closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
-    enter_neon!(neon_closest(nodes, query))
+/// A walk for each octant of directions: planes' places are known then, and two come by one load.
+pub(super) fn closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
+    match ray.direction.is_negative_bitmask() & 7 {
+        0 => enter_neon!(neon_closest::<0>(nodes, bvh, ray, ignored)),
+        1 => enter_neon!(neon_closest::<1>(nodes, bvh, ray, ignored)),
+        2 => enter_neon!(neon_closest::<2>(nodes, bvh, ray, ignored)),
+        3 => enter_neon!(neon_closest::<3>(nodes, bvh, ray, ignored)),
+        4 => enter_neon!(neon_closest::<4>(nodes, bvh, ray, ignored)),
+        5 => enter_neon!(neon_closest::<5>(nodes, bvh, ray, ignored)),
+        6 => enter_neon!(neon_closest::<6>(nodes, bvh, ray, ignored)),
+        _ => enter_neon!(neon_closest::<7>(nodes, bvh, ray, ignored)),
+    }
 }
 
 pub(super) fn any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
@@ -22,20 +30,28 @@ pub(super) fn any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
 }
 
 #[target_feature(enable = "neon")]
-fn neon_closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
+#[inline(never)]
+fn neon_closest<const DOWN: u8>(
+    nodes: &[Node<4>],
+    bvh: &Bvh,
+    ray: &Ray,
+    ignored: [u32; 2],
+) -> Option<Hit> {
+    let query = bvh.query(ray, ignored);
     let raw = query.raw()?;
-    let Some(ready) = Ready::of::<CLOSEST>(&raw, query.near) else {
-        return portable::closest(nodes, query);
+    let Some(ready) = Ready::of::<DOWN>(raw, query.near) else {
+        return portable::closest(nodes, &bvh.query(ray, ignored));
     };
-    let slabs = Slabs4::of::<CLOSEST>(&ready);
-    let shear = Shear4::of::<CLOSEST>(&raw, &ready);
+    let slabs = Slabs4::of::<DOWN>(&ready, Octant::<DOWN>);
+    let shear = Shear4::of::<DOWN>(raw, &ready);
     walk::closest(
         nodes,
-        query,
-        LaneInLowBits::<4>,
-        |node, t_max| slabs.enter::<CLOSEST>(&node.planes, t_max),
-        |keys| take4::<CLOSEST>(keys),
-        |block, t_max, at| shear.meet::<CLOSEST>(&block.corners, t_max, at),
+        &query,
+        |node, t_max| slabs.enter::<DOWN>(&node.planes, t_max),
+        |_, spans| pair4::<DOWN>(spans),
+        |_, spans| sort4::<DOWN>(spans),
+        |keys| take4::<DOWN>(keys),
+        |block, t_max, at| shear.meet::<DOWN>(&block.corners, t_max, at),
     )
 }
 
@@ -44,11 +60,11 @@ fn neon_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
     let Some(raw) = query.raw() else {
         return false;
     };
-    let Some(ready) = Ready::of::<ANY>(&raw, query.near) else {
+    let Some(ready) = Ready::of::<ANY>(raw, query.near) else {
         return portable::any(nodes, query);
     };
-    let slabs = Slabs4::of::<ANY>(&ready);
-    let shear = Shear4::of::<ANY>(&raw, &ready);
+    let slabs = Slabs4::of::<ANY>(&ready, Rows::of::<ANY>(&ready));
+    let shear = Shear4::of::<ANY>(raw, &ready);
     walk::any(
         nodes,
         query,

@@ -6,7 +6,7 @@
 use obvhs::bvh2::Bvh2;
 
 use super::bounds::Bounds;
-use super::node::{LEAF, Node};
+use super::node::Node;
 
 /// Triangles in a leaf at most: the lanes of a block.
 pub(super) const LEAF_TRIANGLES: u32 = 4;
@@ -15,11 +15,14 @@ pub(super) const LEAF_TRIANGLES: u32 = 4;
 /// to 2.5.
 const BLOCK_COST: f64 = 1.0;
 
+/// Marks a link to a leaf until all nodes are counted.
+const LEAF: u32 = 1 << 31;
+
 /// A wide tree: nodes depth first, leaves as lists of triangles.
 pub(super) struct Collapsed<const W: usize> {
     pub(super) nodes: Vec<Node<W>>,
     pub(super) leaves: Vec<Vec<u32>>,
-    /// Nodes that a walk of this tree may have to remember at once.
+    /// Children that a walk of this tree may have to remember at once.
     pub(super) stack: usize,
 }
 
@@ -58,9 +61,9 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice, slack: f32) 
         children_of(tree, &choices, from, &mut children);
         // A walk for any hit goes to the first lane first: the small ones are dense, a hit in them is likely.
         children.sort_by(|&a, &b| half_area(tree, a).total_cmp(&half_area(tree, b)));
-        // A walk writes a node down at every node, and remembers it where there is more than one child.
-        wide.stack = wide.stack.max(above + 1);
-        let remembered = above + usize::from(children.len() > 1);
+        let remembered = above + children.len() - 1;
+        // A walk for any hit writes a node down at every node.
+        wide.stack = wide.stack.max(remembered.max(above + 1));
         for (lane, &child) in children.iter().enumerate() {
             let bounds = bounds_of(tree, child);
             let link = if choices[child].left[0] == 0 {
@@ -72,6 +75,12 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice, slack: f32) 
                 (wide.nodes.len() - 1) as u32
             };
             wide.nodes[to].set(lane, &bounds, slack, link);
+        }
+    }
+    let count = wide.nodes.len() as u32;
+    for link in wide.nodes.iter_mut().flat_map(|node| &mut node.links) {
+        if *link & LEAF != 0 {
+            *link = (*link ^ LEAF) + count;
         }
     }
     wide

@@ -79,7 +79,7 @@ impl Query<'_> {
     /// The ray for lanes, unless its interval is empty.
     #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     #[inline(always)]
-    fn raw(&self) -> Option<RawRay> {
+    fn raw(&self) -> Option<RawRay<'_>> {
         let raw = raw(self.ray, self.margin);
         (raw.t_min < self.ray.t_max).then_some(raw)
     }
@@ -113,29 +113,29 @@ impl Bvh {
     /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray that starts on a plane
     /// names the plane's group and needs no offset. A ray without direction or with numbers that are none meets nothing.
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-        let query = self.query(ray, ignored);
+        let query = || self.query(ray, ignored);
         match &self.nodes {
-            Nodes::Portable(nodes) => portable::closest(nodes, &query),
+            Nodes::Portable(nodes) => portable::closest(nodes, &query()),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, &query),
+            Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, &query()),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, &query),
+            Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, &query()),
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) => aarch64::closest(nodes, &query),
+            Nodes::Neon(nodes) => aarch64::closest(nodes, self, ray, ignored),
         }
     }
 
     /// Whether any triangle outside two groups lies on a ray; otherwise as [`Self::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
-        let query = self.query(ray, ignored);
+        let query = || self.query(ray, ignored);
         match &self.nodes {
-            Nodes::Portable(nodes) => portable::any(nodes, &query),
+            Nodes::Portable(nodes) => portable::any(nodes, &query()),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, &query),
+            Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, &query()),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, &query),
+            Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, &query()),
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) => aarch64::any(nodes, &query),
+            Nodes::Neon(nodes) => aarch64::any(nodes, &query()),
         }
     }
 

@@ -5,9 +5,6 @@ use glam::Vec3;
 use super::bounds::Bounds;
 use crate::simd::tracing::{Corners, Planes};
 
-/// Marks a link to a block; without it a link names a node.
-pub(super) const LEAF: u32 = 1 << 31;
-
 /// A triangle number that is none: fills a block's unused lanes.
 pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 
@@ -26,8 +23,9 @@ pub(super) const REACH: f32 = 4.0;
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Node<const W: usize> {
-    pub(super) planes: Planes<W>,
+    /// Numbers of nodes; beyond the last node those of blocks begin.
     pub(super) links: [u32; W],
+    pub(super) planes: Planes<W>,
 }
 
 impl<const W: usize> Node<W> {

@@ -6,7 +6,7 @@ use super::node::Node;
 use super::walk;
 use crate::geometry::ray::Hit;
 use crate::geometry::triangle::PreparedRay;
-use crate::simd::tracing::LaneInLowBits;
+use crate::simd::tracing::Child;
 
 #[cold]
 pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> Option<Hit> {
@@ -14,14 +14,25 @@ pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> O
     walk::closest(
         nodes,
         query,
-        LaneInLowBits::<W>,
         |node, t_max| ray.slabs.enter(&node.planes, t_max),
-        |keys| {
-            let least = keys.into_iter().fold(u32::MAX, u32::min);
-            let without = |key| if key == least { u32::MAX } else { key };
-            (least, keys.map(without))
+        |entered, entries| entered.pair(&entries),
+        |entered, entries| {
+            std::array::from_fn(|lane| match entered.0 >> lane & 1 {
+                1 => entries[lane],
+                _ => u32::MAX,
+            })
         },
-        |block, t_max, at| ray.meet_four(&block.corners, t_max, at),
+        |mut keys: [u32; W]| {
+            let mut lane = 0;
+            for other in 1..W {
+                if keys[other] < keys[lane] {
+                    lane = other;
+                }
+            }
+            let entry = std::mem::replace(&mut keys[lane], u32::MAX);
+            (Child { lane, entry }, keys)
+        },
+        |block, t_max, at| ray.meet_four::<1>(&block.corners, t_max, at),
     )
 }
 
@@ -33,11 +44,7 @@ pub(super) fn any<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> bool 
     walk::any(
         nodes,
         query,
-        |node, t_max| {
-            let keys = ray.slabs.enter(&node.planes, t_max);
-            keys.into_iter()
-                .rfold(0, |bits, key| bits << 1 | u32::from(key != u32::MAX))
-        },
-        |block, t_max, at| ray.meet_four(&block.corners, t_max, at),
+        |node, t_max| ray.slabs.enter(&node.planes, t_max).0.0,
+        |block, t_max, at| ray.meet_four::<1>(&block.corners, t_max, at),
     )
 }

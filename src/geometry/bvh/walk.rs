@@ -4,97 +4,96 @@
 //! may be too many, never too few), and which triangles of a block it meets and where, to the bit as the specification
 //! has it, so that answers do not depend on the tree or the lanes.
 
-use super::node::{Block, LEAF, NO_TRIANGLE, Node};
-use super::{NO_GROUP, Query};
+use super::Query;
+use super::node::{Block, NO_TRIANGLE, Node};
 use crate::geometry::ray::Hit;
-use crate::simd::stack::Stack;
-use crate::simd::tracing::KeyOrder;
+use crate::simd::stack::{Places, Stack};
+use crate::simd::tracing::{Child, Entered};
 
-/// Nodes that a walk can remember. The builder keeps to it; a walk that met a deeper tree would lose hits, not memory.
-pub(super) const STACK: usize = 96;
+/// Children that a walk can remember. The builder keeps to it; a walk that met a deeper tree would lose hits, not memory.
+pub(super) const STACK: usize = 256;
 
-/// Children of a node that a ray has still to go to.
+/// A child that a ray has still to go to.
 #[derive(Clone, Copy)]
-struct Waiting<K> {
-    /// Keys of all but the nearest.
-    keys: K,
-    nearest: u32,
-    node: u32,
+struct Waiting {
+    /// [`Child::entry`].
+    entry: u32,
+    link: u32,
 }
 
 /// The first triangle a ray meets; of two at the same parameter the one with the lower index.
 ///
-/// `enter` gives a key for every child, `take` the least of keys and the others. `meet` gives the triangles of a block
-/// that the ray meets before a parameter, a bit each, and where.
+/// `enter` says which children a ray enters before a parameter and where. Of most nodes it is one, which takes no order;
+/// `pair` orders two, the nearer first; of more `sort` makes keys, from which `take` takes the nearest. `meet` gives the
+/// lanes of a block's triangles that the ray meets before a parameter, and where.
 #[inline(always)]
-pub(super) fn closest<const W: usize, K: Copy, O: KeyOrder>(
+pub(super) fn closest<const W: usize, E: Entered, S: Copy, K: Copy, M: Iterator<Item = usize>>(
     nodes: &[Node<W>],
     query: &Query<'_>,
-    order: O,
-    enter: impl Fn(&Node<W>, f32) -> K,
-    take: impl Fn(K) -> (u32, K),
-    meet: impl Fn(&Block, f32, &mut [f32; 4]) -> u32,
+    enter: impl Fn(&Node<W>, f32) -> (E, S),
+    pair: impl Fn(E, S) -> [Child; 2],
+    sort: impl Fn(E, S) -> K,
+    take: impl Fn(K) -> (Child, K),
+    meet: impl Fn(&Block, f32, &mut [f32; 4]) -> M,
 ) -> Option<Hit> {
     let mut best = NOTHING;
     let mut t_max = query.ray.t_max;
-    let mut bound = order.bound(t_max);
-    let mut stack = Stack::<Waiting<K>, STACK>::new();
+    let mut bound = Child::bound(t_max);
+    let mut places = Places::<Waiting, STACK>::new();
+    let mut stack = Stack::over(&mut places);
     let mut at = [0.0; 4];
     let mut link = 0;
     loop {
-        if link & LEAF == 0 {
-            let node = nodes.get(link as usize)?;
-            let (nearest, keys) = take(enter(node, t_max));
-            if !order.is_beyond(nearest, bound) {
-                let (second, keys) = take(keys);
-                let waiting = Waiting {
-                    keys,
-                    nearest: second,
-                    node: link,
+        if let Some(node) = nodes.get(link as usize) {
+            let (entered, spans) = enter(node, t_max);
+            if !entered.is_none() {
+                let link_of = |child: Child| node.links[child.lane % W];
+                link = if let Some(lane) = entered.only() {
+                    node.links[lane % W]
+                } else if entered.is_pair() {
+                    let [nearer, other] = pair(entered, spans);
+                    let waiting = Waiting {
+                        entry: other.entry,
+                        link: link_of(other),
+                    };
+                    stack.push_if(waiting, true);
+                    link_of(nearer)
+                } else {
+                    let (nearest, mut keys) = take(sort(entered, spans));
+                    stack.push_downwards(entered.count() - 1, || {
+                        let (child, rest) = take(keys);
+                        keys = rest;
+                        Waiting {
+                            entry: child.entry,
+                            link: link_of(child),
+                        }
+                    });
+                    link_of(nearest)
                 };
-                let counts = !order.is_beyond(second, bound);
-                if counts || !O::BRANCHES {
-                    stack.push_if(waiting, counts);
-                }
-                link = node.links[order.lane(nearest)];
                 continue;
             }
         } else {
-            let block = query.blocks.get((link ^ LEAF) as usize)?;
-            // The next number, so that a triangle at the same parameter is found as well.
-            let mut met = meet(block, t_max, &mut at);
-            while met != 0 {
-                let lane = met.trailing_zeros() as usize % 4;
-                met &= met - 1;
+            let block = query.blocks.get(link as usize - nodes.len())?;
+            for lane in meet(block, t_max, &mut at) {
                 let (triangle, group) = (block.triangles[lane], block.groups[lane]);
                 let t = at[lane];
                 if query.counts(group) && (t < best.t || t == best.t && triangle < best.triangle) {
                     best = Hit { t, triangle, group };
-                    // An equal parameter still counts: the triangle there may have the lower index.
-                    t_max = t.next_up();
-                    bound = order.bound(t);
+                    // The next number, since at an equal parameter the triangle may have the lower index. What is met
+                    // is positive and finite.
+                    t_max = f32::from_bits(t.to_bits() + 1);
+                    bound = Child::bound(t);
                 }
             }
         }
-        loop {
+        link = loop {
             let Some(waiting) = stack.pop() else {
                 return (best.triangle != NO_TRIANGLE).then_some(best);
             };
-            if !order.is_beyond(waiting.nearest, bound) {
-                let (next, keys) = take(waiting.keys);
-                let rest = Waiting {
-                    keys,
-                    nearest: next,
-                    node: waiting.node,
-                };
-                let counts = !order.is_beyond(next, bound);
-                if counts || !O::BRANCHES {
-                    stack.push_if(rest, counts);
-                }
-                link = nodes.get(waiting.node as usize)?.links[order.lane(waiting.nearest)];
-                break;
+            if waiting.entry <= bound {
+                break waiting.link;
             }
-        }
+        };
     }
 }
 
@@ -102,26 +101,25 @@ pub(super) fn closest<const W: usize, K: Copy, O: KeyOrder>(
 const NOTHING: Hit = Hit {
     t: f32::INFINITY,
     triangle: NO_TRIANGLE,
-    group: NO_GROUP,
+    group: super::NO_GROUP,
 };
 
-/// Whether a ray meets any triangle at all. `enter` says which children it enters, a bit each.
+/// Whether a ray meets any triangle at all. `enter` says which children it enters, a bit each; it goes to the lowest
+/// first.
 #[inline(always)]
-pub(super) fn any<const W: usize>(
+pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
     nodes: &[Node<W>],
     query: &Query<'_>,
     enter: impl Fn(&Node<W>, f32) -> u32,
-    meet: impl Fn(&Block, f32, &mut [f32; 4]) -> u32,
+    meet: impl Fn(&Block, f32, &mut [f32; 4]) -> M,
 ) -> bool {
     let t_max = query.ray.t_max;
-    let mut stack = Stack::<(u32, u32), STACK>::new();
+    let mut places = Places::<(u32, u32), STACK>::new();
+    let mut stack = Stack::over(&mut places);
     let mut at = [0.0; 4];
     let mut link = 0;
     loop {
-        if link & LEAF == 0 {
-            let Some(node) = nodes.get(link as usize) else {
-                return false;
-            };
+        if let Some(node) = nodes.get(link as usize) {
             let entered = enter(node, t_max);
             if entered != 0 {
                 let rest = entered & (entered - 1);
@@ -130,13 +128,10 @@ pub(super) fn any<const W: usize>(
                 continue;
             }
         } else {
-            let Some(block) = query.blocks.get((link ^ LEAF) as usize) else {
+            let Some(block) = query.blocks.get(link as usize - nodes.len()) else {
                 return false;
             };
-            let mut met = meet(block, t_max, &mut at);
-            while met != 0 {
-                let lane = met.trailing_zeros() as usize % 4;
-                met &= met - 1;
+            for lane in meet(block, t_max, &mut at) {
                 if query.counts(block.groups[lane]) {
                     return true;
                 }

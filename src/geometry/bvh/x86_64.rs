@@ -7,7 +7,8 @@ use super::node::Node;
 use super::{Query, portable, walk};
 use crate::geometry::ray::Hit;
 use crate::simd::x86::{
-    Avx2, Keys4, Keys8, Ready, Shear4, Slabs4, Slabs8, enter_avx2, enter_sse2, take4, take8,
+    Avx2, Ready, Shear4, Slabs4, Slabs8, enter_avx2, enter_sse2, pair4, pair8, sort4, sort8, take4,
+    take8,
 };
 
 // Callers of kernels, which are compiled for each of them.
@@ -35,16 +36,17 @@ pub(super) fn any_avx2(avx2: Avx2, nodes: &[Node<8>], query: &Query<'_>) -> bool
 #[target_feature(enable = "sse2")]
 fn sse2_closest(nodes: &[Node<4>], query: &Query<'_>) -> Option<Hit> {
     let raw = query.raw()?;
-    let Some(ready) = Ready::of::<SSE2_CLOSEST>(&raw, query.near) else {
+    let Some(ready) = Ready::of::<SSE2_CLOSEST>(raw, query.near) else {
         return portable::closest(nodes, query);
     };
     let slabs = Slabs4::of::<SSE2_CLOSEST>(&ready);
-    let shear = Shear4::of::<SSE2_CLOSEST>(&raw, &ready);
+    let shear = Shear4::of::<SSE2_CLOSEST>(raw, &ready);
     walk::closest(
         nodes,
         query,
-        Keys4,
         |node, t_max| slabs.enter::<SSE2_CLOSEST>(&node.planes, t_max),
+        |entered, spans| pair4::<SSE2_CLOSEST>(entered, spans),
+        |_, spans| sort4::<SSE2_CLOSEST>(spans),
         |keys| take4::<SSE2_CLOSEST>(keys),
         |block, t_max, at| shear.meet::<SSE2_CLOSEST>(&block.corners, t_max, at),
     )
@@ -55,11 +57,11 @@ fn sse2_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
     let Some(raw) = query.raw() else {
         return false;
     };
-    let Some(ready) = Ready::of::<SSE2_ANY>(&raw, query.near) else {
+    let Some(ready) = Ready::of::<SSE2_ANY>(raw, query.near) else {
         return portable::any(nodes, query);
     };
     let slabs = Slabs4::of::<SSE2_ANY>(&ready);
-    let shear = Shear4::of::<SSE2_ANY>(&raw, &ready);
+    let shear = Shear4::of::<SSE2_ANY>(raw, &ready);
     walk::any(
         nodes,
         query,
@@ -71,16 +73,17 @@ fn sse2_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
 #[target_feature(enable = "avx2,fma")]
 fn avx2_closest(nodes: &[Node<8>], query: &Query<'_>) -> Option<Hit> {
     let raw = query.raw()?;
-    let Some(ready) = Ready::of::<AVX2_CLOSEST>(&raw, query.near) else {
+    let Some(ready) = Ready::of::<AVX2_CLOSEST>(raw, query.near) else {
         return portable::closest(nodes, query);
     };
     let slabs = Slabs8::of::<AVX2_CLOSEST>(&ready);
-    let shear = Shear4::of::<AVX2_CLOSEST>(&raw, &ready);
+    let shear = Shear4::of::<AVX2_CLOSEST>(raw, &ready);
     walk::closest(
         nodes,
         query,
-        Keys8,
         |node, t_max| slabs.enter::<AVX2_CLOSEST>(&node.planes, t_max),
+        |entered, spans| pair8::<AVX2_CLOSEST>(entered, spans),
+        |_, spans| sort8::<AVX2_CLOSEST>(spans),
         |keys| take8::<AVX2_CLOSEST>(keys),
         |block, t_max, at| shear.meet::<AVX2_CLOSEST>(&block.corners, t_max, at),
     )
@@ -91,11 +94,11 @@ fn avx2_any(nodes: &[Node<8>], query: &Query<'_>) -> bool {
     let Some(raw) = query.raw() else {
         return false;
     };
-    let Some(ready) = Ready::of::<AVX2_ANY>(&raw, query.near) else {
+    let Some(ready) = Ready::of::<AVX2_ANY>(raw, query.near) else {
         return portable::any(nodes, query);
     };
     let slabs = Slabs8::of::<AVX2_ANY>(&ready);
-    let shear = Shear4::of::<AVX2_ANY>(&raw, &ready);
+    let shear = Shear4::of::<AVX2_ANY>(raw, &ready);
     walk::any(
         nodes,
         query,
