@@ -37,6 +37,7 @@ use super::sequence_set::SequenceSet;
 use crate::scene::{Scene, SourceId};
 use connection::{Arrivals, Bounces};
 use decay::{CurveTree, Decay};
+use envelope::Spans;
 use source_rays::Found;
 
 /// What the rays of one rotation found.
@@ -98,7 +99,7 @@ impl LateEstimator {
                 slot.found.renew(scene, from, scratch, curve, bounces, rays);
             });
             self.decay = None;
-            slot.arrivals.choose(scene, from.origin.as_vec3(), bounces);
+            slot.arrivals.choose(scene, bounces);
         }
         slot.filled = true;
         let slots = self.slots.iter_mut().enumerate();
@@ -139,12 +140,11 @@ impl LateEstimator {
             decay_time_s: decay.decay_time_s,
             ..LateSource::silent(source)
         };
-        // An arrival belongs to the time since the first sound could be there.
-        let arrivals = filled().flat_map(|slot| {
-            let arrivals = slot.arrivals.at(scene, self.listener);
-            arrivals.map(|(delay_s, energy)| (delay_s - self.nearest_s, energy))
-        });
-        envelope::gather(arrivals, filled().count(), &mut late);
+        let mut spans = Spans::new(f64::from(late.mean_free_time_s), self.nearest_s);
+        for slot in filled() {
+            slot.arrivals.gather(scene, self.listener, &mut spans);
+        }
+        spans.tell(filled().count(), &mut late);
         late
     }
 }

@@ -175,11 +175,8 @@ impl EdgeSet {
         number: impl Fn(u32) -> u32,
     ) {
         self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
-            // Most are too long for a list that is full, which is sooner known than where they bend.
-            if edge.least_way_m(from, to) > bound_m {
-                return None;
-            }
-            edge.bend(from, to).map(|bend| bend.length_m())
+            // Most are too long for a list that is full, which is sooner known than their angles.
+            edge.bend_length_m(from, to, bound_m)
         });
     }
 
