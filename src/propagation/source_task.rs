@@ -16,6 +16,7 @@ use super::sampling::{ROTATIONS, mix, rotation};
 use super::sequence::{Order, Sequence};
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
+use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 /// Farthest from the scene's centre that source and listener are heard, in metres along an axis: squares of such lengths
@@ -79,6 +80,8 @@ pub(super) struct SourceTask {
     pub(super) paths: Vec<Path>,
     /// Those that are not there, in no order either.
     pub(super) nearby: Vec<Path>,
+    /// Edges near the straight line in the last update.
+    near: NearEdges,
     /// Edges that its direct field is followed at until the next update.
     pub(super) direct_edges: DirectEdges,
     pub(super) late_source: Option<LateSource>,
@@ -101,6 +104,7 @@ impl SourceTask {
             unfolded: Unfolded::default(),
             paths: Vec::with_capacity(PATHS_AT_FIRST),
             nearby: Vec::new(),
+            near: NearEdges::default(),
             direct_edges: DirectEdges::default(),
             late_source: None,
             rays: 0,
@@ -147,10 +151,10 @@ impl SourceTask {
         }
         let otherwise_m = f64::from(moment.settings.nearest_m);
         let spot = Spot::of(pose, moment.listener.position, otherwise_m);
-        let (rays, paths) = (&mut self.rays, &mut self.paths);
+        let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.near);
         let bends = moment.settings.bends;
         let mut give = |path| paths.push(path);
-        self.direct_edges = diffraction::update(moment.scene, &spot, bends, rays, &mut give);
+        self.direct_edges = diffraction::update(moment.scene, &spot, bends, near, rays, &mut give);
     }
 
     /// What this source's rays have found and what was valid before, and guide rays have not met: its own list.
