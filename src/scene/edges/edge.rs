@@ -117,7 +117,7 @@ impl Edge {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
         // The root only where it may say so.
-        if !(x.abs().max(y.abs()) > ON_EDGE_M) && x.hypot(y) <= ON_EDGE_M {
+        if x.abs().max(y.abs()) <= ON_EDGE_M && x.hypot(y) <= ON_EDGE_M {
             return None;
         }
         let angle = y.atan2(x);
