@@ -78,7 +78,7 @@ pub fn unfold(
     let order = Order::of(scene, sequence);
     let line = [source, listener_image];
     let mut unfolded = Unfolded::default();
-    if !unfolded.along(scene, sequence, &order, line, true) {
+    if !unfolded.along(scene, sequence, &order, line) {
         return None;
     }
     let path = unfolded.finish(scene, line);
@@ -151,19 +151,31 @@ impl Unfolded {
     }
 
     /// The first part of [`unfold`], on the line from the source to the listener's image; gives whether there is a path.
-    /// Unless `on_surfaces` points may still miss their surfaces within the bounds ([`Self::lies_on_surfaces`]).
     pub(super) fn along(
         &mut self,
         scene: &Scene,
         sequence: &Sequence,
         order: &Order,
         line: [DVec3; 2],
-        on_surfaces: bool,
     ) -> bool {
-        self.along_where(scene, sequence, order, line, |number, surface, point| {
-            near_bounds(surface, point, MARGIN_M)
-                && (!on_surfaces || scene.reflects_at(number, point))
-        })
+        let accepts = |number, surface: &Surface, point| {
+            near_bounds(surface, point, MARGIN_M) && scene.reflects_at(number, point)
+        };
+        self.along_where(scene, sequence, order, line, accepts, |_, _| true)
+    }
+
+    /// The same without a look whether points lie on their surfaces, ended by a leg that is not clear: `is_clear` is asked of
+    /// each leg before a reflection as soon as it is known.
+    pub(super) fn along_clear(
+        &mut self,
+        scene: &Scene,
+        sequence: &Sequence,
+        order: &Order,
+        line: [DVec3; 2],
+        is_clear: impl FnMut(&ImagePath, usize) -> bool,
+    ) -> bool {
+        let accepts = |_, surface: &Surface, point| near_bounds(surface, point, MARGIN_M);
+        self.along_where(scene, sequence, order, line, accepts, is_clear)
     }
 
     /// The same for a path that may miss its surfaces by `reach_m` metres: one that may be there for a listener nearby.
@@ -175,9 +187,9 @@ impl Unfolded {
         line: [DVec3; 2],
         reach_m: f64,
     ) -> bool {
-        self.along_where(scene, sequence, order, line, |_, surface, point| {
-            near_bounds(surface, point, reach_m + MARGIN_M)
-        })
+        let margin_m = reach_m + MARGIN_M;
+        let accepts = |_, surface: &Surface, point| near_bounds(surface, point, margin_m);
+        self.along_where(scene, sequence, order, line, accepts, |_, _| true)
     }
 
     #[inline]
@@ -188,6 +200,7 @@ impl Unfolded {
         order: &Order,
         [source, listener_image]: [DVec3; 2],
         mut accepts: impl FnMut(u32, &Surface, DVec3) -> bool,
+        mut goes_on: impl FnMut(&ImagePath, usize) -> bool,
     ) -> bool {
         self.path.order = sequence.len();
         let (mut from, mut image) = (source, listener_image);
@@ -205,6 +218,9 @@ impl Unfolded {
             self.path.surfaces[step] = number;
             self.path.points[step] = point;
             self.images[step] = image;
+            if !goes_on(&self.path, step) {
+                return false;
+            }
             from = point;
             image -= 2.0 * next.there * surface.normal;
             rest &= !(1 << next.place);

@@ -36,28 +36,15 @@ impl Default for Occluders {
 }
 
 impl Occluders {
-    /// Whether it is remembered what blocked the candidate of this hash.
-    pub(super) fn remembers(&self, hash: u64) -> bool {
-        let slot = &self.slots[hash as usize % SLOTS];
-        slot.tag != 0 && slot.tag & !(LEG_BITS as u32) == tag(hash)
-    }
-
-    /// Whether what is remembered blocks the candidate's path again.
-    pub(super) fn blocks_again(
-        &self,
-        scene: &Scene,
-        hash: u64,
-        path: &ImagePath,
-        ends: [DVec3; 2],
-    ) -> bool {
-        let slot = &self.slots[hash as usize % SLOTS];
-        let step = (slot.tag & LEG_BITS as u32) as usize;
-        if !self.remembers(hash) || step > path.order + 1 {
-            return false;
-        }
-        let (leg, ignored) = path.leg(ends, step - 1);
-        let group = scene.surface_of(slot.triangle);
-        !ignored.contains(&group) && scene.blocks(slot.triangle, &leg)
+    /// What blocked the candidate of this hash, if that is remembered.
+    pub(super) fn recall(&self, hash: u64) -> Option<Blocked> {
+        let slot = self.slots[hash as usize % SLOTS];
+        let leg = slot.tag & LEG_BITS as u32;
+        let known = slot.tag != 0 && slot.tag & !(LEG_BITS as u32) == tag(hash);
+        known.then(|| Blocked {
+            step: leg as usize - 1,
+            triangle: slot.triangle,
+        })
     }
 
     /// Whether nothing stands between the points of a path; `hash` tells candidates apart. Adds the rays cast to `rays`.
@@ -86,6 +73,33 @@ impl Occluders {
             return false;
         }
         true
+    }
+}
+
+/// What blocked a candidate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Blocked {
+    /// Which of its legs.
+    step: usize,
+    triangle: u32,
+}
+
+impl Blocked {
+    /// Whether leg `step` of the candidate's path is the one, and blocked again.
+    #[inline]
+    pub(super) fn again(
+        &self,
+        scene: &Scene,
+        path: &ImagePath,
+        step: usize,
+        ends: [DVec3; 2],
+    ) -> bool {
+        if step != self.step {
+            return false;
+        }
+        let (leg, ignored) = path.leg(ends, step);
+        let group = scene.surface_of(self.triangle);
+        !ignored.contains(&group) && scene.blocks(self.triangle, &leg)
     }
 }
 

@@ -16,6 +16,7 @@ use super::sampling::{ROTATIONS, mix, rotation};
 use super::sequence::{Order, Sequence};
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
+use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 /// Rotations whose rays a moving source casts anew in one update at most. One who walks leaves one of its still places every
@@ -103,6 +104,8 @@ pub(super) struct SourceTask {
     pub(super) paths: Vec<Path>,
     /// Those that are not there, in no order either.
     pub(super) nearby: Vec<Path>,
+    /// Edges near the straight line in the last update.
+    near: NearEdges,
     /// Edges that its direct field is followed at until the next update.
     pub(super) direct_edges: DirectEdges,
     pub(super) late_source: Option<LateSource>,
@@ -128,6 +131,7 @@ impl SourceTask {
             unfolded: Unfolded::default(),
             paths: Vec::with_capacity(PATHS_AT_FIRST),
             nearby: Vec::new(),
+            near: NearEdges::default(),
             direct_edges: DirectEdges::default(),
             late_source: None,
             late_on_way: Vec::new(),
@@ -150,7 +154,7 @@ impl SourceTask {
         self.cache.clear();
     }
 
-    /// First half, which does not wait for guide rays: casts the source's own.
+    /// First half, which does not wait for guide rays: casts the source's own, and finds the direct path and bent ones.
     pub(super) fn trace(&mut self, moment: &Moment<'_>, number: usize, pose: &SourcePose) {
         self.rays = 0;
         let place = pose.id.slot() as u64;
@@ -164,6 +168,23 @@ impl SourceTask {
             Some(turn) => self.cast(moment, number, pose, turn),
             None => self.late_on_way.clear(),
         }
+        self.bend(moment, pose);
+    }
+
+    /// The direct path and bent ones.
+    fn bend(&mut self, moment: &Moment<'_>, pose: &SourcePose) {
+        self.paths.clear();
+        self.nearby.clear();
+        self.direct_edges = DirectEdges::default();
+        if !is_within_reach(moment, pose) {
+            return;
+        }
+        let otherwise_m = f64::from(moment.settings.nearest_m);
+        let spot = Spot::of(pose, moment.listener.position, otherwise_m);
+        let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.near);
+        let bends = moment.settings.bends;
+        let mut give = |path| paths.push(path);
+        self.direct_edges = diffraction::update(moment.scene, &spot, bends, near, rays, &mut give);
     }
 
     /// What this source's rays have found and what was valid before, and guide rays have not met: its own list.
@@ -272,41 +293,15 @@ impl SourceTask {
         self.late_source = Some(late_at(here, moment.ear, moment.viewpoints));
     }
 
-    /// Second half: the source's paths.
+    /// Second half: reflected paths.
     pub(super) fn find(&mut self, shared: &Shared<'_>, pose: &SourcePose) {
         let moment = &shared.moment;
-        let origin = moment.scene.to_local(pose.position);
-        self.paths.clear();
-        self.nearby.clear();
-        self.direct_edges = DirectEdges::default();
-        let within_reach =
-            |place: DVec3| place.abs().max_element() < FARTHEST_M && place.is_finite();
-        if within_reach(origin) && within_reach(moment.ear) {
-            self.find_paths(shared, pose, origin);
+        if pose.settings.effects.reflections && is_within_reach(moment, pose) {
+            self.validate(shared, pose, moment.scene.to_local(pose.position));
+            keep_loudest(&mut self.nearby);
         }
         let most = moment.settings.cache_updates;
         self.cache.turn(moment.update, most);
-    }
-
-    /// The direct path, bent and reflected ones.
-    fn find_paths(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
-        let otherwise_m = f64::from(shared.moment.settings.nearest_m);
-        let spot = Spot::of(pose, shared.moment.listener.position, otherwise_m);
-        let bends = shared.moment.settings.bends;
-        let paths = &mut self.paths;
-        self.direct_edges = diffraction::update(
-            shared.moment.scene,
-            &spot,
-            bends,
-            &mut self.rays,
-            &mut |path| {
-                paths.push(path);
-            },
-        );
-        if pose.settings.effects.reflections {
-            self.validate(shared, pose, origin);
-            keep_loudest(&mut self.nearby);
-        }
     }
 
     fn validate(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
@@ -370,23 +365,33 @@ impl SourceTask {
         let ends = [origin, moment.ear];
         let line = [origin, ready.image];
         let hash = sequence.hash();
-        // What was blocked most likely is again, which is sooner known than where its points lie.
-        let remembered = self.occluders.remembers(hash);
         let unfolded = &mut self.unfolded;
-        if !unfolded.along(scene, sequence, &ready.order, line, !remembered) {
-            return None;
+        let order = &ready.order;
+        match self.occluders.recall(hash) {
+            // What was blocked most likely is again, which is sooner known than where all its points lie.
+            Some(blocked) => {
+                let is_free = |legs: &ImagePath, step| !blocked.again(scene, legs, step, ends);
+                if !unfolded.along_clear(scene, sequence, order, line, is_free)
+                    || blocked.again(scene, unfolded.legs(), sequence.len(), ends)
+                    || !unfolded.lies_on_surfaces(scene)
+                {
+                    return None;
+                }
+            }
+            None if !unfolded.along(scene, sequence, order, line) => return None,
+            None => {}
         }
         let legs = unfolded.legs();
-        if remembered
-            && (self.occluders.blocks_again(scene, hash, legs, ends)
-                || !unfolded.lies_on_surfaces(scene))
-        {
-            return None;
-        }
         let rays = &mut self.rays;
         let clear = self.occluders.is_clear(scene, hash, legs, ends, rays);
         clear.then(|| unfolded.finish(scene, line))
     }
+}
+
+/// Whether source and listener are where sound is followed.
+fn is_within_reach(moment: &Moment<'_>, pose: &SourcePose) -> bool {
+    let within = |place: DVec3| place.abs().max_element() < FARTHEST_M && place.is_finite();
+    within(moment.scene.to_local(pose.position)) && within(moment.ear)
 }
 
 /// The path of a source along a sequence.

@@ -200,7 +200,7 @@ impl Scene {
         if surface as usize >= set.surfaces.len() {
             return self.instance_free_panel_at(surface, point, in_front);
         }
-        self.free_panels.at(set, surface, point, in_front)
+        self.free_panels.at(surface, point, in_front)
     }
 
     /// Whether a triangle is part of a connected plane piece that is large enough to reflect like a mirror.

@@ -16,6 +16,7 @@ use foresound::propagation::sequence_set::SequenceSet;
 use foresound::propagation::{MAX_BENDS, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
 use glam::DVec3;
 
+use foresound::scene::edges::NearEdges;
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 /// Sequences that a source tries for itself; which those are is not the oracle's to say.
@@ -195,7 +196,9 @@ impl PlainPropagator {
         let spot = Spot::of(pose, listener.position, f64::from(settings.nearest_m));
         let paths = &mut result.paths;
         let mut give = |path| paths.push(path);
-        let edges = diffraction::update(&scene, &spot, settings.bends, &mut 0, &mut give);
+        let mut near = NearEdges::default();
+        let edges =
+            diffraction::update(&scene, &spot, settings.bends, &mut near, &mut 0, &mut give);
         let edges = edges.as_slice().iter();
         result
             .direct_edges

@@ -51,22 +51,24 @@ const ROUGH_BAND: usize = 2;
 
 /// Gives all that reaches a listener directly or around edges, with up to `bends` edges a path; returns the edges that
 /// the direct field is to be followed at between updates. Adds the rays it cast to `rays`. What the source's effects
-/// switch off is left out.
+/// switch off is left out. `near` are the edges that were near when it was last asked, and are now: with them the search is
+/// shorter, and no answer another one.
 pub fn update(
     scene: &Scene,
     spot: &Spot,
     bends: usize,
+    near: &mut NearEdges,
     rays: &mut u64,
     give: &mut impl FnMut(Path),
 ) -> DirectEdges {
     let effects = spot.source.settings.effects;
     let bends = if effects.diffraction { bends } else { 0 };
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-    let near = match bends {
+    *near = match bends {
         0 => NearEdges::default(),
         _ => {
             let longest_m = from.distance(to) + LONGEST_DETOUR_M;
-            scene.bends(from, to, longest_m)
+            scene.bends(near, from, to, longest_m)
         }
     };
     let listed = near.as_slice().iter().map(|found| found.edge);

@@ -2,6 +2,7 @@
 
 use super::complex::Complex;
 use crate::acoustics::BANDS;
+use crate::simd::{LaneSet, kernel};
 
 /// Weideman's series for the Faddeeva function, N = 12 (\[WEIDEMAN94\]): L = √(N/√2), and the coefficients of the
 /// polynomial, highest power first.
@@ -40,39 +41,46 @@ pub fn transition(x: f64) -> Complex {
 }
 
 /// [`transition`] of a number a band: lane by lane the same products and sums, so that a machine may do several at once.
-#[inline]
 pub fn transitions(x: &[f64; BANDS]) -> [Complex; BANDS] {
-    const SCALE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
-    let (mut ratio_re, mut ratio_im) = ([0.0; BANDS], [0.0; BANDS]);
-    let (mut inverse_re, mut inverse_im) = ([0.0; BANDS], [0.0; BANDS]);
-    for b in 0..BANDS {
-        let root = (0.5 * x[b].max(0.0)).sqrt();
-        let (far_re, near_re) = (L + root, L - root);
-        let size = far_re * far_re + root * root;
-        ratio_re[b] = (near_re * far_re - root * root) / size;
-        ratio_im[b] = (-root * far_re - near_re * root) / size;
-        inverse_re[b] = far_re / size;
-        inverse_im[b] = -root / size;
-    }
-    let (mut sum_re, mut sum_im) = ([0.0; BANDS], [0.0; BANDS]);
-    for coefficient in COEFFICIENTS {
+    let mut result = [Complex::ZERO; BANDS];
+    in_lanes(LaneSet::best(), x, &mut result);
+    result
+}
+
+kernel! {
+    /// Every product is rounded, so all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn in_lanes<Wide>(x: &[f64; BANDS], result: &mut [Complex; BANDS]) {
+        const SCALE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
+        let (mut ratio_re, mut ratio_im) = ([0.0; BANDS], [0.0; BANDS]);
+        let (mut inverse_re, mut inverse_im) = ([0.0; BANDS], [0.0; BANDS]);
         for b in 0..BANDS {
-            let re = sum_re[b] * ratio_re[b] - sum_im[b] * ratio_im[b];
-            let im = sum_re[b] * ratio_im[b] + sum_im[b] * ratio_re[b];
-            sum_re[b] = re + coefficient;
-            sum_im[b] = im;
+            let root = (0.5 * x[b].max(0.0)).sqrt();
+            let (far_re, near_re) = (L + root, L - root);
+            let size = far_re * far_re + root * root;
+            ratio_re[b] = (near_re * far_re - root * root) / size;
+            ratio_im[b] = (-root * far_re - near_re * root) / size;
+            inverse_re[b] = far_re / size;
+            inverse_im[b] = -root / size;
+        }
+        let (mut sum_re, mut sum_im) = ([0.0; BANDS], [0.0; BANDS]);
+        for coefficient in COEFFICIENTS {
+            for b in 0..BANDS {
+                let re = sum_re[b] * ratio_re[b] - sum_im[b] * ratio_im[b];
+                let im = sum_re[b] * ratio_im[b] + sum_im[b] * ratio_re[b];
+                sum_re[b] = re + coefficient;
+                sum_im[b] = im;
+            }
+        }
+        for b in 0..BANDS {
+            let re = 2.0 * (sum_re[b] * inverse_re[b] - sum_im[b] * inverse_im[b]) + SCALE;
+            let im = 2.0 * (sum_re[b] * inverse_im[b] + sum_im[b] * inverse_re[b]);
+            result[b] = Complex::new(
+                inverse_re[b] * re - inverse_im[b] * im,
+                inverse_re[b] * im + inverse_im[b] * re,
+            );
         }
     }
-    let mut result = [Complex::ZERO; BANDS];
-    for b in 0..BANDS {
-        let re = 2.0 * (sum_re[b] * inverse_re[b] - sum_im[b] * inverse_im[b]) + SCALE;
-        let im = 2.0 * (sum_re[b] * inverse_im[b] + sum_im[b] * inverse_re[b]);
-        result[b] = Complex::new(
-            inverse_re[b] * re - inverse_im[b] * im,
-            inverse_re[b] * im + inverse_im[b] * re,
-        );
-    }
-    result
 }
 
 #[cfg(test)]

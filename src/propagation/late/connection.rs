@@ -16,7 +16,9 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
+use crate::simd::{LaneSet, kernel};
 
+use super::envelope::Spans;
 use super::viewpoints::VIEWS;
 
 /// Bounces that stand for one source's rays of one rotation: half of them for bounces within the depth of discrete paths,
@@ -44,7 +46,7 @@ pub(super) struct Bounce {
 
 impl Bounce {
     /// What it may send to a listener, over all bands.
-    #[inline]
+    #[inline(always)]
     fn weight(&self, source: Vec3) -> f32 {
         let spread = self.point.distance_squared(source) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
         let e = &self.energy;
@@ -53,13 +55,37 @@ impl Bounce {
     }
 }
 
-/// All bounces of one rotation's rays, in the order of the rays.
+/// Bounces and their weights, in the order of the rays.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Weighed {
+    bounces: Vec<Bounce>,
+    weights: Vec<f32>,
+}
+
+impl Weighed {
+    /// Empties it and makes room.
+    pub(super) fn renew(&mut self, most: usize) {
+        self.bounces.clear();
+        self.bounces.reserve(most);
+        self.weights.clear();
+        self.weights.reserve(most);
+    }
+
+    /// Adds a bounce of a source's ray, weighed while it is at hand.
+    #[inline(always)]
+    pub(super) fn push(&mut self, bounce: Bounce, source: Vec3) {
+        self.weights.push(bounce.weight(source));
+        self.bounces.push(bounce);
+    }
+}
+
+/// All bounces of one rotation's rays.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bounces {
     /// Within the depth of discrete paths.
-    pub(super) near: Vec<Bounce>,
+    pub(super) near: Weighed,
     /// Beyond.
-    pub(super) far: Vec<Bounce>,
+    pub(super) far: Weighed,
 }
 
 /// A bounce that stands for others.
@@ -90,39 +116,39 @@ impl Arrivals {
     }
 
     /// Chooses among a rotation's bounces.
-    pub(super) fn choose(&mut self, scene: &Scene, source: Vec3, bounces: &Bounces) {
+    pub(super) fn choose(&mut self, scene: &Scene, bounces: &Bounces) {
         self.chosen.clear();
         self.seen_from = [None; VIEWS];
-        let plain = |bounce: &Bounce| f64::from(bounce.weight(source));
-        // The root beyond: what comes last has little energy, but nothing else is heard by then.
-        let rooted = |bounce: &Bounce| plain(bounce).sqrt();
-        let has_near = bounces.near.iter().any(|bounce| plain(bounce) > 0.0);
+        let Bounces { near, far } = bounces;
+        let has_near = near.weights.iter().any(|weight| *weight > 0.0);
         let count = if has_near {
             0.5 * SHADOW_RAYS as f64
         } else {
             0.0
         };
-        self.choose_among(scene, &bounces.near, plain, count);
-        self.choose_among(scene, &bounces.far, rooted, SHADOW_RAYS as f64 - count);
+        self.choose_among(scene, near, f64::from, count);
+        // The root beyond: what comes last has little energy, but nothing else is heard by then.
+        let rooted = |weight: f32| f64::from(weight).sqrt();
+        self.choose_among(scene, far, rooted, SHADOW_RAYS as f64 - count);
     }
 
     /// Chooses `count` of them in proportion to their weights, or fewer that stand for more.
     fn choose_among(
         &mut self,
         scene: &Scene,
-        list: &[Bounce],
-        weight: impl Fn(&Bounce) -> f64,
+        list: &Weighed,
+        weight: impl Fn(f32) -> f64,
         count: f64,
     ) {
-        let stride = list.iter().map(&weight).sum::<f64>() / count;
+        let stride = list.weights.iter().map(|w| weight(*w)).sum::<f64>() / count;
         if !(stride > 0.0 && stride.is_finite()) {
             return;
         }
         // Marks stand at (n + ½) strides along the sum of weights.
         let mut mark = 0.5 * stride;
         let mut sum = 0.0;
-        for bounce in list {
-            let weight = weight(bounce);
+        for (place, &single) in list.weights.iter().enumerate() {
+            let weight = weight(single);
             sum += weight;
             if mark >= sum {
                 continue;
@@ -132,6 +158,7 @@ impl Arrivals {
                 mark += stride;
                 marks += 1.0;
             }
+            let bounce = &list.bounces[place];
             let gain = (marks * stride / weight) as f32;
             let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
             self.chosen.push(Chosen {
@@ -165,35 +192,56 @@ impl Arrivals {
         }
     }
 
-    /// What arrives at the listener: seconds from emission, and energy relative to the free field's at 1 m.
-    pub(super) fn at<'a>(
-        &'a self,
-        scene: &'a Scene,
-        listener: Vec3,
-    ) -> impl Iterator<Item = (f64, BandArray)> + 'a {
-        let seen = self.chosen.iter().filter(|chosen| chosen.is_seen);
-        seen.map(move |chosen| chosen.at(scene, listener))
+    /// Adds what arrives at the listener, by a weight.
+    pub(super) fn gather(&self, scene: &Scene, listener: Vec3, weight: f32, spans: &mut Spans) {
+        let there = Listening {
+            place: listener,
+            air: *scene.air_np_per_m(),
+            speed_m_s: scene.speed_of_sound_m_s(),
+        };
+        gather(LaneSet::best(), &self.chosen, &there, weight, spans);
+    }
+}
+
+/// A listener, and the air around.
+struct Listening {
+    place: Vec3,
+    air: BandArray,
+    speed_m_s: f64,
+}
+
+kernel! {
+    /// Adds what the chosen bounces send, times a weight. Eight bands are eight lanes; every product is rounded, so all machines give the
+    /// same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn gather<L>(chosen: &[Chosen], there: &Listening, weight: f32, spans: &mut Spans) {
+        for chosen in chosen {
+            if chosen.is_seen {
+                let (delay_s, energy) = chosen.at(there);
+                spans.add(delay_s, &energy.map(|e| weight * e));
+            }
+        }
     }
 }
 
 impl Chosen {
-    /// Lambert's cosine law over the way to the listener, with air.
-    #[inline]
-    fn at(&self, scene: &Scene, listener: Vec3) -> (f64, BandArray) {
-        let way = listener - self.point;
+    /// Lambert's cosine law over the way to the listener, with air: seconds from emission, and energy relative to the free
+    /// field's at 1 m.
+    #[inline(always)]
+    fn at(&self, there: &Listening) -> (f64, BandArray) {
+        let way = there.place - self.point;
         let after_m = way.length();
         let cosine = self.normal.dot(way).max(0.0) / after_m.max(1e-6);
         let kernel = cosine / (std::f32::consts::PI * (after_m * after_m + SPREAD_M * SPREAD_M));
         let mut energy = self.energy;
-        let air = scene.air_np_per_m();
         for b in 0..BANDS {
             // The fourth power of the exponential's first terms: it takes 0.1 dB too little of 6 dB, 2 dB of 20.
-            let x = 0.5 * air[b] * after_m;
+            let x = 0.5 * there.air[b] * after_m;
             let root = 1.0 / (1.0 + x + 0.5 * x * x);
             let square = root * root;
             energy[b] *= kernel * square * square;
         }
         let length_m = f64::from(self.before_m + after_m);
-        (length_m / scene.speed_of_sound_m_s(), energy)
+        (length_m / there.speed_m_s, energy)
     }
 }

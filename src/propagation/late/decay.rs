@@ -111,6 +111,7 @@ impl Default for DecayCurve {
 
 impl DecayCurve {
     /// A leg that met something.
+    #[inline(always)]
     pub(super) fn leg(&mut self, is_first: bool, leg_m: f64) {
         if is_first {
             self.first_m += leg_m;
@@ -122,11 +123,13 @@ impl DecayCurve {
     }
 
     /// A far ray sets out.
+    #[inline(always)]
     pub(super) fn begin(&mut self) {
         self.count += 1;
     }
 
     /// A far ray carries `share` between two times in seconds.
+    #[inline(always)]
     pub(super) fn carry(&mut self, share: &BandArray, from_s: f64, to_s: f64) {
         let first = (from_s / MOMENT_S).ceil() as usize;
         let end = ((to_s / MOMENT_S).ceil() as usize).min(MOMENTS);

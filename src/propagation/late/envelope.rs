@@ -19,35 +19,47 @@ const LAST_FREE_TIME: f64 = 20.0;
 /// Over how many mean free times an arrival changes from one step to the next, so that a walk does not make it jump.
 const CHANGE_FREE_TIMES: f64 = 1.0;
 
-/// Sums arrivals into the steps of `late`; `updates` is how many updates' arrivals they are, by weight.
-pub(super) fn gather(
-    arrivals: impl Iterator<Item = (f64, BandArray)>,
-    updates: f64,
-    late: &mut LateSource,
-) {
-    let free_time_s = f64::from(late.mean_free_time_s);
-    let mut sums = [[0.0f64; BANDS]; LATE_STEPS];
-    for (since_s, energy) in arrivals {
-        let at = since_s / free_time_s;
-        let beyond = |start: f64| ((at - start) / CHANGE_FREE_TIMES + 0.5).clamp(0.0, 1.0);
-        // From a source beyond all numbers comes nothing: nought times each is nought only of finite ones.
-        let mut none = 0.0f32;
+/// Sums of what arrives in each step.
+pub(super) struct Spans {
+    free_time_s: f64,
+    /// When the straight line arrives: an arrival belongs to the time since the first sound could be there.
+    nearest_s: f64,
+    sums: [[f64; BANDS]; LATE_STEPS],
+}
+
+impl Spans {
+    pub(super) fn new(free_time_s: f64, nearest_s: f64) -> Self {
+        Self {
+            free_time_s,
+            nearest_s,
+            sums: [[0.0; BANDS]; LATE_STEPS],
+        }
+    }
+
+    /// Adds an arrival.
+    #[inline(always)]
+    pub(super) fn add(&mut self, delay_s: f64, energy: &BandArray) {
+        // From a source beyond all numbers comes nothing.
+        let mut is_finite = true;
         for e in energy {
-            none += 0.0 * e;
+            is_finite &= e.is_finite();
         }
-        if none != 0.0 {
-            continue;
+        if !is_finite {
+            return;
         }
+        let at = (delay_s - self.nearest_s) / self.free_time_s;
+        let beyond = |start: f64| ((at - start) / CHANGE_FREE_TIMES + 0.5).clamp(0.0, 1.0);
         let mut first = 1.0;
-        for (step, sum) in sums.iter_mut().enumerate() {
-            let next = LATE_STEPS_FREE_TIMES
-                .get(step + 1)
-                .unwrap_or(&LAST_FREE_TIME);
-            let next = beyond(*next);
+        for step in 0..LATE_STEPS {
+            let next = match step + 1 < LATE_STEPS {
+                true => LATE_STEPS_FREE_TIMES[step + 1],
+                false => LAST_FREE_TIME,
+            };
+            let next = beyond(next);
             let share = first - next;
             if share > 0.0 {
                 for b in 0..BANDS {
-                    sum[b] += share * f64::from(energy[b]);
+                    self.sums[step][b] += share * f64::from(energy[b]);
                 }
             }
             first = next;
@@ -57,16 +69,21 @@ pub(super) fn gather(
             }
         }
     }
-    for (step, sum) in sums.iter().enumerate() {
-        for b in 0..BANDS {
-            let mut energy = sum[b] / updates;
-            if step == LATE_STEPS - 1 {
-                // What comes after the last arrivals, by the decay.
-                let window_s = (LAST_FREE_TIME - LATE_STEPS_FREE_TIMES[step]) * free_time_s;
-                let nepers = NEPERS_OF_60_DB / f64::from(late.decay_time_s[b]) * window_s;
-                energy /= 1.0 - (-nepers).exp();
+
+    /// The energy of the steps of `late`; `updates` is how many updates' arrivals they are, by weight.
+    pub(super) fn tell(&self, updates: f64, late: &mut LateSource) {
+        for (step, sum) in self.sums.iter().enumerate() {
+            for b in 0..BANDS {
+                let mut energy = sum[b] / updates;
+                if step == LATE_STEPS - 1 {
+                    // What comes after the last arrivals, by the decay.
+                    let window_s =
+                        (LAST_FREE_TIME - LATE_STEPS_FREE_TIMES[step]) * self.free_time_s;
+                    let nepers = NEPERS_OF_60_DB / f64::from(late.decay_time_s[b]) * window_s;
+                    energy /= 1.0 - (-nepers).exp();
+                }
+                late.energy[step][b] = energy as f32;
             }
-            late.energy[step][b] = energy as f32;
         }
     }
 }

@@ -37,6 +37,7 @@ use super::sequence_set::SequenceSet;
 use crate::scene::{Scene, SourceId};
 use connection::{Arrivals, Bounces};
 use decay::{CurveTree, Decay};
+use envelope::Spans;
 use source_rays::Found;
 
 /// Within how far a moving source counts as where it is, in metres, and rotations that have to be counted even if it was
@@ -132,7 +133,7 @@ impl LateEstimator {
                 slot.found.renew(scene, from, scratch, curve, bounces, rays);
             });
             self.decay = None;
-            slot.arrivals.choose(scene, from.origin.as_vec3(), bounces);
+            slot.arrivals.choose(scene, bounces);
         }
         slot.filled = true;
         slot.origin = from.origin;
@@ -187,16 +188,17 @@ impl LateEstimator {
             decay_time_s: decay.decay_time_s,
             ..LateSource::silent(source)
         };
-        let (listener, nearest_s, reach_m) = (self.listener, self.nearest_s, self.reach_m());
-        let weight = |slot: &Slot| weight(slot.origin.distance(self.source), reach_m);
-        // An arrival belongs to the time since the first sound could be there.
-        let arrivals = filled().flat_map(|slot| {
-            let weight = weight(slot) as f32;
-            let arrivals = slot.arrivals.at(scene, listener);
-            arrivals.map(move |(delay_s, energy)| (delay_s - nearest_s, energy.map(|e| weight * e)))
-        });
-        let sum = filled().map(|slot| f64::from(weight(slot) as f32)).sum();
-        envelope::gather(arrivals, sum, &mut late);
+        let reach_m = self.reach_m();
+        let weight = |slot: &Slot| weight(slot.origin.distance(self.source), reach_m) as f32;
+        let mut spans = Spans::new(f64::from(late.mean_free_time_s), self.nearest_s);
+        let mut weights = 0.0;
+        for slot in filled() {
+            let weight = weight(slot);
+            weights += f64::from(weight);
+            slot.arrivals
+                .gather(scene, self.listener, weight, &mut spans);
+        }
+        spans.tell(weights, &mut late);
         late
     }
 

@@ -19,6 +19,7 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::{Directivity, Scene, SourcePose};
+use crate::simd::{LaneSet, kernel};
 
 /// Band whose scattering coefficient decides whether a ray bounces diffusely: the one around 1 kHz.
 const SCATTERING_BAND: usize = 4;
@@ -151,67 +152,68 @@ impl Found {
         rays: &mut u64,
     ) {
         let (count, depth) = (from.directions.len(), from.depth.max(1));
-        bounces.near.clear();
-        bounces.near.reserve(count * depth);
-        bounces.far.clear();
+        bounces.near.renew(count * depth);
         let far_rays = count.div_ceil(far_stands_for(count));
-        bounces
-            .far
-            .reserve(far_rays * FAR_BOUNCES.saturating_sub(depth));
-        follow(scene, from, set, curve, bounces, rays);
+        let beyond = FAR_BOUNCES.saturating_sub(depth);
+        bounces.far.renew(far_rays * beyond);
+        follow(LaneSet::best(), scene, from, set, curve, bounces, rays);
         self.sequences.clear();
         self.sequences.extend_from_slice(set.entries());
         self.cast = Some(Cast::of(from));
     }
 }
 
-/// Follows all rays: what they carry, the energy that each bounce has for the tail, and the specular sequences they begin
-/// with.
-fn follow(
-    scene: &Scene,
-    from: &SourceRays<'_>,
-    found: &mut SequenceSet,
-    curve: &mut DecayCurve,
-    bounces: &mut Bounces,
-    rays: &mut u64,
-) {
-    let count = from.directions.len();
-    let every = far_stands_for(count);
-    let depth = from.depth.max(1);
-    let is_omni = from.pose.settings.directivity.is_omni();
-    for index in 0..count {
-        let is_far = is_far(index, count, from.rotation);
-        let most = if is_far { FAR_BOUNCES } else { depth };
-        let mut ray = SourceRay::new(from, index, is_far);
-        let factor = match is_omni {
-            true => [1.0; BANDS],
-            false => from.pose.factor_towards(ray.ray.direction),
-        };
-        if is_far {
-            curve.begin();
-        }
-        for step in 0..most {
-            *rays += 1;
-            let Some(mut bounce) = ray.advance(scene, from, found, curve, step) else {
-                break;
+kernel! {
+    /// Follows all rays: what they carry, the energy that each bounce has for the tail, and the specular sequences they begin
+    /// with. Eight bands are eight lanes; every product is rounded, so all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn follow<L>(
+        scene: &Scene,
+        from: &SourceRays<'_>,
+        found: &mut SequenceSet,
+        curve: &mut DecayCurve,
+        bounces: &mut Bounces,
+        rays: &mut u64,
+    ) {
+        let count = from.directions.len();
+        let every = far_stands_for(count);
+        let depth = from.depth.max(1);
+        let is_omni = from.pose.settings.directivity.is_omni();
+        let source = from.origin.as_vec3();
+        for index in 0..count {
+            let is_far = is_far(index, count, from.rotation);
+            let most = if is_far { FAR_BOUNCES } else { depth };
+            let mut ray = SourceRay::new(from, index, is_far);
+            let factor = match is_omni {
+                true => [1.0; BANDS],
+                false => from.pose.factor_towards(ray.ray.direction),
             };
-            if !is_omni {
-                for b in 0..BANDS {
-                    bounce.energy[b] *= factor[b] * factor[b];
+            if is_far {
+                curve.begin();
+            }
+            for step in 0..most {
+                *rays += 1;
+                let Some(mut bounce) = ray.advance(scene, from, found, curve, step) else {
+                    break;
+                };
+                if !is_omni {
+                    for b in 0..BANDS {
+                        bounce.energy[b] *= factor[b] * factor[b];
+                    }
                 }
+                let (list, stands_for) = match step < depth {
+                    true => (&mut bounces.near, 1),
+                    false => (&mut bounces.far, every),
+                };
+                let gain = 4.0 * std::f32::consts::PI * stands_for as f32 / count as f32;
+                for b in 0..BANDS {
+                    bounce.energy[b] *= gain;
+                }
+                list.push(bounce, source);
             }
-            let (list, stands_for) = match step < depth {
-                true => (&mut bounces.near, 1),
-                false => (&mut bounces.far, every),
-            };
-            let gain = 4.0 * std::f32::consts::PI * stands_for as f32 / count as f32;
-            for b in 0..BANDS {
-                bounce.energy[b] *= gain;
+            if is_far && !ray.escaped {
+                curve.leave(&ray.share, ray.time_s(scene));
             }
-            list.push(bounce);
-        }
-        if is_far && !ray.escaped {
-            curve.leave(&ray.share, ray.time_s(scene));
         }
     }
 }
@@ -239,6 +241,7 @@ struct SourceRay {
 }
 
 impl SourceRay {
+    #[inline(always)]
     fn new(from: &SourceRays<'_>, index: usize, is_far: bool) -> Self {
         let direction = from.turn * from.directions[index];
         Self {
@@ -258,12 +261,13 @@ impl SourceRay {
         }
     }
 
+    #[inline(always)]
     fn time_s(&self, scene: &Scene) -> f64 {
         f64::from(self.length_m) / scene.speed_of_sound_m_s()
     }
 
     /// To the next surface and away from it; `None` where the ray ends.
-    #[inline]
+    #[inline(always)]
     fn advance(
         &mut self,
         scene: &Scene,

@@ -72,12 +72,32 @@ impl Edge {
             let along = out.dot(self.direction);
             (along, (out - along * self.direction).length())
         });
-        let both = near + far;
-        if both > 0.0 {
-            a + (b - a) * near / both
-        } else {
-            0.5 * (a + b)
+        apex_m((a, near), (b, far))
+    }
+
+    /// Length of the shortest way between two points over the edge, if that is not above `most_m`, bends within the edge's
+    /// ends and stays in the air: [`Self::bend`]'s, without its angles for the many that are too long.
+    pub fn bend_length_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
+        let [(a, near), (b, far)] = [from, to].map(|p| {
+            let out = p - self.origin;
+            let along = out.dot(self.direction);
+            (along, (out - along * self.direction).length())
+        });
+        let (along_m, across_m) = (b - a, near + far);
+        // No way over the edge's line is shorter but by rounding.
+        let least_m2 = along_m * along_m + across_m * across_m;
+        if least_m2 * (1.0 - 2.0 * LENGTH_ROUNDING) > most_m * most_m {
+            return None;
         }
+        let along = apex_m((a, near), (b, far));
+        if !(0.0..=self.length_m).contains(&along) {
+            return None;
+        }
+        let apex = self.at(along);
+        let length_m = from.distance(apex) + apex.distance(to);
+        let is_outside =
+            length_m <= most_m && self.angle_of(from).is_some() && self.angle_of(to).is_some();
+        is_outside.then_some(length_m)
     }
 
     /// A length that no way between two points over the edge's line is below, by rounding a hair less than that of the
@@ -96,7 +116,8 @@ impl Edge {
     pub fn angle_of(&self, point: DVec3) -> Option<f64> {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
-        if x.hypot(y) <= ON_EDGE_M {
+        // The root only where it may say so.
+        if x.abs().max(y.abs()) <= ON_EDGE_M && x.hypot(y) <= ON_EDGE_M {
             return None;
         }
         let angle = y.atan2(x);
@@ -138,6 +159,17 @@ impl Edge {
     pub fn outward(&self) -> DVec3 {
         let (sin, cos) = (0.5 * self.n * PI).sin_cos();
         self.tangent * cos + self.normal * sin
+    }
+}
+
+/// Where a way crosses a line between two points, each given by where it is along the line and how far from it.
+#[inline]
+fn apex_m((a, near): (f64, f64), (b, far): (f64, f64)) -> f64 {
+    let both = near + far;
+    if both > 0.0 {
+        a + (b - a) * near / both
+    } else {
+        0.5 * (a + b)
     }
 }
 

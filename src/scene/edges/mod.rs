@@ -74,7 +74,7 @@ impl NearEdges {
     pub(super) fn insert(&mut self, new: NearEdge) {
         let rank = |e: &NearEdge| (e.length_m, e.edge);
         let place = self.as_slice().partition_point(|e| rank(e) < rank(&new));
-        if place == MOST_NEAR {
+        if place == MOST_NEAR || self.as_slice().get(place) == Some(&new) {
             return;
         }
         self.count = (self.count + 1).min(MOST_NEAR);
@@ -157,15 +157,25 @@ impl EdgeSet {
         &self.large
     }
 
-    /// The [`MOST_NEAR`] shortest ways from one place to another over one edge, none longer than `longest_m`, both
-    /// places outside the wedge and the bend within the edge's ends. Says nothing of what stands in between.
-    pub fn bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        let mut near = NearEdges::default();
-        self.add_bends(&mut near, from, to, longest_m, |edge| edge);
-        near
+    /// Adds the ways over `known` edges to an answer, as [`Self::add_bends`] finds them: with a list that is full of short
+    /// ways its search ends sooner.
+    pub(super) fn add_known(
+        &self,
+        near: &mut NearEdges,
+        known: &NearEdges,
+        (from, to): (DVec3, DVec3),
+        longest_m: f64,
+    ) {
+        for &NearEdge { edge, .. } in known.as_slice() {
+            let found = self.edges.get(edge as usize);
+            if let Some(length_m) = found.and_then(|e| e.bend_length_m(from, to, longest_m)) {
+                near.insert(NearEdge { edge, length_m });
+            }
+        }
     }
 
-    /// Adds [`Self::bends`] to an answer, under other numbers.
+    /// Adds the shortest ways from one place to another over one edge, none longer than `longest_m`, both places outside
+    /// the wedge and the bend within the edge's ends, under other numbers of edges. Says nothing of what stands in between.
     pub(super) fn add_bends(
         &self,
         near: &mut NearEdges,
@@ -175,15 +185,12 @@ impl EdgeSet {
         number: impl Fn(u32) -> u32,
     ) {
         self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
-            // Most are too long for a list that is full, which is sooner known than where they bend.
-            if edge.least_way_m(from, to) > bound_m {
-                return None;
-            }
-            edge.bend(from, to).map(|bend| bend.length_m())
+            // Most are too long for a list that is full, which is sooner known than their angles.
+            edge.bend_length_m(from, to, bound_m)
         });
     }
 
-    /// The same as [`Self::bends`] for ways that may bend again before they end: only `from` must lie outside the wedge, and a bend beyond
+    /// The [`MOST_NEAR`] shortest ways from one place to another over one edge, none longer than `longest_m`, for ways that may bend again before they end: only `from` must lie outside the wedge, and a bend beyond
     /// an edge's end counts as one at its end.
     pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
         let mut near = NearEdges::default();

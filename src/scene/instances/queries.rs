@@ -114,10 +114,14 @@ impl Scene {
             .map(move |&other| placed.map_or(other, |placed| placed.number(other)))
     }
 
-    /// The shortest ways from one place to another over one edge, of the fixed scene and of instances; otherwise as
-    /// [`crate::scene::EdgeSet::bends`].
-    pub fn bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        let mut near = self.edges().bends(from, to, longest_m);
+    /// The [`MOST_NEAR`](crate::scene::edges::MOST_NEAR) shortest ways from one place to another over one edge, of the fixed
+    /// scene and of instances, none longer than `longest_m`: both places outside the wedge and the bend within the edge's
+    /// ends. Says nothing of what stands in between. With the answer for places not far away as `known` it is found sooner,
+    /// and no other one.
+    pub fn bends(&self, known: &NearEdges, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
+        let (edges, mut near) = (self.edges(), NearEdges::default());
+        edges.add_known(&mut near, known, (from, to), longest_m);
+        edges.add_bends(&mut near, from, to, longest_m, |edge| edge);
         for placed in self.instances.placed() {
             if placed.least_way_m(from, to) <= near.bound_m(longest_m) {
                 let (from, to) = (placed.point(from), placed.point(to));

@@ -35,12 +35,22 @@ struct Border {
     free: [bool; 2],
 }
 
+/// One side of a triangle, as a point is held against it.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    from: DVec3,
+    /// Across the side into the triangle, as long as the side.
+    inward: DVec3,
+    /// Least that a point is along it.
+    least: f64,
+}
+
 /// One connected piece of a surface.
 #[derive(Debug, Clone)]
 struct Piece {
     surface: u32,
     area_m2: f64,
-    triangles: Vec<[Vec3; 3]>,
+    triangles: Vec<[Side; 3]>,
     borders: Vec<Border>,
     free: [bool; 2],
     sides: [Vec3; 2],
@@ -86,6 +96,7 @@ impl FreePanels {
         let mut pieces: Vec<Piece> = Vec::new();
         for same in members.chunk_by(|&a, &b| roots[a as usize] == roots[b as usize]) {
             let corners = |t: &u32| triangles[*t as usize].map(|v| vertices[v as usize]);
+            let normal = set.surfaces[set.triangle_surface[same[0] as usize] as usize].normal;
             let area_m2 = same.iter().map(|t| area_m2(corners(t))).sum();
             if area_m2 > largest_m2 {
                 continue;
@@ -98,7 +109,10 @@ impl FreePanels {
             pieces.push(Piece {
                 surface: set.triangle_surface[same[0] as usize],
                 area_m2,
-                triangles: same.iter().map(corners).collect(),
+                triangles: same
+                    .iter()
+                    .map(|t| held_sides(corners(t), normal))
+                    .collect(),
                 borders: Vec::new(),
                 free: [false; 2],
                 sides: [Vec3::ZERO; 2],
@@ -154,22 +168,15 @@ impl FreePanels {
     }
 
     /// The small free panel that a point of a surface lies on, seen from the normal's side or from the other.
-    pub fn at(
-        &self,
-        set: &SurfaceSet,
-        surface: u32,
-        point: DVec3,
-        in_front: bool,
-    ) -> Option<FreePanel> {
+    pub fn at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FreePanel> {
         let range =
             self.first[surface as usize] as usize..self.first[surface as usize + 1] as usize;
         let side = usize::from(!in_front);
-        let normal = set.surfaces[surface as usize].normal;
         let piece = self.pieces[range].iter().find(|piece| {
             piece.free[side]
                 && point.cmpge(piece.low).all()
                 && point.cmple(piece.high).all()
-                && piece.triangles.iter().any(|t| holds(*t, normal, point))
+                && piece.triangles.iter().any(|sides| holds(sides, point))
         })?;
         let free = piece.borders.iter().filter(|border| border.free[side]);
         Some(FreePanel {
@@ -243,14 +250,24 @@ fn area_m2([a, b, c]: [Vec3; 3]) -> f64 {
     0.5 * (b - a).as_dvec3().cross((c - a).as_dvec3()).length()
 }
 
-/// Whether a point of a triangle's plane lies in it.
-fn holds(corners: [Vec3; 3], normal: DVec3, point: DVec3) -> bool {
+/// The sides of a triangle in a plane of this normal.
+fn held_sides(corners: [Vec3; 3], normal: DVec3) -> [Side; 3] {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let turn = (b - a).cross(c - a).dot(normal).signum();
-    [(a, b), (b, c), (c, a)].iter().all(|&(from, to)| {
+    [(a, b), (b, c), (c, a)].map(|(from, to)| {
         let inward = normal.cross(to - from) * turn;
-        inward.dot(point - from) >= -MARGIN_M * inward.length()
+        Side {
+            from,
+            inward,
+            least: -MARGIN_M * inward.length(),
+        }
     })
+}
+
+/// Whether a point of a triangle's plane lies in it.
+fn holds(sides: &[Side; 3], point: DVec3) -> bool {
+    let inside = |side: &Side| side.inward.dot(point - side.from) >= side.least;
+    sides.iter().all(inside)
 }
 
 /// Distance of a point from a segment in metres.
