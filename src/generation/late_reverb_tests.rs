@@ -201,6 +201,52 @@ fn a_send_is_a_function_of_its_frame_and_not_of_the_way_there() {
 
 /// A band's chunk sent round, slowly: Hadamard's matrix by its definition.
 #[test]
+fn sends_that_leap_faster_than_they_fade_do_not_click() {
+    let mut reverb = LateReverb::new(RATE_HZ, 1);
+    let mut line = DelayLine::new(RATE_HZ as usize);
+    let correction = BandCorrection::none();
+    let (mut last, mut worst, mut loudest) = (0.0f32, 0.0f32, 0.0f32);
+    let (mut left, mut now) = (0u32, 0i64);
+    for leap in 0..500 {
+        line.write(now, &[F32x8::splat(1.0); CHUNK]);
+        let late = LateSend {
+            source: Default::default(),
+            energy_per_s: [ENERGY_PER_S; 8],
+            start_s: 0.02 * (1 + leap % 7) as f32,
+        };
+        let frame = FramePaths {
+            // From then on there is none: everything fades.
+            late: if leap < 300 { vec![late] } else { vec![] },
+            decay_time_s: [2.0; 8],
+            ..FramePaths::default()
+        };
+        // Ramps of a tenth of a second, and a frame every chunk.
+        reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, left, 4410);
+        left = 4410 - CHUNK as u32;
+        let moment = Moment {
+            now,
+            left: 4410,
+            frames: CHUNK,
+        };
+        reverb.sends.collect(0, &line, moment);
+        // The line itself begins with a step.
+        for value in reverb.sends.band(0, CHUNK) {
+            if leap * CHUNK > RATE_HZ as usize / 4 {
+                worst = worst.max((value - last).abs());
+            }
+            loudest = loudest.max(value.abs());
+            last = *value;
+        }
+        reverb.sends.clear();
+        now += CHUNK as i64;
+    }
+    assert!(loudest > 0.01, "{loudest}");
+    // Four taps that all rise or fall within a tenth of a second.
+    assert!(worst < 4.0 * loudest / 4410.0, "{worst} of {loudest}");
+    assert!(last.abs() < 1e-3 * loudest, "{last}");
+}
+
+#[test]
 fn a_round_is_what_its_definition_says() {
     let draw = |n: usize| ((n * n) as f32 * 0.37 + n as f32).sin();
     let turn = Turn {

@@ -25,6 +25,9 @@ const CHANGE: f32 = 0.25;
 /// Reading positions of a send: two while it changes, two that fade out after a leap.
 const TAPS: usize = 4;
 
+/// Gain that no longer counts as one of something that fades, 100 dB below one.
+const FAINTEST: f32 = 1e-5;
+
 /// Largest gain of a send, 60 dB.
 const MAX_GAIN: f32 = 1000.0;
 
@@ -49,6 +52,14 @@ impl Tap {
     fn is_silent(&self, left: u32) -> bool {
         self.gain == F32x8::ZERO && (left == 0 || self.growth == F32x8::ZERO)
     }
+
+    /// Whether it has faded so far that nobody hears where it is cut. One that is told to fade again and again, by frames that
+    /// come before their ramps have ended, comes ever nearer to nothing and never there.
+    fn is_free(&self, left: u32) -> bool {
+        let growth = if left > 0 { self.growth } else { F32x8::ZERO };
+        let present = self.gain - growth * F32x8::splat(left as f32);
+        self.gain == F32x8::ZERO && present.0.iter().all(|gain| gain.abs() <= FAINTEST)
+    }
 }
 
 /// A source's send: where it reads. What it makes of a frame depends on that frame alone, so that whoever hears of a way
@@ -59,7 +70,8 @@ struct Send {
 }
 
 impl Send {
-    /// Reads at these delays in frames with these gains, and nowhere else.
+    /// Reads at these delays in frames with these gains, and nowhere else. After two leaps within a ramp a third one waits,
+    /// unheard, for a frame in which something has faded out: a fade that is cut would click.
     fn retarget(&mut self, wanted: &[(i64, F32x8); 2], left: u32, ramp: u32) {
         let mut is_wanted = [false; TAPS];
         for &(delay, gain) in wanted {
@@ -68,9 +80,9 @@ impl Send {
             }
             let has = |tap: &Tap| tap.delay == delay && !tap.is_silent(left);
             let place = self.taps.iter().position(has).or_else(|| {
-                let mut free = (0..TAPS).filter(|&place| !is_wanted[place]);
-                let silent = free.clone().find(|&place| self.taps[place].is_silent(left));
-                let place = silent.or_else(|| free.next())?;
+                let taps = self.taps.iter().zip(&is_wanted);
+                let place =
+                    (taps.clone()).position(|(tap, is_wanted)| !is_wanted && tap.is_free(left))?;
                 self.taps[place] = Tap {
                     delay,
                     ..Tap::default()

@@ -171,7 +171,7 @@ impl<'a> Line<'a> {
         let way = [other.at[0] - nearest.at[0], other.at[1] - nearest.at[1]];
         let done = [here[0] - nearest.at[0], here[1] - nearest.at[1]];
         let length_squared: f32 = way.iter().map(|step| step.length_squared()).sum();
-        if !(length_squared >= LEAST_MOTION_M * LEAST_MOTION_M) {
+        if length_squared.is_nan() || length_squared < LEAST_MOTION_M * LEAST_MOTION_M {
             return None;
         }
         let along: f32 = way.iter().zip(done).map(|(way, done)| way.dot(done)).sum();
