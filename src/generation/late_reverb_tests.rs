@@ -199,7 +199,6 @@ fn a_send_is_a_function_of_its_frame_and_not_of_the_way_there() {
     assert!((5..30).contains(&changing), "{changing}");
 }
 
-/// A band's chunk sent round, slowly: Hadamard's matrix by its definition.
 #[test]
 fn sends_that_leap_faster_than_they_fade_do_not_click() {
     let mut reverb = LateReverb::new(RATE_HZ, 1);
@@ -246,6 +245,7 @@ fn sends_that_leap_faster_than_they_fade_do_not_click() {
     assert!(last.abs() < 1e-3 * loudest, "{last}");
 }
 
+/// A band's chunk sent round, slowly: Hadamard's matrix by its definition.
 #[test]
 fn a_round_is_what_its_definition_says() {
     let draw = |n: usize| ((n * n) as f32 * 0.37 + n as f32).sin();

@@ -80,9 +80,8 @@ impl Send {
             }
             let has = |tap: &Tap| tap.delay == delay && !tap.is_silent(left);
             let place = self.taps.iter().position(has).or_else(|| {
-                let taps = self.taps.iter().zip(&is_wanted);
-                let place =
-                    (taps.clone()).position(|(tap, is_wanted)| !is_wanted && tap.is_free(left))?;
+                let mut taps = self.taps.iter().zip(&is_wanted);
+                let place = taps.position(|(tap, is_wanted)| !is_wanted && tap.is_free(left))?;
                 self.taps[place] = Tap {
                     delay,
                     ..Tap::default()

@@ -10,7 +10,8 @@ heads=$(cat "$here"/../../../assets/hrtf/*.hrtf | wc -c)
 bad=0
 fail() { echo "FAIL $*" && bad=1; }
 
-llvm-readelf-22 -h "$library" | grep -q 'Machine:.*AArch64' || fail "not for AArch64"
+header=$(llvm-readelf-22 -h "$library")
+grep -q 'Machine:.*AArch64' <<<"$header" || fail "not for AArch64"
 segments=$(llvm-readelf-22 -lW "$library")
 alignments=$(awk '$1 == "LOAD" { print $NF }' <<<"$segments" | sort -u)
 [ "$alignments" = 0x4000 ] || fail "segments are aligned to $alignments, not 16 KiB"

@@ -82,6 +82,10 @@ impl TraceLog {
     /// Those of `out`.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "{{\"displayTimeUnit\":\"ms\",\"traceEvents\":[")?;
+        writeln!(
+            out,
+            "{{\"name\":\"process_name\",\"ph\":\"M\",\"pid\":1,\"args\":{{\"name\":\"foresound\"}}}},"
+        )?;
         for track in Track::ALL {
             let (name, thread) = (track.name(), track.number());
             writeln!(
