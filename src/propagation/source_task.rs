@@ -19,9 +19,9 @@ use super::settings::PropagationSettings;
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
-/// Rotations whose rays a moving source casts anew in one update at most. One who walks leaves one of its still places every
-/// hundredth of a second.
-const MOST_CAST: usize = 2;
+/// Rotations whose rays a moving source casts anew in one update at most, as many as while it is at rest. One who walks leaves
+/// one of its still places every hundredth of a second.
+const MOST_CAST: usize = 1;
 
 /// Farthest from the scene's centre that source and listener are heard, in metres along an axis: squares of such lengths
 /// are far within single precision, which rays are cast in. Anything beyond, or no number at all, has no path.
@@ -44,10 +44,9 @@ pub(super) struct WayPlace {
     pub(super) sources: Vec<Vec3>,
 }
 
-/// Sequences that a source tries for itself as far as other rotations' rays have found so many, and those of an update that
-/// names what is nearby.
-const MOST_OWN: usize = 256;
-const MOST_OWN_WIDE: usize = 2048;
+/// Sequences that a source tries for itself in an update that names what is nearby, as far as other rotations' rays have found
+/// so many.
+const MOST_OWN: usize = 2048;
 
 /// What is known when an update begins.
 #[derive(Debug, Clone, Copy)]
@@ -210,17 +209,13 @@ impl SourceTask {
                 false => *sequence,
             });
         }
-        // What other rotations have found, of which none is lost while the source stays: where there is room.
-        let most = match shared.moment.reach_m.is_some() {
-            true => MOST_OWN_WIDE,
-            false => MOST_OWN,
-        };
-        let Some(rotation) = self.rotation else {
+        // What other rotations have found, of which none is lost while the source stays: where there is time.
+        let Some(rotation) = self.rotation.filter(|_| shared.moment.reach_m.is_some()) else {
             return;
         };
         for other in 1..ROTATIONS {
             for sequence in self.late.sequences(rotation + other) {
-                if own.entries().len() >= most {
+                if own.entries().len() >= MOST_OWN {
                     return;
                 }
                 let sequence = match moves {

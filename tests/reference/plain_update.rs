@@ -19,9 +19,6 @@ use glam::DVec3;
 use foresound::scene::edges::NearEdges;
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
-/// Sequences that a source tries for itself; which those are is not the oracle's to say.
-const MOST_OWN: usize = 256;
-
 struct Memory {
     id: SourceId,
     late: LateEstimator,
@@ -139,7 +136,6 @@ impl PlainPropagator {
             .is_some_and(|last| last != origin);
         let directions = lattice(settings.source_rays);
         let mut met = SequenceSet::with_capacity(1 << 16);
-        let mut left = if moves { 2 } else { 1 };
         for turn in update..update + ROTATIONS {
             let rays = SourceRays {
                 origin: match moves {
@@ -160,8 +156,7 @@ impl PlainPropagator {
             let is_new = before != Some(rays.origin);
             memory.late.forget_rays();
             memory.late.cast(&scene, &rays, &mut met, &mut 0);
-            left -= usize::from(is_new || !moves);
-            if left == 0 {
+            if is_new || !moves {
                 break;
             }
         }
@@ -178,15 +173,6 @@ impl PlainPropagator {
             let sequence = least_order(&scene, sequence.surfaces());
             if !guide.contains(&sequence) {
                 add(&mut own, sequence);
-            }
-        }
-        for other in 1..ROTATIONS {
-            for sequence in memory.late.sequences(update + other) {
-                let sequence = least_order(&scene, sequence.surfaces());
-                let fits = sequence.len() <= settings.depth && !guide.contains(&sequence);
-                if fits && own.len() < MOST_OWN {
-                    add(&mut own, sequence);
-                }
             }
         }
         let mut candidates = guide.to_vec();
