@@ -84,10 +84,11 @@ pub(super) fn measure(
     Ok(times)
 }
 
-/// Sources of an update, each a millimetre from where it was in the last and not where it was sixteen updates before.
+/// Sources of an update, each farther from where it was in the last, and sixteen updates before, than the cells are wide
+/// that rays are remembered in: so all rays are cast.
 pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
     for (moved, source) in moved.iter_mut().zip(sources) {
-        moved.position.x = source.position.x + 1e-3 * (1 + step % 19) as f32;
+        moved.position.x = source.position.x + 0.6 * (1 + step % 3) as f32;
     }
 }
 
