@@ -17,9 +17,9 @@ use std::time::Duration;
 use super::clock::now;
 use super::engine::Renderer;
 use super::published::{Published, Words, halves, pair};
+use super::reopening::{Counts, Order, Reopening};
 use super::slot::Slot;
 use super::sound_thread::{RingOutput, SoundThread};
-use super::supervisor::{Counts, Order, Supervisor};
 use crate::error::{Error, Result};
 use crate::output::device::{Device, DeviceCallback, DeviceGrant, DeviceInterface, OpenDevice};
 
@@ -245,13 +245,13 @@ impl Drop for DeviceOutput {
 
 fn watch(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
     let began = now();
-    let mut supervisor = Supervisor::new();
+    let mut reopening = Reopening::new();
     let mut open: Option<Box<dyn OpenDevice>> = None;
     let mut lost = Arc::new(AtomicBool::new(false));
     while !shared.stop.load(Ordering::Acquire) {
         let now_s = began.elapsed().as_secs_f64();
         let callbacks = shared.callbacks.load(Ordering::Relaxed);
-        match supervisor.step(now_s, callbacks, lost.load(Ordering::Acquire)) {
+        match reopening.step(now_s, callbacks, lost.load(Ordering::Acquire)) {
             Order::Wait => thread::park_timeout(LOOK),
             Order::Close => open = None,
             Order::Open => {
@@ -266,11 +266,11 @@ fn watch(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
                     Err(error) => log::warn!("{error}"),
                 }
                 let now_s = began.elapsed().as_secs_f64();
-                supervisor.opened(now_s, callbacks, open.is_some());
+                reopening.opened(now_s, callbacks, open.is_some());
             }
         }
         shared.report.store(Watched {
-            counts: supervisor.counts(),
+            counts: reopening.counts(),
             grant: open.as_ref().map(|open| open.grant()),
             xruns: open.as_mut().map_or(0, |open| open.xruns()),
         });

@@ -4,43 +4,56 @@
 //! Wait-free both ways: one atomic exchange.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::runtime::slot::Slot;
 
 /// Fills a block of interleaved stereo.
 pub type Fill = Box<dyn FnMut(&mut [f32]) + Send>;
 
-type Place = Arc<Slot<Fill>>;
+struct Place {
+    slot: Slot<Fill>,
+    blocks: AtomicU64,
+}
 
 /// The place where it waits. Control side.
-pub struct Berth(Place);
+pub struct Berth(Arc<Place>);
 
 /// The thing, lent to a stream.
 pub struct Loan {
     fill: Option<Box<Fill>>,
-    place: Place,
+    place: Arc<Place>,
 }
 
 impl Berth {
     /// With something to lend.
     pub fn new(fill: impl FnMut(&mut [f32]) + Send + 'static) -> Self {
         let fill: Fill = Box::new(fill);
-        Self(Arc::new(Slot::new(Some(Box::new(fill)))))
+        Self(Arc::new(Place {
+            slot: Slot::new(Some(Box::new(fill))),
+            blocks: AtomicU64::new(0),
+        }))
     }
 
     /// Lends it; `None` while a stream has it.
     pub fn lend(&self) -> Option<Loan> {
-        let fill = self.0.take()?;
+        let fill = self.0.slot.take()?;
         Some(Loan {
             fill: Some(fill),
             place: Arc::clone(&self.0),
         })
+    }
+
+    /// Blocks that have been filled so far, by all loans.
+    pub fn blocks(&self) -> u64 {
+        self.0.blocks.load(Ordering::Relaxed)
     }
 }
 
 impl Loan {
     /// Fills a block. Audio side, as far as what was lent is.
     pub fn fill(&mut self, block: &mut [f32]) {
+        self.place.blocks.fetch_add(1, Ordering::Relaxed);
         match &mut self.fill {
             Some(fill) => fill(block),
             None => block.fill(0.0),
@@ -50,7 +63,7 @@ impl Loan {
 
 impl Drop for Loan {
     fn drop(&mut self) {
-        drop(self.place.swap(self.fill.take()));
+        drop(self.place.slot.swap(self.fill.take()));
     }
 }
 
@@ -72,5 +85,6 @@ mod tests {
         std::thread::spawn(move || drop(loan)).join().expect("ends");
         berth.lend().expect("is back").fill(&mut block);
         assert_eq!(block, [2.0; 2]);
+        assert_eq!(berth.blocks(), 2);
     }
 }

@@ -1,4 +1,4 @@
-//! Keeps a device open: polls, waits longer after each failure, lets a null device stand in.
+//! Keeps a device open: does what [`Reopening`] says, and lets a null device stand in meanwhile.
 //!
 //! Control side, one thread: whoever calls [`Supervisor::poll`], some times a second. It reads no clock: the caller says
 //! how late it is, so that a test can.
@@ -10,12 +10,7 @@ use super::berth::{Berth, Loan};
 use crate::error::Result;
 use crate::runtime::affinity::AffinityPolicy;
 use crate::runtime::null_device::NullDevice;
-
-/// Seconds until a lost device is tried again, at first and at most; doubled by each failure.
-const BACK_OFF_S: (f64, f64) = (0.1, 5.0);
-
-/// Seconds that a stream has to last for its loss to count as a first one.
-const STEADY_S: f64 = 5.0;
+use crate::runtime::reopening::{Counts, Order, Reopening};
 
 /// Opens streams to a device.
 pub trait Backend {
@@ -59,10 +54,8 @@ enum Now<S> {
     Playing {
         stream: S,
         lost: Arc<AtomicBool>,
-        since_s: f64,
     },
     Waiting {
-        until_s: f64,
         because: String,
         stand_in: Option<NullDevice>,
     },
@@ -74,9 +67,7 @@ pub struct Supervisor<B: Backend> {
     berth: Berth,
     stand_in: Option<StandIn>,
     now: Now<B::Stream>,
-    back_off_s: f64,
-    opens: u64,
-    losses: u64,
+    reopening: Reopening,
 }
 
 impl<B: Backend> Supervisor<B> {
@@ -92,39 +83,29 @@ impl<B: Backend> Supervisor<B> {
             berth: Berth::new(fill),
             stand_in,
             now: Now::Waiting {
-                until_s: f64::NEG_INFINITY,
                 because: "not opened yet".into(),
                 stand_in: None,
             },
-            back_off_s: BACK_OFF_S.0,
-            opens: 0,
-            losses: 0,
+            reopening: Reopening::new(),
         }
     }
 
     /// Looks after the device; `time_s` is the caller's clock, which never goes back.
     pub fn poll(&mut self, time_s: f64) -> DeviceState {
-        if let Now::Playing { lost, since_s, .. } = &self.now
-            && lost.load(Ordering::Acquire)
-        {
-            self.losses += 1;
-            if time_s - since_s >= STEADY_S {
-                self.back_off_s = BACK_OFF_S.0;
-            }
-            // Ends the old stream first, so that the loan is back.
-            self.wait(time_s, "the device was lost".into());
-        }
-        if let Now::Waiting { until_s, .. } = self.now
-            && time_s >= until_s
-        {
-            self.attempt(time_s);
+        let lost = match &self.now {
+            Now::Playing { lost, .. } => lost.load(Ordering::Acquire),
+            Now::Waiting { .. } => false,
+        };
+        match self.reopening.step(time_s, self.berth.blocks(), lost) {
+            Order::Wait => {}
+            Order::Close if lost => self.wait("the device was lost".into()),
+            Order::Close => self.wait("the device asked for nothing any more".into()),
+            Order::Open => self.attempt(time_s),
         }
         match &self.now {
             Now::Playing { .. } => DeviceState::Playing,
-            Now::Waiting {
-                until_s, because, ..
-            } => DeviceState::Waiting {
-                until_s: *until_s,
+            Now::Waiting { because, .. } => DeviceState::Waiting {
+                until_s: self.reopening.due_s().unwrap_or(time_s),
                 because: because.clone(),
             },
         }
@@ -134,33 +115,31 @@ impl<B: Backend> Supervisor<B> {
         if let Now::Waiting { stand_in, .. } = &mut self.now {
             drop(stand_in.take());
         }
-        let Some(loan) = self.berth.lend() else {
-            // A stream that is still ending has it.
-            self.wait(time_s, "the last stream has not ended yet".into());
-            return;
-        };
         let lost = Arc::new(AtomicBool::new(false));
-        match self.backend.open(loan, Arc::clone(&lost)) {
-            Ok(stream) => {
-                self.opens += 1;
-                self.now = Now::Playing {
-                    stream,
-                    lost,
-                    since_s: time_s,
-                };
-            }
-            Err(error) => self.wait(time_s, error.to_string()),
+        let refusal = match self.berth.lend() {
+            Some(loan) => match self.backend.open(loan, Arc::clone(&lost)) {
+                Ok(stream) => {
+                    self.now = Now::Playing { stream, lost };
+                    None
+                }
+                Err(error) => Some(error.to_string()),
+            },
+            // A stream that is still ending has it.
+            None => Some("the last stream has not ended yet".into()),
+        };
+        let blocks = self.berth.blocks();
+        self.reopening.opened(time_s, blocks, refusal.is_none());
+        if let Some(because) = refusal {
+            self.wait(because);
         }
     }
 
-    /// Waits for the next attempt, and longer for the one after it.
-    fn wait(&mut self, time_s: f64, because: String) {
+    /// Ends the stream, so that the loan is back, and lets the null device play.
+    fn wait(&mut self, because: String) {
         self.now = Now::Waiting {
-            until_s: time_s + self.back_off_s,
             because,
             stand_in: None,
         };
-        self.back_off_s = (2.0 * self.back_off_s).min(BACK_OFF_S.1);
         let Some(shape) = self.stand_in else { return };
         let Some(mut loan) = self.berth.lend() else {
             return;
@@ -183,14 +162,9 @@ impl<B: Backend> Supervisor<B> {
         }
     }
 
-    /// Streams opened so far.
-    pub fn opens(&self) -> u64 {
-        self.opens
-    }
-
-    /// Streams lost so far.
-    pub fn losses(&self) -> u64 {
-        self.losses
+    /// Streams opened, refused, lost and stalled so far.
+    pub fn counts(&self) -> Counts {
+        self.reopening.counts()
     }
 }
 

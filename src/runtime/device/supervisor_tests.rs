@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicU64;
 
 use super::*;
 use crate::error::Error;
+use crate::runtime::reopening::{LONGEST_WAIT_S, STALL_S};
 
 /// What the fake device does and has seen.
 #[derive(Default)]
@@ -81,7 +82,8 @@ fn a_lost_device_is_opened_again_and_the_sound_goes_on() {
     );
     assert_eq!(supervisor.poll(10.11), DeviceState::Playing);
     assert_eq!(play_block(&supervisor), 2.0);
-    assert_eq!((supervisor.opens(), supervisor.losses()), (2, 1));
+    let counts = supervisor.counts();
+    assert_eq!((counts.opened, counts.lost, counts.stalled), (2, 1, 0));
 }
 
 #[test]
@@ -100,8 +102,8 @@ fn attempts_become_rarer_and_never_stop() {
     }
     let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!((gaps[0] - 0.1).abs() < 0.02 && (gaps[1] - 0.2).abs() < 0.02);
-    assert!(gaps.iter().all(|gap| *gap <= BACK_OFF_S.1 + 0.02));
-    assert!((gaps.last().expect("many") - BACK_OFF_S.1).abs() < 0.02);
+    assert!(gaps.iter().all(|gap| *gap <= LONGEST_WAIT_S + 0.02));
+    assert!((gaps.last().expect("many") - LONGEST_WAIT_S).abs() < 0.02);
     script.borrow_mut().is_there = true;
     assert_eq!(supervisor.poll(70.0), DeviceState::Playing);
 }
@@ -115,8 +117,24 @@ fn a_device_that_fails_at_once_is_not_hammered() {
         }
     }
     // In ten seconds: 0.1, 0.2, 0.4 … apart, not a hundred times.
-    assert!(supervisor.opens() <= 8, "{} opens", supervisor.opens());
-    assert!(supervisor.opens() >= 5);
+    let opened = supervisor.counts().opened;
+    assert!((5..=8).contains(&opened), "{opened} opens");
+}
+
+#[test]
+fn a_device_that_asks_for_nothing_is_opened_again() {
+    let (mut supervisor, _, _) = supervised(None);
+    assert_eq!(supervisor.poll(0.0), DeviceState::Playing);
+    play_block(&supervisor);
+    assert_eq!(supervisor.poll(0.5), DeviceState::Playing);
+    let silent = supervisor.poll(0.5 + STALL_S);
+    assert!(
+        matches!(&silent, DeviceState::Waiting { because, .. } if because.contains("asked for nothing")),
+        "{silent:?}"
+    );
+    assert_eq!(supervisor.poll(0.7 + STALL_S), DeviceState::Playing);
+    assert_eq!(play_block(&supervisor), 1.0);
+    assert_eq!(supervisor.counts().stalled, 1);
 }
 
 #[test]

@@ -18,7 +18,7 @@ pub const WELL_S: f64 = 2.0;
 pub enum Order {
     /// Nothing.
     Wait,
-    /// Open the device and report with [`Supervisor::opened`].
+    /// Open the device and report with [`Reopening::opened`].
     Open,
     /// Close it: it was lost or has stalled.
     Close,
@@ -49,13 +49,13 @@ enum State {
 }
 
 /// Decides when to open and close.
-pub struct Supervisor {
+pub struct Reopening {
     state: State,
     wait_s: f64,
     counts: Counts,
 }
 
-impl Supervisor {
+impl Reopening {
     /// Begins closed, to be opened at once.
     pub fn new() -> Self {
         Self {
@@ -123,13 +123,21 @@ impl Supervisor {
         self.wait_s = (2.0 * self.wait_s).min(LONGEST_WAIT_S);
     }
 
+    /// When [`Order::Open`] comes, in seconds; `None` while the device is open.
+    pub fn due_s(&self) -> Option<f64> {
+        match self.state {
+            State::Closed { until_s } => Some(until_s),
+            State::Open { .. } => None,
+        }
+    }
+
     /// What has happened so far.
     pub fn counts(&self) -> Counts {
         self.counts
     }
 }
 
-impl Default for Supervisor {
+impl Default for Reopening {
     fn default() -> Self {
         Self::new()
     }
@@ -141,13 +149,13 @@ mod tests {
 
     #[test]
     fn refusals_come_farther_and_farther_apart() {
-        let mut supervisor = Supervisor::new();
+        let mut reopening = Reopening::new();
         let mut asked = Vec::new();
         for tick in 0..3000 {
             let now_s = f64::from(tick) * 0.01;
-            if supervisor.step(now_s, 0, false) == Order::Open {
+            if reopening.step(now_s, 0, false) == Order::Open {
                 asked.push(now_s);
-                supervisor.opened(now_s, 0, false);
+                reopening.opened(now_s, 0, false);
             }
         }
         let waits: Vec<f64> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -156,37 +164,37 @@ mod tests {
             // Steps are a hundredth apart.
             assert!((wait - wanted).abs() < 0.011, "{n}: {wait}");
         }
-        assert_eq!(supervisor.counts().refused as usize, asked.len());
+        assert_eq!(reopening.counts().refused as usize, asked.len());
     }
 
     #[test]
     fn a_loss_is_answered_after_the_first_wait_again_once_all_was_well() {
-        let mut supervisor = Supervisor::new();
+        let mut reopening = Reopening::new();
         let mut now_s = 0.0;
         for round in 0..4 {
-            assert_eq!(supervisor.step(now_s, round, false), Order::Open);
-            supervisor.opened(now_s, round, true);
+            assert_eq!(reopening.step(now_s, round, false), Order::Open);
+            reopening.opened(now_s, round, true);
             // A little more than the limit: sums of decimal fractions are rounded.
             now_s += WELL_S + 1e-6;
-            assert_eq!(supervisor.step(now_s, round + 1, true), Order::Close);
-            assert_eq!(supervisor.step(now_s + 0.09, round + 1, true), Order::Wait);
+            assert_eq!(reopening.step(now_s, round + 1, true), Order::Close);
+            assert_eq!(reopening.step(now_s + 0.09, round + 1, true), Order::Wait);
             now_s += FIRST_WAIT_S + 1e-6;
         }
-        let counts = supervisor.counts();
+        let counts = reopening.counts();
         assert_eq!((counts.opened, counts.lost, counts.stalled), (4, 4, 0));
     }
 
     #[test]
     fn silence_is_a_stall_and_late_words_of_a_closed_device_are_nothing() {
-        let mut supervisor = Supervisor::new();
-        assert_eq!(supervisor.step(0.0, 0, false), Order::Open);
-        supervisor.opened(0.0, 0, true);
-        assert_eq!(supervisor.step(0.9, 0, false), Order::Wait);
-        assert_eq!(supervisor.step(0.95, 1, false), Order::Wait);
-        assert_eq!(supervisor.step(1.9, 1, false), Order::Wait);
-        assert_eq!(supervisor.step(1.96, 1, false), Order::Close);
-        assert_eq!(supervisor.step(1.97, 1, true), Order::Wait);
-        assert_eq!(supervisor.counts().stalled, 1);
-        assert_eq!(supervisor.counts().lost, 0);
+        let mut reopening = Reopening::new();
+        assert_eq!(reopening.step(0.0, 0, false), Order::Open);
+        reopening.opened(0.0, 0, true);
+        assert_eq!(reopening.step(0.9, 0, false), Order::Wait);
+        assert_eq!(reopening.step(0.95, 1, false), Order::Wait);
+        assert_eq!(reopening.step(1.9, 1, false), Order::Wait);
+        assert_eq!(reopening.step(1.96, 1, false), Order::Close);
+        assert_eq!(reopening.step(1.97, 1, true), Order::Wait);
+        assert_eq!(reopening.counts().stalled, 1);
+        assert_eq!(reopening.counts().lost, 0);
     }
 }
