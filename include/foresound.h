@@ -26,7 +26,7 @@
 #include <stdint.h>
 
 /* The interface that this header describes, as foresound_version gives it. */
-#define FORESOUND_API_VERSION 0x00010100u
+#define FORESOUND_API_VERSION 0x00010200u
 
 // Result of every call.
 enum ForesoundStatus
@@ -58,6 +58,8 @@ enum ForesoundStatus
   FORESOUND_STATUS_FULL = 10,
   // A defect of the library was caught. The handle answers nothing but close from now on.
   FORESOUND_STATUS_PANIC = 11,
+  // An instance that was removed or never added.
+  FORESOUND_STATUS_STALE_INSTANCE = 12,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -127,7 +129,7 @@ typedef struct ForesoundOptions {
 // Metres, right-handed, +y up. The orientation turns the thing's own coordinates (+x right, +y up, -z ahead) into the
 // world's: a quaternion as x, y, z, w of about length 1.
 typedef struct ForesoundPose {
-  // Which source; not looked at for the listener.
+  // Which source; not looked at for the listener and for instances.
   uint32_t source;
   // Position in metres.
   float position_m[3];
@@ -467,6 +469,27 @@ ForesoundStatus foresound_engine_paths(uint64_t engine,
                                        struct ForesoundShownPath *paths,
                                        size_t capacity,
                                        size_t *count);
+
+// Adds an instance of a part, such as a door, at a pose from the next tick on, and gives its number. A part is a scene
+// of its own in coordinates of its own, the hinge at the origin; its handle may be closed at once, and several instances
+// may share it. Instances stay when the scene is replaced. Any thread but the audio thread.
+//
+// Pointers:
+// `pose` is the address of a pose, whose source is not looked at, `instance` of a variable.
+ForesoundStatus foresound_instance_add(uint64_t engine,
+                                       uint64_t part,
+                                       const struct ForesoundPose *pose,
+                                       uint32_t *instance);
+
+// Moves an instance from the next tick on. The orientation is a quaternion of length 1; with a pose that cannot be the
+// last good one is kept. Any thread but the audio thread.
+//
+// Pointers:
+// `pose` is the address of a pose, whose source is not looked at.
+ForesoundStatus foresound_instance_move(uint64_t engine, uint32_t instance, const struct ForesoundPose *pose);
+
+// Removes an instance from the next tick on. Its number is stale at once. Any thread but the audio thread.
+ForesoundStatus foresound_instance_remove(uint64_t engine, uint32_t instance);
 
 // The default options. Call it before changing any.
 //

@@ -41,7 +41,7 @@ static void no_engine(uint64_t engine, uint64_t scene, uint64_t clip) {
     ForesoundEngineHealth health;
     ForesoundShownPath path;
     size_t count = 0;
-    uint32_t source = 0;
+    uint32_t source = 0, instance = 0;
     uint64_t stream = 0;
     NO(foresound_engine_tick(engine, &pose, &pose, 1));
     NO(foresound_engine_set_scene(engine, scene));
@@ -53,6 +53,9 @@ static void no_engine(uint64_t engine, uint64_t scene, uint64_t clip) {
     NO(foresound_engine_health(engine, &health));
     NO(foresound_engine_set_budget(engine, NULL));
     NO(foresound_engine_paths(engine, &path, 1, &count));
+    NO(foresound_instance_add(engine, scene, &pose, &instance));
+    NO(foresound_instance_move(engine, 0, &pose));
+    NO(foresound_instance_remove(engine, 0));
     NO(foresound_source_add(engine, 0, 0, 0, &source));
     NO(foresound_source_remove(engine, 0));
     NO(foresound_source_configure(engine, 0, NULL));
@@ -73,7 +76,7 @@ int main(void) {
     const uint32_t materials[1] = {7};
     float block[128] = {0};
     uint64_t engine = 0, renderer = 0, scene = 0, clip = 0, stream = 0, output = 0, other = 0;
-    uint32_t source = 0, frames = 0;
+    uint32_t source = 0, frames = 0, instance = 0;
     size_t count = 0;
     ForesoundSceneInfo info;
     ForesoundOutputInfo played;
@@ -191,6 +194,24 @@ int main(void) {
     NO(foresound_source_stream(engine, source, HUGE_COUNT, &stream));
     NO(foresound_source_stream(engine, source, 64, NULL));
     YES(foresound_source_stream(engine, source, 64, &stream));
+
+    /* Instances. */
+    NO(foresound_instance_add(engine, scene, NULL, &instance));
+    NO(foresound_instance_add(engine, scene, &pose, NULL));
+    NO(foresound_instance_add(engine, scene, &nowhere, &instance));
+    NO(foresound_instance_add(engine, clip, &pose, &instance));
+    NO(foresound_instance_add(engine, 0, &pose, &instance));
+    YES(foresound_instance_add(engine, scene, &pose, &instance));
+    NO(foresound_instance_move(engine, instance, NULL));
+    NO(foresound_instance_move(engine, instance, &nowhere));
+    NO(foresound_instance_move(engine, instance + 1, &pose));
+    pose.orientation[0] = 3;
+    NO(foresound_instance_move(engine, instance, &pose));
+    pose.orientation[0] = 0;
+    YES(foresound_instance_move(engine, instance, &pose));
+    NO(foresound_instance_remove(engine, 0xffffffffu));
+    YES(foresound_instance_remove(engine, instance));
+    NO(foresound_instance_remove(engine, instance));
 
     /* The engine. */
     NO(foresound_engine_tick(engine, NULL, NULL, 0));

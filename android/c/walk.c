@@ -26,6 +26,10 @@ static void refused(ForesoundStatus status, ForesoundStatus wanted, const char *
     }
 }
 
+/* A panel of 2 m x 2 m that slides through the walk, turned by a quarter and a bit. */
+static const float panel[12] = {0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0};
+static const uint32_t panel_triangles[6] = {0, 1, 2, 0, 2, 3};
+
 static float signal_[SAMPLES];
 static float block[2 * FRAMES];
 
@@ -60,12 +64,21 @@ int main(int count, char **arguments) {
     must(foresound_close(clip), "close clip");
     must(foresound_source_set_gain(engine, far_source, 0.5f), "gain");
 
+    uint64_t part;
+    uint32_t door;
+    ForesoundPose swing = {0, {9.0f, 0, 1.0f}, {0, 0.6f, 0, 0.8f}};
+    must(foresound_scene_from_mesh(panel, 4, panel_triangles, 6, NULL, NULL, 0, NULL, NULL, &part), "panel");
+    must(foresound_instance_add(engine, part, &swing, &door), "door");
+    must(foresound_close(part), "close panel");
+
     FILE *out = fopen(arguments[2], "wb");
     if (!out) return 4;
     for (int tick = 0; tick < TICKS; tick++) {
-        float part = (float)tick / (float)TICKS;
-        ForesoundPose listener = {0, {12.5f - 6.0f * part, 1.65f, 0.5f + 4.0f * part}, {0, 0.5f * part, 0, 1}};
-        ForesoundPose moving = {near_source, {5.0f, 1.5f, 3.25f - part}, {0, 0, 0, 1}};
+        float way = (float)tick / (float)TICKS;
+        ForesoundPose listener = {0, {12.5f - 6.0f * way, 1.65f, 0.5f + 4.0f * way}, {0, 0.5f * way, 0, 1}};
+        ForesoundPose moving = {near_source, {5.0f, 1.5f, 3.25f - way}, {0, 0, 0, 1}};
+        swing.position_m[2] = 1.0f + way;
+        must(foresound_instance_move(engine, door, &swing), "door");
         must(foresound_engine_tick(engine, &listener, &moving, 1), "tick");
         ForesoundRenderInfo info;
         must(foresound_render(renderer, block, FRAMES, &info), "render");
@@ -81,6 +94,8 @@ int main(int count, char **arguments) {
     ForesoundPose bad = {77, {0, 0, 0}, {0, 0, 0, 1}};
     refused(foresound_engine_tick(engine, NULL, NULL, 0), FORESOUND_STATUS_NULL, "no listener");
     refused(foresound_engine_tick(engine, &bad, &bad, 1), FORESOUND_STATUS_STALE_SOURCE, "no source");
+    must(foresound_instance_remove(engine, door), "remove");
+    refused(foresound_instance_remove(engine, door), FORESOUND_STATUS_STALE_INSTANCE, "no door");
     refused(foresound_engine_tick(renderer, &bad, NULL, 0), FORESOUND_STATUS_WRONG_KIND, "no engine");
     refused(foresound_render(42, block, FRAMES, NULL), FORESOUND_STATUS_CLOSED, "no renderer");
     for (int n = 0; n < 2 * FRAMES; n++)

@@ -109,6 +109,10 @@ final class Bridge {
         Native.play(engine, far, clip, false);
         Native.close(clip);
         Native.setGain(engine, far, 0.5f);
+        float[] panel = {0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0};
+        long door = Native.sceneFromMesh(panel, new int[] {0, 1, 2, 0, 2, 3}, null, null, null, null);
+        int instance = Native.addInstance(engine, door, 9.0f, 0, 1.0f);
+        Native.close(door);
         ByteBuffer frame = direct(2 * Native.POSE_BYTES);
         ByteBuffer block = direct(2 * frames * 4);
         byte[] copy = new byte[block.capacity()];
@@ -118,6 +122,7 @@ final class Bridge {
                 float part = (float) tick / (float) ticks;
                 pose(frame, 0, 1, 12.5f - 6.0f * part, 1.65f, 0.5f + 4.0f * part, 0.5f * part);
                 pose(frame, 1, near, 5.0f, 1.5f, 3.25f - part, 0);
+                Native.moveInstance(engine, instance, 9.0f, 0, 1.0f + part, 0, 0.6f, 0, 0.8f);
                 Native.tick(engine, frame, 1);
                 voices = Math.max(voices, Native.render(renderer, block, frames));
                 block.get(0, copy);
@@ -247,6 +252,20 @@ final class Bridge {
             options[field] = field == 0 ? 32 : Double.NaN;
             refuses(argument, () -> Native.configureSource(engine, source, options));
         }
+        // Instances.
+        int instance = Native.addInstance(engine, scene, 0, 0, 0);
+        refuses(argument, () -> Native.addInstance(engine, scene, Float.NaN, 0, 0));
+        refuses(argument, () -> Native.addInstance(engine, scene, 0, 1e30f, 0));
+        refuses(state, () -> Native.addInstance(engine, 77, 0, 0, 0));
+        refuses(argument, () -> Native.addInstance(engine, clip, 0, 0, 0));
+        refuses(argument, () -> Native.moveInstance(engine, instance + 1, 0, 0, 0, 0, 0, 0, 1));
+        refuses(argument, () -> Native.moveInstance(engine, -1, 0, 0, 0, 0, 0, 0, 1));
+        refuses(argument, () -> Native.moveInstance(engine, instance, Float.NaN, 0, 0, 0, 0, 0, 1));
+        refuses(argument, () -> Native.moveInstance(engine, instance, 0, 0, 0, 0, 0, 0, 0));
+        refuses(argument, () -> Native.moveInstance(engine, instance, 0, 0, 0, 0, 0, 3, 4));
+        refuses(argument, () -> Native.removeInstance(engine, instance + 0x10000));
+        Native.removeInstance(engine, instance);
+        refuses(argument, () -> Native.removeInstance(engine, instance));
         refuses(none, () -> Native.clipFromSamples(null, 48_000, 48_000));
         refuses(argument, () -> Native.clipFromSamples(new float[] {Float.NaN}, 48_000, 48_000));
         refuses(argument, () -> Native.clipFromSamples(new float[1], -1, 48_000));
@@ -322,6 +341,9 @@ final class Bridge {
             () -> Native.addSource(engine, 0, 0, 0),
             () -> Native.removeSource(engine, source),
             () -> Native.configureSource(engine, source, new double[Native.SOURCE_OPTIONS]),
+            () -> Native.addInstance(engine, scene, 0, 0, 0),
+            () -> Native.moveInstance(engine, 0, 0, 0, 0, 0, 0, 0, 1),
+            () -> Native.removeInstance(engine, 0),
             () -> Native.setGain(engine, source, 1),
             () -> Native.mute(engine, source, true),
             () -> Native.play(engine, source, clip, true),

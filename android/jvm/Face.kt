@@ -88,6 +88,26 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         val took = (System.nanoTime() - began) * 1e-6
         check(looks.size == 3 && took >= 200) { "$took ms" }
 
+        val door = Scene.fromMesh(
+            floatArrayOf(0f, 0f, 0f, 2f, 0f, 0f, 2f, 2f, 0f, 0f, 2f, 0f),
+            intArrayOf(0, 1, 2, 0, 2, 3),
+        ).use { engine.addInstance(it, 5.5f, 0.5f, 3.6f) }
+        fun loudestDb(): Float {
+            engine.tick()
+            engine.render(buffer, 800)
+            return engine.paths().maxOf { it.levelDb }
+        }
+        door.turn(0f, 0.6f, 0f, 0.8f)
+        val shutDb = loudestDb()
+        door.set(5.5f, 0.5f, 50f)
+        val openDb = loudestDb()
+        check(shutDb < openDb - 3) { "$shutDb dB with the door shut, $openDb dB with it open" }
+        refuses<IllegalArgumentException> { door.turn(0f, 3f, 0f, 4f) }
+        refuses<IllegalArgumentException> { door.set(Float.NaN, 0f, 0f) }
+        door.close()
+        door.close()
+        refuses<IllegalArgumentException> { door.set(0f, 0f, 0f) }
+
         val stream = voice.stream(64)
         check(stream.write(buffer, 100) == 64)
         voice.stop()

@@ -10,7 +10,10 @@ use foresound::Result;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings, FrameTime};
 use foresound::scene::obj::{ObjOptions, load_obj};
-use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose};
+use foresound::scene::{
+    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
+    SourcePose, TriangleMesh,
+};
 use glam::{Quat, Vec3};
 
 const RATE_HZ: u32 = 48_000;
@@ -35,11 +38,25 @@ fn load(path: &Path) -> Result<Arc<Scene>> {
     Scene::commit(&file.mesh, &table, &SceneSettings::default()).map(Arc::new)
 }
 
-/// Where things stand, in metres; the near source moves a metre along z down from its start.
+/// A panel of 2 m x 2 m.
+fn panel() -> Result<Arc<Scene>> {
+    let corners = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [2.0, 2.0, 0.0],
+        [0.0, 2.0, 0.0],
+    ];
+    let mesh = TriangleMesh::from_slices(&corners, &[0, 1, 2, 0, 2, 3], &[], &[])?;
+    let table = MaterialTable::built_in();
+    Scene::commit(&mesh, &table, &SceneSettings::default()).map(Arc::new)
+}
+
+/// Where things stand, in metres; the near source moves a metre along z down from its start, the panel a metre up.
 struct Places {
     near: Vec3,
     near_start_z: f32,
     far: Vec3,
+    panel: Vec3,
     from: Vec3,
     along: Vec3,
 }
@@ -49,6 +66,7 @@ const DOORWAY: Places = Places {
     near: Vec3::new(5.0, 1.5, 3.2),
     near_start_z: 3.25,
     far: Vec3::new(10.0, 1.5, 2.0),
+    panel: Vec3::new(9.0, 0.0, 1.0),
     from: Vec3::new(12.5, 1.65, 0.5),
     along: Vec3::new(-6.0, 0.0, 4.0),
 };
@@ -57,6 +75,7 @@ const HALL: Places = Places {
     near: Vec3::new(5.2, 2.5, 10.0),
     near_start_z: 10.0,
     far: Vec3::new(4.4, 2.5, 6.0),
+    panel: Vec3::new(5.0, 1.5, 9.0),
     from: Vec3::new(7.75, 1.65, 3.0),
     along: Vec3::new(0.0, 0.0, 14.0),
 };
@@ -85,11 +104,18 @@ fn walk(scene: Arc<Scene>, places: &Places) -> Result<Vec<u8>> {
     controller.play(near, Arc::clone(&clip), true)?;
     controller.play(far, clip, false)?;
     controller.set_source_gain(far, 0.5)?;
+    let swing = |part: f32, id| InstancePose {
+        id,
+        position: (places.panel + part * Vec3::Z).as_dvec3(),
+        rotation: Quat::from_xyzw(0.0, 0.6, 0.0, 0.8),
+    };
+    let door = controller.add_instance(panel()?, &swing(0.0, InstanceId::default()))?;
     let mut all = Vec::new();
     let mut block = vec![0.0; 2 * FRAMES];
     for tick in 0..TICKS {
         let part = tick as f32 / TICKS as f32;
         let moving = places.near.with_z(places.near_start_z - part);
+        controller.set_instance_pose(&swing(part, door))?;
         controller.tick(listener_at(places, part), &[SourcePose::at(near, moving)])?;
         renderer.render(&mut block);
         all.extend(block.iter().flat_map(|sample| sample.to_le_bytes()));

@@ -34,6 +34,8 @@ pub enum Status {
     Full = 10,
     /// A defect of the library was caught. The handle answers nothing but close from now on.
     Panic = 11,
+    /// An instance that was removed or never added.
+    StaleInstance = 12,
 }
 
 /// A failed call.
@@ -82,7 +84,8 @@ impl From<Error> for Fault {
             Error::File { .. } => Status::File,
             Error::Format { .. } | Error::Mesh { .. } => Status::Format,
             Error::Setting { .. } => Status::BadArgument,
-            Error::StaleSource { .. } | Error::StaleInstance { .. } => Status::StaleSource,
+            Error::StaleSource { .. } => Status::StaleSource,
+            Error::StaleInstance { .. } => Status::StaleInstance,
             Error::Engine { .. } => Status::State,
         };
         Self::new(status, error.to_string())

@@ -11,6 +11,7 @@
 pub mod clip;
 pub mod fault;
 pub mod health;
+pub mod instances;
 pub mod numbers;
 pub mod options;
 pub mod picture;
@@ -32,7 +33,7 @@ pub use pose::Pose;
 pub use statistics::EngineStatistics;
 
 /// Version of this interface: 65,536 × major + 256 × minor + patch. Another major number breaks callers.
-pub const VERSION: u32 = 0x0001_0100;
+pub const VERSION: u32 = 0x0001_0200;
 
 /// Closes any handle: ends what it stands for. An engine waits for the update under way.
 ///

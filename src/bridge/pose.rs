@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use crate::scene::{ListenerPose, SourceId, SourcePose, SourceSettings};
+use crate::scene::{InstanceId, InstancePose, ListenerPose, SourceId, SourcePose, SourceSettings};
 
 /// Bytes of a pose.
 pub const POSE_BYTES: usize = 32;
@@ -14,7 +14,7 @@ pub const POSE_BYTES: usize = 32;
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
-    /// Which source; not looked at for the listener.
+    /// Which source; not looked at for the listener and for instances.
     pub source: u32,
     /// Position in metres.
     pub position_m: [f32; 3],
@@ -41,6 +41,15 @@ impl Pose {
         }
     }
 
+    /// An instance's, by its number.
+    pub fn instance(&self, instance: u32) -> InstancePose {
+        InstancePose {
+            id: instance_id(instance),
+            position: Vec3::from_array(self.position_m).as_dvec3(),
+            rotation: Quat::from_array(self.orientation),
+        }
+    }
+
     /// From 32 bytes in the machine's order: the number, then seven floats in the order of the fields.
     pub fn from_bytes(bytes: &[u8; POSE_BYTES]) -> Self {
         let word = |i: usize| -> [u8; 4] {
@@ -60,6 +69,11 @@ impl Pose {
 /// The engine's name of a source.
 pub(super) fn source_id(bits: u32) -> SourceId {
     SourceId::new(bits as u16, (bits >> 16) as u16)
+}
+
+/// The engine's name of an instance.
+pub(super) fn instance_id(bits: u32) -> InstanceId {
+    InstanceId::new(bits as u16, (bits >> 16) as u16)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! is its caller's word. Nothing else in the bridge trusts anybody.
 
 pub mod engine;
+pub mod instance;
 mod memory;
 pub mod scene;
 pub mod sound;

@@ -7,6 +7,7 @@
 //! `unsafe` because the virtual machine gives pointers ([`memory`]) and takes them ([`JNI_OnLoad`]).
 
 mod engine;
+mod instance;
 mod memory;
 mod scene;
 mod sound;
@@ -96,6 +97,9 @@ fn register(env: &mut Env<'_>) -> Result<(), Fault> {
         native!("addSource", "(JFFF)I", source::add),
         native!("removeSource", "(JI)V", source::remove),
         native!("configureSource", "(JI[D)V", source::configure),
+        native!("addInstance", "(JJFFF)I", instance::add),
+        native!("moveInstance", "(JIFFFFFFF)V", instance::place),
+        native!("removeInstance", "(JI)V", instance::remove),
         native!("setGain", "(JIF)V", source::set_gain),
         native!("mute", "(JIZ)V", source::mute),
         native!("play", "(JIJZ)V", source::play),

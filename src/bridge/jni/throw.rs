@@ -15,7 +15,11 @@ pub(super) struct Throw;
 fn class_of(status: Status) -> &'static JNIStr {
     match status {
         Status::Null => jni_str!("java/lang/NullPointerException"),
-        Status::BadArgument | Status::Format | Status::WrongKind | Status::StaleSource => {
+        Status::BadArgument
+        | Status::Format
+        | Status::WrongKind
+        | Status::StaleSource
+        | Status::StaleInstance => {
             jni_str!("java/lang/IllegalArgumentException")
         }
         Status::File => jni_str!("java/io/IOException"),

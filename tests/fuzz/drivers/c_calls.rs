@@ -5,6 +5,7 @@ use std::ffi::{CStr, CString};
 use std::ptr;
 
 use foresound::bridge::capi::engine::*;
+use foresound::bridge::capi::instance::*;
 use foresound::bridge::capi::scene::*;
 use foresound::bridge::capi::sound::*;
 use foresound::bridge::capi::source::*;
@@ -23,6 +24,7 @@ struct World<'a> {
     engines: Vec<u64>,
     renderers: Vec<u64>,
     sources: Vec<u32>,
+    instances: Vec<u32>,
 }
 
 impl World<'_> {
@@ -54,6 +56,14 @@ impl World<'_> {
                 let at = usize::from(tame) % self.sources.len().max(1);
                 self.sources.get(at).copied().unwrap_or(0)
             }
+        }
+    }
+
+    fn instance(&mut self) -> u32 {
+        let newest = self.instances.last().copied().unwrap_or(0);
+        match self.bytes.byte() {
+            255 => self.bytes.word(),
+            tame => newest.wrapping_sub(u32::from(tame) % 2),
         }
     }
 
@@ -219,7 +229,7 @@ fn sound(world: &mut World) {
 
 fn change(world: &mut World) {
     let (engine, source) = (world.engine(), world.source());
-    let status = match world.bytes.below(8) {
+    let status = match world.bytes.below(11) {
         0 => foresound_source_remove(engine, source),
         1 => foresound_source_set_gain(engine, source, world.bytes.number()),
         2 => foresound_source_mute(engine, source, world.bytes.byte().into()),
@@ -227,6 +237,22 @@ fn change(world: &mut World) {
         4 => foresound_engine_pause(engine),
         5 => foresound_engine_resume(engine),
         6 => foresound_engine_restart(engine),
+        8 => {
+            let (part, pose, mut instance) = (world.any(), world.pose(), 0);
+            // SAFETY: the addresses are a pose's and a variable's.
+            let status =
+                unsafe { foresound_instance_add(engine, part, &raw const pose, &raw mut instance) };
+            if status == Status::Ok {
+                world.instances.push(instance);
+            }
+            status
+        }
+        9 => {
+            let (instance, pose) = (world.instance(), world.pose());
+            // SAFETY: the address is a pose's.
+            unsafe { foresound_instance_move(engine, instance, &raw const pose) }
+        }
+        10 => foresound_instance_remove(engine, world.instance()),
         _ => {
             let options = SourceOptions {
                 effects: world.bytes.byte().into(),
@@ -321,6 +347,7 @@ pub(crate) fn c_calls(data: &[u8]) {
         engines: Vec::new(),
         renderers: Vec::new(),
         sources: Vec::new(),
+        instances: Vec::new(),
     };
     for _ in 0..64 {
         if world.bytes.is_empty() {

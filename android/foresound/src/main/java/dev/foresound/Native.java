@@ -133,6 +133,15 @@ final class Native {
 
     static native void configureSource(long engine, int source, double[] options);
 
+    /** An instance of a part, a scene of its own, not turned; gives its number. */
+    static native int addInstance(long engine, long part, float x, float y, float z);
+
+    /** To a place, turned by a quaternion. */
+    static native void moveInstance(
+            long engine, int instance, float x, float y, float z, float turnX, float turnY, float turnZ, float turnW);
+
+    static native void removeInstance(long engine, int instance);
+
     static native void setGain(long engine, int source, float gain);
 
     static native void mute(long engine, int source, boolean muted);

@@ -174,6 +174,19 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
         return OutputReport(numbers)
     }
 
+    /**
+     * Adds an instance of a part of the scene that moves, such as a door, at a place in metres, from the next [tick] on.
+     * [part] is a scene of its own in coordinates of its own, a door's hinge at their origin; it may be closed then, and
+     * several instances may share it. Instances stay when the scene is replaced.
+     */
+    fun addInstance(part: Scene, x: Float, y: Float, z: Float): Instance =
+        Instance(this, Native.addInstance(handle, part.handle, x, y, z), x, y, z)
+
+    internal fun move(id: Int, pose: FloatArray) =
+        Native.moveInstance(handle, id, pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], pose[6])
+
+    internal fun removeInstance(id: Int) = Native.removeInstance(handle, id)
+
     internal fun configure(id: Int, options: DoubleArray) = Native.configureSource(handle, id, options)
 
     internal fun setGain(id: Int, gain: Float) = Native.setGain(handle, id, gain)
