@@ -1,9 +1,10 @@
 //! Every source's sound into the slots of the generator, each at its own level.
 //!
 //! Audio side; wait-free, bounded by the number of sources; allocates at birth only. Where every source has a slot the
-//! mixture is the source itself. A source that changes slots fades out of one while it fades into the other; one in no
-//! slot keeps its place in its sound.
+//! mixture is the source itself. A source that changes slots fades out of one while it fades into the other, and changes
+//! again only after that; one in no slot keeps its place in its sound. What ends fades where it was heard ([`Afterglow`]).
 
+use super::afterglow::{AFTERGLOW_FRAMES, Afterglow};
 use super::feed::Feed;
 use super::messages::{FeedChange, FeedPlace, NO_SLOT};
 use crate::scene::SourceId;
@@ -11,54 +12,10 @@ use crate::scene::SourceId;
 /// Seconds of a cross-fade between two slots.
 const FADE_S: f32 = 0.05;
 
-/// Audio frames over which a sound fades that is taken away from under its source: long enough not to click, short enough
-/// to be over before a slot has another tenant.
-const TAIL_FRAMES: usize = 256;
-
-/// The end of a sound that was taken away, faded to nothing.
-struct Tail {
-    samples: [f32; TAIL_FRAMES],
-    /// How many of them have been heard; all of them if there is nothing.
-    done: usize,
-    slot: u16,
-}
-
-impl Default for Tail {
-    fn default() -> Self {
-        Self {
-            samples: [0.0; TAIL_FRAMES],
-            done: TAIL_FRAMES,
-            slot: NO_SLOT,
-        }
-    }
-}
-
-impl Tail {
-    /// Takes the next samples of a feed at a gain.
-    fn take(&mut self, feed: &mut Feed, gain: f32, slot: u16) {
-        feed.fill(&mut self.samples);
-        for (n, sample) in self.samples.iter_mut().enumerate() {
-            // From one to nothing without a bend at either end.
-            let left = 1.0 - (n + 1) as f32 / TAIL_FRAMES as f32;
-            *sample *= gain * left * left * (3.0 - 2.0 * left);
-        }
-        (self.done, self.slot) = (0, slot);
-    }
-
-    fn end(&mut self) {
-        self.done = TAIL_FRAMES;
-    }
-
-    fn is_over(&self) -> bool {
-        self.done == TAIL_FRAMES
-    }
-}
-
 /// What the renderer knows of one source.
 #[derive(Default)]
 struct Seat {
-    tail: Tail,
-    /// Whether the last block had it in its slot.
+    /// Whether the last block had it in a slot.
     sounds: bool,
     feed: Feed,
     /// Whose feed it is.
@@ -69,11 +26,26 @@ struct Seat {
     gain: f32,
     target: f32,
     slot: u16,
+    /// The slot it is to be in, which it goes to when it has left the one before.
+    wanted: u16,
     /// Share of its gain that it has in its slot.
     fade: f32,
     /// The slot before, and the share of its gain that it still has there.
     left: u16,
     left_fade: f32,
+}
+
+impl Seat {
+    /// Leaves what would have been heard next to the slots where it is heard.
+    fn end(&mut self, afterglow: &mut Afterglow) {
+        if !std::mem::take(&mut self.sounds) {
+            return;
+        }
+        let mut samples = [0.0; AFTERGLOW_FRAMES];
+        self.feed.fill(&mut samples);
+        afterglow.add(self.slot, &samples, self.gain * self.fade);
+        afterglow.add(self.left, &samples, self.gain * self.left_fade);
+    }
 }
 
 /// All sources and the slots that they are mixed into.
@@ -84,6 +56,7 @@ pub(super) struct Mixer {
     inputs: Vec<f32>,
     /// Slots that something was mixed into.
     sounds: Vec<bool>,
+    afterglow: Afterglow,
     scratch: Vec<f32>,
     fade_frames: f32,
 }
@@ -95,6 +68,7 @@ impl Mixer {
             block,
             inputs: vec![0.0; slots * block],
             sounds: vec![false; slots],
+            afterglow: Afterglow::new(slots),
             scratch: vec![0.0; block],
             fade_frames: FADE_S * rate_hz as f32,
         }
@@ -104,10 +78,7 @@ impl Mixer {
     pub(super) fn change(&mut self, change: FeedChange) -> Feed {
         let mut old = change.feed;
         if let Some(seat) = self.seats.get_mut(change.id.slot()) {
-            if std::mem::take(&mut seat.sounds) {
-                seat.tail
-                    .take(&mut seat.feed, seat.gain * seat.fade, seat.slot);
-            }
+            seat.end(&mut self.afterglow);
             std::mem::swap(&mut seat.feed, &mut old);
             seat.owner = Some(change.id);
         }
@@ -124,16 +95,13 @@ impl Mixer {
                 continue;
             };
             if seat.tenant != Some(place.id) {
-                // Another source begins at its own gain, and without what its slot's last tenant had to say.
-                seat.tail.end();
-                seat.sounds = false;
+                // Another source begins at its own gain.
+                seat.end(&mut self.afterglow);
                 seat.gain = place.gain;
                 (seat.slot, seat.fade) = (place.slot, 1.0);
                 seat.left_fade = 0.0;
-            } else if seat.slot != place.slot {
-                (seat.left, seat.left_fade) = (seat.slot, seat.fade);
-                (seat.slot, seat.fade) = (place.slot, 0.0);
             }
+            seat.wanted = place.slot;
             seat.tenant = Some(place.id);
             seat.is_present = true;
             seat.target = place.gain;
@@ -146,6 +114,7 @@ impl Mixer {
             seats,
             inputs,
             sounds,
+            afterglow,
             scratch,
             ..
         } = self;
@@ -156,32 +125,17 @@ impl Mixer {
         for seat in seats {
             let plays =
                 seat.is_present && seat.owner == seat.tenant && !matches!(seat.feed, Feed::Silence);
-            let sounded = std::mem::take(&mut seat.sounds);
-            if !plays && sounded {
-                seat.tail
-                    .take(&mut seat.feed, seat.gain * seat.fade, seat.slot);
-            }
-            if !seat.tail.is_over() {
-                let slot = usize::from(seat.tail.slot);
-                let rest = &seat.tail.samples[seat.tail.done..];
-                let count = rest.len().min(frames);
-                if let Some(sounds) = sounds.get_mut(slot) {
-                    let input = &mut inputs[slot * self.block..][..frames];
-                    if !std::mem::replace(sounds, true) {
-                        input.fill(0.0);
-                    }
-                    for (sum, sample) in input.iter_mut().zip(rest) {
-                        *sum += sample;
-                    }
-                }
-                seat.tail.done += count;
-            }
             if !plays {
+                seat.end(afterglow);
                 continue;
             }
+            if seat.slot != seat.wanted && seat.left_fade == 0.0 {
+                (seat.left, seat.left_fade) = (seat.slot, seat.fade);
+                (seat.slot, seat.fade) = (seat.wanted, 0.0);
+            }
             let heard = seat.slot != NO_SLOT;
-            seat.sounds = heard;
-            if !heard && seat.left_fade == 0.0 {
+            seat.sounds = heard || seat.left_fade > 0.0;
+            if !seat.sounds {
                 starved += seat.feed.skip(frames);
                 seat.gain = seat.target;
                 continue;
@@ -207,6 +161,15 @@ impl Mixer {
                 seat.fade = risen;
             }
             seat.gain = to;
+        }
+        for (slot, sounds) in sounds.iter_mut().enumerate() {
+            if afterglow.is_heard(slot) {
+                let input = &mut inputs[slot * self.block..][..frames];
+                if !std::mem::replace(sounds, true) {
+                    input.fill(0.0);
+                }
+                afterglow.mix(slot, input);
+            }
         }
         starved
     }

@@ -64,12 +64,12 @@ fn several_share_a_slot_and_the_unheard_keep_their_place() {
     // The other one fades.
     let [_, first] = mixed(&mut mixer);
     assert!(first > 0.5 && first < 0.75, "{first}");
-    (1..TAIL_FRAMES / BLOCK).for_each(|_| {
+    (1..AFTERGLOW_FRAMES / BLOCK).for_each(|_| {
         mixed(&mut mixer);
     });
     assert_eq!(mixed(&mut mixer), [0.0, 0.5]);
     mixer.place(&[]);
-    (0..TAIL_FRAMES / BLOCK).for_each(|_| {
+    (0..AFTERGLOW_FRAMES / BLOCK).for_each(|_| {
         mixed(&mut mixer);
     });
     assert_eq!(mixed(&mut mixer), [0.0, 0.0]);
@@ -99,14 +99,14 @@ fn a_sound_that_is_taken_away_ends_without_a_step() {
             })),
         }
         let mut last = 0.5;
-        for _ in 0..TAIL_FRAMES / BLOCK + 1 {
+        for _ in 0..AFTERGLOW_FRAMES / BLOCK + 1 {
             mixer.mix(BLOCK);
             let mut inputs: [&[f32]; 2] = [&[]; 2];
             mixer.inputs(BLOCK, &mut inputs);
             for n in 0..BLOCK {
                 let next = inputs[0].get(n).copied().unwrap_or(0.0);
                 // A cubic's steepest step is one and a half times a line's.
-                assert!(next <= last && last - next <= 0.76 / TAIL_FRAMES as f32);
+                assert!(next <= last && last - next <= 0.76 / AFTERGLOW_FRAMES as f32);
                 last = next;
             }
         }
@@ -114,15 +114,63 @@ fn a_sound_that_is_taken_away_ends_without_a_step() {
     }
 }
 
+/// The greatest step between two samples of either slot, as a mixture's neighbours know it.
+fn steepest(mixer: &mut Mixer, last: &mut [f32; 2], blocks: usize) -> f32 {
+    let mut steepest = 0.0f32;
+    for _ in 0..blocks {
+        mixer.mix(BLOCK);
+        let mut inputs: [&[f32]; 2] = [&[]; 2];
+        mixer.inputs(BLOCK, &mut inputs);
+        for (last, input) in last.iter_mut().zip(inputs) {
+            for n in 0..BLOCK {
+                let next = input.get(n).copied().unwrap_or(0.0);
+                steepest = steepest.max((next - *last).abs());
+                *last = next;
+            }
+        }
+    }
+    steepest
+}
+
 #[test]
-fn the_next_tenant_of_a_seat_does_not_begin_with_the_last_ones_end() {
+fn whoever_changes_slots_again_or_goes_meanwhile_is_not_cut_off() {
+    let smooth = 1.52 / AFTERGLOW_FRAMES as f32;
+    for goes in [false, true] {
+        let mut mixer = mixer(1);
+        let mut last = [0.0; 2];
+        mixer.place(&[place(0, 0, 1.0)]);
+        steepest(&mut mixer, &mut last, 1);
+        // Unheard for ten blocks of a cross-fade that takes thirty-five, then elsewhere.
+        mixer.place(&[place(0, NO_SLOT, 1.0)]);
+        assert!(steepest(&mut mixer, &mut last, 10) < smooth);
+        mixer.place(&[place(0, 1, 1.0)]);
+        assert!(steepest(&mut mixer, &mut last, 40) < smooth);
+        assert!(last[0] == 0.0 && last[1] > 0.1, "{last:?}");
+        let places: &[FeedPlace] = if goes { &[] } else { &[place(0, 0, 1.0)] };
+        mixer.place(places);
+        assert!(steepest(&mut mixer, &mut last, 80) < smooth);
+        assert_eq!(last, if goes { [0.0; 2] } else { [1.0, 0.0] });
+    }
+}
+
+#[test]
+fn sounds_that_end_one_after_the_other_all_fade() {
     let mut mixer = mixer(1);
+    let mut last = [0.0; 2];
     mixer.place(&[place(0, 0, 1.0)]);
-    mixed(&mut mixer);
-    let next = FeedPlace {
-        id: SourceId::new(0, 1),
-        ..place(0, 0, 1.0)
+    steepest(&mut mixer, &mut last, 1);
+    let id = SourceId::new(0, 0);
+    let rising: Vec<f32> = (0..640).map(|n| n as f32 / 640.0).collect();
+    let feed = Feed::Clip {
+        samples: rising.into(),
+        next: 0,
+        looped: false,
     };
-    mixer.place(&[next]);
-    assert_eq!(mixed(&mut mixer), [0.0, 0.0]);
+    mixer.change(FeedChange { id, feed });
+    let smooth = 1.52 / AFTERGLOW_FRAMES as f32 + 1.0 / 640.0;
+    assert!(steepest(&mut mixer, &mut last, 2) < smooth);
+    let feed = Feed::Silence;
+    mixer.change(FeedChange { id, feed });
+    assert!(steepest(&mut mixer, &mut last, 5) < smooth);
+    assert_eq!(last, [0.0; 2]);
 }

@@ -13,6 +13,7 @@
 //! The level L is decided when an update is taken: Eq. 1 of its own time and of the time between graphics frames, fixed
 //! until the next one (the paper's Figure 2).
 
+mod afterglow;
 mod audibility;
 mod controller;
 mod feed;

@@ -19,8 +19,8 @@ use crate::scene::{SourceId, SourcePose};
 const SHARED_OF: usize = 4;
 /// Seconds that a source stays where it is at least.
 const DWELL_S: f64 = 0.3;
-/// Seconds that a slot is empty between two tenants: longer than a cross-fade.
-const REST_S: f64 = 0.1;
+/// Seconds that a slot is empty between two tenants: longer than two cross-fades, of which the second waits for the first.
+pub(super) const REST_S: f64 = 0.15;
 /// Energy over that of a slot's tenant from which another takes its place: 3 dB.
 const CLEARLY_LOUDER: f32 = 2.0;
 /// Share of the way to another shared slot below which a source moves there.

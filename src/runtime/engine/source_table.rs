@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use glam::Vec3;
 
-use super::seating::Guest;
+use super::seating::{Guest, REST_S};
 use crate::error::{Error, Result};
 use crate::scene::{SourceId, SourcePose};
 
@@ -21,10 +21,12 @@ struct Tenant {
     plays: bool,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Slot {
     generation: u16,
     tenant: Option<Tenant>,
+    /// When its last tenant left.
+    empty_since_s: f64,
 }
 
 /// All slots.
@@ -50,7 +52,13 @@ pub(super) fn check_place(name: &str, place: Vec3) -> Result<()> {
 impl SourceTable {
     pub(super) fn new(slots: usize) -> Self {
         Self {
-            slots: (0..slots).map(|_| Slot::default()).collect(),
+            slots: (0..slots)
+                .map(|_| Slot {
+                    generation: 0,
+                    tenant: None,
+                    empty_since_s: f64::NEG_INFINITY,
+                })
+                .collect(),
             free: (0..slots as u16).collect(),
         }
     }
@@ -73,10 +81,11 @@ impl SourceTable {
         Ok(id)
     }
 
-    pub(super) fn remove(&mut self, id: SourceId) -> Result<()> {
+    pub(super) fn remove(&mut self, id: SourceId, time_s: f64) -> Result<()> {
         self.tenant(id)?;
         let slot = &mut self.slots[id.slot()];
         slot.tenant = None;
+        slot.empty_since_s = time_s;
         slot.generation = slot.generation.wrapping_add(1);
         self.free.push_back(id.slot() as u16);
         Ok(())
@@ -151,7 +160,13 @@ impl SourceTable {
 
     /// Every source, by slot.
     pub(super) fn iter(&self) -> impl Iterator<Item = Guest> + Clone + '_ {
-        self.slots.iter().filter_map(|slot| {
+        self.after_rest(f64::INFINITY)
+    }
+
+    /// Every source but those whose slot has to rest after its last tenant, who would be cut off.
+    pub(super) fn after_rest(&self, time_s: f64) -> impl Iterator<Item = Guest> + Clone + '_ {
+        let rested = move |slot: &&Slot| time_s - slot.empty_since_s >= REST_S;
+        self.slots.iter().filter(rested).filter_map(|slot| {
             let tenant = slot.tenant?;
             Some(Guest {
                 pose: tenant.pose,

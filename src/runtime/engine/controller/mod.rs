@@ -149,7 +149,7 @@ impl Controller {
     }
 
     /// Seconds since the engine began: counted where the frame time is given, else measured.
-    fn time_s(&self) -> f64 {
+    pub(super) fn time_s(&self) -> f64 {
         match self.settings.frame_time {
             FrameTime::Fixed(frame_s) => self.ticks as f64 * frame_s,
             FrameTime::Measured => self.began.elapsed().as_secs_f64(),
@@ -158,9 +158,8 @@ impl Controller {
 
     /// Who has which slot: everybody their own, unless there are more sources than slots.
     fn seat(&mut self, time_s: f64) {
-        let guests = self.sources.iter();
-        let ear = self.listener.position;
         if let Some(seating) = &mut self.seating {
+            let (guests, ear) = (self.sources.iter(), self.listener.position);
             seating.arrange(guests, ear, time_s, &mut self.seated, &mut self.places);
             let unheard = &self.links.meters.unheard_sources;
             unheard.store(seating.unheard, Ordering::Relaxed);
@@ -168,7 +167,7 @@ impl Controller {
         }
         self.seated.clear();
         self.places.clear();
-        for Guest { pose, gain, .. } in guests {
+        for Guest { pose, gain, .. } in self.sources.after_rest(time_s) {
             self.seated.push(pose);
             let (id, slot) = (pose.id, pose.id.slot() as u16);
             self.places.push(FeedPlace { id, slot, gain });

@@ -24,7 +24,8 @@ impl Controller {
     /// # Errors
     /// [`Error::StaleSource`], as for every handle that is not a present source's.
     pub fn remove_source(&mut self, id: SourceId) -> Result<()> {
-        self.sources.remove(id)?;
+        let time_s = self.time_s();
+        self.sources.remove(id, time_s)?;
         self.send_feed(id, Feed::Silence);
         Ok(())
     }
