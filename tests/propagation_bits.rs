@@ -44,7 +44,7 @@ fn the_update_has_the_bits_of_the_plainest_way() {
         let benchmark = procedural::by_name(name).expect("a name of the list");
         let scene = commit(&benchmark);
         // More than try candidates at once, and as few in between.
-        let mut sources = poses(&benchmark, 5);
+        let mut sources = poses(&benchmark, 4);
         let mut fast =
             Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
         let mut plain = PlainPropagator::new(Arc::clone(&scene), PropagationSettings::default());
@@ -72,7 +72,7 @@ fn the_update_has_the_bits_of_the_plainest_way() {
 fn moving_parts_have_the_bits_of_the_plainest_way() {
     let benchmark = procedural::doorway();
     let scene = commit(&benchmark);
-    let all = poses(&benchmark, 5);
+    let all = poses(&benchmark, 4);
     let settings = PropagationSettings::default();
     let mut fast = Propagator::new(Arc::clone(&scene), settings).expect("settings");
     let mut plain = PlainPropagator::new(scene, settings);
@@ -108,7 +108,7 @@ fn moving_parts_have_the_bits_of_the_plainest_way() {
         }
         let ear = ear(&benchmark, update);
         // Few sources try candidates at once, more look through windows first.
-        let sources = &all[..4 + update as usize % 2];
+        let sources = &all[..3 + update as usize % 2];
         fast.update(&ear, sources, 0.0, &mut set);
         let mut expected = plain.update(&ear, sources);
         expected.rays = set.rays;

@@ -95,22 +95,25 @@ impl Windows {
             ..
         } = *window;
         let away_m = window.distance_m.abs().max(LEAST_DISTANCE_M);
-        let nearness = 1.0 / away_m;
-        let mut low = (image - window.low + margin_m).to_array();
-        let mut high = (image - window.high - margin_m).to_array();
+        let mut widest = 1.0f64;
         let main = main_axis(surface.normal);
-        (low[main], high[main]) = (0.0, 0.0);
-        let along = |axis: usize| low[axis].abs() + high[axis].abs();
-        let widest = 1.0 + along(0) + along(1) + along(2);
-        (low[main], high[main]) = (ENDLESS_M, -ENDLESS_M);
-        let normal = surface.normal.to_array();
+        let (low, high) = (
+            (image - window.low + margin_m).to_array(),
+            (image - window.high - margin_m).to_array(),
+        );
         for axis in 0..3 {
-            self.normal[axis][lane] = normal[axis] as f32;
-            self.low[axis][lane] = low[axis] as f32;
-            self.high[axis][lane] = high[axis] as f32;
+            self.normal[axis][lane] = surface.normal[axis] as f32;
+            if axis == main {
+                self.low[axis][lane] = ENDLESS_M as f32;
+                self.high[axis][lane] = -ENDLESS_M as f32;
+            } else {
+                self.low[axis][lane] = low[axis] as f32;
+                self.high[axis][lane] = high[axis] as f32;
+                widest += low[axis].abs() + high[axis].abs();
+            }
         }
-        self.nearness[lane] = nearness.copysign(window.distance_m) as f32;
-        self.slack[lane] = (window.rounding * (1.0 + widest * nearness)) as f32;
+        self.nearness[lane] = (1.0 / away_m.copysign(window.distance_m)) as f32;
+        self.slack[lane] = (window.rounding * (1.0 + widest / away_m)) as f32;
     }
 }
 
@@ -138,18 +141,12 @@ fn hull(scene: &Scene, sequence: &Sequence, place: usize, aside: u8) -> (DVec3, 
     let surfaces = sequence.surfaces();
     let surface = scene.surface(surfaces[place]);
     let (mut low, mut high) = (surface.bounds_min.as_dvec3(), surface.bounds_max.as_dvec3());
-    // The last of the later ones first, then the earlier ones as they come.
-    let mut earlier = aside & ((1 << place) - 1);
-    let mut later = aside ^ earlier;
-    while later != 0 {
-        let mirror = later.ilog2() as usize;
-        later ^= 1 << mirror;
-        (low, high) = with_image(scene.surface(surfaces[mirror]), low, high);
-    }
-    while earlier != 0 {
-        let mirror = earlier.trailing_zeros() as usize;
-        earlier &= earlier - 1;
-        (low, high) = with_image(scene.surface(surfaces[mirror]), low, high);
+    if aside != 0 {
+        for mirror in (place + 1..surfaces.len()).rev().chain(0..place) {
+            if aside >> mirror & 1 == 1 {
+                (low, high) = with_image(scene.surface(surfaces[mirror]), low, high);
+            }
+        }
     }
     (low, high)
 }

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 
 /// Sources that are few, at most the bits of [`Seen::from`]: with more of them windows are cheaper (instructions of an update
 /// in the concert hall).
-pub(super) const FEW: usize = 4;
+pub(super) const FEW: usize = 3;
 
 /// A candidate that may have a path.
 #[derive(Debug, Clone, Copy)]

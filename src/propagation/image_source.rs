@@ -293,7 +293,7 @@ fn next_plane(
 /// Whether a point of a surface's plane is inside its bounds or within `margin_m` metres, as seen along the surface's main
 /// axis; cheap, and from [`MARGIN_M`] on never false where the surface has the point.
 #[inline]
-pub(super) fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
+fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
     let low = surface.bounds_min.as_dvec3() - margin_m;
     let high = surface.bounds_max.as_dvec3() + margin_m;
     let inside = point.cmpge(low) & point.cmple(high);
