@@ -8,6 +8,7 @@
 
 use glam::DVec3;
 
+use super::few_sources::Looks;
 use super::image_source::{MARGIN_M, mirror_listener};
 use super::path::MAX_ORDER;
 use super::sequence::{Order, Sequence};
@@ -263,12 +264,15 @@ impl Pack {
     }
 }
 
-/// A share of the guide rays' sequences, ready for every source.
+/// A share of the guide rays' sequences, ready for every source. Apart as the shares of the rays are.
 #[derive(Debug)]
+#[repr(align(128))]
 pub(super) struct Candidates {
     first: usize,
     ready: Vec<Ready>,
     packs: Vec<Pack>,
+    /// What the sources have seen already, where they are few.
+    few: Looks,
 }
 
 /// What of a sequence is the same for every source.
@@ -280,6 +284,17 @@ pub(super) struct Ready {
     pub(super) order: Order,
 }
 
+impl Ready {
+    /// For paths to `ear`.
+    #[inline]
+    pub(super) fn of(scene: &Scene, sequence: &Sequence, ear: DVec3) -> Self {
+        Self {
+            image: mirror_listener(scene, sequence, ear),
+            order: Order::of(scene, sequence),
+        }
+    }
+}
+
 impl Candidates {
     /// Room for `capacity` sequences.
     pub(super) fn with_capacity(capacity: usize) -> Self {
@@ -287,22 +302,28 @@ impl Candidates {
             first: 0,
             ready: Vec::with_capacity(capacity),
             packs: Vec::with_capacity(capacity.div_ceil(LANES)),
+            few: Looks::with_capacity(capacity),
         }
     }
 
     /// Makes sequences ready, the first of which is number `first` of all, for paths to `ear` that miss their surfaces by
-    /// `reach_m` at most.
+    /// `reach_m` at most. `few` are the places that will look, if they are few and miss nothing.
     pub(super) fn prepare(
         &mut self,
         scene: &Scene,
         sequences: &[Sequence],
         first: usize,
-        ear: DVec3,
-        reach_m: f64,
+        (ear, reach_m): (DVec3, f64),
+        few: Option<&[DVec3]>,
     ) {
         self.first = first;
         self.ready.clear();
         self.packs.clear();
+        self.few.clear();
+        if let Some(sources) = few {
+            self.few.look(scene, sequences, ear, sources);
+            return;
+        }
         for eight in sequences.chunks(LANES) {
             let mut pack = Pack::EMPTY;
             for (lane, sequence) in eight.iter().enumerate() {
@@ -313,16 +334,22 @@ impl Candidates {
         }
     }
 
-    /// Writes into `seen` which sequences may have a path from `source`: of each eight, one a bit.
-    pub(super) fn look(&self, source: DVec3, seen: &mut Vec<u8>) {
+    /// Calls `give` with the number of every sequence that may have a path from source number `place`, and what is ready of
+    /// it. `seen` is memory for what is seen.
+    #[inline]
+    pub(super) fn seen_from(
+        &self,
+        place: usize,
+        source: DVec3,
+        seen: &mut Vec<u8>,
+        mut give: impl FnMut(usize, &Ready),
+    ) {
+        self.few
+            .of(place, |number, ready| give(self.first + number, ready));
+        // Of each eight, one a bit.
         seen.resize(self.packs.len(), 0);
         let from = source.as_vec3().to_array();
         look(LaneSet::best(), &self.packs, from, size_m(source), seen);
-    }
-
-    /// Calls `give` with the number of every sequence that [`Self::look`] has seen, and what is ready of it.
-    #[inline]
-    pub(super) fn of(&self, seen: &[u8], mut give: impl FnMut(usize, &Ready)) {
         for (number, (seen, ready)) in seen.iter().zip(self.ready.chunks(LANES)).enumerate() {
             let mut left = u32::from(*seen) & ((1 << ready.len()) - 1);
             while left != 0 {
@@ -348,30 +375,4 @@ kernel! {
 /// Metres that rounding of a place counts in; never nothing.
 fn size_m(place: DVec3) -> f32 {
     1.0 + place.abs().element_sum() as f32
-}
-
-/// The listener's image of a sequence that only one source tries, if it may have a path from there.
-pub(super) fn image_for_one(
-    scene: &Scene,
-    sequence: &Sequence,
-    source: DVec3,
-    ear: DVec3,
-    reach_m: f64,
-) -> Option<DVec3> {
-    let image = mirror_listener(scene, sequence, ear);
-    let surfaces = sequence.surfaces().iter().enumerate();
-    let mut leads = surfaces.filter(|(place, _)| *place == 0 || sequence.can_lead(scene, *place));
-    leads
-        .any(|(_, &surface)| may_be_first(scene.surface(surface), source, image, reach_m))
-        .then_some(image)
-}
-
-/// Whether a flight from `source` to the image may meet this surface first.
-fn may_be_first(surface: &Surface, source: DVec3, image: DVec3, reach_m: f64) -> bool {
-    let (here, there) = (surface.distance_m(source), surface.distance_m(image));
-    if here * there >= 0.0 {
-        return false;
-    }
-    let point = source + (image - source) * (here / (here - there));
-    super::image_source::near_bounds(surface, point, reach_m + MARGIN_M)
 }

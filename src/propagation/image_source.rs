@@ -56,6 +56,7 @@ impl ImagePath {
 }
 
 /// The listener mirrored in all surfaces of a sequence, last one first: where the source's line of flight points to.
+#[inline]
 pub fn mirror_listener(scene: &Scene, sequence: &Sequence, listener: DVec3) -> DVec3 {
     sequence
         .surfaces()
@@ -192,7 +193,7 @@ impl Unfolded {
         self.along_where(scene, sequence, order, line, accepts, |_, _| true)
     }
 
-    #[inline]
+    #[inline(always)]
     fn along_where(
         &mut self,
         scene: &Scene,
@@ -203,14 +204,22 @@ impl Unfolded {
         mut goes_on: impl FnMut(&ImagePath, usize) -> bool,
     ) -> bool {
         self.path.order = sequence.len();
+        let surfaces = sequence.surfaces();
+        let Some(&first) = surfaces.first() else {
+            return true;
+        };
+        // Each is looked up once, however often its distance is asked for.
+        let mut planes = [(first, scene.surface(first)); MAX_ORDER];
+        for place in 1..surfaces.len().min(MAX_ORDER) {
+            planes[place] = (surfaces[place], scene.surface(surfaces[place]));
+        }
         let (mut from, mut image) = (source, listener_image);
         let mut rest = order.all();
         for step in 0..self.path.order.min(MAX_ORDER) {
-            let Some(next) = next_plane(scene, sequence, order, rest, from, image) else {
+            let Some(next) = next_plane(&planes, order, rest, from, image) else {
                 return false;
             };
-            let number = sequence.surfaces()[next.place];
-            let surface = scene.surface(number);
+            let (number, surface) = planes[next.place % MAX_ORDER];
             let point = from + (image - from) * next.share;
             if !accepts(number, surface, point) {
                 return false;
@@ -243,10 +252,9 @@ struct Next {
 ///
 /// Those that may come next commute, so mirroring in one changes no distance from another: whichever of them is not met,
 /// or only behind one that was taken first, is never met.
-#[inline]
+#[inline(always)]
 fn next_plane(
-    scene: &Scene,
-    sequence: &Sequence,
+    planes: &[(u32, &Surface); MAX_ORDER],
     order: &Order,
     rest: u8,
     from: DVec3,
@@ -257,15 +265,14 @@ fn next_plane(
         share: f64::INFINITY,
         there: 0.0,
     };
-    let surfaces = sequence.surfaces();
     let mut left = rest;
     while left != 0 {
-        let place = left.trailing_zeros() as usize;
+        let place = left.trailing_zeros() as usize % MAX_ORDER;
         left &= left - 1;
         if !order.leads(place, rest) {
             continue;
         }
-        let plane = scene.surface(surfaces[place]);
+        let plane = planes[place].1;
         let (here, there) = (plane.distance_m(from), plane.distance_m(image));
         if here * there >= 0.0 || here.abs() < ON_PLANE_M || there.abs() < ON_PLANE_M {
             return None;
@@ -286,13 +293,15 @@ fn next_plane(
 /// Whether a point of a surface's plane is inside its bounds or within `margin_m` metres, as seen along the surface's main
 /// axis; cheap, and from [`MARGIN_M`] on never false where the surface has the point.
 #[inline]
-pub(super) fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
+fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
     let low = surface.bounds_min.as_dvec3() - margin_m;
     let high = surface.bounds_max.as_dvec3() + margin_m;
-    let inside = |axis: usize| (point[axis] >= low[axis]) & (point[axis] <= high[axis]);
+    let inside = point.cmpge(low) & point.cmple(high);
+    if inside.all() {
+        return true;
+    }
     let n = surface.normal.abs();
-    let largest = n.max_element();
-    (inside(0) | (n.x == largest)) & (inside(1) | (n.y == largest)) & (inside(2) | (n.z == largest))
+    (inside | n.cmpeq(DVec3::splat(n.max_element()))).all()
 }
 
 /// Whether nothing stands between the points of a path. Adds the rays it cast to `rays`.

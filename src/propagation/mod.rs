@@ -12,6 +12,7 @@ pub mod diffraction;
 pub mod direct;
 pub mod discovery;
 pub mod effort;
+mod few_sources;
 pub mod finite_panel;
 pub mod guide_memory;
 pub mod image_source;

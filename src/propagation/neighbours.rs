@@ -20,6 +20,9 @@ const SURFACES: usize = 32;
 /// Fills a set of guide rays' sequences up with their neighbours. What is added depends on the set and the update's
 /// number only.
 pub fn fill_up(scene: &Scene, update: u64, depth: usize, set: &mut SequenceSet) {
+    if is_full(set) {
+        return;
+    }
     let mut largest = [0u32; SURFACES];
     let count = largest_in_sight(scene, set, &mut largest);
     let surfaces = &largest[..count];
@@ -40,13 +43,18 @@ pub fn fill_up(scene: &Scene, update: u64, depth: usize, set: &mut SequenceSet) 
     }
 }
 
+/// Whether nothing is added to a set.
+fn is_full(set: &SequenceSet) -> bool {
+    set.entries().len() >= CANDIDATES.min(set.capacity())
+}
+
 /// Adds the sequences that begin with one of `surfaces` and go on as the entry at `place`.
 fn put_before(scene: &Scene, surfaces: &[u32], place: usize, set: &mut SequenceSet) {
     let rest = set.entries()[place];
     let mut longer = [0; MAX_ORDER];
     longer[1..=rest.len()].copy_from_slice(rest.surfaces());
     for &surface in surfaces {
-        if set.entries().len() >= CANDIDATES.min(set.capacity()) {
+        if is_full(set) {
             return;
         }
         // Nothing is reflected twice in a row by one plane.

@@ -37,12 +37,14 @@ impl Sequence {
         commutation.canonical(surfaces)
     }
 
+    #[inline]
     fn push(&mut self, surface: u32) {
         self.surfaces[self.len()] = surface;
         self.order += 1;
     }
 
     /// Number of reflections.
+    #[inline]
     pub fn len(&self) -> usize {
         usize::from(self.order)
     }
@@ -53,6 +55,7 @@ impl Sequence {
     }
 
     /// The surfaces from source to listener.
+    #[inline]
     pub fn surfaces(&self) -> &[u32] {
         &self.surfaces[..self.len()]
     }
@@ -160,11 +163,13 @@ impl Order {
     }
 
     /// Sum of the cosines between surfaces that commute.
+    #[inline]
     pub(super) fn tilt(&self) -> f64 {
         f64::from(self.tilt)
     }
 
     /// The places of all surfaces, one a bit.
+    #[inline]
     pub(super) fn all(&self) -> u8 {
         (1 << self.count) - 1
     }
@@ -176,6 +181,7 @@ impl Order {
     }
 
     /// Of each place those that may come before it or after it, one a bit.
+    #[inline]
     pub(super) fn aside(&self) -> [u8; MAX_ORDER] {
         let (mut before, mut aside) = (self.behind, [0; MAX_ORDER]);
         for place in 1..usize::from(self.count) {

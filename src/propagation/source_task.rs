@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 
 use super::amplitude;
 use super::cache::SequenceCache;
-use super::candidates::{Candidates, Ready, image_for_one};
+use super::candidates::{Candidates, Ready};
 use super::diffraction::{self, DirectEdges, Spot};
 use super::effort::Effort;
 use super::image_source::{ImagePath, Unfolded};
@@ -13,7 +13,7 @@ use super::late::{LateEstimator, SourceRays, Viewpoints, still_place};
 use super::occluders::Occluders;
 use super::path::{LateSource, MAX_BENDS, Path};
 use super::sampling::{ROTATIONS, mix, rotation};
-use super::sequence::{Order, Sequence};
+use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
 use crate::scene::edges::NearEdges;
@@ -80,8 +80,10 @@ pub(super) struct Shared<'a> {
     pub(super) candidates: &'a [Candidates],
 }
 
-/// What is remembered of one source between updates, and what the last update gave.
+/// What is remembered of one source between updates, and what the last update gave. Far enough from the next one that two
+/// threads write to no common cache line, nor to two that are fetched together.
 #[derive(Debug)]
+#[repr(align(128))]
 pub(super) struct SourceTask {
     id: SourceId,
     /// Where it was when its rays were cast last, local coordinates.
@@ -288,37 +290,31 @@ impl SourceTask {
         self.late_source = Some(late_at(here, moment.ear, moment.viewpoints));
     }
 
-    /// Second half: reflected paths.
-    pub(super) fn find(&mut self, shared: &Shared<'_>, pose: &SourcePose) {
+    /// Second half: reflected paths. It is number `place` of all.
+    pub(super) fn find(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose) {
         let moment = &shared.moment;
         if pose.settings.effects.reflections && is_within_reach(moment, pose) {
-            self.validate(shared, pose, moment.scene.to_local(pose.position));
+            self.validate(shared, place, pose, moment.scene.to_local(pose.position));
             keep_loudest(&mut self.nearby);
         }
         let most = moment.settings.cache_updates;
         self.cache.turn(moment.update, most);
     }
 
-    fn validate(&mut self, shared: &Shared<'_>, pose: &SourcePose, origin: DVec3) {
+    fn validate(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose, origin: DVec3) {
         let mut seen = std::mem::take(&mut self.seen);
         for share in shared.candidates {
-            share.look(origin, &mut seen);
-            share.of(&seen, |number, ready| {
+            share.seen_from(place, origin, &mut seen, |number, ready| {
                 let sequence = &shared.guide.entries()[number];
                 self.try_candidate(shared, sequence, pose, origin, ready);
             });
         }
         self.seen = seen;
         self.gather_own(shared);
-        let Moment { scene, ear, .. } = shared.moment;
-        let reach_m = shared.moment.reach_m.unwrap_or(0.0);
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
-            if let Some(image) = image_for_one(scene, &sequence, origin, ear, reach_m) {
-                let order = Order::of(scene, &sequence);
-                let ready = Ready { image, order };
-                self.try_candidate(shared, &sequence, pose, origin, &ready);
-            }
+            let ready = Ready::of(shared.moment.scene, &sequence, shared.moment.ear);
+            self.try_candidate(shared, &sequence, pose, origin, &ready);
         }
     }
 
@@ -361,20 +357,18 @@ impl SourceTask {
         let line = [origin, ready.image];
         let hash = sequence.hash();
         let unfolded = &mut self.unfolded;
-        let order = &ready.order;
-        match self.occluders.recall(hash) {
-            // What was blocked most likely is again, which is sooner known than where all its points lie.
-            Some(blocked) => {
-                let is_free = |legs: &ImagePath, step| !blocked.again(scene, legs, step, ends);
-                if !unfolded.along_clear(scene, sequence, order, line, is_free)
-                    || blocked.again(scene, unfolded.legs(), sequence.len(), ends)
-                    || !unfolded.lies_on_surfaces(scene)
-                {
-                    return None;
-                }
-            }
-            None if !unfolded.along(scene, sequence, order, line) => return None,
-            None => {}
+        // What was blocked most likely is again, which is sooner known than where all its points lie; and most of what is no
+        // path misses some surface's bounds, which is sooner known than whether a point lies on any.
+        let blocked = self.occluders.recall(hash);
+        let is_blocked = |legs: &ImagePath, step| {
+            blocked.is_some_and(|blocked| blocked.again(scene, legs, step, ends))
+        };
+        let is_free = |legs: &ImagePath, step| !is_blocked(legs, step);
+        if !unfolded.along_clear(scene, sequence, &ready.order, line, is_free)
+            || is_blocked(unfolded.legs(), sequence.len())
+            || !unfolded.lies_on_surfaces(scene)
+        {
+            return None;
         }
         let legs = unfolded.legs();
         let rays = &mut self.rays;

@@ -5,12 +5,13 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::candidates::Candidates;
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
 use super::effort::Effort;
+use super::few_sources::FEW;
 use super::guide_memory::GuideMemory;
 use super::late::Viewpoints;
 use super::neighbours::fill_up;
@@ -28,8 +29,10 @@ use crate::scene::{ListenerPose, Scene, SourcePose};
 /// Shares that guide rays and their sequences are split into: several a thread, so that none waits long for another.
 const SHARES: usize = 16;
 
-/// One share of the guide rays.
+/// One share of the guide rays. Far enough from the next one that two threads write to no common cache line, nor to two that
+/// are fetched together.
 #[derive(Debug)]
+#[repr(align(128))]
 struct GuideShare {
     found: Vec<Sequence>,
     rays: u64,
@@ -250,11 +253,20 @@ impl Propagator {
         );
         merge(&moment, &self.shares, &mut self.guide, &mut self.memory);
         let sequences = self.guide.entries();
+        // Few sources look at candidates while these are made ready.
+        let mut places = [DVec3::ZERO; FEW];
+        for (place, source) in places.iter_mut().zip(sources) {
+            *place = self.scene.to_local(source.position);
+        }
+        let few = match moment.reach_m {
+            None => places.get(..sources.len()),
+            Some(_) => None,
+        };
         workers.for_each(&mut self.candidates, |number, candidates| {
             let range = part(number, sequences.len());
-            let reach_m = moment.reach_m.unwrap_or(0.0);
+            let goal = (ear, moment.reach_m.unwrap_or(0.0));
             let share = &sequences[range.clone()];
-            candidates.prepare(moment.scene, share, range.start, ear, reach_m);
+            candidates.prepare(moment.scene, share, range.start, goal, few);
         });
         let shared = Shared {
             moment,
@@ -262,7 +274,7 @@ impl Propagator {
             candidates: &self.candidates,
         };
         workers.for_each(&mut self.tasks[..sources.len()], |place, task| {
-            task.find(&shared, &sources[place]);
+            task.find(&shared, place, &sources[place]);
         });
         self.gather(sources, result);
         result.rays += own_rays + way_rays;
