@@ -57,6 +57,53 @@ fn block_split_does_not_change_the_sound() {
 }
 
 #[test]
+fn a_frame_that_is_prepared_in_parts_has_the_same_bits() {
+    let input = noise(20 * RAMP as usize);
+    let sound = |most: usize| {
+        let mut generator = generator(GeneratorSettings {
+            fine_voices: 4,
+            max_voices: 7,
+            ..settings(44_100)
+        });
+        let mut sound = vec![0.0; 2 * input.len()];
+        let blocks = input.chunks(RAMP as usize);
+        for (k, (input, output)) in (0..).zip(blocks.zip(sound.chunks_mut(2 * RAMP as usize))) {
+            let frame = busy(k);
+            if most == 0 {
+                generator.set_frame(&frame, RAMP);
+            } else {
+                // Forgotten: it is another frame's.
+                generator.prepare_frame(&busy(k + 3), k as usize);
+                generator.set_frame(&frame, RAMP);
+                let (mut taken, mut parts) = (0, 0);
+                let (before, behind) = output.split_at_mut(2 * 100);
+                generator.render(&[&input[..100]], before);
+                while k % 2 == 0 && taken < frame.paths.len() {
+                    let is_done = generator.prepare_frame(&frame, most);
+                    taken += most;
+                    parts += 1;
+                    assert_eq!(is_done, taken >= frame.paths.len());
+                }
+                assert!(k % 2 == 1 || parts == frame.paths.len().div_ceil(most));
+                generator.set_prepared_frame(&frame, RAMP - 100);
+                generator.render(&[&input[100..]], behind);
+                continue;
+            }
+            let (before, behind) = output.split_at_mut(2 * 100);
+            generator.render(&[&input[..100]], before);
+            generator.set_frame(&frame, RAMP - 100);
+            generator.render(&[&input[100..]], behind);
+        }
+        sound
+    };
+    let whole = sound(0);
+    assert!(energy(&whole) > 100.0);
+    for most in [1, 2, 5, 100] {
+        assert_eq!(whole, sound(most), "{most}");
+    }
+}
+
+#[test]
 fn same_input_gives_the_same_bits() {
     assert_eq!(busy_sound(&[256], true), busy_sound(&[256], true));
 }

@@ -62,6 +62,8 @@ pub(crate) mod cost {
     pub(crate) const SORTED: usize = 4;
     /// The late field of a source.
     pub(crate) const LATE: usize = 10;
+    /// A path of which generation works out what it asks of a voice.
+    pub(crate) const PREPARED: usize = 2;
     /// A path that generation takes over.
-    pub(crate) const TAKEN: usize = 3;
+    pub(crate) const TAKEN: usize = 2;
 }

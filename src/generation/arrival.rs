@@ -7,7 +7,7 @@
 use crate::simd::{F32x8, LaneSet};
 
 use super::CHUNK;
-use super::binaural::{Binaural, Contribution, TOGETHER};
+use super::binaural::{Binaural, Contribution, Ramp, TOGETHER};
 use super::interpolation::{self, AHEAD, Intervals, Reading};
 
 /// A value that moves linearly to its target.
@@ -46,6 +46,35 @@ impl Glide {
     }
 }
 
+/// Frames for which weights are held that move slowly: an addition a weight and frame is as much work as adding the
+/// arrival itself.
+const HOLD: u32 = 8;
+
+/// Largest difference of held weights from the line that they follow, as a share of their size (the root of the sum of
+/// squares over both ears): −60 dB. What moves faster is worked out for every frame.
+const HELD_ERROR: f32 = 1e-3;
+
+/// How an arrival's weights move within the present ramp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) enum Motion {
+    #[default]
+    Resting,
+    /// So slowly that they may be held for [`HOLD`] frames.
+    Slow,
+    Fast,
+}
+
+impl Motion {
+    fn ramp(self, left: u32) -> Option<Ramp> {
+        let hold = match self {
+            Self::Resting => return None,
+            Self::Slow => HOLD,
+            Self::Fast => 1,
+        };
+        (left > 0).then_some(Ramp { left, hold })
+    }
+}
+
 /// Bus weights of one arrival: groups of the left ear, then of the right; targets and growth a frame.
 #[derive(Debug)]
 pub(super) struct Weights<'a> {
@@ -59,13 +88,13 @@ impl Weights<'_> {
         self.growth.fill(F32x8::ZERO);
     }
 
-    /// Returns whether anything moves.
-    pub(super) fn retarget(&mut self, target: &[F32x8], left: u32, ramp: u32) -> bool {
+    /// Returns how they move.
+    pub(super) fn retarget(&mut self, target: &[F32x8], left: u32, ramp: u32) -> Motion {
         let (left, per_frame) = (
             F32x8::splat(left as f32),
             F32x8::splat(1.0 / ramp.max(1) as f32),
         );
-        let mut moving = false;
+        let (mut change, mut size) = (F32x8::ZERO, F32x8::ZERO);
         for ((held, growth), &wanted) in self
             .target
             .iter_mut()
@@ -75,9 +104,18 @@ impl Weights<'_> {
             let present = *held - *growth * left;
             *growth = (wanted - present) * per_frame;
             *held = wanted;
-            moving |= *growth != F32x8::ZERO;
+            change += *growth * *growth;
+            size += wanted * wanted;
         }
-        moving
+        let (change, size) = (change.sum(), size.sum());
+        const FURTHEST: f32 = 0.5 * (HOLD - 1) as f32;
+        if change == 0.0 {
+            Motion::Resting
+        } else if FURTHEST * FURTHEST * change <= HELD_ERROR * HELD_ERROR * size {
+            Motion::Slow
+        } else {
+            Motion::Fast
+        }
     }
 
     pub(super) fn stop(&mut self, left: u32) {
@@ -154,27 +192,27 @@ pub(super) struct Ready<'a> {
     pub(super) ears: &'a EarPair,
     pub(super) target: &'a [F32x8],
     pub(super) growth: &'a [F32x8],
-    pub(super) moving: bool,
+    pub(super) motion: Motion,
 }
 
 impl<'a> Ready<'a> {
     fn contribution(&self, ear: usize, group: usize, left: u32, frames: usize) -> Contribution<'a> {
         let place = ear * self.target.len() / 2 + group;
-        let growth = self.growth[place];
-        let moving = self.moving && left > 0;
+        let moving = self.motion != Motion::Resting && left > 0;
         Contribution {
             signal: &self.ears[ear][..frames],
-            weights: if moving {
-                self.target[place] - growth * F32x8::splat(left as f32)
+            target: self.target[place],
+            growth: if moving {
+                self.growth[place]
             } else {
-                self.target[place]
+                F32x8::ZERO
             },
-            step: if moving { growth } else { F32x8::ZERO },
         }
     }
 }
 
-/// Adds arrivals to the first `groups` groups of the buses.
+/// Adds arrivals to the first `groups` groups of the buses. Of those whose weights move some way all should move that
+/// way: the slow ones are worked out as often as the fastest.
 pub(super) fn add(
     binaural: &mut Binaural,
     arrivals: &[Option<Ready>; TOGETHER],
@@ -182,7 +220,8 @@ pub(super) fn add(
     moment: Moment,
 ) {
     let Moment { left, frames, .. } = moment;
-    let moving = left > 0 && arrivals.iter().flatten().any(|a| a.moving);
+    let motion = arrivals.iter().flatten().map(|a| a.motion).max();
+    let ramp = motion.unwrap_or_default().ramp(left);
     for ear in 0..2 {
         for group in 0..groups {
             let mut contributions = [Contribution::silence(frames); TOGETHER];
@@ -191,7 +230,11 @@ pub(super) fn add(
                     *contribution = ready.contribution(ear, group, left, frames);
                 }
             }
-            binaural.add(ear, group, &contributions, moving);
+            binaural.add(ear, group, &contributions, ramp);
         }
     }
 }
+
+#[cfg(test)]
+#[path = "arrival_tests.rs"]
+mod tests;

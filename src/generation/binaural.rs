@@ -18,18 +18,27 @@ use super::{CHUNK, Hrtf};
 pub(super) struct Contribution<'a> {
     /// The ear signal.
     pub(super) signal: &'a [f32],
-    /// Weights one frame before the first.
-    pub(super) weights: F32x8,
-    /// Growth of the weights a frame.
-    pub(super) step: F32x8,
+    /// Weights at the end of the ramp.
+    pub(super) target: F32x8,
+    /// Their growth a frame until then.
+    pub(super) growth: F32x8,
 }
 
-/// Frames for which growing weights are added up before they are worked out afresh: roundings of a steady growth all go
-/// the same way, and 32 of them stay below 2e-6 of the weight.
-const RUN: usize = 32;
+/// A ramp of weights.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ramp {
+    /// Frames of it still to come before the first, at least as many as are added.
+    pub(super) left: u32,
+    /// Frames, counted from the ramp's end, for which weights stay as they are in the middle.
+    pub(super) hold: u32,
+}
 
-/// Arrivals added at once: their weights and growths fill the registers, and the buses are walked through once.
-pub(super) const TOGETHER: usize = 4;
+/// Stretches after which growing weights are worked out afresh: roundings of a steady growth all go the same way, and 32
+/// of them stay below 2e-6 of the weight.
+const RUN: u32 = 32;
+
+/// Arrivals added at once: their weights take half of the registers, and the buses are walked through once.
+pub(super) const TOGETHER: usize = 8;
 
 impl Contribution<'static> {
     /// Nothing, for `frames`.
@@ -37,8 +46,8 @@ impl Contribution<'static> {
         static SILENT: [f32; CHUNK] = [0.0; CHUNK];
         Self {
             signal: &SILENT[..frames],
-            weights: F32x8::ZERO,
-            step: F32x8::ZERO,
+            target: F32x8::ZERO,
+            growth: F32x8::ZERO,
         }
     }
 }
@@ -76,21 +85,22 @@ impl Binaural {
         self.quiet_frames >= self.history.max(1)
     }
 
-    /// Adds arrivals of the same length to one group of an ear's buses; `moving` says whether any weight changes.
+    /// Adds arrivals of the same length to one group of an ear's buses; without a ramp at weights that rest.
     pub(super) fn add(
         &mut self,
         ear: usize,
         group: usize,
         arrivals: &[Contribution; TOGETHER],
-        moving: bool,
+        ramp: Option<Ramp>,
     ) {
         let set = self.set;
-        let bus = self.bus(ear, group, arrivals[0].signal.len());
-        if moving {
-            add_moving(set, bus, arrivals);
-        } else {
-            add_steady(set, bus, arrivals);
-        }
+        let frames = arrivals[0].signal.len();
+        let bus = self.bus(ear, group, frames);
+        let resting = Ramp {
+            left: frames as u32,
+            hold: frames.max(1) as u32,
+        };
+        add_arrivals(set, bus, arrivals, ramp.unwrap_or(resting));
     }
 
     fn bus(&mut self, ear: usize, group: usize, frames: usize) -> &mut [F32x8] {
@@ -131,51 +141,67 @@ impl Binaural {
 }
 
 kernel! {
-    /// Adds arrivals whose weights rest.
-    fn add_steady<L>(bus: &mut [F32x8], arrivals: &[Contribution; TOGETHER]) {
-        let [a, b, c, d] = arrivals;
+    /// Adds arrivals whose weights are held for a stretch of the ramp each.
+    fn add_arrivals<L>(bus: &mut [F32x8], arrivals: &[Contribution; TOGETHER], ramp: Ramp) {
+        let [a, b, c, d, e, f, g, h] = arrivals;
         let frames = bus.len();
         let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
         let (of_c, of_d) = (&c.signal[..frames], &d.signal[..frames]);
-        let (wa, wb) = (L::of(a.weights), L::of(b.weights));
-        let (wc, wd) = (L::of(c.weights), L::of(d.weights));
-        for frame in 0..frames {
-            let sum = wa.mul_add(L::splat(of_a[frame]), L::of(bus[frame]));
-            let sum = wb.mul_add(L::splat(of_b[frame]), sum);
-            let sum = wc.mul_add(L::splat(of_c[frame]), sum);
-            bus[frame] = wd.mul_add(L::splat(of_d[frame]), sum).give();
-        }
-    }
-}
-
-kernel! {
-    /// Adds arrivals whose weights grow.
-    fn add_moving<L>(bus: &mut [F32x8], arrivals: &[Contribution; TOGETHER]) {
-        let [a, b, c, d] = arrivals;
-        let frames = bus.len();
-        let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
-        let (of_c, of_d) = (&c.signal[..frames], &d.signal[..frames]);
-        let (step_a, step_b) = (L::of(a.step), L::of(b.step));
-        let (step_c, step_d) = (L::of(c.step), L::of(d.step));
+        let (of_e, of_f) = (&e.signal[..frames], &f.signal[..frames]);
+        let (of_g, of_h) = (&g.signal[..frames], &h.signal[..frames]);
+        let Ramp { left, hold } = ramp;
+        let growths = L::splat(hold as f32);
+        let steps: [F32x8; TOGETHER] = [
+            growths.mul(L::of(a.growth)).give(),
+            growths.mul(L::of(b.growth)).give(),
+            growths.mul(L::of(c.growth)).give(),
+            growths.mul(L::of(d.growth)).give(),
+            growths.mul(L::of(e.growth)).give(),
+            growths.mul(L::of(f.growth)).give(),
+            growths.mul(L::of(g.growth)).give(),
+            growths.mul(L::of(h.growth)).give(),
+        ];
         let mut start = 0;
         while start < frames {
-            let end = frames.min(start + RUN);
-            let before = L::splat(start as f32);
-            let mut wa = step_a.mul_add(before, L::of(a.weights));
-            let mut wb = step_b.mul_add(before, L::of(b.weights));
-            let mut wc = step_c.mul_add(before, L::of(c.weights));
-            let mut wd = step_d.mul_add(before, L::of(d.weights));
-            for frame in start..end {
-                wa = wa.add(step_a);
-                wb = wb.add(step_b);
-                wc = wc.add(step_c);
-                wd = wd.add(step_d);
-                let sum = wa.mul_add(L::splat(of_a[frame]), L::of(bus[frame]));
-                let sum = wb.mul_add(L::splat(of_b[frame]), sum);
-                let sum = wc.mul_add(L::splat(of_c[frame]), sum);
-                bus[frame] = wd.mul_add(L::splat(of_d[frame]), sum).give();
+            // Stretches are counted from the ramp's end.
+            let first = (left - 1 - start as u32) / hold;
+            let to_come = (first * hold) as f32 + 0.5 * (hold - 1) as f32;
+            let to_come = L::splat(to_come);
+            let mut wa = L::of(a.growth).neg_mul_add(to_come, L::of(a.target));
+            let mut wb = L::of(b.growth).neg_mul_add(to_come, L::of(b.target));
+            let mut wc = L::of(c.growth).neg_mul_add(to_come, L::of(c.target));
+            let mut wd = L::of(d.growth).neg_mul_add(to_come, L::of(d.target));
+            let mut we = L::of(e.growth).neg_mul_add(to_come, L::of(e.target));
+            let mut wf = L::of(f.growth).neg_mul_add(to_come, L::of(f.target));
+            let mut wg = L::of(g.growth).neg_mul_add(to_come, L::of(g.target));
+            let mut wh = L::of(h.growth).neg_mul_add(to_come, L::of(h.target));
+            let mut stretch = first;
+            loop {
+                let end = frames.min((left - stretch * hold) as usize);
+                for frame in start..end {
+                    let sum = wa.mul_add(L::splat(of_a[frame]), L::of(bus[frame]));
+                    let sum = wb.mul_add(L::splat(of_b[frame]), sum);
+                    let sum = wc.mul_add(L::splat(of_c[frame]), sum);
+                    let sum = wd.mul_add(L::splat(of_d[frame]), sum);
+                    let sum = we.mul_add(L::splat(of_e[frame]), sum);
+                    let sum = wf.mul_add(L::splat(of_f[frame]), sum);
+                    let sum = wg.mul_add(L::splat(of_g[frame]), sum);
+                    bus[frame] = wh.mul_add(L::splat(of_h[frame]), sum).give();
+                }
+                start = end;
+                if start == frames || stretch == 0 || first - stretch == RUN - 1 {
+                    break;
+                }
+                stretch -= 1;
+                wa = wa.add(L::of(steps[0]));
+                wb = wb.add(L::of(steps[1]));
+                wc = wc.add(L::of(steps[2]));
+                wd = wd.add(L::of(steps[3]));
+                we = we.add(L::of(steps[4]));
+                wf = wf.add(L::of(steps[5]));
+                wg = wg.add(L::of(steps[6]));
+                wh = wh.add(L::of(steps[7]));
             }
-            start = end;
         }
     }
 }

@@ -4,8 +4,9 @@ use super::super::synthetic_hrtf;
 use super::*;
 
 fn with_silence(one: Contribution) -> [Contribution; TOGETHER] {
-    let silence = Contribution::silence(one.signal.len());
-    [silence, one, silence, silence]
+    let mut all = [Contribution::silence(one.signal.len()); TOGETHER];
+    all[1] = one;
+    all
 }
 
 #[test]
@@ -17,10 +18,10 @@ fn weights_before_the_filters_are_weights_after_them() {
     impulse[0] = 1.0;
     let impulse = Contribution {
         signal: &impulse,
-        weights,
-        step: F32x8::ZERO,
+        target: weights,
+        growth: F32x8::ZERO,
     };
-    binaural.add(1, 0, &with_silence(impulse), false);
+    binaural.add(1, 0, &with_silence(impulse), None);
     let (mut left, mut right) = ([1.0; CHUNK], [1.0; CHUNK]);
     binaural.finish([&mut left, &mut right]);
     assert_eq!(left, [0.0; CHUNK]);
@@ -41,10 +42,10 @@ fn odd_chunks_filter_like_even_ones() {
         for part in signal.chunks(size) {
             let contribution = Contribution {
                 signal: part,
-                weights: F32x8::splat(0.7),
-                step: F32x8::ZERO,
+                target: F32x8::splat(0.7),
+                growth: F32x8::ZERO,
             };
-            binaural.add(0, 0, &with_silence(contribution), false);
+            binaural.add(0, 0, &with_silence(contribution), None);
             let (mut left, mut right) = (vec![0.0; part.len()], vec![0.0; part.len()]);
             binaural.finish([&mut left, &mut right]);
             whole.extend(left);
@@ -65,12 +66,12 @@ fn lanes(n: usize, scale: f32) -> F32x8 {
     F32x8(std::array::from_fn(|lane| scale * draw(8 * n + lane)))
 }
 
-/// Four signals and their weights.
+/// Signals and their weights.
 fn arrivals(signals: &[Vec<f32>; TOGETHER], growth: f32) -> [Contribution<'_>; TOGETHER] {
     std::array::from_fn(|n| Contribution {
         signal: &signals[n],
-        weights: lanes(n, 1.0),
-        step: lanes(100 + n, growth),
+        target: lanes(n, 1.0),
+        growth: lanes(100 + n, growth),
     })
 }
 
@@ -83,30 +84,43 @@ fn bus(frames: usize) -> Vec<F32x8> {
 }
 
 #[test]
-fn every_arrival_is_added_at_weights_that_grow_from_the_first_frame_on() {
-    // Within a run of steady growth, at its end, and beyond.
-    for frames in [1, RUN - 1, RUN, RUN + 1, CHUNK] {
-        for growth in [0.0, 1e-3] {
+fn every_arrival_is_added_at_weights_that_are_held_for_a_stretch_of_the_ramp() {
+    // Within a run of steady growth, at its end, and beyond; at the ramp's end and before.
+    for (hold, frames) in [
+        (1, 1),
+        (1, RUN as usize - 1),
+        (1, RUN as usize),
+        (1, RUN as usize + 1),
+        (1, CHUNK),
+        (8, 1),
+        (8, 7),
+        (8, 64),
+        (8, CHUNK),
+        (CHUNK as u32, CHUNK),
+    ] {
+        for more in [0, 3, 8, 500] {
+            let growth = if hold < CHUNK as u32 { 1e-3 } else { 0.0 };
             let signals = signals(frames);
             let arrivals = arrivals(&signals, growth);
+            let left = frames as u32 + more;
             let mut found = bus(frames);
-            if growth == 0.0 {
-                add_steady(LaneSet::best(), &mut found, &arrivals);
-            } else {
-                add_moving(LaneSet::best(), &mut found, &arrivals);
-            }
+            add_arrivals(LaneSet::best(), &mut found, &arrivals, Ramp { left, hold });
             for (frame, (found, before)) in found.iter().zip(bus(frames)).enumerate() {
+                let to_come = left - 1 - frame as u32;
+                let middle = f64::from(to_come / hold * hold) + 0.5 * f64::from(hold - 1);
+                // What is held is the line's value no further away than half a stretch.
+                assert!((middle - f64::from(to_come)).abs() <= 0.5 * f64::from(hold - 1));
                 for lane in 0..8 {
                     let mut exact = f64::from(before.0[lane]);
                     for one in &arrivals {
-                        let growth = f64::from(one.step.0[lane]) * (frame + 1) as f64;
-                        let weight = f64::from(one.weights.0[lane]) + growth;
+                        let growth = f64::from(one.growth.0[lane]) * middle;
+                        let weight = f64::from(one.target.0[lane]) - growth;
                         exact += weight * f64::from(one.signal[frame]);
                     }
-                    // Four sums below 7, and each weight within RUN roundings of one below 1.3.
-                    let bound = f64::from(f32::EPSILON) * (4.0 * 7.0 + 4.0 * RUN as f64 * 1.3);
+                    // Eight sums below 15, and each weight within RUN roundings of one below 1.8.
+                    let bound = f64::from(f32::EPSILON) * (8.0 * 15.0 + 8.0 * 32.0 * 1.8);
                     let error = (f64::from(found.0[lane]) - exact).abs();
-                    assert!(error < bound, "{frames} {growth} {frame}: {error}");
+                    assert!(error < bound, "{hold} {frames} {more} {frame}: {error}");
                 }
             }
         }
@@ -144,8 +158,11 @@ fn instruction_sets_add_and_filter_alike() {
     let basis: Vec<F32x8> = (0..20).map(|tap| lanes(tap, 0.2)).collect();
     let heard = |set: LaneSet| {
         let mut bus = bus(CHUNK);
-        add_steady(set, &mut bus, &arrivals(&signals, 0.0));
-        add_moving(set, &mut bus, &arrivals(&signals, 1e-3));
+        for (hold, growth) in [(CHUNK as u32, 0.0), (1, 1e-3), (8, 1e-3)] {
+            let left = CHUNK as u32 + 20 * u32::from(growth > 0.0);
+            let ramp = Ramp { left, hold };
+            add_arrivals(set, &mut bus, &arrivals(&signals, growth), ramp);
+        }
         let mut out = vec![F32x8::ZERO; CHUNK - 19];
         filter(set, &basis, &bus, &mut out);
         out
@@ -157,8 +174,8 @@ fn instruction_sets_add_and_filter_alike() {
     let portable = heard(LaneSet::Portable);
     for (a, b) in portable.iter().zip(&specified) {
         for (a, b) in a.0.iter().zip(b.0) {
-            // Eight products below 2 a frame, and 20 frames of up to 14 at 0.2.
-            assert!((a - b).abs() < f32::EPSILON * 20.0 * 0.2 * (8.0 * 2.0 + 14.0));
+            // 24 products below 2 a frame, and 20 frames of up to 50 at 0.2.
+            assert!((a - b).abs() < f32::EPSILON * 20.0 * 0.2 * (24.0 * 2.0 + 50.0));
         }
     }
 }

@@ -10,7 +10,7 @@ use glam::{Quat, Vec3};
 
 use crate::simd::{F32x8, LaneSet};
 
-use super::arrival::{self, EarPair, Glide, Moment, Ready, Stretch, Weights};
+use super::arrival::{self, EarPair, Glide, Moment, Motion, Ready, Stretch, Weights};
 use super::binaural::{Binaural, TOGETHER};
 use super::interpolation::{Intervals, SLACK};
 use super::late_reverb::LINES;
@@ -26,7 +26,7 @@ pub(super) struct FarField {
     delays: [[Glide; 2]; LINES],
     targets: Vec<F32x8>,
     growths: Vec<F32x8>,
-    moving: bool,
+    motion: Motion,
     /// Whether an orientation has ever been set.
     placed: bool,
     looked_up: Vec<F32x8>,
@@ -47,7 +47,7 @@ impl FarField {
             delays: Default::default(),
             targets: vec![F32x8::ZERO; LINES * width],
             growths: vec![F32x8::ZERO; LINES * width],
-            moving: false,
+            motion: Motion::Resting,
             placed: false,
             looked_up: vec![F32x8::ZERO; width],
             intervals: Intervals::new(),
@@ -59,7 +59,7 @@ impl FarField {
 
     /// Turns the head; the first orientation is taken at once.
     pub(super) fn set_orientation(&mut self, hrtf: &Hrtf, to_head: Quat, left: u32, ramp: u32) {
-        self.moving = false;
+        self.motion = Motion::Resting;
         let width = self.looked_up.len();
         for line in 0..LINES {
             let sign = |bit: usize| if line & bit == 0 { 1.0 } else { -1.0 };
@@ -70,7 +70,8 @@ impl FarField {
                 growth: &mut self.growths[line * width..][..width],
             };
             if self.placed {
-                self.moving |= weights.retarget(&self.looked_up, left, ramp);
+                let motion = weights.retarget(&self.looked_up, left, ramp);
+                self.motion = self.motion.max(motion);
                 for (delay, ear) in self.delays[line].iter_mut().zip(ears) {
                     delay.retarget(f64::from(ear), left, ramp);
                 }
@@ -132,7 +133,7 @@ impl FarField {
                     ears: &self.ears[n],
                     target: &self.targets[place..][..width],
                     growth: &self.growths[place..][..width],
-                    moving: self.moving,
+                    motion: self.motion,
                 })
             });
             arrival::add(binaural, &arrivals, width / 2, moment);

@@ -1,10 +1,12 @@
 //! Turns the paths of each graphics frame into two ears of sound.
 //!
-//! Audio side: [`Generator::set_frame`] and [`Generator::render`] are called by one thread, in turn; they are wait-free,
+//! Audio side: [`Generator::set_frame`] and [`Generator::render`] are called by one thread, in turn, and so are what prepares a frame in parts; they are wait-free,
 //! neither allocate nor free, lock, panic nor look at a clock. Takes [`FramePaths`] and one mono signal a source, gives
 //! interleaved stereo and a [`BlockReport`].
 
 use std::sync::Arc;
+
+use glam::Quat;
 
 use crate::error::{Error, Result};
 use crate::extrapolation::FramePaths;
@@ -23,6 +25,31 @@ use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, H
 
 /// Input samples from this magnitude on count as not a number: no sound has them, and their squares stay finite.
 const MAX_SAMPLE: f32 = 1e6;
+
+/// What voices need to know, borrowed from a generator field by field.
+macro_rules! surroundings {
+    ($generator:ident, $frame:expr, $ramp:expr) => {
+        Surroundings {
+            hrtf: &$generator.hrtf,
+            correction: &$generator.correction,
+            to_head: orientation(&$frame.orientation).conjugate(),
+            rate_hz: $generator.rate_hz,
+            max_delay: $generator.max_delay,
+            now: $generator.now,
+            left: $generator.left,
+            ramp: $ramp,
+        }
+    };
+}
+
+/// A frame's orientation, or none if it is no rotation.
+fn orientation(given: &Quat) -> Quat {
+    if given.is_finite() && given.length_squared() > 0.0 {
+        given.normalize()
+    } else {
+        Quat::IDENTITY
+    }
+}
 
 /// The late reverb and its way to the ears.
 #[derive(Debug)]
@@ -126,13 +153,25 @@ impl Generator {
     ///
     /// Real-time: no allocation; time grows with the number of paths, by a logarithm where there are more than voices.
     pub fn set_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
+        self.voices.forget_paths();
+        self.set_prepared_frame(frame, ramp_frames);
+    }
+
+    /// Works out what a graphics frame asks of so many more of its paths, and gives whether none is left. All calls until
+    /// [`Self::set_prepared_frame`] have to be about the same frame; [`Self::set_frame`] forgets it.
+    ///
+    /// Real-time: no allocation; time grows with `most`, and a little with the number of paths.
+    pub fn prepare_frame(&mut self, frame: &FramePaths, most: usize) -> bool {
+        let around = surroundings!(self, frame, 1);
+        let paths = &frame.paths;
+        self.voices
+            .prepare_paths(paths, &self.tenants, &around, most)
+    }
+
+    /// [`Self::set_frame`] for a frame that [`Self::prepare_frame`] was told of, to the same bits in less time; what is
+    /// not prepared is done now.
+    pub fn set_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
         let ramp = ramp_frames.max(1);
-        let orientation =
-            if frame.orientation.is_finite() && frame.orientation.length_squared() > 0.0 {
-                frame.orientation.normalize()
-            } else {
-                glam::Quat::IDENTITY
-            };
         for id in frame
             .paths
             .iter()
@@ -151,16 +190,7 @@ impl Generator {
                 tenant.bits = bits;
             }
         }
-        let around = Surroundings {
-            hrtf: &self.hrtf,
-            correction: &self.correction,
-            to_head: orientation.conjugate(),
-            rate_hz: self.rate_hz,
-            max_delay: self.max_delay,
-            now: self.now,
-            left: self.left,
-            ramp,
-        };
+        let around = surroundings!(self, frame, ramp);
         let dropped = self.voices.set_paths(&frame.paths, &self.tenants, &around);
         self.report.dropped_paths += dropped.paths;
         self.report.dropped_delays += dropped.delays;

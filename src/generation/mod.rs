@@ -16,6 +16,7 @@ mod binaural;
 mod crossover;
 mod delay_line;
 mod far_field;
+mod frame_plan;
 mod generator;
 mod hrtf;
 #[cfg(feature = "builtin-hrtf")]

@@ -7,10 +7,10 @@
 //! that a change of gain reaches the far ear later, and a gain ramp is a function of the source's time.
 
 use crate::acoustics::BANDS;
-use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, kernel};
+use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, kernel, prefetch};
 
 use super::CHUNK;
-use super::arrival::{self, EarPair, Glide, Moment, Stretch};
+use super::arrival::{self, EarPair, Glide, Moment, Motion, Stretch};
 use super::delay_line::{Ahead, DelayLine, TILE, Tile};
 use super::interpolation::{AHEAD, Intervals};
 use super::surroundings::Tenant;
@@ -25,7 +25,6 @@ pub(super) const MAX_FRESH: usize = CHUNK + CHUNK / 4 + 3 * TILE;
 /// State of one path.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Voice {
-    pub(super) id: u64,
     /// Slot of the source.
     pub(super) slot: usize,
     /// Which tenant of the slot.
@@ -42,8 +41,8 @@ pub(super) struct Voice {
     delay: Glide,
     /// Path and ear delay in frames.
     ear_delays: [Glide; 2],
-    /// Whether weights ramp.
-    pub(super) moving: bool,
+    /// How weights ramp.
+    pub(super) motion: Motion,
     /// Groups of buses in use, during the ramp and after it.
     pub(super) groups: [usize; 2],
     /// Whether the voice fades, and frames until it is done.
@@ -76,18 +75,9 @@ pub(super) struct Bench<'a> {
 
 impl Voice {
     /// A voice that starts from silence at its own delay.
-    pub(super) fn start(
-        &mut self,
-        id: u64,
-        slot: usize,
-        tenant: Tenant,
-        aim: &Aim,
-        now: i64,
-        ramp: u32,
-    ) {
+    pub(super) fn start(&mut self, slot: usize, tenant: Tenant, aim: &Aim, now: i64, ramp: u32) {
         let next = reach(now - 1, aim.delay) + 1;
         *self = Self {
-            id,
             slot,
             tenant: tenant.bits,
             since: tenant.since,
@@ -104,6 +94,15 @@ impl Voice {
     /// Whether the voice has faded out.
     pub(super) fn is_over(&self) -> bool {
         self.fading && self.fade_left == 0
+    }
+
+    /// Asks for its memory.
+    pub(super) fn ask_for(&self) {
+        prefetch(&self.slot);
+        prefetch(&self.gain);
+        prefetch(&self.gain_growth);
+        prefetch(&self.delay);
+        prefetch(&self.ear_delays[1]);
     }
 
     /// Orders voices by source, then by where in its past they read.
@@ -133,7 +132,7 @@ impl Voice {
         }
         let end = reach(now - 1 + i64::from(ramp), self.delay.value(0));
         self.ramp_gain(F32x8::ZERO, end);
-        self.moving = false;
+        self.motion = Motion::Resting;
         self.fading = true;
         self.fade_left = ramp + tail as u32;
     }

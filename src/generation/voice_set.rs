@@ -11,14 +11,18 @@
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
 
-use super::arrival::{self, EarPair, Moment, Ready, Weights};
+use super::arrival::{self, EarPair, Moment, Motion, Ready, Weights};
 use super::binaural::{Binaural, TOGETHER};
 use super::delay_line::{Ahead, DelayLine};
+use super::frame_plan::FramePlan;
 use super::interpolation::{Intervals, SLACK};
-use super::ranking::{self, Ranking};
 use super::surroundings::{Dropped, Surroundings, Tenant};
 use super::voice::{Aim, Bench, MAX_FRESH, Voice};
 use super::{CHUNK, Hrtf};
+
+/// Kinds of voices that are added to the buses together: with few components or in full detail, and each with weights
+/// that rest or move slowly or with fast ones.
+const KINDS: usize = 4;
 
 /// Voices that may start besides a quarter of those that live, however many fade.
 const ALWAYS_STARTS: usize = 64;
@@ -27,7 +31,6 @@ const ALWAYS_STARTS: usize = 64;
 #[derive(Debug)]
 pub(super) struct VoiceSet {
     max_voices: usize,
-    max_fine: usize,
     /// Groups of buses and frames of tail a voice.
     groups: usize,
     tail: usize,
@@ -35,29 +38,27 @@ pub(super) struct VoiceSet {
     tails: Vec<f32>,
     targets: Vec<F32x8>,
     growths: Vec<F32x8>,
-    /// Indices, sorted by identity.
-    living: Vec<u32>,
-    next_living: Vec<u32>,
+    /// Sorted by identity.
+    living: Vec<Living>,
+    next_living: Vec<Living>,
     fading: Vec<u32>,
     /// Both, by source and delay: neighbours read neighbouring stretches of one delay line.
     order: Vec<u32>,
+    places: Vec<((usize, i64), u32)>,
     free: Vec<u32>,
-    ranking: Ranking,
-    looked_up: Vec<F32x8>,
+    plan: FramePlan,
     mixture: Vec<f32>,
     intervals: Box<Intervals>,
-    /// Of voices with few components, and of those in full detail.
-    ears: [[EarPair; TOGETHER]; 2],
+    /// Of each kind of voices.
+    ears: [[EarPair; TOGETHER]; KINDS],
     set: LaneSet,
 }
 
-/// A path that gets a voice, whose weights have been looked up.
-struct Wanted<'a> {
-    path: &'a FramePath,
-    /// Ear delays in frames.
-    ears: [f32; 2],
-    /// Groups of buses it is worth.
-    groups: usize,
+/// A voice that lives and its path's identity: which of them go on is found without looking at them.
+#[derive(Debug, Clone, Copy)]
+struct Living {
+    id: u64,
+    index: u32,
 }
 
 impl VoiceSet {
@@ -67,7 +68,6 @@ impl VoiceSet {
         let tail = tail_frames(hrtf);
         Self {
             max_voices,
-            max_fine,
             groups,
             tail,
             voices: vec![Voice::default(); pool],
@@ -78,12 +78,12 @@ impl VoiceSet {
             next_living: Vec::with_capacity(max_voices),
             fading: Vec::with_capacity(pool),
             order: Vec::with_capacity(pool),
+            places: Vec::with_capacity(pool),
             free: (0..pool as u32).rev().collect(),
-            ranking: Ranking::new(max_voices.max(max_fine)),
-            looked_up: vec![F32x8::ZERO; 2 * groups],
+            plan: FramePlan::new(max_voices, max_fine, groups),
             mixture: vec![0.0; tail + MAX_FRESH + SLACK],
             intervals: Intervals::new(),
-            ears: [arrival::ear_pairs(), arrival::ear_pairs()],
+            ears: std::array::from_fn(|_| arrival::ear_pairs()),
             set: LaneSet::best(),
         }
     }
@@ -93,93 +93,99 @@ impl VoiceSet {
         self.living.len() + self.fading.len()
     }
 
-    /// Takes over a frame's paths, sorted by identity.
+    /// Leaves a frame whose paths have been looked at.
+    pub(super) fn forget_paths(&mut self) {
+        self.plan.clear();
+    }
+
+    /// Looks at so many more of a frame's paths, sorted by identity, before [`Self::set_paths`] takes them over; gives
+    /// whether all have been looked at.
+    pub(super) fn prepare_paths(
+        &mut self,
+        paths: &[FramePath],
+        tenants: &[Tenant],
+        around: &Surroundings,
+        most: usize,
+    ) -> bool {
+        self.plan.go_on(paths, tenants.len(), around, most)
+    }
+
+    /// Takes over a frame's paths.
     pub(super) fn set_paths(
         &mut self,
         paths: &[FramePath],
         tenants: &[Tenant],
         around: &Surroundings,
     ) -> Dropped {
-        let mut dropped = Dropped::default();
         let slots = tenants.len();
+        self.plan.go_on(paths, slots, around, usize::MAX);
+        let mut dropped = self.plan.dropped();
         let longest_s = around.max_delay / around.rate_hz;
-        let keep = self
-            .ranking
-            .threshold(paths, slots, longest_s, self.max_voices);
-        let fine = if self.max_fine >= self.max_voices {
-            keep
-        } else {
-            self.ranking
-                .threshold(paths, slots, longest_s, self.max_fine)
-        };
         let first = self.first_to_start(paths, slots, longest_s);
         self.next_living.clear();
         let mut old = 0;
-        let mut last_id = None;
-        let find = |path: &FramePath| around.hrtf.find(around.to_head * path.arrival);
-        let mut following = paths.first().map(find);
-        for (index, path) in paths.iter().enumerate() {
-            let next = paths.get(index + 1).map(find);
-            let Some(corners) = std::mem::replace(&mut following, next) else {
+        for number in 0..self.plan.len() {
+            let (wanted, _) = self.plan.get(number);
+            let Some(path) = paths.get(wanted.place) else {
                 break;
             };
             let id = path.id.0;
-            if !ranking::is_sound(path, slots) || last_id.is_some_and(|last| id <= last) {
-                dropped.paths += 1;
-                continue;
-            }
-            last_id = Some(id);
-            if path.delay_s > longest_s {
-                dropped.delays += 1;
-                continue;
-            }
-            let rank = ranking::rank(path, index);
-            if rank < keep {
-                dropped.paths += 1;
-                continue;
-            }
-            while let Some(&voice) = self.living.get(old)
-                && self.voices[voice as usize].id < id
+            while let Some(voice) = self.living.get(old)
+                && voice.id < id
             {
-                self.fade(voice, around);
+                self.fade(voice.index, around);
                 old += 1;
             }
-            let held = self
-                .living
-                .get(old)
-                .copied()
-                .filter(|&voice| self.voices[voice as usize].id == id);
+            let held = self.living.get(old).filter(|voice| voice.id == id);
+            let held = held.map(|voice| voice.index);
             old += usize::from(held.is_some());
-            if held.is_none() && rank < first {
+            self.ask_for(old + 1);
+            if held.is_none() && wanted.rank < first {
                 dropped.starts += 1;
                 continue;
             }
-            let groups = if rank >= fine { self.groups } else { 1 };
-            let ears = around.hrtf.blend(&corners, groups, &mut self.looked_up);
-            let wanted = Wanted { path, ears, groups };
-            match self.aim(&wanted, held, tenants, around) {
-                Some(voice) => self.next_living.push(voice),
+            match self.aim(path, number, held, tenants, around) {
+                Some(index) => self.next_living.push(Living { id, index }),
                 None => dropped.starts += 1,
             }
         }
-        while let Some(&voice) = self.living.get(old) {
-            self.fade(voice, around);
+        self.plan.clear();
+        while let Some(voice) = self.living.get(old) {
+            self.fade(voice.index, around);
             old += 1;
         }
         std::mem::swap(&mut self.living, &mut self.next_living);
-        self.order.clear();
-        self.order.extend(self.living.iter().chain(&self.fading));
         let voices = &self.voices;
-        self.order
-            .sort_unstable_by_key(|&index| voices[index as usize].place());
+        let living = self.living.iter().map(|voice| voice.index);
+        let all = living.chain(self.fading.iter().copied());
+        self.places.clear();
+        self.places
+            .extend(all.map(|index| (voices[index as usize].place(), index)));
+        self.places.sort_unstable();
+        self.order.clear();
+        self.order.extend(self.places.iter().map(|place| place.1));
         dropped
+    }
+
+    /// Asks for the memory of a living voice that will be pointed to new values soon.
+    fn ask_for(&self, place: usize) {
+        let Some(voice) = self.living.get(place) else {
+            return;
+        };
+        self.voices[voice.index as usize].ask_for();
+        let width = 2 * self.groups;
+        let first = voice.index as usize * width;
+        for pool in [&self.targets, &self.growths] {
+            for pair in pool[first..first + width].iter().step_by(2) {
+                prefetch(pair);
+            }
+        }
     }
 
     /// The rank from which on a path without voice may start one in this frame. Where a whole set changes, the quieter of
     /// the new ones wait until the old ones have faded, so that no block has to render twice as many as the others.
     fn first_to_start(&mut self, paths: &[FramePath], slots: usize, longest_s: f64) -> u64 {
-        let voices = &self.voices;
-        let ids = self.living.iter().map(|&index| voices[index as usize].id);
+        let ids = self.living.iter().map(|voice| voice.id);
         let (mut old, mut kept) = (ids.peekable(), 0);
         for path in paths {
             while old.next_if(|&id| id < path.id.0).is_some() {}
@@ -192,23 +198,25 @@ impl VoiceSet {
         if wanted <= kept + free {
             return 0;
         }
-        self.ranking.threshold(paths, slots, longest_s, kept + free)
+        self.plan.threshold(paths, slots, longest_s, kept + free)
     }
 
-    /// Points the voice a path has, or a new one, to the path's values and the weights looked up; gives the voice's index,
-    /// or none if all others still fade.
+    /// Points the voice a path has, or a new one, to what the plan has of it under a number; gives the voice's index, or
+    /// none if all others still fade.
     fn aim(
         &mut self,
-        wanted: &Wanted<'_>,
+        path: &FramePath,
+        number: usize,
         held: Option<u32>,
         tenants: &[Tenant],
         around: &Surroundings,
     ) -> Option<u32> {
-        let &Wanted { path, ears, groups } = wanted;
+        let (wanted, looked_up) = self.plan.get(number);
+        let groups = wanted.groups;
         let aim = Aim {
-            gain: around.correction.gains(&path.amplitude),
+            gain: wanted.gain,
             delay: path.delay_s * around.rate_hz,
-            ears,
+            ears: wanted.ears,
         };
         let slot = path.source.slot();
         let tenant = tenants.get(slot).copied().unwrap_or(Tenant::NONE);
@@ -224,21 +232,22 @@ impl VoiceSet {
                     target: of_voice(&mut self.targets, index, 2 * self.groups),
                     growth: of_voice(&mut self.growths, index, 2 * self.groups),
                 };
-                voice.moving = weights.retarget(&self.looked_up, around.left, around.ramp);
+                voice.motion = weights.retarget(looked_up, around.left, around.ramp);
                 return Some(index);
             }
             self.fade(index, around);
         }
+        let (_, looked_up) = self.plan.get(number);
         let index = self.free.pop()?;
         let voice = &mut self.voices[index as usize];
-        voice.start(path.id.0, slot, tenant, &aim, around.now, around.ramp);
+        voice.start(slot, tenant, &aim, around.now, around.ramp);
         voice.groups = [groups; 2];
         of_voice(&mut self.tails, index, self.tail).fill(0.0);
         let mut weights = Weights {
             target: of_voice(&mut self.targets, index, 2 * self.groups),
             growth: of_voice(&mut self.growths, index, 2 * self.groups),
         };
-        weights.rest_at(&self.looked_up);
+        weights.rest_at(looked_up);
         Some(index)
     }
 
@@ -252,12 +261,12 @@ impl VoiceSet {
         self.fading.push(index);
     }
 
-    /// Adds a chunk of every voice to the buses: all of them in one walk through the delay lines, those in full detail
-    /// and the others each by fours.
+    /// Adds a chunk of every voice to the buses: all of them in one walk through the delay lines, those of a kind by
+    /// eights.
     pub(super) fn render(&mut self, lines: &[DelayLine], moment: Moment, binaural: &mut Binaural) {
         let resting = usize::from(moment.left == 0);
-        let mut waiting = [[0; TOGETHER]; 2];
-        let mut counts = [0; 2];
+        let mut waiting = [[0; TOGETHER]; KINDS];
+        let mut counts = [0; KINDS];
         for place in 0..self.order.len() {
             let index = self.order[place];
             let ahead = self.look_ahead(place + 1, lines, moment.frames);
@@ -265,29 +274,31 @@ impl VoiceSet {
             let Some(line) = lines.get(voice.slot) else {
                 continue;
             };
-            let detail = usize::from(voice.groups[resting] == self.groups);
-            let count = &mut counts[detail];
+            let is_fine = voice.groups[resting] == self.groups;
+            let is_fast = voice.motion == Motion::Fast && moment.left > 0;
+            let kind = usize::from(is_fine) + 2 * usize::from(is_fast);
+            let count = &mut counts[kind];
             let bench = Bench {
                 tail: of_voice(&mut self.tails, index, self.tail),
                 mixture: &mut self.mixture,
                 intervals: &mut self.intervals,
-                ears: &mut self.ears[detail][*count],
+                ears: &mut self.ears[kind][*count],
                 ahead,
             };
             if !voice.render(self.set, line, moment, bench) {
                 continue;
             }
-            waiting[detail][*count] = index;
+            waiting[kind][*count] = index;
             *count += 1;
             if *count == TOGETHER {
                 *count = 0;
-                self.add(&waiting[detail], detail, moment, binaural);
+                self.add(&waiting[kind], kind, moment, binaural);
             }
         }
-        for detail in 0..2 {
-            let rest = &waiting[detail][..counts[detail]];
+        for kind in 0..KINDS {
+            let rest = &waiting[kind][..counts[kind]];
             if !rest.is_empty() {
-                self.add(rest, detail, moment, binaural);
+                self.add(rest, kind, moment, binaural);
             }
         }
         if self.fading.is_empty() {
@@ -313,7 +324,7 @@ impl VoiceSet {
     fn look_ahead<'a>(&self, place: usize, lines: &'a [DelayLine], frames: usize) -> Ahead<'a> {
         if let Some(&after) = self.order.get(place + 1) {
             let after = after as usize;
-            prefetch(&self.voices[after]);
+            self.voices[after].ask_for();
             for line in self.tails[after * self.tail..][..self.tail].chunks(16) {
                 prefetch(&line[0]);
             }
@@ -326,17 +337,18 @@ impl VoiceSet {
         self.voices[index as usize].ahead(lines, frames, before)
     }
 
-    /// Adds rendered voices, in full detail or not, whose ear signals lie in the first buffers.
-    fn add(&self, waiting: &[u32], detail: usize, moment: Moment, binaural: &mut Binaural) {
-        let groups = if detail == 1 { self.groups } else { 1 };
+    /// Adds rendered voices of a kind, whose ear signals lie in its first buffers.
+    fn add(&self, waiting: &[u32], kind: usize, moment: Moment, binaural: &mut Binaural) {
+        let is_fine = kind % 2 == 1;
+        let groups = if is_fine { self.groups } else { 1 };
         let arrivals = std::array::from_fn(|n| {
             let index = *waiting.get(n)? as usize;
             let place = index * 2 * self.groups;
             Some(Ready {
-                ears: &self.ears[detail][n],
+                ears: &self.ears[kind][n],
                 target: &self.targets[place..][..2 * self.groups],
                 growth: &self.growths[place..][..2 * self.groups],
-                moving: self.voices[index].moving,
+                motion: self.voices[index].motion,
             })
         });
         arrival::add(binaural, &arrivals, groups, moment);

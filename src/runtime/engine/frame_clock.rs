@@ -16,7 +16,10 @@ const FIRST_FRAME_S: f64 = 1.0 / 60.0;
 /// Mean time between graphics frames.
 pub(super) struct FrameClock {
     frame_s: f64,
-    last: Option<Instant>,
+    /// The same of the app's, taken or not.
+    tick_s: f64,
+    /// When the last one was taken, and which of the app's it was.
+    last: Option<(Instant, u64)>,
     is_fixed: bool,
 }
 
@@ -28,23 +31,31 @@ impl FrameClock {
         };
         Self {
             frame_s,
+            tick_s: frame_s,
             last: None,
             is_fixed,
         }
     }
 
-    /// A frame is taken at a time; gives T_g in seconds.
-    pub(super) fn take(&mut self, at: Instant) -> f64 {
+    /// The app's frame of this number is taken at a time; gives T_g in seconds.
+    pub(super) fn take(&mut self, at: Instant, ticks: u64) -> f64 {
         if self.is_fixed {
             return self.frame_s;
         }
-        if let Some(last) = self.last.replace(at) {
+        if let Some((last, before)) = self.last.replace((at, ticks)) {
             let passed_s = at.saturating_duration_since(last).as_secs_f64();
+            let passed = ticks.saturating_sub(before).max(1) as f64;
             if passed_s < LONGEST_FRAME_S {
                 self.frame_s += FRAME_WEIGHT * (passed_s - self.frame_s);
+                self.tick_s += FRAME_WEIGHT * (passed_s / passed - self.tick_s);
             }
         }
         self.frame_s
+    }
+
+    /// Time between the app's graphics frames in seconds, of which the renderer may take fewer.
+    pub(super) fn tick_s(&self) -> f64 {
+        self.tick_s
     }
 }
 
@@ -58,14 +69,27 @@ mod tests {
     fn the_mean_follows_frames_and_leaves_pauses_out() {
         let mut clock = FrameClock::new(FrameTime::Measured);
         let mut at = now();
-        assert_eq!(clock.take(at), FIRST_FRAME_S);
-        for _ in 0..200 {
+        assert_eq!(clock.take(at, 1), FIRST_FRAME_S);
+        for tick in 0..200 {
             at += Duration::from_millis(8);
-            clock.take(at);
+            clock.take(at, 2 + tick);
         }
         at += Duration::from_secs(3);
-        assert!((clock.take(at) - 0.008).abs() < 1e-6);
+        assert!((clock.take(at, 202) - 0.008).abs() < 1e-6);
         let mut fixed = FrameClock::new(FrameTime::Fixed(0.01));
-        assert_eq!(fixed.take(at), 0.01);
+        assert_eq!(fixed.take(at, 1), 0.01);
+        assert_eq!(fixed.tick_s(), 0.01);
+    }
+
+    #[test]
+    fn frames_of_which_every_second_is_taken_are_half_as_long() {
+        let mut clock = FrameClock::new(FrameTime::Measured);
+        let mut at = now();
+        for tick in 0..200 {
+            clock.take(at, 2 * tick);
+            at += Duration::from_millis(32);
+        }
+        assert!((clock.take(at, 400) - 0.032).abs() < 1e-6);
+        assert!((clock.tick_s() - 0.016).abs() < 1e-6);
     }
 }

@@ -33,6 +33,8 @@ pub(super) struct AudioFrame {
     /// Every source's sound, in the order of their handles' slots.
     pub(super) feeds: Vec<FeedPlace>,
     pub(super) paused: bool,
+    /// The app's graphics frames so far.
+    pub(super) ticks: u64,
     /// Whether this is a graphics frame, or the last one again because something else changed.
     pub(super) is_new: bool,
 }

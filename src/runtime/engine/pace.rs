@@ -2,7 +2,7 @@
 //!
 //! Audio side; arithmetic. A block that comes right after a graphics frame would have all of it to do and the next ones
 //! nothing; so each does its share of what the last frame took, and the frame is heard when it is done, before the next
-//! one comes. Work is counted, not timed: what is even here is even on any machine. What takes a fraction of a block anyway
+//! one comes or, where that is too much for a block, as soon as it is done. Work is counted, not timed: what is even here is even on any machine. What takes a fraction of a block anyway
 //! is done at once.
 
 use crate::extrapolation::Effort;
@@ -12,6 +12,14 @@ const AT_ONCE: u32 = 600;
 
 /// Share of a frame's work beyond an even part of it, so that one that grows a little takes no block longer.
 const SPARE: f64 = 1.1;
+
+/// Most work in a block, as a share of its period on a desktop's core. Where a frame takes more (that of a scene that has
+/// just come, in which every path is new), the next one waits for it: fewer frames are heard for a moment, each of them
+/// whole, and no block is much longer than the others.
+const MOST_SHARE: f64 = 0.04;
+
+/// What a unit of work takes there, in seconds.
+const UNIT_S: f64 = 1e-7;
 
 /// Blocks that a graphics frame lasts, one at least.
 fn whole_blocks(frame_s: f64, block_s: f64) -> u32 {
@@ -49,9 +57,9 @@ impl Pace {
         }
     }
 
-    /// A graphics frame begins that lasts this long.
-    pub(super) fn begin(&mut self, frame_s: f64) {
-        self.blocks = whole_blocks(frame_s, self.block_s);
+    /// A graphics frame begins; the app's come this far apart.
+    pub(super) fn begin(&mut self, tick_s: f64) {
+        self.blocks = whole_blocks(tick_s, self.block_s);
         self.spent = 0;
     }
 
@@ -61,7 +69,8 @@ impl Pace {
             return Effort::boundless();
         }
         let even = SPARE * share * f64::from(self.last) / f64::from(self.blocks);
-        Effort::of((even as u32).max(AT_ONCE))
+        let most = share * MOST_SHARE * self.block_s / UNIT_S;
+        Effort::of((even.min(most) as u32).max(AT_ONCE))
     }
 
     /// Counts what a block did.
@@ -81,8 +90,13 @@ mod tests {
 
     /// Blocks that a frame of so much work takes, in pieces of 50.
     fn blocks_for(pace: &mut Pace, work: u32) -> u32 {
+        spread(pace, work).0
+    }
+
+    /// The same, and the most work of a block.
+    fn spread(pace: &mut Pace, work: u32) -> (u32, u32) {
         pace.begin(1.0 / 60.0);
-        let (mut left, mut blocks) = (work, 0);
+        let (mut left, mut blocks, mut most) = (work, 0, 0);
         while left > 0 {
             let mut effort = pace.effort(1.0);
             while left > 0 && !effort.is_spent() {
@@ -90,10 +104,11 @@ mod tests {
                 left = left.saturating_sub(50);
             }
             pace.count(&effort);
+            most = most.max(effort.spent());
             blocks += 1;
         }
         pace.end();
-        blocks
+        (blocks, most)
     }
 
     #[test]
@@ -101,14 +116,29 @@ mod tests {
         let mut pace = Pace::new(256.0 / 44_100.0, true);
         assert_eq!(blocks_for(&mut pace, 500), 1);
         // What a frame takes is known after the first of its kind.
-        blocks_for(&mut pace, 18_000);
+        blocks_for(&mut pace, 6_000);
         for _ in 0..10 {
-            assert_eq!(blocks_for(&mut pace, 18_000), 3);
-            assert_eq!(blocks_for(&mut pace, 18_600), 3);
+            assert_eq!(blocks_for(&mut pace, 6_000), 3);
+            assert_eq!(blocks_for(&mut pace, 6_200), 3);
         }
         let mut at_once = Pace::new(256.0 / 44_100.0, false);
         assert_eq!(blocks_for(&mut at_once, 18_000), 1);
         let mut long_blocks = Pace::new(1024.0 / 44_100.0, true);
         assert_eq!(blocks_for(&mut long_blocks, 18_000), 1);
+    }
+
+    #[test]
+    fn what_is_too_much_for_a_frames_blocks_takes_more_of_them_and_then_no_more() {
+        let block_s = 256.0 / 44_100.0;
+        let mut pace = Pace::new(block_s, true);
+        // 4 % of 5.8 ms in tenths of a microsecond, and the piece that was begun.
+        let bound = (0.04 * block_s / 1e-7) as u32 + 50;
+        for work in [18_000, 18_000, 30_000] {
+            let (blocks, most) = spread(&mut pace, work);
+            assert!(most <= bound, "{most}");
+            assert!(blocks >= work / bound, "{blocks}");
+        }
+        blocks_for(&mut pace, 6_000);
+        assert_eq!(blocks_for(&mut pace, 6_000), 3);
     }
 }

@@ -89,6 +89,8 @@ pub struct Renderer {
     /// Whether a graphics frame is being worked out, and whether only generation has not got it yet.
     is_under_way: bool,
     is_described: bool,
+    /// Of how many of its paths generation knows what they ask.
+    prepared: usize,
     /// How long it lasts.
     frame_s: f64,
     /// Time that its direct paths and its others took so far.
@@ -122,6 +124,7 @@ impl Renderer {
             ),
             is_under_way: false,
             is_described: false,
+            prepared: 0,
             frame_s: 0.0,
             took: [Duration::ZERO; 2],
             parts,

@@ -203,6 +203,7 @@ impl Controller {
         }
         frame.listener = self.listener;
         frame.paused = self.paused;
+        frame.ticks = self.ticks;
         frame.instances.clone_from(&self.instances);
         frame.sources.clone_from(&self.seated);
         frame.feeds.clone_from(&self.places);

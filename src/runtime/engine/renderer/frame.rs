@@ -32,13 +32,26 @@ impl Renderer {
         }
         let block = self.parts.settings.block_frames as f64;
         let mut effort = self.pace.effort(block_frames as f64 / block);
-        let is_new = !self.is_described;
-        if is_new {
+        if !self.is_described {
             self.is_described = self.extrapolate(&mut effort);
+            if self.is_described {
+                self.fade_orders(self.frame_s);
+                self.prepared = 0;
+            }
+        }
+        let paths = self.frame_paths.paths.len();
+        let was_prepared = self.is_described && self.prepared == paths;
+        if self.is_described && !was_prepared {
+            let most = effort.left() as usize / cost::PREPARED;
+            let most = most.min(paths - self.prepared);
+            self.parts.generator.prepare_frame(&self.frame_paths, most);
+            self.prepared += most;
+            effort.spend(cost::PREPARED * most);
         }
         // What generation takes over at once is much: it may have a block to itself.
-        let taken = cost::TAKEN * self.frame_paths.paths.len();
-        if self.is_described && (!is_new || taken <= effort.left() as usize) {
+        let taken = cost::TAKEN * paths;
+        let is_prepared = self.is_described && self.prepared == paths;
+        if is_prepared && (was_prepared || taken <= effort.left() as usize) {
             effort.spend(taken);
             self.hand_over(block_frames);
             self.is_under_way = false;
@@ -61,7 +74,7 @@ impl Renderer {
             return;
         }
         report.graphics_frames += 1;
-        let frame_s = self.clock.take(now());
+        let frame_s = self.clock.take(now(), frame.ticks);
         let (frame_ns, meters) = ((frame_s * 1e9) as u64, &self.parts.meters);
         meters.frame_ns.store(frame_ns, Ordering::Relaxed);
         self.take_update(frame_s, report);
@@ -72,7 +85,7 @@ impl Renderer {
         } = &mut self.parts;
         extrapolator.set_instance_poses(&frame.instances);
         self.frame_s = frame_s;
-        self.pace.begin(frame_s);
+        self.pace.begin(self.clock.tick_s());
         (self.is_under_way, self.is_described) = (true, false);
         self.took = [Duration::ZERO; 2];
     }
@@ -113,7 +126,6 @@ impl Renderer {
     fn hand_over(&mut self, block_frames: usize) {
         // Sounds come and go with their sources' paths.
         self.mixer.place(&self.parts.frame.feeds);
-        self.fade_orders(self.frame_s);
         let settings = &self.parts.settings;
         let rate_hz = settings.generation.rate_hz;
         let ramp = match settings.frame_time {
@@ -126,7 +138,7 @@ impl Renderer {
         let ramp_frames = ramp.max(block_frames as u32).min(longest);
         self.parts
             .generator
-            .set_frame(&self.frame_paths, ramp_frames);
+            .set_prepared_frame(&self.frame_paths, ramp_frames);
     }
 
     /// Moves the gains of the orders towards what the budget wants, and applies them.
