@@ -11,10 +11,12 @@ use crate::runtime::engine::messages::FeedChange;
 use crate::scene::SourceId;
 
 impl Controller {
-    /// Adds a silent source.
+    /// Adds a silent source. Where only slots are left whose last source has just been removed, it begins to sound when that
+    /// one has faded, 0.15 s after its removal at the latest, and loses nothing of its beginning.
     ///
     /// # Errors
-    /// [`Error::Engine`] if there are [`crate::runtime::EngineSettings::most_sources`] already, [`Error::Setting`] for a position that is none.
+    /// [`Error::Engine`] if there are [`crate::runtime::EngineSettings::most_sources`] already, [`Error::Setting`] for a
+    /// position that is none.
     pub fn add_source(&mut self, position: Vec3) -> Result<SourceId> {
         self.sources.add(position)
     }
