@@ -31,7 +31,8 @@ pub(super) struct FramePlan {
     max_fine: usize,
     /// Groups of buses.
     groups: usize,
-    ranking: Ranking,
+    /// Room that nothing is kept in between two questions.
+    pub(super) ranking: Ranking,
     /// Ranks from which on a path gets a voice, and one in full detail.
     keep: u64,
     fine: u64,
@@ -81,10 +82,11 @@ impl FramePlan {
         let end = self.next.saturating_add(most).min(paths.len());
         let longest_s = around.max_delay / around.rate_hz;
         if self.next == 0 && end > 0 {
-            self.keep = self.threshold(paths, slots, longest_s, self.max_voices);
+            let ranking = &mut self.ranking;
+            self.keep = ranking.threshold(paths, slots, longest_s, self.max_voices);
             self.fine = match self.max_fine >= self.max_voices {
                 true => self.keep,
-                false => self.threshold(paths, slots, longest_s, self.max_fine),
+                false => ranking.threshold(paths, slots, longest_s, self.max_fine),
             };
         }
         let find = |path: &FramePath| around.hrtf.find(around.to_head * path.arrival);
@@ -136,17 +138,6 @@ impl FramePlan {
             ears,
             groups,
         });
-    }
-
-    /// The rank from which on a path is among so many of the loudest.
-    pub(super) fn threshold(
-        &mut self,
-        paths: &[FramePath],
-        slots: usize,
-        longest_s: f64,
-        count: usize,
-    ) -> u64 {
-        self.ranking.threshold(paths, slots, longest_s, count)
     }
 
     /// Paths that get a voice.

@@ -1,8 +1,8 @@
 //! Turns the paths of each graphics frame into two ears of sound.
 //!
-//! Audio side: [`Generator::set_frame`] and [`Generator::render`] are called by one thread, in turn, and so are what prepares a frame in parts; they are wait-free,
-//! neither allocate nor free, lock, panic nor look at a clock. Takes [`FramePaths`] and one mono signal a source, gives
-//! interleaved stereo and a [`BlockReport`].
+//! Audio side: [`Generator::set_frame`], what prepares a frame in parts, and [`Generator::render`] are called by one thread,
+//! in turn; they are wait-free, neither allocate nor free, lock, panic nor look at a clock. Takes [`FramePaths`] and one mono
+//! signal a source, gives interleaved stereo and a [`BlockReport`].
 
 use std::sync::Arc;
 
@@ -160,7 +160,7 @@ impl Generator {
     /// Works out what a graphics frame asks of so many more of its paths, and gives whether none is left. All calls until
     /// [`Self::set_prepared_frame`] have to be about the same frame; [`Self::set_frame`] forgets it.
     ///
-    /// Real-time: no allocation; time grows with `most`, and a little with the number of paths.
+    /// Real-time: no allocation; time grows with `most`, and a little with the number of paths. The thread that renders.
     pub fn prepare_frame(&mut self, frame: &FramePaths, most: usize) -> bool {
         let around = surroundings!(self, frame, 1);
         let paths = &frame.paths;

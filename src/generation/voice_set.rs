@@ -198,7 +198,9 @@ impl VoiceSet {
         if wanted <= kept + free {
             return 0;
         }
-        self.plan.threshold(paths, slots, longest_s, kept + free)
+        self.plan
+            .ranking
+            .threshold(paths, slots, longest_s, kept + free)
     }
 
     /// Points the voice a path has, or a new one, to what the plan has of it under a number; gives the voice's index, or

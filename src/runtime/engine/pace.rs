@@ -2,8 +2,8 @@
 //!
 //! Audio side; arithmetic. A block that comes right after a graphics frame would have all of it to do and the next ones
 //! nothing; so each does its share of what the last frame took, and the frame is heard when it is done, before the next
-//! one comes or, where that is too much for a block, as soon as it is done. Work is counted, not timed: what is even here is even on any machine. What takes a fraction of a block anyway
-//! is done at once.
+//! one comes or, where that is too much for a block, as soon as it is done. Work is counted, not timed: what is even here
+//! is even on any machine. What takes a fraction of a block anyway is done at once.
 
 use crate::extrapolation::Effort;
 

@@ -176,3 +176,30 @@ impl SourceTable {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slots_next_source_waits_until_the_last_one_has_faded() {
+        let mut table = SourceTable::new(1);
+        let first = table.add(Vec3::ZERO).expect("is free");
+        let ids = |table: &SourceTable, time_s: f64| -> Vec<SourceId> {
+            table
+                .after_rest(time_s)
+                .map(|guest| guest.pose.id)
+                .collect()
+        };
+        // Whose slot nobody had before begins at once.
+        assert_eq!(ids(&table, 0.0), [first]);
+        table.remove(first, 2.0).expect("is there");
+        let second = table.add(Vec3::ONE).expect("is free again");
+        assert!(ids(&table, 2.0).is_empty());
+        assert!(ids(&table, 2.0 + 0.99 * REST_S).is_empty());
+        assert_eq!(ids(&table, 2.0 + 1.01 * REST_S), [second]);
+        // It is there all the same.
+        assert_eq!(table.iter().count(), 1);
+        assert!(table.check(second).is_ok());
+    }
+}
