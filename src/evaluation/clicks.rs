@@ -14,7 +14,7 @@ const QUIETEST: f32 = 1e-4;
 /// Seconds after which a loud sample counts half in "of late".
 const LATE_S: f32 = 0.02;
 
-/// Seconds over which direct current is averaged.
+/// Seconds over which [`ClickDetector::worst_second`] averages.
 const WINDOW_S: f32 = 1.0;
 
 /// Samples within which a click is counted once: a step rings in delays of both ears.
@@ -26,6 +26,8 @@ struct Channel {
     last: [f32; 4],
     loudest: f32,
     sum: f64,
+    /// Of all whole windows before.
+    sums: f64,
     quiet_until: u64,
 }
 
@@ -38,7 +40,7 @@ pub struct ClickDetector {
     window: u64,
     frames: u64,
     clicks: u64,
-    dc: f64,
+    worst_second: f64,
     peak: f32,
     worst: f32,
     first_s: Option<f64>,
@@ -56,7 +58,7 @@ impl ClickDetector {
             window: (WINDOW_S * rate_hz) as u64,
             frames: 0,
             clicks: 0,
-            dc: 0.0,
+            worst_second: 0.0,
             peak: 0.0,
             worst: 0.0,
             first_s: None,
@@ -86,8 +88,9 @@ impl ClickDetector {
             }
             if self.frames.is_multiple_of(self.window) {
                 for channel in &mut self.channels {
-                    self.dc = self.dc.max((channel.sum / self.window as f64).abs());
-                    channel.sum = 0.0;
+                    let mean = (channel.sum / self.window as f64).abs();
+                    self.worst_second = self.worst_second.max(mean);
+                    channel.sums += std::mem::take(&mut channel.sum);
                 }
             }
         }
@@ -103,9 +106,16 @@ impl ClickDetector {
         self.first_s
     }
 
-    /// The largest mean of a second so far, of full scale.
+    /// The mean of everything so far, of full scale, in the channel where it is larger.
     pub fn dc(&self) -> f64 {
-        self.dc
+        let frames = self.frames.max(1) as f64;
+        let mean = |channel: &Channel| ((channel.sums + channel.sum) / frames).abs();
+        self.channels.iter().map(mean).fold(0.0, f64::max)
+    }
+
+    /// The largest mean of a second so far: swelling sounds and a limiter at work leave some of their own.
+    pub fn worst_second(&self) -> f64 {
+        self.worst_second
     }
 
     /// The loudest sample so far.
@@ -162,6 +172,7 @@ mod tests {
         let detector = heard(ramp);
         assert_eq!(detector.clicks(), 0, "{}", detector.worst());
         // Ramps fifteen times a second leave a little of the lowest tone.
+        assert!(detector.worst_second() < 5e-4);
         assert!(detector.dc() < 5e-4, "{}", detector.dc());
     }
 
@@ -177,5 +188,6 @@ mod tests {
         assert_eq!(heard(|n, s| if n > at { 0.0 } else { s }).clicks(), 1);
         let offset = heard(|_, sample| sample + 0.01);
         assert!((offset.dc() - 0.01).abs() < 1e-3, "{}", offset.dc());
+        assert!((offset.worst_second() - 0.01).abs() < 1e-3);
     }
 }

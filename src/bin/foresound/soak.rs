@@ -323,6 +323,7 @@ fn tell(
             ("first_click_s", json!(detector.first_click_s())),
             ("worst_step", json!(detector.worst())),
             ("dc", json!(detector.dc())),
+            ("dc_worst_second", json!(detector.worst_second())),
             ("peak", json!(detector.peak())),
         ];
         keys.extend(found.map(|(key, value)| (key.to_owned(), value)));

@@ -10,7 +10,7 @@ use super::messages::{FeedChange, FeedPlace, NO_SLOT};
 use crate::scene::SourceId;
 
 /// Seconds of a cross-fade between two slots.
-const FADE_S: f32 = 0.05;
+pub(super) const FADE_S: f32 = 0.05;
 
 /// What the renderer knows of one source.
 #[derive(Default)]

@@ -24,6 +24,7 @@ mod mixer;
 mod pace;
 mod propagation_thread;
 mod renderer;
+mod rest;
 mod scene_builder;
 mod seating;
 mod settings;

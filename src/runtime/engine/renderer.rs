@@ -217,6 +217,7 @@ impl Renderer {
         }
         let started = now();
         report.starved_samples += self.mixer.mix(frames);
+        add(&self.parts.meters.mixed_frames, frames as u64);
         let mut inputs: [&[f32]; MOST_SLOTS] = [&[]; MOST_SLOTS];
         let slots = self.mixer.inputs(frames, &mut inputs);
         let made = self.parts.generator.render(&inputs[..slots], output);

@@ -6,21 +6,20 @@
 //! level; the masked ones are silent and only keep their place in their sound.
 //!
 //! Smooth: nobody changes places without a clear reason nor sooner than [`DWELL_S`] after the last change, every change is
-//! a cross-fade in the renderer, and a slot rests for [`REST_S`] between two tenants, so that what one has sent is not heard
-//! from where the next stands. Nothing here depends on anything but poses, gains and times of ticks.
+//! a cross-fade in the renderer, and a slot rests between two tenants ([`Rest`]), so that what one has sent is not heard from
+//! where the next stands. Nothing here depends on anything but poses, gains, times of ticks and how much was heard.
 
 use glam::Vec3;
 
 use super::audibility::{energy, is_audible};
 use super::messages::{FeedPlace, NO_SLOT};
+use super::rest::{Heard, Rest};
 use crate::scene::{SourceId, SourcePose};
 
 /// Of the slots, one in so many is shared.
 const SHARED_OF: usize = 4;
 /// Seconds that a source stays where it is at least.
 const DWELL_S: f64 = 0.3;
-/// Seconds that a slot is empty between two tenants: longer than two cross-fades, of which the second waits for the first.
-pub(super) const REST_S: f64 = 0.15;
 /// Energy over that of a slot's tenant from which another takes its place: 3 dB.
 const CLEARLY_LOUDER: f32 = 2.0;
 /// Share of the way to another shared slot below which a source moves there.
@@ -57,8 +56,7 @@ struct Slot {
     /// Who owns it; nobody owns a shared one.
     owner: Option<SourceId>,
     members: u32,
-    /// When its last member left.
-    empty_since_s: f64,
+    rest: Rest,
     /// Where a shared one stands, and its loudest member's energy and place.
     position: Vec3,
     loudest: f32,
@@ -73,14 +71,17 @@ pub(super) struct Seating {
     /// Slots before this one have owners.
     first_shared: usize,
     time_s: f64,
+    heard: Heard,
+    /// How long slots rest, in seconds of audio.
+    rest_s: f64,
     /// Waiting for slots of their own, loudest first; scratch.
     waiting: Vec<usize>,
     pub(super) unheard: u32,
 }
 
 impl Seating {
-    /// For this many sources and fewer slots.
-    pub(super) fn new(sources: usize, slots: usize) -> Self {
+    /// For this many sources and fewer slots, which rest for so many seconds of audio.
+    pub(super) fn new(sources: usize, slots: usize, rest_s: f64) -> Self {
         let place = Place {
             id: SourceId::default(),
             slot: None,
@@ -92,7 +93,7 @@ impl Seating {
             generation: 0,
             owner: None,
             members: 0,
-            empty_since_s: f64::NEG_INFINITY,
+            rest: Rest::Over,
             position: Vec3::ZERO,
             loudest: 0.0,
             toward: Vec3::ZERO,
@@ -102,6 +103,8 @@ impl Seating {
             slots: vec![slot; slots],
             first_shared: slots - (slots / SHARED_OF).max(1),
             time_s: 0.0,
+            heard: Heard::default(),
+            rest_s,
             waiting: Vec::with_capacity(sources),
             unheard: 0,
         }
@@ -113,12 +116,15 @@ impl Seating {
         &mut self,
         guests: impl Iterator<Item = Guest> + Clone,
         listener: Vec3,
-        time_s: f64,
+        (time_s, heard): (f64, Heard),
         sources: &mut Vec<SourcePose>,
         feeds: &mut Vec<FeedPlace>,
     ) {
         let passed_s = (time_s - self.time_s).max(0.0);
-        self.time_s = time_s;
+        (self.time_s, self.heard) = (time_s, heard);
+        for slot in &mut self.slots {
+            slot.rest.go_on(&heard, self.rest_s);
+        }
         self.listen(guests.clone(), listener);
         self.give_own_slots(guests.clone());
         self.share(guests.clone(), listener);
@@ -169,7 +175,7 @@ impl Seating {
             slot.owner = None;
         }
         if slot.members == 0 {
-            slot.empty_since_s = self.time_s;
+            slot.rest = Rest::Left(self.heard.tick);
         }
     }
 
@@ -188,7 +194,7 @@ impl Seating {
 
     fn is_free(&self, slot: usize) -> bool {
         let slot = &self.slots[slot];
-        slot.members == 0 && self.time_s - slot.empty_since_s >= REST_S
+        slot.members == 0 && slot.rest == Rest::Over
     }
 
     fn may_move(&self, number: usize) -> bool {
@@ -316,8 +322,7 @@ impl Seating {
             });
         }
         for (number, slot) in self.slots.iter().enumerate() {
-            let rests = self.time_s - slot.empty_since_s < REST_S;
-            if slot.members == 0 && !rests {
+            if slot.members == 0 && slot.rest == Rest::Over {
                 continue;
             }
             let id = SourceId::new(number as u16, slot.generation);

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::propagation::sampling::{mix, unit};
+use crate::runtime::engine::rest::REST_S;
 
 const TICK_S: f64 = 1.0 / 60.0;
 
@@ -17,7 +18,7 @@ struct Hall {
 impl Hall {
     fn new(guests: Vec<Guest>, slots: usize) -> Self {
         Self {
-            seating: Seating::new(guests.len(), slots),
+            seating: Seating::new(guests.len(), slots, REST_S),
             guests,
             time_s: 0.0,
             sources: Vec::new(),
@@ -29,10 +30,17 @@ impl Hall {
     fn tick(&mut self) {
         let before: Vec<(SourceId, u16)> = self.feeds.iter().map(|f| (f.id, f.slot)).collect();
         let guests = self.guests.iter().copied();
+        // The renderer is a frame behind.
+        let tick = (self.time_s / TICK_S).round() as u64 + 1;
+        let heard = Heard {
+            tick,
+            placed: tick - 1,
+            time_s: self.time_s,
+        };
         self.seating.arrange(
             guests,
             Vec3::ZERO,
-            self.time_s,
+            (self.time_s, heard),
             &mut self.sources,
             &mut self.feeds,
         );

@@ -7,7 +7,8 @@ use std::collections::VecDeque;
 
 use glam::Vec3;
 
-use super::seating::{Guest, REST_S};
+use super::rest::{Heard, Rest};
+use super::seating::Guest;
 use crate::error::{Error, Result};
 use crate::scene::{SourceId, SourcePose};
 
@@ -25,8 +26,18 @@ struct Tenant {
 struct Slot {
     generation: u16,
     tenant: Option<Tenant>,
-    /// When its last tenant left.
-    empty_since_s: f64,
+    rest: Rest,
+}
+
+impl Slot {
+    fn guest(&self) -> Option<Guest> {
+        let tenant = self.tenant?;
+        Some(Guest {
+            pose: tenant.pose,
+            gain: if tenant.muted { 0.0 } else { tenant.gain },
+            plays: tenant.plays,
+        })
+    }
 }
 
 /// All slots.
@@ -56,7 +67,7 @@ impl SourceTable {
                 .map(|_| Slot {
                     generation: 0,
                     tenant: None,
-                    empty_since_s: f64::NEG_INFINITY,
+                    rest: Rest::Over,
                 })
                 .collect(),
             free: (0..slots as u16).collect(),
@@ -81,11 +92,12 @@ impl SourceTable {
         Ok(id)
     }
 
-    pub(super) fn remove(&mut self, id: SourceId, time_s: f64) -> Result<()> {
+    /// Removes a source from the graphics frame of this number on.
+    pub(super) fn remove(&mut self, id: SourceId, tick: u64) -> Result<()> {
         self.tenant(id)?;
         let slot = &mut self.slots[id.slot()];
         slot.tenant = None;
-        slot.empty_since_s = time_s;
+        slot.rest = Rest::Left(tick);
         slot.generation = slot.generation.wrapping_add(1);
         self.free.push_back(id.slot() as u16);
         Ok(())
@@ -160,20 +172,20 @@ impl SourceTable {
 
     /// Every source, by slot.
     pub(super) fn iter(&self) -> impl Iterator<Item = Guest> + Clone + '_ {
-        self.after_rest(f64::INFINITY)
+        self.slots.iter().filter_map(Slot::guest)
+    }
+
+    /// Lets slots without tenants rest on, `rest_s` seconds of audio in all.
+    pub(super) fn rest(&mut self, heard: &Heard, rest_s: f64) {
+        for slot in &mut self.slots {
+            slot.rest.go_on(heard, rest_s);
+        }
     }
 
     /// Every source but those whose slot has to rest after its last tenant, who would be cut off.
-    pub(super) fn after_rest(&self, time_s: f64) -> impl Iterator<Item = Guest> + Clone + '_ {
-        let rested = move |slot: &&Slot| time_s - slot.empty_since_s >= REST_S;
-        self.slots.iter().filter(rested).filter_map(|slot| {
-            let tenant = slot.tenant?;
-            Some(Guest {
-                pose: tenant.pose,
-                gain: if tenant.muted { 0.0 } else { tenant.gain },
-                plays: tenant.plays,
-            })
-        })
+    pub(super) fn after_rest(&self) -> impl Iterator<Item = Guest> + Clone + '_ {
+        let rested = |slot: &&Slot| slot.rest == Rest::Over;
+        self.slots.iter().filter(rested).filter_map(Slot::guest)
     }
 }
 
@@ -185,19 +197,23 @@ mod tests {
     fn a_slots_next_source_waits_until_the_last_one_has_faded() {
         let mut table = SourceTable::new(1);
         let first = table.add(Vec3::ZERO).expect("is free");
-        let ids = |table: &SourceTable, time_s: f64| -> Vec<SourceId> {
-            table
-                .after_rest(time_s)
-                .map(|guest| guest.pose.id)
-                .collect()
+        let ids = |table: &mut SourceTable, placed: u64, time_s: f64| -> Vec<SourceId> {
+            let heard = Heard {
+                tick: 9,
+                placed,
+                time_s,
+            };
+            table.rest(&heard, 0.15);
+            table.after_rest().map(|guest| guest.pose.id).collect()
         };
         // Whose slot nobody had before begins at once.
-        assert_eq!(ids(&table, 0.0), [first]);
-        table.remove(first, 2.0).expect("is there");
+        assert_eq!(ids(&mut table, 0, 0.0), [first]);
+        table.remove(first, 4).expect("is there");
         let second = table.add(Vec3::ONE).expect("is free again");
-        assert!(ids(&table, 2.0).is_empty());
-        assert!(ids(&table, 2.0 + 0.99 * REST_S).is_empty());
-        assert_eq!(ids(&table, 2.0 + 1.01 * REST_S), [second]);
+        assert!(ids(&mut table, 3, 2.0).is_empty());
+        assert!(ids(&mut table, 4, 3.0).is_empty());
+        assert!(ids(&mut table, 9, 3.14).is_empty());
+        assert_eq!(ids(&mut table, 9, 3.16), [second]);
         // It is there all the same.
         assert_eq!(table.iter().count(), 1);
         assert!(table.check(second).is_ok());

@@ -20,6 +20,9 @@ pub(super) struct Meters {
     pub(super) generation: Histogram,
     pub(super) block: Histogram,
     pub(super) blocks: AtomicU64,
+    /// The app's newest graphics frame in use, and audio frames mixed so far.
+    pub(super) placed_ticks: AtomicU64,
+    pub(super) mixed_frames: AtomicU64,
     pub(super) missed: AtomicU64,
     pub(super) updates: AtomicU64,
     pub(super) trimmed_paths: AtomicU64,

@@ -16,6 +16,7 @@ use std::time::Instant;
 use super::feed::Feed;
 use super::messages::{AudioFrame, FeedChange, FeedPlace, WorldFrame};
 use super::propagation_thread::Propagation;
+use super::rest::{Heard, rest_s};
 use super::scene_builder::SceneBuilder;
 use super::seating::{Guest, Seating};
 use super::settings::{EngineSettings, FrameTime};
@@ -69,6 +70,8 @@ pub struct Controller {
     sources: SourceTable,
     /// Who shares slots, where there are more sources than slots.
     seating: Option<Seating>,
+    /// How long slots rest between two sources, in seconds of audio.
+    rest_s: f64,
     /// What has a slot, and where each sound goes, as of the newest tick.
     seated: Vec<SourcePose>,
     places: Vec<FeedPlace>,
@@ -84,13 +87,15 @@ pub struct Controller {
 impl Controller {
     pub(super) fn new(settings: EngineSettings, links: Links, worker: Box<Worker>) -> Result<Self> {
         let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
+        let rest_s = rest_s(settings.block_frames, settings.generation.rate_hz);
         Ok(Self {
             scene: Arc::clone(worker.propagator.scene()),
             propagation: Propagation::start(worker, &settings)?,
             builder: SceneBuilder::default(),
             instances: Vec::new(),
             sources: SourceTable::new(sources),
-            seating: (sources > slots).then(|| Seating::new(sources, slots)),
+            seating: (sources > slots).then(|| Seating::new(sources, slots, rest_s)),
+            rest_s,
             seated: Vec::with_capacity(slots),
             places: Vec::with_capacity(sources),
             waiting: VecDeque::new(),
@@ -156,18 +161,34 @@ impl Controller {
         }
     }
 
+    /// How far the renderer is.
+    fn heard(&self) -> Heard {
+        let meters = &self.links.meters;
+        // In this order: what was mixed before a frame came into use has been counted when the frame is seen.
+        let placed = meters.placed_ticks.load(Ordering::Acquire);
+        let frames = meters.mixed_frames.load(Ordering::Relaxed);
+        Heard {
+            tick: self.ticks,
+            placed,
+            time_s: frames as f64 / f64::from(self.settings.generation.rate_hz),
+        }
+    }
+
     /// Who has which slot: everybody their own, unless there are more sources than slots.
     fn seat(&mut self, time_s: f64) {
+        let heard = self.heard();
         if let Some(seating) = &mut self.seating {
             let (guests, ear) = (self.sources.iter(), self.listener.position);
-            seating.arrange(guests, ear, time_s, &mut self.seated, &mut self.places);
+            let times = (time_s, heard);
+            seating.arrange(guests, ear, times, &mut self.seated, &mut self.places);
             let unheard = &self.links.meters.unheard_sources;
             unheard.store(seating.unheard, Ordering::Relaxed);
             return;
         }
         self.seated.clear();
         self.places.clear();
-        for Guest { pose, gain, .. } in self.sources.after_rest(time_s) {
+        self.sources.rest(&heard, self.rest_s);
+        for Guest { pose, gain, .. } in self.sources.after_rest() {
             self.seated.push(pose);
             let (id, slot) = (pose.id, pose.id.slot() as u16);
             self.places.push(FeedPlace { id, slot, gain });

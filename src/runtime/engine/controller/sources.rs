@@ -12,7 +12,8 @@ use crate::scene::SourceId;
 
 impl Controller {
     /// Adds a silent source. Where only slots are left whose last source has just been removed, it begins to sound when that
-    /// one has faded, 0.15 s after its removal at the latest, and loses nothing of its beginning.
+    /// one has been heard to its end, after 0.15 s of audio (more where blocks are longer than 1,000 frames), and loses
+    /// nothing of its beginning.
     ///
     /// # Errors
     /// [`Error::Engine`] if there are [`crate::runtime::EngineSettings::most_sources`] already, [`Error::Setting`] for a
@@ -26,8 +27,7 @@ impl Controller {
     /// # Errors
     /// [`Error::StaleSource`], as for every handle that is not a present source's.
     pub fn remove_source(&mut self, id: SourceId) -> Result<()> {
-        let time_s = self.time_s();
-        self.sources.remove(id, time_s)?;
+        self.sources.remove(id, self.ticks + 1)?;
         self.send_feed(id, Feed::Silence);
         Ok(())
     }

@@ -70,7 +70,7 @@ impl Renderer {
         self.parts.frames.give_back(old);
         let frame = &self.parts.frame;
         if !frame.is_new {
-            self.mixer.place(&frame.feeds);
+            self.place_sounds();
             return;
         }
         report.graphics_frames += 1;
@@ -122,10 +122,18 @@ impl Renderer {
         part.is_done
     }
 
+    /// Every sound to where the frame has it, and tells so.
+    fn place_sounds(&mut self) {
+        let frame = &self.parts.frame;
+        self.mixer.place(&frame.feeds);
+        let placed = &self.parts.meters.placed_ticks;
+        placed.store(frame.ticks, Ordering::Release);
+    }
+
     /// Gives a described frame to generation.
     fn hand_over(&mut self, block_frames: usize) {
         // Sounds come and go with their sources' paths.
-        self.mixer.place(&self.parts.frame.feeds);
+        self.place_sounds();
         let settings = &self.parts.settings;
         let rate_hz = settings.generation.rate_hz;
         let ramp = match settings.frame_time {
