@@ -35,8 +35,15 @@ const AUDIO_FRAMES: usize = 735;
 const ROUND_S: f64 = 0.25;
 /// Graphics frames before the first round: every ray rotation has been seen, every buffer used.
 const WARM_UP: usize = 40;
-/// Most rounds of a search for a load.
+/// Least factor on the paper's rays that is tried.
+const LEAST_LOAD: f64 = 1.0 / 32.0;
+/// Most engines and rounds of each in a search for a load.
 const SEARCHES: usize = 12;
+const SEARCH_ROUNDS: usize = 4;
+/// How near to the middle of a level's range a load is near enough, in graphics frames.
+const NEAR: f64 = 0.15;
+/// Most measurements of a cell until one has the level that its load was chosen for.
+const TRIES: usize = 3;
 /// Spans that a thread may record in a round.
 const SPANS: usize = 1 << 16;
 
@@ -142,21 +149,45 @@ impl Cell<'_> {
         }
     }
 
-    /// The load at which the asynchronous schedule has a level L, by halving; and at most `most`.
-    pub(super) fn load_for(&self, level: u32, most: f64) -> Result<f64> {
-        let (mut low, mut high) = (1.0 / 32.0, most);
+    /// Measures both schedules at the load that gives the asynchronous one a level L, `most` at the most; a measurement
+    /// whose middle update had another level is made again with a load in proportion.
+    pub(super) fn measure_at(
+        &self,
+        level: u32,
+        most: f64,
+        log: &mut TraceLog,
+    ) -> Result<Map<String, Value>> {
+        let mut load = self.load_for(level, most)?;
+        let mut row = self.measure(load, log)?;
+        for _ in 1..TRIES {
+            let found = row.get("level").and_then(|level| level["p50"].as_f64());
+            let Some(found) = found.filter(|&found| found != f64::from(level)) else {
+                break;
+            };
+            let factor = (f64::from(level) + 0.5) / (found + 0.5);
+            load = (load * factor).clamp(LEAST_LOAD, most);
+            row = self.measure(load, log)?;
+        }
+        Ok(row)
+    }
+
+    /// The load at which the asynchronous schedule has a level L, by halving.
+    fn load_for(&self, level: u32, most: f64) -> Result<f64> {
+        let (mut low, mut high) = (LEAST_LOAD, most);
         let mut best = (f64::MAX, 1.0);
         for _ in 0..SEARCHES {
             let load = (low * high).sqrt();
             let mut side = self.side(EngineSchedule::Asynchronous, load)?;
-            side.round(3.0 * ROUND_S)?;
+            for _ in 0..SEARCH_ROUNDS {
+                side.round(ROUND_S)?;
+            }
             let found = side.ratio();
             // The middle of the level's range.
             let wanted = f64::from(level) + 0.5;
             if (found - wanted).abs() < best.0 {
                 best = ((found - wanted).abs(), load);
             }
-            if best.0 < 0.25 {
+            if best.0 < NEAR {
                 break;
             }
             if found > wanted {
@@ -219,10 +250,9 @@ impl Side {
         Ok(())
     }
 
-    /// T_SPS / T_g of the middle update and the last round.
+    /// T_SPS / T_g of the middle update and the middle round.
     fn ratio(&self) -> f64 {
-        let fps = self.fps.last().copied().unwrap_or(0.0);
-        self.controller.statistics().propagation.p50_s * fps
+        self.controller.statistics().propagation.p50_s * share(&self.fps, 0.5)
     }
 }
 

@@ -122,11 +122,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 seconds: arguments.seconds,
                 trace: arguments.trace.is_some(),
             };
-            let load = match wanted_level(arguments, name, count)? {
-                Some(level) => cell.load_for(level, 64.0)?,
-                None => arguments.load,
+            let engine = match wanted_level(arguments, name, count)? {
+                Some(level) => cell.measure_at(level, 64.0, &mut log)?,
+                None => cell.measure(arguments.load, &mut log)?,
             };
-            let engine = cell.measure(load, &mut log)?;
+            let load = engine.get("load").and_then(Value::as_f64);
+            let load = load.unwrap_or(arguments.load);
             let mut row =
                 json!({"scene": name, "sources": count, "graphics_ms": arguments.graphics_ms});
             if !arguments.schedules_only {
