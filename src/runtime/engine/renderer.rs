@@ -91,7 +91,11 @@ pub struct Renderer {
     is_described: bool,
     /// Of how many of its paths generation knows what they ask.
     prepared: usize,
-    /// How long it lasts.
+    /// Paths of the last frame that wait for their voices.
+    waiting: usize,
+    /// Voices of the last block.
+    voices: u32,
+    /// How long the frame under way lasts.
     frame_s: f64,
     /// Time that its direct paths and its others took so far.
     took: [Duration; 2],
@@ -125,6 +129,8 @@ impl Renderer {
             is_under_way: false,
             is_described: false,
             prepared: 0,
+            waiting: 0,
+            voices: 0,
             frame_s: 0.0,
             took: [Duration::ZERO; 2],
             parts,
@@ -221,6 +227,7 @@ impl Renderer {
         let slots = self.mixer.inputs(frames, &mut inputs);
         let made = self.parts.generator.render(&inputs[..slots], output);
         report.voices = made.voices;
+        self.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
         self.fade_master(output, if paused { 0.0 } else { 1.0 });
         let spent = started.elapsed();
