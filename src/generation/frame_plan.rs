@@ -122,13 +122,7 @@ impl FramePlan {
         self.next == paths.len()
     }
 
-    fn add(
-        &mut self,
-        path: &FramePath,
-        rank: u64,
-        corners: &Corners,
-        around: &Surroundings,
-    ) {
+    fn add(&mut self, path: &FramePath, rank: u64, corners: &Corners, around: &Surroundings) {
         let groups = if rank >= self.fine { self.groups } else { 1 };
         let width = 2 * self.groups;
         let weights = &mut self.weights[self.wanted.len() * width..][..width];

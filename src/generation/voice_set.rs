@@ -201,12 +201,7 @@ impl VoiceSet {
     }
 
     /// Points voices to what the frame asks of them, fades those whose paths are gone, and lists the paths that have none.
-    fn merge(
-        &mut self,
-        paths: &[FramePath],
-        tenants: &[Tenant],
-        around: &Surroundings,
-    ) -> Dropped {
+    fn merge(&mut self, paths: &[FramePath], tenants: &[Tenant], around: &Surroundings) -> Dropped {
         if self.starts.len() > 0 {
             self.forget_paths();
         }

@@ -164,10 +164,12 @@ impl Named<'_> {
         taken.old += usize::from(known.is_some());
         match (next, known) {
             (None, None) => Following::Nothing,
-            (None, Some(known)) => self.absent(known).map_or(Following::Forgotten, Following::Kept),
-            (Some(next), Some(known)) if known.path.id < next.id => {
-                self.absent(known).map_or(Following::Forgotten, Following::Kept)
-            }
+            (None, Some(known)) => self
+                .absent(known)
+                .map_or(Following::Forgotten, Following::Kept),
+            (Some(next), Some(known)) if known.path.id < next.id => self
+                .absent(known)
+                .map_or(Following::Forgotten, Following::Kept),
             (Some(next), known) if beside.is_some() => {
                 taken.nearby += 1;
                 Following::Kept(self.nearby(next, known))
