@@ -217,7 +217,7 @@ impl Renderer {
         let frames = output.len() / 2;
         report.frames += frames as u32;
         let paused = self.parts.frame.paused;
-        if paused && self.master == 0.0 {
+        if self.is_silent() {
             output.fill(0.0);
             return;
         }
@@ -235,6 +235,11 @@ impl Renderer {
         self.parts
             .spans
             .record(SpanKind::Generation, started, spent, made.voices.into());
+    }
+
+    /// Whether nothing is rendered in a pause.
+    fn is_silent(&self) -> bool {
+        self.parts.frame.paused && self.master == 0.0
     }
 
     fn fade_master(&mut self, output: &mut [f32], target: f32) {

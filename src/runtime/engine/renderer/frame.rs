@@ -50,7 +50,8 @@ impl Renderer {
         let paths = self.frame_paths.paths.len();
         let was_prepared = self.is_described && self.prepared == paths;
         // Generation knows one frame's paths at a time.
-        if self.is_described && !was_prepared && self.waiting == 0 {
+        let is_held_up = self.is_held_up();
+        if self.is_described && !was_prepared && !is_held_up {
             let most = effort.left() as usize / cost::PREPARED;
             let most = most.min(paths - self.prepared);
             self.parts.generator.prepare_frame(&self.frame_paths, most);
@@ -59,7 +60,7 @@ impl Renderer {
         }
         // What generation takes over at once is much: it may have a block to itself.
         let taken = cost::TAKEN * paths;
-        let is_prepared = self.is_described && self.prepared == paths && self.waiting == 0;
+        let is_prepared = self.is_described && self.prepared == paths && !is_held_up;
         if is_prepared && (was_prepared || taken <= effort.left() as usize) {
             effort.spend(taken);
             self.hand_over(block_frames);
@@ -155,9 +156,15 @@ impl Renderer {
         self.waiting = self.frame_paths.paths.len();
     }
 
+    /// Whether voices of the last frame have to start before generation may be told of the next. In the silence of a pause
+    /// no fade goes on that they wait for: the next frame has their paths, too, and may be the pause's end.
+    fn is_held_up(&self) -> bool {
+        self.waiting > 0 && !self.is_silent()
+    }
+
     /// Starts voices of the last frame that was handed over, if some wait.
     fn start_voices(&mut self, effort: &mut Effort) {
-        if self.waiting == 0 {
+        if !self.is_held_up() {
             return;
         }
         let most = (effort.left() as usize / cost::STARTED).max(LEAST_STARTS);
