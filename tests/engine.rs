@@ -63,6 +63,36 @@ fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3, frames: u
     block.iter().fold(0.0, |most, s| most.max(s.abs()))
 }
 
+/// Voices wait for fades, which do not go on while nothing is rendered.
+#[test]
+fn a_pause_in_the_middle_of_a_change_of_all_paths_ends() {
+    let scene = room();
+    let at = inside(&scene);
+    for frames in 0..5 {
+        let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
+        controller.set_scene(Arc::clone(&scene)).expect("taken");
+        let mut ids = Vec::new();
+        for turn in 0..2 {
+            for id in ids.drain(..) {
+                controller.remove_source(id).expect("is there");
+            }
+            for n in 0..4 {
+                let place = at + Vec3::new(1.0 + 0.1 * n as f32, 0.2 * turn as f32, -0.5);
+                let id = controller.add_source(place).expect("a slot");
+                controller.play(id, hum(), true).expect("is there");
+                ids.push(id);
+            }
+            let before_pause = if turn == 0 { 30 } else { frames };
+            run(&mut controller, &mut renderer, at, before_pause);
+        }
+        controller.pause();
+        assert_eq!(run(&mut controller, &mut renderer, at, 30), 0.0);
+        controller.resume();
+        let loud = run(&mut controller, &mut renderer, at, 30);
+        assert!(loud > 0.01, "{loud} after {frames} frames");
+    }
+}
+
 #[test]
 fn a_source_is_heard_muted_paused_and_removed() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");

@@ -231,9 +231,7 @@ fn where_a_large_set_changes_the_quieter_wait_for_the_fades() {
     let input = [0.5; RAMP as usize];
     let mut output = [0.0; 2 * RAMP as usize];
     let mut next = |first: u64| {
-        let loudness = |i: u64| 0.001 + 1e-5 * ((i * 37) % PATHS) as f32;
-        let paths = (0..PATHS).map(|i| path(first + i, loudness(i), 0.01, Vec3::X));
-        generator.set_frame(&frame(paths.collect()), RAMP);
+        generator.set_frame(&large_set(first, PATHS), RAMP);
         generator.render(&[&input], &mut output)
     };
     // The first set has nothing to wait for.
@@ -250,6 +248,129 @@ fn where_a_large_set_changes_the_quieter_wait_for_the_fades() {
     // While the old ones fade, and until the far ear has heard the end of it.
     assert_eq!(waited, [236, 236, 0, 0]);
     assert_eq!(next(1000).voices, 400);
+}
+
+/// A frame of so many paths of one source from an identity on, of different loudness.
+fn large_set(first: u64, paths: u64) -> FramePaths {
+    let loudness = |i: u64| 0.001 + 1e-5 * ((i * 37) % paths) as f32;
+    frame(
+        (0..paths)
+            .map(|i| path(first + i, loudness(i), 0.01, Vec3::X))
+            .collect(),
+    )
+}
+
+#[test]
+fn voices_that_start_a_few_at_a_time_all_stand_within_a_few_blocks_and_without_a_step() {
+    const PATHS: u64 = 400;
+    const BLOCK: usize = 256;
+    // The fade of three blocks, the far ear's lag in a fourth, and 100 voices a block.
+    const MOST_BLOCKS: usize = 4 + 4;
+    let mut generator = generator(GeneratorSettings {
+        max_voices: 512,
+        ..settings(44_100)
+    });
+    let mut output = [0.0; 2 * BLOCK];
+    let (mut last, mut steepest, mut sum) = (0.0f32, 0.0f32, 0.0);
+    // The sound's own beginning has passed when the first voices start.
+    for _ in 0..8 {
+        generator.render(&[&[0.5; BLOCK]], &mut output);
+    }
+    for set in 0..3 {
+        generator.take_prepared_frame(&large_set(1000 * set, PATHS), 3 * BLOCK as u32);
+        let mut waiting = PATHS as usize;
+        for block in 0..30 {
+            let before = waiting;
+            waiting = generator.start_voices(100);
+            assert!(before - waiting <= 100);
+            let report = generator.render(&[&[0.5; BLOCK]], &mut output);
+            assert!(report.voices <= PATHS as u32 + 64, "{}", report.voices);
+            assert_eq!((report.dropped_paths, report.late_starts), (0, 0));
+            assert!(waiting == 0 || block + 1 < MOST_BLOCKS, "{set}, {block}");
+            for pair in output.chunks_exact(2) {
+                steepest = steepest.max((pair[0] - last).abs());
+                last = pair[0];
+                sum += f64::from(last).abs();
+            }
+        }
+        assert_eq!(
+            generator.render(&[&[0.5; BLOCK]], &mut output).voices,
+            PATHS as u32
+        );
+    }
+    // All 400 rise within a block, as the set before them falls within three; an ear's weights are below one.
+    let loudest: f32 = large_set(0, PATHS)
+        .paths
+        .iter()
+        .map(|path| path.amplitude[0])
+        .sum();
+    assert!(
+        sum > 0.0 && steepest <= 2.0 * 0.5 * loudest / BLOCK as f32,
+        "{steepest}"
+    );
+}
+
+#[test]
+fn where_nothing_fades_voices_that_start_apart_sound_as_those_that_start_with_the_frame() {
+    let input = noise(4 * RAMP as usize);
+    let sound = |apart: bool| {
+        let mut generator = generator(GeneratorSettings {
+            max_voices: 512,
+            ..settings(44_100)
+        });
+        let set = large_set(0, 400);
+        if apart {
+            generator.take_prepared_frame(&set, RAMP);
+            assert_eq!(generator.start_voices(0), 400);
+            assert_eq!(generator.start_voices(150), 250);
+            assert_eq!(generator.start_voices(1000), 0);
+        } else {
+            generator.set_frame(&set, RAMP);
+        }
+        let mut sound = vec![0.0; 2 * input.len()];
+        generator.render(&[&input], &mut sound);
+        sound
+    };
+    let (together, apart) = (sound(false), sound(true));
+    assert!(energy(&together) > 1.0);
+    // The same sum in another order: a few hundred roundings of what is below 1.
+    let worst = together.iter().zip(&apart).map(|(a, b)| (a - b).abs());
+    let worst = worst.fold(0.0, f32::max);
+    assert!(worst < 400.0 * f32::EPSILON, "{worst:e}");
+}
+
+#[test]
+fn a_frame_that_comes_before_all_have_started_goes_on_from_those_that_have() {
+    const PATHS: u64 = 400;
+    let mut generator = generator(GeneratorSettings {
+        max_voices: 512,
+        ..settings(44_100)
+    });
+    let mut output = [0.0; 2 * 256];
+    let mut render = |generator: &mut Generator| generator.render(&[&[0.5; 256]], &mut output);
+    let set = large_set(0, PATHS);
+    generator.take_prepared_frame(&set, 256);
+    assert_eq!(generator.start_voices(150), 250);
+    assert_eq!(render(&mut generator).voices, 150);
+    // The loudest have started: what the next frame leaves out is what waits.
+    let loudness = |path: &FramePath| path.amplitude[0];
+    let mut all: Vec<f32> = set.paths.iter().map(loudness).collect();
+    all.sort_unstable_by(|a, b| b.total_cmp(a));
+    let loudest = set.paths.iter().filter(|path| loudness(path) >= all[149]);
+    generator.take_prepared_frame(&frame(loudest.copied().collect()), 256);
+    assert_eq!(generator.start_voices(1000), 0);
+    assert_eq!(render(&mut generator).voices, 150);
+    // And a frame that does everything at once begins what still waits.
+    generator.take_prepared_frame(&set, 256);
+    assert_eq!(generator.start_voices(10), 240);
+    generator.set_frame(&set, 256);
+    assert_eq!(render(&mut generator).voices, PATHS as u32);
+    // Preparing the next frame forgets what waits.
+    generator.take_prepared_frame(&large_set(0, PATHS + 50), 256);
+    generator.prepare_frame(&set, 10);
+    assert_eq!(generator.start_voices(1000), 0);
+    generator.set_prepared_frame(&set, 256);
+    assert_eq!(render(&mut generator).voices, PATHS as u32);
 }
 
 #[test]

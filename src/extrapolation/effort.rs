@@ -58,6 +58,8 @@ pub(crate) mod cost {
     pub(crate) const DIRECT: usize = 20;
     /// A path that is continued as it is, or taken over from an update.
     pub(crate) const CONTINUED: usize = 1;
+    /// A candidate of which it is told what is heard.
+    pub(crate) const HEARD: usize = 2;
     /// Paths put in order for one unit.
     pub(crate) const SORTED: usize = 4;
     /// The late field of a source.
@@ -66,4 +68,6 @@ pub(crate) mod cost {
     pub(crate) const PREPARED: usize = 2;
     /// A path that generation takes over.
     pub(crate) const TAKEN: usize = 2;
+    /// A path that gets a voice.
+    pub(crate) const STARTED: usize = 3;
 }

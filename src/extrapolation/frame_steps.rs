@@ -21,6 +21,8 @@ pub(super) enum Step {
     Direct(usize),
     /// Everything else, from this path of the newest update on where each is continued by itself.
     Continued(usize),
+    /// What concerns all paths together, and the late field.
+    Together,
 }
 
 impl Default for Step {
@@ -121,8 +123,17 @@ impl Extrapolator {
             Step::Continued(first) => {
                 self.continued_part(listener, sources, first, effort, &mut result.paths)
             }
+            Step::Together => Part {
+                rays: 0,
+                is_done: true,
+            },
         };
         if !part.is_done {
+            return part;
+        }
+        if effort.is_spent() {
+            self.step = Step::Together;
+            part.is_done = false;
             return part;
         }
         effort.spend(result.paths.len() / cost::SORTED + cost::LATE * self.current.late.len());

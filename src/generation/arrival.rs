@@ -224,12 +224,10 @@ pub(super) fn add(
     let ramp = motion.unwrap_or_default().ramp(left);
     for ear in 0..2 {
         for group in 0..groups {
-            let mut contributions = [Contribution::silence(frames); TOGETHER];
-            for (contribution, arrival) in contributions.iter_mut().zip(arrivals) {
-                if let Some(ready) = arrival {
-                    *contribution = ready.contribution(ear, group, left, frames);
-                }
-            }
+            let contributions = arrivals.each_ref().map(|arrival| match arrival {
+                Some(ready) => ready.contribution(ear, group, left, frames),
+                None => Contribution::silence(frames),
+            });
             binaural.add(ear, group, &contributions, ramp);
         }
     }

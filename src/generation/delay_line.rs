@@ -240,7 +240,9 @@ mod tests {
         let frames: Vec<F32x8> = (0..3 * TILE)
             .map(|frame| F32x8(std::array::from_fn(|band| (10 * frame + band) as f32)))
             .collect();
-        for set in [LaneSet::best(), LaneSet::Fused, LaneSet::Portable] {
+        let mut sets = LaneSet::vector_units();
+        sets.extend([LaneSet::Fused, LaneSet::Portable]);
+        for set in sets {
             let mut tiles = vec![[F32x8::ZERO; BANDS]; 3];
             write_tiles(set, &frames, &mut tiles);
             for (frame, lanes) in frames.iter().enumerate() {

@@ -13,9 +13,12 @@ use super::surroundings::{Dropped, Surroundings};
 /// A path that gets a voice.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wanted {
-    /// Place among the frame's paths.
-    pub(super) place: usize,
+    pub(super) id: u64,
+    /// Slot of the source.
+    pub(super) slot: usize,
     pub(super) rank: u64,
+    /// Path delay in frames.
+    pub(super) delay: f64,
     /// Band gains.
     pub(super) gain: F32x8,
     /// Ear delays in frames, without the path's.
@@ -114,26 +117,21 @@ impl FramePlan {
                 self.dropped.paths += 1;
                 continue;
             }
-            self.add(path, place, rank, &corners, around);
+            self.add(path, rank, &corners, around);
         }
         self.next == paths.len()
     }
 
-    fn add(
-        &mut self,
-        path: &FramePath,
-        place: usize,
-        rank: u64,
-        corners: &Corners,
-        around: &Surroundings,
-    ) {
+    fn add(&mut self, path: &FramePath, rank: u64, corners: &Corners, around: &Surroundings) {
         let groups = if rank >= self.fine { self.groups } else { 1 };
         let width = 2 * self.groups;
         let weights = &mut self.weights[self.wanted.len() * width..][..width];
         let ears = around.hrtf.blend(corners, groups, weights);
         self.wanted.push(Wanted {
-            place,
+            id: path.id.0,
+            slot: path.source.slot(),
             rank,
+            delay: path.delay_s * around.rate_hz,
             gain: around.correction.gains(&path.amplitude),
             ears,
             groups,

@@ -19,7 +19,7 @@ use super::delay_line::DelayLine;
 use super::far_field::FarField;
 use super::interpolation::AHEAD;
 use super::late_reverb::LateReverb;
-use super::surroundings::{Surroundings, Tenant};
+use super::surroundings::{Dropped, Surroundings, Tenant};
 use super::voice_set::VoiceSet;
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
 
@@ -172,12 +172,49 @@ impl Generator {
     /// not prepared is done now.
     pub fn set_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
         let ramp = ramp_frames.max(1);
-        for id in frame
-            .paths
-            .iter()
-            .map(|path| path.source)
-            .chain(frame.late.iter().map(|send| send.source))
-        {
+        self.take_tenants(frame);
+        let around = surroundings!(self, frame, ramp);
+        let dropped = self.voices.set_paths(&frame.paths, &self.tenants, &around);
+        self.take_the_rest(frame, dropped, ramp);
+    }
+
+    /// [`Self::set_prepared_frame`] but for paths that were not there before, or jump: they wait for
+    /// [`Self::start_voices`]. A frame that comes before they have started leaves them out, unless it has them too.
+    pub fn take_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
+        let ramp = ramp_frames.max(1);
+        self.take_tenants(frame);
+        let around = surroundings!(self, frame, ramp);
+        let dropped = self.voices.take_paths(&frame.paths, &self.tenants, &around);
+        self.take_the_rest(frame, dropped, ramp);
+    }
+
+    /// Starts up to `most` voices of paths that wait for one, the loudest first; gives how many still wait.
+    ///
+    /// They reach their values with the frame's ramp, and where that ends earlier within [`CHUNK`] audio frames. No more start
+    /// than there were paths before or are now, and 64 besides, counting those that still fade: where a set changes, they
+    /// follow as the fades end. To be called before every [`Self::render`] until none waits, and before
+    /// [`Self::prepare_frame`] of the next frame.
+    ///
+    /// Real-time: no allocation; time grows with `most`, and a little with the number of voices. The thread that renders.
+    pub fn start_voices(&mut self, most: usize) -> usize {
+        let around = Surroundings {
+            hrtf: &self.hrtf,
+            correction: &self.correction,
+            to_head: Quat::IDENTITY,
+            rate_hz: self.rate_hz,
+            max_delay: self.max_delay,
+            now: self.now,
+            left: self.left,
+            ramp: self.left.max(CHUNK as u32),
+        };
+        self.voices.start(most, &self.tenants, &around)
+    }
+
+    /// New tenants of slots begin with silence.
+    fn take_tenants(&mut self, frame: &FramePaths) {
+        let paths = frame.paths.iter().map(|path| path.source);
+        let late = frame.late.iter().map(|send| send.source);
+        for id in paths.chain(late) {
             let Some(tenant) = self.tenants.get_mut(id.slot()) else {
                 continue;
             };
@@ -190,14 +227,17 @@ impl Generator {
                 tenant.bits = bits;
             }
         }
-        let around = surroundings!(self, frame, ramp);
-        let dropped = self.voices.set_paths(&frame.paths, &self.tenants, &around);
+    }
+
+    /// What a frame asks besides voices.
+    fn take_the_rest(&mut self, frame: &FramePaths, dropped: Dropped, ramp: u32) {
         self.report.dropped_paths += dropped.paths;
         self.report.dropped_delays += dropped.delays;
         self.report.late_starts += dropped.starts;
         if let Some(tail) = &mut self.tail {
+            let to_head = orientation(&frame.orientation).conjugate();
             tail.far_field
-                .set_orientation(&self.hrtf, around.to_head, self.left, ramp);
+                .set_orientation(&self.hrtf, to_head, self.left, ramp);
             tail.reverb.set_frame(
                 frame,
                 self.max_delay as i64,

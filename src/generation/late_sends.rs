@@ -254,15 +254,13 @@ kernel! {
         for band in 0..BANDS {
             let before = L::splat(gains.before.0[band]);
             let growth = L::splat(gains.growth.0[band]);
-            let row = &mut input[band];
-            let mut place = gains.place;
-            for tile in tiles {
-                // The chunk's first frame, at place TILE, has grown once.
-                let grown = L::of(NUMBERS).add(L::splat(place as f32 - (TILE - 1) as f32));
+            let row = input[band].get_mut(gains.place..).unwrap_or_default();
+            // The chunk's first frame, at place TILE, has grown once. Whole numbers, so that steps are exact.
+            let mut grown = L::of(NUMBERS).add(L::splat(gains.place as f32 - (TILE - 1) as f32));
+            for (tile, sums) in tiles.iter().zip(row.as_chunks_mut::<TILE>().0) {
                 let gain = grown.mul_add(growth, before);
-                let sum = L::of(tile[band]).mul_add(gain, L::load_at(row, place));
-                sum.store_at(row, place);
-                place += TILE;
+                L::of(tile[band]).mul_add(gain, L::load(sums)).store(sums);
+                grown = grown.add(L::splat(TILE as f32));
             }
         }
     }

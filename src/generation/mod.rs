@@ -28,6 +28,7 @@ mod limiter;
 mod ranking;
 mod report;
 mod settings;
+mod starts;
 mod surroundings;
 #[cfg(test)]
 #[path = "../../tests/reference/synthetic_hrtf.rs"]

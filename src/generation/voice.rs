@@ -22,6 +22,9 @@ pub(super) const MAX_GLIDE: f64 = 0.25;
 /// Most positions a voice mixes in a chunk, with room for rounding and whole tiles.
 pub(super) const MAX_FRESH: usize = CHUNK + CHUNK / 4 + 3 * TILE;
 
+/// Enough for the number of any voice.
+pub(super) const INDEX_BITS: u32 = 16;
+
 /// State of one path.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Voice {
@@ -105,9 +108,12 @@ impl Voice {
         prefetch(&self.ear_delays[1]);
     }
 
-    /// Orders voices by source, then by where in its past they read.
-    pub(super) fn place(&self) -> (usize, i64) {
-        (self.slot, self.next)
+    /// Orders voices by source, then by where in its past they read; its last [`INDEX_BITS`] bits are free. Eight bits of
+    /// slots and forty of positions, which come round after half a year: all that hangs on it is an order.
+    pub(super) fn place(&self) -> u64 {
+        const POSITIONS: i64 = 1 << 40;
+        let position = (self.next + POSITIONS / 2).rem_euclid(POSITIONS) as u64;
+        ((self.slot as u64) << 40 | position) << INDEX_BITS
     }
 
     /// Whether the way to `delay` is motion rather than a jump.

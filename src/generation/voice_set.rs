@@ -6,7 +6,8 @@
 //! Paths and living voices are both sorted by identity and are merged. A path without voice starts one, a voice without
 //! path fades. A path whose delay jumps does both. A fade that is cut would click; so where many fade, the quieter of
 //! those that start wait for a frame in which the fades are over, and are counted. There are twice as many voices as may
-//! live, and beyond that a path waits too.
+//! live, and beyond that a path waits too. Where blocks are to take alike time, voices start a few at a time, the loudest
+//! first, as the fades end, and the frame waits for the last ([`VoiceSet::take_paths`], [`VoiceSet::start`]).
 
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
@@ -14,10 +15,11 @@ use crate::simd::{F32x8, LaneSet, prefetch};
 use super::arrival::{self, EarPair, Moment, Motion, Ready, Weights};
 use super::binaural::{Binaural, TOGETHER};
 use super::delay_line::{Ahead, DelayLine};
-use super::frame_plan::FramePlan;
+use super::frame_plan::{FramePlan, Wanted};
 use super::interpolation::{Intervals, SLACK};
+use super::starts::{GOES_ON, Start, Starts};
 use super::surroundings::{Dropped, Surroundings, Tenant};
-use super::voice::{Aim, Bench, MAX_FRESH, Voice};
+use super::voice::{Aim, Bench, INDEX_BITS, MAX_FRESH, Voice};
 use super::{CHUNK, Hrtf};
 
 /// Kinds of voices that are added to the buses together: with few components or in full detail, and each with weights
@@ -26,6 +28,9 @@ const KINDS: usize = 4;
 
 /// Voices that may start besides a quarter of those that live, however many fade.
 const ALWAYS_STARTS: usize = 64;
+
+/// The index of a voice that has not started yet.
+const NONE: u32 = u32::MAX;
 
 /// The voices and what belongs to them by index.
 #[derive(Debug)]
@@ -44,9 +49,12 @@ pub(super) struct VoiceSet {
     fading: Vec<u32>,
     /// Both, by source and delay: neighbours read neighbouring stretches of one delay line.
     order: Vec<u32>,
-    places: Vec<((usize, i64), u32)>,
+    places: Vec<u64>,
     free: Vec<u32>,
     plan: FramePlan,
+    starts: Starts,
+    /// Voices that live or fade beyond which no voice of this frame starts that may wait.
+    most_sounding: usize,
     mixture: Vec<f32>,
     intervals: Box<Intervals>,
     /// Of each kind of voices.
@@ -58,6 +66,7 @@ pub(super) struct VoiceSet {
 #[derive(Debug, Clone, Copy)]
 struct Living {
     id: u64,
+    /// [`NONE`] while it waits for its start.
     index: u32,
 }
 
@@ -81,6 +90,8 @@ impl VoiceSet {
             places: Vec::with_capacity(pool),
             free: (0..pool as u32).rev().collect(),
             plan: FramePlan::new(max_voices, max_fine, groups),
+            starts: Starts::new(max_voices),
+            most_sounding: 0,
             mixture: vec![0.0; tail + MAX_FRESH + SLACK],
             intervals: Intervals::new(),
             ears: std::array::from_fn(|_| arrival::ear_pairs()),
@@ -90,12 +101,16 @@ impl VoiceSet {
 
     /// Voices that live or fade.
     pub(super) fn count(&self) -> usize {
-        self.living.len() + self.fading.len()
+        self.living.len() - self.starts.len() + self.fading.len()
     }
 
     /// Leaves a frame whose paths have been looked at.
     pub(super) fn forget_paths(&mut self) {
         self.plan.clear();
+        if self.starts.len() > 0 {
+            self.living.retain(|voice| voice.index != NONE);
+            self.starts.clear();
+        }
     }
 
     /// Looks at so many more of a frame's paths, sorted by identity, before [`Self::set_paths`] takes them over; gives
@@ -107,29 +122,95 @@ impl VoiceSet {
         around: &Surroundings,
         most: usize,
     ) -> bool {
+        if self.starts.len() > 0 {
+            self.forget_paths();
+        }
         self.plan.go_on(paths, tenants.len(), around, most)
     }
 
-    /// Takes over a frame's paths.
+    /// Takes over a frame's paths, all at once.
     pub(super) fn set_paths(
         &mut self,
         paths: &[FramePath],
         tenants: &[Tenant],
         around: &Surroundings,
     ) -> Dropped {
-        let slots = tenants.len();
-        self.plan.go_on(paths, slots, around, usize::MAX);
-        let mut dropped = self.plan.dropped();
+        let sounding = self.count();
+        let mut dropped = self.merge(paths, tenants, around);
+        let waiting = self.starts.len();
         let longest_s = around.max_delay / around.rate_hz;
-        let first = self.first_to_start(paths, slots, longest_s);
+        let first = self.first_to_start(paths, tenants.len(), longest_s, sounding);
+        self.starts.in_order();
+        let mut started = 0;
+        while let Some(start) = self.starts.pop() {
+            started += u32::from(start.rank >= first && self.begin(start, tenants, around));
+        }
+        dropped.starts += waiting as u32 - started;
+        if started < waiting as u32 {
+            self.living.retain(|voice| voice.index != NONE);
+        }
+        self.plan.clear();
+        self.arrange();
+        dropped
+    }
+
+    /// Takes over a frame's paths as far as they have voices; the others wait for [`Self::start`].
+    pub(super) fn take_paths(
+        &mut self,
+        paths: &[FramePath],
+        tenants: &[Tenant],
+        around: &Surroundings,
+    ) -> Dropped {
+        let living = self.living.len();
+        let dropped = self.merge(paths, tenants, around);
+        self.most_sounding = living.max(self.living.len()) + ALWAYS_STARTS;
+        self.starts.loudest_first();
+        if self.starts.len() == 0 {
+            self.plan.clear();
+        }
+        self.arrange();
+        dropped
+    }
+
+    /// Starts up to so many of the voices that wait, the loudest first; gives how many still wait.
+    pub(super) fn start(
+        &mut self,
+        most: usize,
+        tenants: &[Tenant],
+        around: &Surroundings,
+    ) -> usize {
+        if self.starts.len() == 0 {
+            return 0;
+        }
+        let room = self.most_sounding.saturating_sub(self.count());
+        let mut started = 0;
+        while started < most.min(room)
+            && !self.free.is_empty()
+            && let Some(start) = self.starts.pop()
+        {
+            self.begin(start, tenants, around);
+            started += 1;
+        }
+        if started > 0 {
+            self.arrange();
+        }
+        if self.starts.len() == 0 {
+            self.plan.clear();
+        }
+        self.starts.len()
+    }
+
+    /// Points voices to what the frame asks of them, fades those whose paths are gone, and lists the paths that have none.
+    fn merge(&mut self, paths: &[FramePath], tenants: &[Tenant], around: &Surroundings) -> Dropped {
+        if self.starts.len() > 0 {
+            self.forget_paths();
+        }
+        self.plan.go_on(paths, tenants.len(), around, usize::MAX);
         self.next_living.clear();
         let mut old = 0;
         for number in 0..self.plan.len() {
             let (wanted, _) = self.plan.get(number);
-            let Some(path) = paths.get(wanted.place) else {
-                break;
-            };
-            let id = path.id.0;
+            let id = wanted.id;
             while let Some(voice) = self.living.get(old)
                 && voice.id < id
             {
@@ -140,41 +221,53 @@ impl VoiceSet {
             let held = held.map(|voice| voice.index);
             old += usize::from(held.is_some());
             self.ask_for(old + 1);
-            if held.is_none() && wanted.rank < first {
-                dropped.starts += 1;
-                continue;
+            let went_on = held.filter(|&index| self.go_on(index, number, tenants, around));
+            if went_on.is_none() {
+                let place = self.next_living.len() as u32;
+                self.starts.push(Start {
+                    rank: held.map_or(wanted.rank, |_| GOES_ON),
+                    number: number as u32,
+                    place,
+                });
             }
-            match self.aim(path, number, held, tenants, around) {
-                Some(index) => self.next_living.push(Living { id, index }),
-                None => dropped.starts += 1,
-            }
+            let index = went_on.unwrap_or(NONE);
+            self.next_living.push(Living { id, index });
         }
-        self.plan.clear();
         while let Some(voice) = self.living.get(old) {
             self.fade(voice.index, around);
             old += 1;
         }
         std::mem::swap(&mut self.living, &mut self.next_living);
+        self.plan.dropped()
+    }
+
+    /// Puts all voices in the order in which they are rendered.
+    fn arrange(&mut self) {
         let voices = &self.voices;
         let living = self.living.iter().map(|voice| voice.index);
+        let living = living.filter(|&index| index != NONE);
         let all = living.chain(self.fading.iter().copied());
         self.places.clear();
         self.places
-            .extend(all.map(|index| (voices[index as usize].place(), index)));
+            .extend(all.map(|index| voices[index as usize].place() | u64::from(index)));
         self.places.sort_unstable();
         self.order.clear();
-        self.order.extend(self.places.iter().map(|place| place.1));
-        dropped
+        let index = |place: &u64| (place % (1 << INDEX_BITS)) as u32;
+        self.order.extend(self.places.iter().map(index));
     }
 
     /// Asks for the memory of a living voice that will be pointed to new values soon.
     fn ask_for(&self, place: usize) {
-        let Some(voice) = self.living.get(place) else {
-            return;
-        };
-        self.voices[voice.index as usize].ask_for();
+        if let Some(voice) = self.living.get(place) {
+            self.ask_for_voice(voice.index);
+        }
+    }
+
+    /// Asks for a voice and its weights.
+    fn ask_for_voice(&self, index: u32) {
+        self.voices[index as usize].ask_for();
         let width = 2 * self.groups;
-        let first = voice.index as usize * width;
+        let first = index as usize * width;
         for pool in [&self.targets, &self.growths] {
             for pair in pool[first..first + width].iter().step_by(2) {
                 prefetch(pair);
@@ -182,19 +275,30 @@ impl VoiceSet {
         }
     }
 
-    /// The rank from which on a path without voice may start one in this frame. Where a whole set changes, the quieter of
-    /// the new ones wait until the old ones have faded, so that no block has to render twice as many as the others.
-    fn first_to_start(&mut self, paths: &[FramePath], slots: usize, longest_s: f64) -> u64 {
-        let ids = self.living.iter().map(|voice| voice.id);
+    /// The rank from which on a path without voice may start one in this frame, of which `sounding` voices were there
+    /// before it. Where a whole set changes, the quieter of the new ones wait until the old ones have faded, so that no
+    /// block has to render twice as many as the others.
+    fn first_to_start(
+        &mut self,
+        paths: &[FramePath],
+        slots: usize,
+        longest_s: f64,
+        sounding: usize,
+    ) -> u64 {
+        let wanted = paths.len().min(self.max_voices);
+        let before = &self.next_living;
+        let most = wanted.max(before.len());
+        let free = (most + most / 4 + ALWAYS_STARTS).saturating_sub(sounding);
+        let went_on = self.living.len() - self.starts.len();
+        if wanted <= went_on + free {
+            return 0;
+        }
+        let ids = before.iter().map(|voice| voice.id);
         let (mut old, mut kept) = (ids.peekable(), 0);
         for path in paths {
             while old.next_if(|&id| id < path.id.0).is_some() {}
             kept += usize::from(old.next_if_eq(&path.id.0).is_some());
         }
-        let wanted = paths.len().min(self.max_voices);
-        let most = wanted.max(self.living.len());
-        let fading = self.fading.len() + self.living.len() - kept;
-        let free = (most + most / 4 + ALWAYS_STARTS).saturating_sub(kept + fading);
         if wanted <= kept + free {
             return 0;
         }
@@ -203,54 +307,62 @@ impl VoiceSet {
             .threshold(paths, slots, longest_s, kept + free)
     }
 
-    /// Points the voice a path has, or a new one, to what the plan has of it under a number; gives the voice's index, or
-    /// none if all others still fade.
-    fn aim(
+    /// Points the voice that a path has to what the plan has of it under a number; or fades it and gives false, if that is
+    /// no motion.
+    fn go_on(
         &mut self,
-        path: &FramePath,
+        index: u32,
         number: usize,
-        held: Option<u32>,
         tenants: &[Tenant],
         around: &Surroundings,
-    ) -> Option<u32> {
+    ) -> bool {
         let (wanted, looked_up) = self.plan.get(number);
-        let groups = wanted.groups;
-        let aim = Aim {
-            gain: wanted.gain,
-            delay: path.delay_s * around.rate_hz,
-            ears: wanted.ears,
-        };
-        let slot = path.source.slot();
+        let slot = wanted.slot;
         let tenant = tenants.get(slot).copied().unwrap_or(Tenant::NONE);
-        if let Some(index) = held {
-            let voice = &mut self.voices[index as usize];
-            if voice.slot == slot
-                && voice.tenant == tenant.bits
-                && voice.can_glide_to(aim.delay, around.left, around.ramp)
-            {
-                voice.retarget(&aim, around.now, around.left, around.ramp);
-                voice.groups = [groups.max(voice.groups[1]), groups];
-                let mut weights = Weights {
-                    target: of_voice(&mut self.targets, index, 2 * self.groups),
-                    growth: of_voice(&mut self.growths, index, 2 * self.groups),
-                };
-                voice.motion = weights.retarget(looked_up, around.left, around.ramp);
-                return Some(index);
-            }
-            self.fade(index, around);
-        }
-        let (_, looked_up) = self.plan.get(number);
-        let index = self.free.pop()?;
         let voice = &mut self.voices[index as usize];
-        voice.start(slot, tenant, &aim, around.now, around.ramp);
-        voice.groups = [groups; 2];
+        let is_same = voice.slot == slot && voice.tenant == tenant.bits;
+        if !is_same || !voice.can_glide_to(wanted.delay, around.left, around.ramp) {
+            self.fade(index, around);
+            return false;
+        }
+        voice.retarget(&aim(&wanted), around.now, around.left, around.ramp);
+        voice.groups = [wanted.groups.max(voice.groups[1]), wanted.groups];
+        let mut weights = Weights {
+            target: of_voice(&mut self.targets, index, 2 * self.groups),
+            growth: of_voice(&mut self.growths, index, 2 * self.groups),
+        };
+        voice.motion = weights.retarget(looked_up, around.left, around.ramp);
+        true
+    }
+
+    /// Starts a voice; gives whether one was free.
+    fn begin(&mut self, start: Start, tenants: &[Tenant], around: &Surroundings) -> bool {
+        let Some(index) = self.free.pop() else {
+            return false;
+        };
+        if let (Some(&next), Some(_)) = (self.free.last(), self.starts.following()) {
+            self.ask_for_voice(next);
+            self.ask_for_tail(next);
+        }
+        let (wanted, looked_up) = self.plan.get(start.number as usize);
+        let tenant = tenants.get(wanted.slot).copied().unwrap_or(Tenant::NONE);
+        let voice = &mut self.voices[index as usize];
+        voice.start(wanted.slot, tenant, &aim(&wanted), around.now, around.ramp);
+        voice.groups = [wanted.groups; 2];
         of_voice(&mut self.tails, index, self.tail).fill(0.0);
         let mut weights = Weights {
             target: of_voice(&mut self.targets, index, 2 * self.groups),
             growth: of_voice(&mut self.growths, index, 2 * self.groups),
         };
         weights.rest_at(looked_up);
-        Some(index)
+        self.living[start.place as usize].index = index;
+        true
+    }
+
+    fn ask_for_tail(&self, index: u32) {
+        for line in self.tails[index as usize * self.tail..][..self.tail].chunks(16) {
+            prefetch(&line[0]);
+        }
     }
 
     fn fade(&mut self, index: u32, around: &Surroundings) {
@@ -325,11 +437,8 @@ impl VoiceSet {
     /// Asks for what belongs to the voice that is rendered at a place, and gives what that will read.
     fn look_ahead<'a>(&self, place: usize, lines: &'a [DelayLine], frames: usize) -> Ahead<'a> {
         if let Some(&after) = self.order.get(place + 1) {
-            let after = after as usize;
-            self.voices[after].ask_for();
-            for line in self.tails[after * self.tail..][..self.tail].chunks(16) {
-                prefetch(&line[0]);
-            }
+            self.voices[after as usize].ask_for();
+            self.ask_for_tail(after);
         }
         let Some(&index) = self.order.get(place) else {
             return Ahead::default();
@@ -363,6 +472,15 @@ pub(super) fn tail_frames(hrtf: &Hrtf) -> usize {
     (hrtf.max_delay().ceil() as usize + 12)
         .max(CHUNK / 4 + 16)
         .next_multiple_of(8)
+}
+
+/// What the plan asks of a voice.
+fn aim(wanted: &Wanted) -> Aim {
+    Aim {
+        gain: wanted.gain,
+        delay: wanted.delay,
+        ears: wanted.ears,
+    }
 }
 
 /// The part of a pool that belongs to one voice.

@@ -1,7 +1,7 @@
 //! Kernels of ray tracing for x86-64: SSE2 everywhere, AVX2 with FMA where [`Avx2::detect`] finds it.
 //!
 //! `unsafe` for two reasons: loads take pointers, and a function that carries a target feature must be entered from
-//! one that does not ([`enter_sse2`], [`enter_avx2`]). Specification: [`super::tracing`]. Triangles give its bits; boxes
+//! one that does not ([`enter_sse2`], [`enter_avx2`], [`enter_avx512`]). Specification: [`super::tracing`]. Triangles give its bits; boxes
 //! may be entered where it does not enter them, never the other way round. Kernels are generic over a
 //! number for their caller, so that each has one caller and becomes part of it; of a shared one the compiler makes a call.
 
@@ -30,6 +30,18 @@ impl Avx2 {
     }
 }
 
+/// Proof that the machine has AVX-512 for registers of eight lanes too, besides AVX2 and FMA.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Avx512(());
+
+impl Avx512 {
+    /// The proof, if it holds.
+    pub(crate) fn detect() -> Option<Self> {
+        let found = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl");
+        (found && Avx2::detect().is_some()).then_some(Self(()))
+    }
+}
+
 /// Calls a safe function that carries the feature `sse2`, which every x86-64 has.
 macro_rules! enter_sse2 {
     ($function:ident($($argument:expr),*)) => {
@@ -47,7 +59,16 @@ macro_rules! enter_avx2 {
     }};
 }
 
-pub(crate) use {enter_avx2, enter_sse2};
+/// Calls a safe function that carries the features `avx2,fma,avx512f,avx512vl`, against the proof that the machine has them.
+macro_rules! enter_avx512 {
+    ($proof:expr => $function:ident($($argument:expr),*)) => {{
+        let _: $crate::simd::x86::Avx512 = $proof;
+        // SAFETY: the function is safe but for its features, and a proof exists only where detection found them.
+        unsafe { $function($($argument),*) }
+    }};
+}
+
+pub(crate) use {enter_avx2, enter_avx512, enter_sse2};
 
 #[inline]
 #[target_feature(enable = "sse2")]

@@ -3,12 +3,13 @@
 //! An update names the paths that were valid at its poses. What it says of a candidate's visibility counts if it speaks
 //! of a later graphics frame than the candidate's own last test; what it says for a pose where the listener never was
 //! is a hint. Paths that it names as nearby are kept, closed, until a ray finds them open or it names them no more.
-//! Candidates that it does not name are kept for some updates, closed or open.
+//! Candidates that it does not name are kept for some updates, closed or open. A long update is taken over in parts.
 
 use super::candidate::{Candidate, Course, Grounds};
-use super::groundwork::{Groundwork, continued};
+use super::groundwork::Groundwork;
 use super::history::Word;
 use super::{BestSettings, Now};
+use crate::extrapolation::effort::{Effort, cost};
 use crate::propagation::{Path, PathSet};
 
 /// Candidates kept at most, over all sources: a full memory drops what comes last by identity.
@@ -20,6 +21,8 @@ pub struct Memory {
     /// The candidates.
     pub candidates: Vec<Candidate>,
     next: Vec<Candidate>,
+    /// How far an update has been taken over, into `next`.
+    taken: Taken,
     capacity: usize,
     /// Updates taken so far.
     pub updates: u64,
@@ -30,6 +33,7 @@ impl Default for Memory {
         Self {
             candidates: Vec::new(),
             next: Vec::new(),
+            taken: Taken::default(),
             capacity: CAPACITY,
             updates: 0,
         }
@@ -44,56 +48,90 @@ impl Memory {
         self.next.reserve_exact(self.capacity);
     }
 
-    /// Takes an update over, with what has been worked out of it; `word` is what it is worth.
-    pub(super) fn take(
-        &mut self,
-        update: &PathSet,
-        groundwork: &Groundwork,
-        now: &Now<'_>,
-        word: Word,
-        settings: &BestSettings,
-    ) {
-        self.updates += 1;
+    /// An update is to be taken over, from its first path on; `word` is what it is worth.
+    pub(super) fn begin_update(&mut self, word: Word) {
+        self.taken = Taken {
+            word,
+            ..Taken::default()
+        };
         self.next.clear();
-        let mut old = self.candidates.iter().peekable();
-        let mut nearby = update.nearby.iter().peekable();
+    }
+
+    /// Goes on taking that update over, with what has been worked out of it, until the effort is spent; gives whether it
+    /// has been. Until then the candidates are those from before it.
+    pub(super) fn take_part(
+        &mut self,
+        (update, groundwork): (&PathSet, &Groundwork),
+        now: &Now<'_>,
+        settings: &BestSettings,
+        effort: &mut Effort,
+    ) -> bool {
+        let mut taken = self.taken;
         let named = Named {
             update,
             now,
-            word,
-            updates: self.updates,
+            word: taken.word,
+            updates: self.updates + 1,
             settings,
         };
-        let (next, capacity) = (&mut self.next, self.capacity);
-        let mut keep = |candidate: Option<Candidate>| {
-            next.extend(candidate.filter(|_| next.len() < capacity));
-        };
-        for (place, path) in continued(update).enumerate() {
-            while let Some(beside) = nearby.next_if(|beside| beside.id < path.id) {
-                while let Some(absent) = old.next_if(|known| known.path.id < beside.id) {
-                    keep(named.absent(absent));
-                }
-                let known = old.next_if(|known| known.path.id == beside.id);
-                keep(Some(named.nearby(beside, known)));
+        loop {
+            if effort.is_spent() {
+                self.taken = taken;
+                return false;
             }
-            while let Some(absent) = old.next_if(|known| known.path.id < path.id) {
-                keep(named.absent(absent));
+            let kept = match named.following(&mut taken, groundwork, &self.candidates) {
+                Following::Kept(candidate) => Some(candidate),
+                Following::Forgotten => None,
+                Following::Nothing => break,
+            };
+            effort.spend(cost::CONTINUED);
+            if self.next.len() < self.capacity {
+                self.next.extend(kept);
             }
-            let known = old.next_if(|known| known.path.id == path.id);
-            keep(Some(named.valid(path, groundwork.of(place, path), known)));
-        }
-        for beside in nearby {
-            while let Some(absent) = old.next_if(|known| known.path.id < beside.id) {
-                keep(named.absent(absent));
-            }
-            let known = old.next_if(|known| known.path.id == beside.id);
-            keep(Some(named.nearby(beside, known)));
-        }
-        for absent in old {
-            keep(named.absent(absent));
         }
         std::mem::swap(&mut self.candidates, &mut self.next);
+        self.updates += 1;
+        true
     }
+}
+
+/// How far an update has been taken over.
+#[derive(Debug, Clone, Copy)]
+struct Taken {
+    word: Word,
+    /// The next of its paths, and how many before it are continued.
+    path: usize,
+    place: usize,
+    /// The next of those nearby.
+    nearby: usize,
+    /// The next candidate from before.
+    old: usize,
+}
+
+impl Default for Taken {
+    fn default() -> Self {
+        Self {
+            word: Word {
+                frame: 0,
+                binding: false,
+            },
+            path: 0,
+            place: 0,
+            nearby: 0,
+            old: 0,
+        }
+    }
+}
+
+/// What comes next by identity.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it lives for one step, and what is kept is the rule"
+)]
+enum Following {
+    Kept(Candidate),
+    Forgotten,
+    Nothing,
 }
 
 /// An update as it is taken over, and what its word is worth.
@@ -106,6 +144,45 @@ struct Named<'a> {
 }
 
 impl Named<'_> {
+    /// The next candidate of the update and of those from before, all by identity; moves on by one.
+    fn following(
+        &self,
+        taken: &mut Taken,
+        groundwork: &Groundwork,
+        old: &[Candidate],
+    ) -> Following {
+        let paths = &self.update.paths;
+        while paths.get(taken.path).is_some_and(Path::is_revalidated) {
+            taken.path += 1;
+        }
+        let valid = paths.get(taken.path);
+        let beside = self.update.nearby.get(taken.nearby);
+        let beside = beside.filter(|beside| valid.is_none_or(|path| beside.id < path.id));
+        let next = beside.or(valid);
+        let known = old.get(taken.old);
+        let known = known.filter(|known| next.is_none_or(|next| known.path.id <= next.id));
+        taken.old += usize::from(known.is_some());
+        match (next, known) {
+            (None, None) => Following::Nothing,
+            (None, Some(known)) => self
+                .absent(known)
+                .map_or(Following::Forgotten, Following::Kept),
+            (Some(next), Some(known)) if known.path.id < next.id => self
+                .absent(known)
+                .map_or(Following::Forgotten, Following::Kept),
+            (Some(next), known) if beside.is_some() => {
+                taken.nearby += 1;
+                Following::Kept(self.nearby(next, known))
+            }
+            (Some(next), known) => {
+                let grounds = groundwork.of(taken.place, next);
+                taken.path += 1;
+                taken.place += 1;
+                Following::Kept(self.valid(next, grounds, known))
+            }
+        }
+    }
+
     /// A path that is valid there, and what was known of it.
     fn valid(&self, path: &Path, grounds: Option<Grounds>, known: Option<&Candidate>) -> Candidate {
         let grounds = grounds.unwrap_or_else(|| Grounds::of(path, self.update, self.now.then));

@@ -71,10 +71,24 @@ impl Now<'_> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
     Begin,
-    /// How candidates stand, then rays for them.
+    /// Takes an update over.
+    Take,
+    /// How candidates stand.
     Stand,
+    /// Rays for them.
+    Ask,
     /// What is heard of the candidates from this one on.
     Hear(usize),
+}
+
+/// What finding out how a candidate stands has cost.
+fn cost_of(standing: &Standing) -> usize {
+    match standing {
+        Standing::Unasked => 0,
+        Standing::Continued(_) => cost::CONTINUED,
+        Standing::Bent(_) => cost::BENT_WAY,
+        Standing::Out | Standing::Path(_) | Standing::Image(..) => cost::REFLECTED,
+    }
 }
 
 /// State of the predictor.
@@ -128,13 +142,24 @@ impl Best {
             is_done: false,
         };
         if self.step == Step::Begin && !effort.is_spent() {
-            self.begin(arrived, now, effort);
+            self.begin(arrived, now);
+            self.step = Step::Take;
+        }
+        if self.step == Step::Take && self.take(arrived, now, effort) {
+            self.standings.clear();
             self.step = Step::Stand;
         }
         if self.step == Step::Stand {
             self.stand(now, effort);
             if !effort.is_spent() {
-                part.rays = self.ask(now, effort);
+                self.make_queue(now, effort);
+                self.step = Step::Ask;
+            }
+        }
+        if self.step == Step::Ask {
+            let (rays, is_done) = self.ask(now, effort);
+            part.rays = rays;
+            if is_done {
                 self.bent.clear();
                 self.step = Step::Hear(0);
             }
@@ -155,23 +180,28 @@ impl Best {
         self.step = Step::Begin;
     }
 
-    /// Takes over an update.
-    fn begin(
+    /// Begins a graphics frame, and an update if one has arrived.
+    fn begin(&mut self, arrived: Option<(&PathSet, &Groundwork)>, now: &Now<'_>) {
+        self.history.push(now.listener.position);
+        if let Some((update, _)) = arrived {
+            let mut word = self.history.date(update.listener.position, self.frame);
+            // The listener's place does not date an update of a scene that has moved since.
+            word.binding &= !has_moved(now.scene, now.then);
+            self.memory.begin_update(word);
+        }
+    }
+
+    /// Goes on taking over the update that has arrived, if one has; gives whether it is taken over.
+    fn take(
         &mut self,
         arrived: Option<(&PathSet, &Groundwork)>,
         now: &Now<'_>,
         effort: &mut Effort,
-    ) {
-        self.history.push(now.listener.position);
-        if let Some((update, groundwork)) = arrived {
-            let mut word = self.history.date(update.listener.position, self.frame);
-            // The listener's place does not date an update of a scene that has moved since.
-            word.binding &= !has_moved(now.scene, now.then);
-            self.memory
-                .take(update, groundwork, now, word, &self.settings);
-            effort.spend(cost::CONTINUED * self.memory.candidates.len());
-        }
-        self.standings.clear();
+    ) -> bool {
+        arrived.is_none_or(|arrived| {
+            let settings = &self.settings;
+            self.memory.take_part(arrived, now, settings, effort)
+        })
     }
 
     /// How candidates stand. Of what is closed only what rays are cast for has to be known.
@@ -190,12 +220,7 @@ impl Best {
                 (None, true) => candidate.stand(now, &self.settings),
                 (None, false) => Standing::Unasked,
             };
-            effort.spend(match standing {
-                Standing::Unasked => 0,
-                Standing::Continued(_) => cost::CONTINUED,
-                Standing::Bent(_) => cost::BENT_WAY,
-                Standing::Out | Standing::Path(_) | Standing::Image(..) => cost::REFLECTED,
-            });
+            effort.spend(cost_of(&standing));
             // What comes back onto its surfaces is asked soon.
             if let (Standing::Out, Course::Mirrors(_)) = (&standing, candidate.course) {
                 candidate.tested = None;
@@ -204,19 +229,24 @@ impl Best {
         }
     }
 
-    /// Casts the frame's rays; gives their number.
-    fn ask(&mut self, now: &Now<'_>, effort: &mut Effort) -> u64 {
+    /// Puts in order whom the frame's rays are for.
+    fn make_queue(&mut self, now: &Now<'_>, effort: &mut Effort) {
         let budget = self.settings.rays(now.sources.len());
-        let rays = self.inspection.spend(
-            budget,
-            self.frame,
+        let candidates = &self.memory.candidates;
+        self.inspection
+            .begin(budget, self.frame, candidates, &self.standings);
+        effort.spend(candidates.len() / cost::SORTED);
+    }
+
+    /// Casts the frame's rays until the effort is spent; gives their number, and whether all are cast.
+    fn ask(&mut self, now: &Now<'_>, effort: &mut Effort) -> (u64, bool) {
+        self.inspection.go_on(
             self.memory.updates,
             &mut self.memory.candidates,
             &mut self.standings,
             (now, &self.settings),
-        );
-        effort.spend(cost::RAY * rays as usize + self.memory.candidates.len() / cost::SORTED);
-        rays
+            effort,
+        )
     }
 
     /// What is heard of the candidates from one on.
@@ -236,6 +266,7 @@ impl Best {
             if effort.is_spent() {
                 return Step::Hear(number);
             }
+            effort.spend(cost::HEARD);
             if let (Standing::Bent(_), Course::Bends(course)) = (standing, candidate.course) {
                 effort.spend(cost::WAVE * if course.is_double() { 2 } else { 1 });
             }

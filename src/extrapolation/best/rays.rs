@@ -7,7 +7,8 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::candidate::{Candidate, Course, Standing};
-use super::{BestSettings, Now};
+use super::{BestSettings, Now, cost_of};
+use crate::extrapolation::effort::{Effort, cost};
 use crate::propagation::diffraction::{Spot, way};
 use crate::scene::Scene;
 
@@ -45,10 +46,16 @@ impl Eq for Urgent {}
 /// Graphics frames from one look at a closed candidate that misses its surfaces to the next, one in so many a frame.
 const LOOK_EVERY: u64 = 4;
 
-/// Scratch memory of the choice.
+/// The choice of one graphics frame, and how far it has got.
 #[derive(Debug, Default)]
 pub struct Inspection {
-    queue: Vec<Urgent>,
+    /// A heap: only as many are put in order as there are rays for.
+    queue: BinaryHeap<Urgent>,
+    budget: u64,
+    frame: u64,
+    /// Rays cast, and candidates asked.
+    rays: u64,
+    asked: u64,
 }
 
 impl Inspection {
@@ -57,22 +64,22 @@ impl Inspection {
         self.queue.reserve(candidates);
     }
 
-    /// Casts rays for up to `budget` of them; gives how many were cast. Looks at those that stand [`Standing::Unasked`]
-    /// when their turn comes.
-    pub(super) fn spend(
+    /// Chooses whom up to `budget` rays of a graphics frame are for.
+    pub(super) fn begin(
         &mut self,
         budget: u64,
         frame: u64,
-        updates: u64,
-        candidates: &mut [Candidate],
-        standings: &mut [Standing],
-        (now, settings): (&Now<'_>, &BestSettings),
-    ) -> u64 {
+        candidates: &[Candidate],
+        standings: &[Standing],
+    ) {
+        (self.budget, self.frame) = (budget, frame);
+        (self.rays, self.asked) = (0, 0);
         self.queue.clear();
         if budget == 0 {
-            return 0;
+            return;
         }
-        for (index, (candidate, standing)) in candidates.iter().zip(&*standings).enumerate() {
+        let mut queue = std::mem::take(&mut self.queue).into_vec();
+        for (index, (candidate, standing)) in candidates.iter().zip(standings).enumerate() {
             let may_have_way = match standing {
                 // What missed its surfaces when it was looked at last comes onto them sooner or later.
                 Standing::Unasked => {
@@ -86,23 +93,39 @@ impl Inspection {
             let age = candidate
                 .tested
                 .map_or(NEVER_FRAMES, |tested| frame - tested.min(frame));
-            self.queue.push(Urgent {
+            queue.push(Urgent {
                 urgency: candidate.energy() * age as f32,
                 index: index as u32,
             });
         }
-        // A heap in the queue's own memory: only as many are put in order as there are rays for.
-        let mut queue = BinaryHeap::from(std::mem::take(&mut self.queue));
-        let mut rays = 0;
-        let mut asked = 0;
-        // Every test casts a ray or more, so no more than `budget` of them can be made.
-        while asked < budget
-            && let Some(Urgent { index, .. }) = queue.pop()
-        {
+        self.queue = BinaryHeap::from(queue);
+    }
+
+    /// Casts rays for them until the effort is spent; gives how many were cast now, and whether none is left to cast. Looks
+    /// at those that stand [`Standing::Unasked`] when their turn comes. The candidates have to be those that were chosen
+    /// from.
+    pub(super) fn go_on(
+        &mut self,
+        updates: u64,
+        candidates: &mut [Candidate],
+        standings: &mut [Standing],
+        (now, settings): (&Now<'_>, &BestSettings),
+        effort: &mut Effort,
+    ) -> (u64, bool) {
+        let before = self.rays;
+        // Every test casts a ray or more, so no more than the budget of them can be made.
+        while self.asked < self.budget {
+            if effort.is_spent() {
+                return (self.rays - before, false);
+            }
+            let Some(Urgent { index, .. }) = self.queue.pop() else {
+                break;
+            };
             let candidate = &mut candidates[index as usize];
             let standing = &mut standings[index as usize];
             if matches!(standing, Standing::Unasked) {
                 *standing = candidate.stand(now, settings);
+                effort.spend(cost_of(standing));
                 // What comes back onto its surfaces is asked soon.
                 if let (Standing::Out, Course::Mirrors(_)) = (&*standing, candidate.course) {
                     candidate.tested = None;
@@ -111,23 +134,24 @@ impl Inspection {
             if !has_way(standing) {
                 continue;
             }
-            asked += 1;
-            if rays + most_rays(standing) > budget {
+            self.asked += 1;
+            if self.rays + most_rays(standing) > self.budget {
                 break;
             }
             let Some(spot) = now.spot(candidate.path.source) else {
                 continue;
             };
-            let first = &mut candidate.blocked_leg;
-            candidate.open = is_open(standing, &spot, now.scene, first, &mut rays);
-            candidate.tested = Some(frame);
+            let (first, cast) = (&mut candidate.blocked_leg, self.rays);
+            candidate.open = is_open(standing, &spot, now.scene, first, &mut self.rays);
+            candidate.tested = Some(self.frame);
+            effort.spend(cost::RAY * (self.rays - cast) as usize);
             // Of bent paths the updates choose, which see more of them.
             if candidate.open && matches!(candidate.course, Course::Mirrors(_)) {
                 candidate.valid_in = updates;
             }
         }
-        self.queue = queue.into_vec();
-        rays
+        self.queue.clear();
+        (self.rays - before, true)
     }
 }
 

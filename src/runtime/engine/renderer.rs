@@ -91,7 +91,11 @@ pub struct Renderer {
     is_described: bool,
     /// Of how many of its paths generation knows what they ask.
     prepared: usize,
-    /// How long it lasts.
+    /// Paths of the last frame that wait for their voices.
+    waiting: usize,
+    /// Voices of the last block.
+    voices: u32,
+    /// How long the frame under way lasts.
     frame_s: f64,
     /// Time that its direct paths and its others took so far.
     took: [Duration; 2],
@@ -125,6 +129,8 @@ impl Renderer {
             is_under_way: false,
             is_described: false,
             prepared: 0,
+            waiting: 0,
+            voices: 0,
             frame_s: 0.0,
             took: [Duration::ZERO; 2],
             parts,
@@ -211,7 +217,7 @@ impl Renderer {
         let frames = output.len() / 2;
         report.frames += frames as u32;
         let paused = self.parts.frame.paused;
-        if paused && self.master == 0.0 {
+        if self.is_silent() {
             output.fill(0.0);
             return;
         }
@@ -222,6 +228,7 @@ impl Renderer {
         let slots = self.mixer.inputs(frames, &mut inputs);
         let made = self.parts.generator.render(&inputs[..slots], output);
         report.voices = made.voices;
+        self.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
         self.fade_master(output, if paused { 0.0 } else { 1.0 });
         let spent = started.elapsed();
@@ -229,6 +236,11 @@ impl Renderer {
         self.parts
             .spans
             .record(SpanKind::Generation, started, spent, made.voices.into());
+    }
+
+    /// Whether nothing is rendered in a pause.
+    fn is_silent(&self) -> bool {
+        self.parts.frame.paused && self.master == 0.0
     }
 
     fn fade_master(&mut self, output: &mut [f32], target: f32) {

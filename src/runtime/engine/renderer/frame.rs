@@ -18,6 +18,9 @@ use crate::runtime::trace::SpanKind;
 /// Longest ramp of a graphics frame, in seconds.
 const LONGEST_RAMP_S: f64 = 0.1;
 
+/// Voices that may start in any block.
+const LEAST_STARTS: usize = 64;
+
 /// Most that an order's gain moves in a second, under the budget.
 const ORDER_FADE_PER_S: f64 = 4.0;
 
@@ -27,11 +30,16 @@ impl Renderer {
         if !self.is_under_way {
             self.take_frame(report);
         }
-        if !self.is_under_way {
+        if !self.is_under_way && self.waiting == 0 {
             return;
         }
         let block = self.parts.settings.block_frames as f64;
-        let mut effort = self.pace.effort(block_frames as f64 / block);
+        let share = block_frames as f64 / block;
+        let mut effort = self.pace.effort(share, self.voices);
+        self.start_voices(&mut effort);
+        if !self.is_under_way {
+            return;
+        }
         if !self.is_described {
             self.is_described = self.extrapolate(&mut effort);
             if self.is_described {
@@ -41,7 +49,9 @@ impl Renderer {
         }
         let paths = self.frame_paths.paths.len();
         let was_prepared = self.is_described && self.prepared == paths;
-        if self.is_described && !was_prepared {
+        // Generation knows one frame's paths at a time.
+        let is_held_up = self.is_held_up();
+        if self.is_described && !was_prepared && !is_held_up {
             let most = effort.left() as usize / cost::PREPARED;
             let most = most.min(paths - self.prepared);
             self.parts.generator.prepare_frame(&self.frame_paths, most);
@@ -50,10 +60,11 @@ impl Renderer {
         }
         // What generation takes over at once is much: it may have a block to itself.
         let taken = cost::TAKEN * paths;
-        let is_prepared = self.is_described && self.prepared == paths;
+        let is_prepared = self.is_described && self.prepared == paths && !is_held_up;
         if is_prepared && (was_prepared || taken <= effort.left() as usize) {
             effort.spend(taken);
             self.hand_over(block_frames);
+            self.start_voices(&mut effort);
             self.is_under_way = false;
         }
         self.pace.count(&effort);
@@ -144,9 +155,31 @@ impl Renderer {
         // A block that lasts longer than a graphics frame is ramped as a whole.
         let longest = (LONGEST_RAMP_S * f64::from(rate_hz)) as u32;
         let ramp_frames = ramp.max(block_frames as u32).min(longest);
-        self.parts
-            .generator
-            .set_prepared_frame(&self.frame_paths, ramp_frames);
+        let generator = &mut self.parts.generator;
+        if !self.pace.is_even() {
+            generator.set_prepared_frame(&self.frame_paths, ramp_frames);
+            return;
+        }
+        generator.take_prepared_frame(&self.frame_paths, ramp_frames);
+        self.waiting = self.frame_paths.paths.len();
+    }
+
+    /// Whether voices of the last frame have to start before generation may be told of the next. In the silence of a pause
+    /// no fade goes on that they wait for: the next frame has their paths, too, and may be the pause's end.
+    fn is_held_up(&self) -> bool {
+        self.waiting > 0 && !self.is_silent()
+    }
+
+    /// Starts voices of the last frame that was handed over, if some wait.
+    fn start_voices(&mut self, effort: &mut Effort) {
+        if !self.is_held_up() {
+            return;
+        }
+        let most = (effort.left() as usize / cost::STARTED).max(LEAST_STARTS);
+        let generator = &mut self.parts.generator;
+        let before = generator.start_voices(0);
+        self.waiting = generator.start_voices(most);
+        effort.spend(cost::STARTED * (before - self.waiting));
     }
 
     /// Moves the gains of the orders towards what the budget wants, and applies them.
