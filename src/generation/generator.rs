@@ -190,7 +190,7 @@ impl Generator {
 
     /// Starts up to `most` voices of paths that wait for one, the loudest first; gives how many still wait.
     ///
-    /// They reach their values with the frame's ramp, and where that ends earlier within [`CHUNK`] audio frames. No more start
+    /// They reach their values with the frame's ramp, and where that ends earlier within 256 audio frames. No more start
     /// than there were paths before or are now, and 64 besides, counting those that still fade: where a set changes, they
     /// follow as the fades end. To be called before every [`Self::render`] until none waits, and before
     /// [`Self::prepare_frame`] of the next frame.

@@ -25,7 +25,7 @@ const MOST_SHARE: f64 = 0.05;
 const FULL_SHARE: f64 = 0.22;
 const SOURCES_SHARE: f64 = 0.04;
 const VOICE_SHARE: f64 = 1.5e-4;
-const LEAST_SHARE: f64 = 0.015;
+const LEAST_SHARE: f64 = 0.02;
 
 /// What a unit of work takes there, in seconds.
 const UNIT_S: f64 = 1e-7;
