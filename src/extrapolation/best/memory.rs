@@ -5,7 +5,7 @@
 //! is a hint. Paths that it names as nearby are kept, closed, until a ray finds them open or it names them no more.
 //! Candidates that it does not name are kept for some updates, closed or open.
 
-use super::candidate::{Candidate, Course, Grounds};
+use super::candidate::{Candidate, Course, Grounds, energy};
 use super::groundwork::{Groundwork, continued};
 use super::history::Word;
 use super::{BestSettings, Now};
@@ -44,13 +44,13 @@ impl Memory {
         self.next.reserve_exact(self.capacity);
     }
 
-    /// Takes an update over, with what has been worked out of it; `word` is what it is worth.
+    /// Takes an update over in a graphics frame, with what has been worked out of it; `word` is what it is worth.
     pub(super) fn take(
         &mut self,
         update: &PathSet,
         groundwork: &Groundwork,
         now: &Now<'_>,
-        word: Word,
+        (frame, word): (u64, Word),
         settings: &BestSettings,
     ) {
         self.updates += 1;
@@ -60,6 +60,7 @@ impl Memory {
         let named = Named {
             update,
             now,
+            frame,
             word,
             updates: self.updates,
             settings,
@@ -100,6 +101,7 @@ impl Memory {
 struct Named<'a> {
     update: &'a PathSet,
     now: &'a Now<'a>,
+    frame: u64,
     word: Word,
     updates: u64,
     settings: &'a BestSettings,
@@ -109,7 +111,7 @@ impl Named<'_> {
     /// A path that is valid there, and what was known of it.
     fn valid(&self, path: &Path, grounds: Option<Grounds>, known: Option<&Candidate>) -> Candidate {
         let grounds = grounds.unwrap_or_else(|| Grounds::of(path, self.update, self.now.then));
-        let mut candidate = Candidate::new(path, self.update, &grounds);
+        let mut candidate = Candidate::new(path, self.update, &grounds, self.frame);
         candidate.valid_in = self.updates;
         candidate.tested = self.word.binding.then_some(self.word.frame);
         candidate.trend = known.and_then(|known| known.trend);
@@ -120,6 +122,15 @@ impl Named<'_> {
             (candidate.open, candidate.tested) = (known.open, known.tested);
             candidate.blocked_leg = known.blocked_leg;
         }
+        if let Some(known) = known {
+            candidate.most_energy = candidate.most_energy.max(known.most_energy);
+            if known.open == candidate.open {
+                candidate.since = known.since;
+            }
+            if known.open {
+                candidate.energy = known.energy;
+            }
+        }
         candidate
     }
 
@@ -127,8 +138,9 @@ impl Named<'_> {
     fn nearby(&self, path: &Path, known: Option<&Candidate>) -> Candidate {
         let mut candidate = match known.and_then(|known| self.absent(known)) {
             Some(known) => known,
-            None => Candidate::nearby(path, self.update, self.now.then),
+            None => Candidate::nearby(path, self.update, self.now.then, self.frame),
         };
+        candidate.most_energy = candidate.most_energy.max(energy(&path.amplitude));
         let remembered = u64::from(self.settings.remembered_updates);
         let last = self.updates.saturating_sub(remembered);
         candidate.valid_in = candidate.valid_in.max(last);
@@ -137,35 +149,24 @@ impl Named<'_> {
 
     /// What becomes of a candidate that is not valid there.
     fn absent(&self, candidate: &Candidate) -> Option<Candidate> {
-        absent_from_update(candidate, self.now, self.word, self.updates, self.settings)
+        let age = self.updates - candidate.valid_in;
+        // Of bent paths an update names the loudest, so that the others are not to be heard.
+        let remembered = match candidate.course {
+            Course::Bends(_) => self.settings.remembered_updates.min(1),
+            Course::Mirrors(_) | Course::Unknown => self.settings.remembered_updates,
+        };
+        if age > u64::from(remembered) || matches!(candidate.course, Course::Unknown) {
+            return None;
+        }
+        let mut kept = *candidate;
+        // Where the direct path is seen no update looks for longer bends, so it has not said anything.
+        if matches!(kept.course, Course::Bends(_)) && !self.now.is_shadowed(kept.path.source) {
+            kept.tested = None;
+            return Some(kept);
+        }
+        if self.word.binding && kept.tested <= Some(self.word.frame) {
+            kept.is_found(false, self.word.frame);
+        }
+        Some(kept)
     }
-}
-
-/// What becomes of a candidate that an update does not name.
-fn absent_from_update(
-    candidate: &Candidate,
-    now: &Now<'_>,
-    word: Word,
-    updates: u64,
-    settings: &BestSettings,
-) -> Option<Candidate> {
-    let age = updates - candidate.valid_in;
-    // Of bent paths an update names the loudest, so that the others are not to be heard.
-    let remembered = match candidate.course {
-        Course::Bends(_) => settings.remembered_updates.min(1),
-        Course::Mirrors(_) | Course::Unknown => settings.remembered_updates,
-    };
-    if age > u64::from(remembered) || matches!(candidate.course, Course::Unknown) {
-        return None;
-    }
-    let mut kept = *candidate;
-    // Where the direct path is seen no update looks for longer bends, so it has not said anything.
-    if matches!(kept.course, Course::Bends(_)) && !now.is_shadowed(kept.path.source) {
-        kept.tested = None;
-        return Some(kept);
-    }
-    if word.binding && kept.tested <= Some(word.frame) {
-        (kept.open, kept.tested) = (false, Some(word.frame));
-    }
-    Some(kept)
 }

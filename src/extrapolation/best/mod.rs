@@ -168,7 +168,7 @@ impl Best {
             // The listener's place does not date an update of a scene that has moved since.
             word.binding &= !has_moved(now.scene, now.then);
             self.memory
-                .take(update, groundwork, now, word, &self.settings);
+                .take(update, groundwork, now, (self.frame, word), &self.settings);
             effort.spend(cost::CONTINUED * self.memory.candidates.len());
         }
         self.standings.clear();
@@ -194,7 +194,7 @@ impl Best {
                 Standing::Unasked => 0,
                 Standing::Continued(_) => cost::CONTINUED,
                 Standing::Bent(_) => cost::BENT_WAY,
-                Standing::Out | Standing::Path(_) | Standing::Image(..) => cost::REFLECTED,
+                Standing::Out | Standing::Path(_) | Standing::Image(_) => cost::UNFOLDED,
             });
             // What comes back onto its surfaces is asked soon.
             if let (Standing::Out, Course::Mirrors(_)) = (&standing, candidate.course) {
@@ -236,10 +236,13 @@ impl Best {
             if effort.is_spent() {
                 return Step::Hear(number);
             }
-            if let (Standing::Bent(_), Course::Bends(course)) = (standing, candidate.course) {
-                effort.spend(cost::WAVE * if course.is_double() { 2 } else { 1 });
-            }
-            let heard = candidate.heard(standing, now);
+            effort.spend(match (standing, candidate.course) {
+                (Standing::Bent(_), Course::Bends(course)) if course.is_double() => 2 * cost::WAVE,
+                (Standing::Bent(_), _) => cost::WAVE,
+                (Standing::Image(_), _) => cost::REFLECTED,
+                _ => 0,
+            });
+            let heard = candidate.heard(standing, now, &self.settings);
             let is_new = !matches!(standing, Standing::Continued(_));
             if every > 1 && is_new && self.settings.exact_geometry {
                 candidate.remember(heard.as_ref(), self.frame, every);
@@ -247,6 +250,7 @@ impl Best {
             let Some(path) = heard else {
                 continue;
             };
+            candidate.is_as_loud_as(&path.amplitude);
             match candidate.course {
                 Course::Bends(course) => self.bent.push((course.is_double(), path)),
                 Course::Mirrors(_) | Course::Unknown => paths.push(path),

@@ -1,7 +1,9 @@
 //! Which candidates are asked in a graphics frame whether something blocks them.
 //!
-//! The loudest and longest unasked first, over all sources together, until the budget is spent. A candidate that was
-//! never asked comes before one that was.
+//! Over all sources together, until the budget is spent, those first whose answer is worth most a ray: the louder a path
+//! is, the longer nobody has asked, and the shorter it has been as it is, since what has just changed soon does again.
+//! What is wrong of a path that nobody has asked grows with the time, and so does the chance that it is, so that time
+//! counts squared.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -13,6 +15,12 @@ use crate::scene::Scene;
 
 /// Graphics frames that a candidate counts as unasked for if it never was asked.
 const NEVER_FRAMES: u64 = 64;
+
+/// Graphics frames that a candidate counts as open, or closed, at least.
+const LEAST_FRAMES: f32 = 4.0;
+
+/// How loud an open path counts at least, as a share of the energy that it once had: what fades may come back.
+const FADED: f32 = 0.1;
 
 /// A candidate that may be asked: louder and longer unasked ones are greater.
 #[derive(Debug, Clone, Copy)]
@@ -83,11 +91,8 @@ impl Inspection {
             if !may_have_way || candidate.tested == Some(frame) {
                 continue;
             }
-            let age = candidate
-                .tested
-                .map_or(NEVER_FRAMES, |tested| frame - tested.min(frame));
             self.queue.push(Urgent {
-                urgency: candidate.energy() * age as f32,
+                urgency: urgency(candidate, frame),
                 index: index as u32,
             });
         }
@@ -119,8 +124,8 @@ impl Inspection {
                 continue;
             };
             let first = &mut candidate.blocked_leg;
-            candidate.open = is_open(standing, &spot, now.scene, first, &mut rays);
-            candidate.tested = Some(frame);
+            let open = is_open(standing, &spot, now.scene, first, &mut rays);
+            candidate.is_found(open, frame);
             // Of bent paths the updates choose, which see more of them.
             if candidate.open && matches!(candidate.course, Course::Mirrors(_)) {
                 candidate.valid_in = updates;
@@ -131,15 +136,34 @@ impl Inspection {
     }
 }
 
+/// What an answer is worth a ray.
+fn urgency(candidate: &Candidate, frame: u64) -> f32 {
+    let age = candidate
+        .tested
+        .map_or(NEVER_FRAMES, |tested| frame - tested.min(frame)) as f32;
+    let lasting = (frame - candidate.since.min(frame)) as f32 + LEAST_FRAMES;
+    let rays = match candidate.course {
+        Course::Bends(_) => way::MOST_RAYS as f32,
+        // What is blocked mostly stays so by the leg that is asked first.
+        _ if !candidate.open => 1.0,
+        _ => f32::from(candidate.path.order) + 1.0,
+    };
+    let energy = match candidate.open {
+        true => candidate.energy.max(FADED * candidate.most_energy),
+        false => candidate.most_energy,
+    };
+    energy * age * age / (lasting * rays)
+}
+
 /// Whether there is something to cast rays along.
 fn has_way(standing: &Standing) -> bool {
-    matches!(standing, Standing::Image(..) | Standing::Bent(_))
+    matches!(standing, Standing::Image(_) | Standing::Bent(_))
 }
 
 /// Rays that a look along a way takes at most.
 fn most_rays(standing: &Standing) -> u64 {
     match standing {
-        Standing::Image(_, image) => image.order as u64 + 1,
+        Standing::Image(image) => image.order as u64 + 1,
         Standing::Bent(_) => way::MOST_RAYS,
         Standing::Path(_) | Standing::Continued(_) | Standing::Out | Standing::Unasked => 0,
     }
@@ -155,7 +179,7 @@ fn is_open(
 ) -> bool {
     let ends = [spot.from, spot.to].map(|place| scene.to_local(place));
     match standing {
-        Standing::Image(_, image) => {
+        Standing::Image(image) => {
             let first = usize::from(*blocked_leg).min(image.order);
             let others = (0..=image.order).filter(|leg| *leg != first);
             let blocked = std::iter::once(first).chain(others).find(|&leg| {
