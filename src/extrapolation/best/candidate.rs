@@ -35,6 +35,8 @@ pub struct Candidate {
     pub valid_in: u64,
     /// What was heard of it when that was worked out last; `None` where every frame works it out.
     pub trend: Option<Trend>,
+    /// Whether the newest update has it.
+    pub named: bool,
     /// The graphics frame since which it is open, or closed, as far as is known.
     pub since: u64,
     /// Pressure squared over all bands as last heard, or as an update gives it.
@@ -121,6 +123,7 @@ impl Candidate {
             blocked_leg: 0,
             valid_in: 0,
             trend: None,
+            named: true,
             since: frame,
             energy,
             most_energy: energy,
@@ -139,6 +142,7 @@ impl Candidate {
         };
         Self {
             open: false,
+            named: false,
             ..Self::new(path, update, &grounds, frame)
         }
     }

@@ -159,6 +159,7 @@ impl Named<'_> {
             return None;
         }
         let mut kept = *candidate;
+        kept.named = false;
         // Where the direct path is seen no update looks for longer bends, so it has not said anything.
         if matches!(kept.course, Course::Bends(_)) && !self.now.is_shadowed(kept.path.source) {
             kept.tested = None;

@@ -1,9 +1,10 @@
 //! Which candidates are asked in a graphics frame whether something blocks them.
 //!
 //! Over all sources together, until the budget is spent, those first whose answer is worth most a ray: the louder a path
-//! is, the longer nobody has asked, and the shorter it has been as it is, since what has just changed soon does again.
-//! What is wrong of a path that nobody has asked grows with the time, and so does the chance that it is, so that time
-//! counts squared.
+//! is, the longer nobody has asked, and the likelier it has changed. What an update has, which speaks of a place on the
+//! listener's way, is open before he is there, and what it has not is closed; other paths change the likelier the shorter
+//! they have been as they are. What is wrong of a path that nobody asks about grows with the time, and so does the chance
+//! that it is, so that time counts squared.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -16,8 +17,8 @@ use crate::scene::Scene;
 /// Graphics frames that a candidate counts as unasked for if it never was asked.
 const NEVER_FRAMES: u64 = 64;
 
-/// Graphics frames that a candidate counts as open, or closed, at least.
-const LEAST_FRAMES: f32 = 4.0;
+/// Graphics frames that a candidate counts as open, or closed, at first.
+const AT_FIRST_FRAMES: f32 = 16.0;
 
 /// How loud an open path counts at least, as a share of the energy that it once had: what fades may come back.
 const FADED: f32 = 0.1;
@@ -141,7 +142,7 @@ fn urgency(candidate: &Candidate, frame: u64) -> f32 {
     let age = candidate
         .tested
         .map_or(NEVER_FRAMES, |tested| frame - tested.min(frame)) as f32;
-    let lasting = (frame - candidate.since.min(frame)) as f32 + LEAST_FRAMES;
+    let lasting = (frame - candidate.since.min(frame)) as f32 + AT_FIRST_FRAMES;
     let rays = match candidate.course {
         Course::Bends(_) => way::MOST_RAYS as f32,
         // What is blocked mostly stays so by the leg that is asked first.
@@ -152,7 +153,11 @@ fn urgency(candidate: &Candidate, frame: u64) -> f32 {
         true => candidate.energy.max(FADED * candidate.most_energy),
         false => candidate.most_energy,
     };
-    energy * age * age / (lasting * rays)
+    let likely = match candidate.named == candidate.open {
+        true => 1.0 / lasting,
+        false => 1.0,
+    };
+    energy * age * age * likely / rays
 }
 
 /// Whether there is something to cast rays along.
