@@ -26,12 +26,30 @@ const MOST_ASKED: usize = 12;
 /// Most estimates of all updates that are looked at.
 const MOST_ESTIMATES: usize = 96;
 
+/// Within how far of a moving source an estimate tells of its decay, in metres, unless all are farther.
+const SOURCE_REACH_M: f32 = 0.35;
+
 /// An update's estimates for one place.
 #[derive(Clone, Copy)]
 struct Estimates<'a> {
     place: Vec3,
     late: &'a [LateSource],
     sources: Whereabouts<'a>,
+}
+
+impl<'a> Estimates<'a> {
+    /// A source's.
+    fn of(&self, id: SourceId) -> Option<Known<'a>> {
+        let number = self.late.iter().position(|late| late.source == id)?;
+        let from = match self.sources {
+            Whereabouts::Of(poses) => source_in(poses, id)?,
+            Whereabouts::At(places) => *places.get(number)?,
+        };
+        Some(Known {
+            at: [from, self.place],
+            late: &self.late[number],
+        })
+    }
 }
 
 /// Where an estimate's sources are.
@@ -75,7 +93,7 @@ pub(in super::super) fn late_now<'a>(
     }
     let seen = &seen[..seen_count.max(1)];
     for late in newest.late {
-        give(among(late, seen, now));
+        give(among(late, seen, &all[..count], now));
     }
     rays
 }
@@ -117,25 +135,18 @@ struct Known<'a> {
 }
 
 /// A source's late field on the line between two of the estimates.
-fn among(newest: &LateSource, seen: &[Estimates<'_>], now: &Now<'_>) -> LateSource {
+fn among(
+    newest: &LateSource,
+    seen: &[Estimates<'_>],
+    all: &[Estimates<'_>],
+    now: &Now<'_>,
+) -> LateSource {
     let id = newest.source;
     let Some(spot) = now.spot(id) else {
         return *newest;
     };
     let here = [spot.from, spot.to];
-    let known = || {
-        seen.iter().filter_map(|estimates| {
-            let number = estimates.late.iter().position(|late| late.source == id)?;
-            let from = match estimates.sources {
-                Whereabouts::Of(poses) => source_in(poses, id)?,
-                Whereabouts::At(places) => *places.get(number)?,
-            };
-            Some(Known {
-                at: [from, estimates.place],
-                late: &estimates.late[number],
-            })
-        })
-    };
+    let known = || seen.iter().filter_map(|estimates| estimates.of(id));
     let mut nearest: Option<(f32, Known<'_>)> = None;
     for each in known() {
         let square = square_between(each.at, here);
@@ -155,7 +166,37 @@ fn among(newest: &LateSource, seen: &[Estimates<'_>], now: &Now<'_>) -> LateSour
     if let Some(line) = best {
         mix(&mut result, line.other, line.share);
     }
+    if nearest.at[0] != spot.from {
+        let all = all.iter().filter_map(|estimates| estimates.of(id));
+        take_decay(&mut result, spot.from, all);
+    }
     result
+}
+
+/// How a tail decays and how fast it thickens is told by the source's rays alone, wherever the listener is: of a source
+/// that moves, estimates with places of it near this one tell it together.
+fn take_decay<'a>(
+    result: &mut LateSource,
+    source: Vec3,
+    all: impl Iterator<Item = Known<'a>> + Clone,
+) {
+    let all = all.filter(|known| known.late.mean_free_time_s > 0.0);
+    let square = |known: &Known<'_>| known.at[0].distance_squared(source);
+    let nearest = all.clone().map(|known| square(&known)).fold(f32::INFINITY, f32::min);
+    let reach = nearest.max(SOURCE_REACH_M * SOURCE_REACH_M);
+    let (mut weights, mut free_time_s, mut decay_time_s) = (0.0, 0.0, [0.0; BANDS]);
+    for known in all {
+        let weight = (1.0 + square(&known) / reach).powi(-4);
+        weights += weight;
+        free_time_s += weight * known.late.mean_free_time_s;
+        for (sum, own) in decay_time_s.iter_mut().zip(known.late.decay_time_s) {
+            *sum += weight * own;
+        }
+    }
+    if weights > 0.0 {
+        result.mean_free_time_s = free_time_s / weights;
+        result.decay_time_s = decay_time_s.map(|sum| sum / weights);
+    }
 }
 
 /// The line from the nearest estimate to another, and how far along it the present lies.
