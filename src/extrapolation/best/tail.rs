@@ -169,6 +169,19 @@ fn among(
     if nearest.at[0] != spot.from {
         let all = all.iter().filter_map(|estimates| estimates.of(id));
         take_decay(&mut result, spot.from, all);
+        if let Ok(reach) = std::env::var("KR").map(|v| v.parse::<f32>().unwrap()) {
+            let floor = reach * reach;
+            let sq = |k: &Known<'_>| square_between(k.at, here);
+            let near = known().map(|k| sq(&k)).fold(f32::INFINITY, f32::min).max(floor);
+            let mut sum = [[0.0f32; BANDS]; 4];
+            let mut ws = 0.0;
+            for k in known().filter(|k| k.late.mean_free_time_s > 0.0) {
+                let w = (1.0 + sq(&k) / near).powi(-4);
+                ws += w;
+                for (s, e) in sum.iter_mut().zip(k.late.energy) { for b in 0..BANDS { s[b] += w * e[b]; } }
+            }
+            if ws > 0.0 { for (e, s) in result.energy.iter_mut().zip(sum) { for b in 0..BANDS { e[b] = s[b] / ws; } } }
+        }
     }
     result
 }
