@@ -4,20 +4,15 @@
 
 use glam::Vec3;
 
+use super::courses::{Courses, place_in, way};
 use super::schedule::{Latency, Poses, Schedule};
 use crate::extrapolation::{Lead, PredictorKind};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// Distance kept from a surface that the predicted way meets, in metres.
 const CLEARANCE_M: f32 = 0.1;
-
-/// Longest step between two graphics frames that counts as motion, in metres; beyond it somebody was put elsewhere.
-const LONGEST_STEP_M: f32 = 0.5;
-
-/// Share of a source's change of speed by which two of them may differ for it to go on.
-const UNEVEN: f32 = 0.25;
 
 /// Least and farthest distance in metres within which paths are asked for that are not there.
 const LEAST_REACH_M: f64 = 0.05;
@@ -37,8 +32,7 @@ pub(super) struct Predicted {
     /// `None` if nobody asks what is nearby.
     frames_off: Option<f32>,
     last: Option<Poses>,
-    /// The two before, the newest first.
-    older: [Poses; 2],
+    sources: Courses,
     ahead: Poses,
     /// Where the listener will be while the result is used, besides [`Self::poses`].
     way: Vec<Vec3>,
@@ -74,7 +68,7 @@ impl Predicted {
             frames_late: late,
             frames_off: off.then_some(farthest),
             last: None,
-            older: Default::default(),
+            sources: Courses::new(interval as usize),
             ahead: Poses::default(),
             way: Vec::new(),
             sources_on_way: Vec::new(),
@@ -98,7 +92,7 @@ impl Predicted {
         let through = through.map(|way| at + way);
         self.beyond = through.filter(|place| *place != ahead);
         for (source, pose) in self.ahead.sources.iter_mut().zip(&now.sources) {
-            let way = source_way(&self.older, last, pose, self.frames_ahead);
+            let way = self.sources.way(last, pose, self.frames_ahead);
             source.position = carried(pose.position, way, scene);
         }
         self.look_along(now, scene);
@@ -124,7 +118,7 @@ impl Predicted {
             let frames = self.frames_late + used * f32::from(step) / steps;
             self.way.push(at + listener_step * frames);
             for pose in &now.sources {
-                let way = source_way(&self.older, last, pose, frames);
+                let way = self.sources.way(last, pose, frames);
                 self.sources_on_way.push(carried(pose.position, way, scene));
             }
         }
@@ -170,43 +164,10 @@ impl Predicted {
     /// Keeps the poses of a graphics frame that is over.
     pub(super) fn remember(&mut self, poses: &Poses) {
         if self.frames_ahead > 0.0 || self.frames_off.is_some() {
-            let last = self.last.get_or_insert_default();
-            let [newer, oldest] = &mut self.older;
-            std::mem::swap(newer, oldest);
-            std::mem::swap(last, newer);
-            last.clone_from(poses);
+            self.last.get_or_insert_default().clone_from(poses);
+            self.sources.remember(poses);
         }
     }
-}
-
-/// The way of a source from where it is now: by its speed, and by what that has just been changing by, if it has been
-/// changing evenly. People turn on their heels, so a listener is not followed like that.
-fn source_way(older: &[Poses; 2], last: &Poses, now: &SourcePose, frames: f32) -> Option<Vec3> {
-    let before = place_in(last, now.id)?;
-    let straight = way(before, now.position, frames)?;
-    let [first, second] = older.each_ref().map(|poses| place_in(poses, now.id));
-    let (Some(first), Some(second)) = (first, second) else {
-        return Some(straight);
-    };
-    let change = (now.position - before) - (before - first);
-    let change_before = (before - first) - (first - second);
-    let is_even = change.distance(change_before) <= UNEVEN * change.length();
-    Some(match is_even {
-        true => straight + 0.5 * frames * frames * change,
-        false => straight,
-    })
-}
-
-fn place_in(poses: &Poses, id: SourceId) -> Option<Vec3> {
-    let pose = poses.sources.iter().find(|pose| pose.id == id);
-    pose.map(|pose| pose.position)
-}
-
-/// The way from `at` on, if that is motion.
-fn way(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
-    let step = at - before;
-    let moves = step != Vec3::ZERO && step.length() <= LONGEST_STEP_M;
-    moves.then(|| step * frames)
 }
 
 fn carried(at: Vec3, way: Option<Vec3>, scene: &Scene) -> Vec3 {

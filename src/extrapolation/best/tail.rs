@@ -5,6 +5,10 @@
 //! ([`crate::propagation::PathSet::way`]). Between two of them a tail lies on the line between theirs; where updates lag
 //! behind, the line goes on, by its own length at most. A wall ends what is smooth: only estimates for places count that
 //! the listener sees. When the first sound can be there follows from the places themselves.
+//!
+//! Of a source that moves estimates are noisy, since its rays start anew from place to place, and lie on no line: those near
+//! by tell its tail together. How that decays and how fast it thickens is told by the source's rays alone, wherever the
+//! listener is, so there only the source's places count.
 
 use glam::Vec3;
 
@@ -26,8 +30,8 @@ const MOST_ASKED: usize = 12;
 /// Most estimates of all updates that are looked at.
 const MOST_ESTIMATES: usize = 96;
 
-/// Within how far of a moving source an estimate tells of its decay, in metres, unless all are farther.
-const SOURCE_REACH_M: f32 = 0.35;
+/// Within how far estimates for a moving source count alike, in metres, unless all are farther.
+const REACH_M: f32 = 0.35;
 
 /// An update's estimates for one place.
 #[derive(Clone, Copy)]
@@ -160,56 +164,57 @@ fn among(
     let Some((_, nearest)) = nearest.filter(|(_, each)| each.late.mean_free_time_s > 0.0) else {
         return result;
     };
+    if nearest.at[0] != spot.from {
+        let all = all.iter().filter_map(|estimates| estimates.of(id));
+        let near = together(known(), |known| square_between(known.at, here));
+        let own = together(all, |known| known.at[0].distance_squared(spot.from));
+        result.energy = near.map_or(result.energy, |near| near.energy);
+        if let Some(own) = own {
+            (result.mean_free_time_s, result.decay_time_s) =
+                (own.mean_free_time_s, own.decay_time_s);
+        }
+        return result;
+    }
     let others = known().filter(|other| other.late.mean_free_time_s > 0.0);
     let lines = others.filter_map(|other| Line::between(&nearest, &other, here));
     let best = lines.reduce(|a, b| if b.cost < a.cost { b } else { a });
     if let Some(line) = best {
         mix(&mut result, line.other, line.share);
     }
-    if nearest.at[0] != spot.from {
-        let all = all.iter().filter_map(|estimates| estimates.of(id));
-        take_decay(&mut result, spot.from, all);
-        if let Ok(reach) = std::env::var("KR").map(|v| v.parse::<f32>().unwrap()) {
-            let floor = reach * reach;
-            let sq = |k: &Known<'_>| square_between(k.at, here);
-            let near = known().map(|k| sq(&k)).fold(f32::INFINITY, f32::min).max(floor);
-            let mut sum = [[0.0f32; BANDS]; 4];
-            let mut ws = 0.0;
-            for k in known().filter(|k| k.late.mean_free_time_s > 0.0) {
-                let w = (1.0 + sq(&k) / near).powi(-4);
-                ws += w;
-                for (s, e) in sum.iter_mut().zip(k.late.energy) { for b in 0..BANDS { s[b] += w * e[b]; } }
-            }
-            if ws > 0.0 { for (e, s) in result.energy.iter_mut().zip(sum) { for b in 0..BANDS { e[b] = s[b] / ws; } } }
-        }
-    }
     result
 }
 
-/// How a tail decays and how fast it thickens is told by the source's rays alone, wherever the listener is: of a source
-/// that moves, estimates with places of it near this one tell it together.
-fn take_decay<'a>(
-    result: &mut LateSource,
-    source: Vec3,
-    all: impl Iterator<Item = Known<'a>> + Clone,
-) {
-    let all = all.filter(|known| known.late.mean_free_time_s > 0.0);
-    let square = |known: &Known<'_>| known.at[0].distance_squared(source);
-    let nearest = all.clone().map(|known| square(&known)).fold(f32::INFINITY, f32::min);
-    let reach = nearest.max(SOURCE_REACH_M * SOURCE_REACH_M);
-    let (mut weights, mut free_time_s, mut decay_time_s) = (0.0, 0.0, [0.0; BANDS]);
-    for known in all {
-        let weight = (1.0 + square(&known) / reach).powi(-4);
+/// What estimates say together, each by the square of its distance in square metres.
+fn together<'a>(
+    known: impl Iterator<Item = Known<'a>> + Clone,
+    square: impl Fn(&Known<'a>) -> f32,
+) -> Option<LateSource> {
+    let known = known.filter(|known| known.late.mean_free_time_s > 0.0);
+    let nearest = known.clone().map(|each| square(&each));
+    let nearest = nearest.fold(f32::INFINITY, f32::min);
+    let reach = nearest.max(REACH_M * REACH_M);
+    let mut weights = 0.0;
+    let mut sum: Option<LateSource> = None;
+    for each in known {
+        let weight = (1.0 + square(&each) / reach).powi(-4);
         weights += weight;
-        free_time_s += weight * known.late.mean_free_time_s;
-        for (sum, own) in decay_time_s.iter_mut().zip(known.late.decay_time_s) {
-            *sum += weight * own;
+        let sum = sum.get_or_insert(LateSource::silent(each.late.source));
+        sum.mean_free_time_s += weight * each.late.mean_free_time_s;
+        for b in 0..BANDS {
+            sum.decay_time_s[b] += weight * each.late.decay_time_s[b];
+            for (energy, own) in sum.energy.iter_mut().zip(&each.late.energy) {
+                energy[b] += weight * own[b];
+            }
         }
     }
-    if weights > 0.0 {
-        result.mean_free_time_s = free_time_s / weights;
-        result.decay_time_s = decay_time_s.map(|sum| sum / weights);
+    let mut mean = sum?;
+    mean.mean_free_time_s /= weights;
+    for values in mean.energy.iter_mut().chain([&mut mean.decay_time_s]) {
+        for value in values {
+            *value /= weights;
+        }
     }
+    (weights > 0.0).then_some(mean)
 }
 
 /// The line from the nearest estimate to another, and how far along it the present lies.

@@ -1,0 +1,105 @@
+//! How sources have been moving, and where that leads: straight on, or round.
+//!
+//! Arithmetic; control side. A source that sways, circles or brakes is not where its last step points to. Where its last
+//! places agree with an even turn it goes on turning: the constant-turn model of target tracking (\[LI03\]), which also is
+//! that of a pendulum, `x + v sin(ω t) / ω + a (1 − cos(ω t)) / ω²` with `ω² = −v · j / v²`, of speed, change of speed and
+//! change of that. It stays within reach however long it is followed. People turn on their heels: where the last places
+//! agree with no such turn, a source goes straight on, and a listener always does.
+
+use std::collections::VecDeque;
+
+use glam::Vec3;
+
+use super::schedule::Poses;
+use crate::scene::{SourceId, SourcePose};
+
+/// Longest step between two graphics frames that counts as motion, in metres; beyond it somebody was put elsewhere.
+const LONGEST_STEP_M: f32 = 0.5;
+
+/// Places of a source that are looked at, and graphics frames from one to the next at most.
+const PLACES: usize = 5;
+const MOST_APART: usize = 16;
+
+/// By how much a source may be beside where its places before would have led it, as a share of its longest step.
+const UNEVEN: f32 = 0.25;
+
+/// Longest way that a turn is followed for, in radians, and of one that does not come back what its speed changes by at most.
+const LONGEST_TURN: f32 = std::f32::consts::PI;
+
+/// Where sources were in the last graphics frames.
+#[derive(Debug)]
+pub(super) struct Courses {
+    apart: usize,
+    /// The newest first.
+    places: VecDeque<Vec<(SourceId, Vec3)>>,
+}
+
+impl Courses {
+    /// For updates that start so many graphics frames after each other.
+    pub(super) fn new(interval: usize) -> Self {
+        Self {
+            apart: (interval / (PLACES - 1)).clamp(1, MOST_APART),
+            places: VecDeque::new(),
+        }
+    }
+
+    /// Keeps the poses of a graphics frame that is over.
+    pub(super) fn remember(&mut self, poses: &Poses) {
+        let most = (PLACES - 1) * self.apart;
+        let spare = (self.places.len() >= most).then(|| self.places.pop_back());
+        let mut places = spare.flatten().unwrap_or_default();
+        places.clear();
+        places.extend(poses.sources.iter().map(|pose| (pose.id, pose.position)));
+        self.places.push_front(places);
+    }
+
+    /// The way of a source from where it is now, if it moves; `last` are the poses of the graphics frame before.
+    pub(super) fn way(&self, last: &Poses, now: &SourcePose, frames: f32) -> Option<Vec3> {
+        let straight = way(place_in(last, now.id)?, now.position, frames)?;
+        Some(self.turn(now, frames).unwrap_or(straight))
+    }
+
+    /// Its way if it turns evenly.
+    fn turn(&self, now: &SourcePose, frames: f32) -> Option<Vec3> {
+        let mut places = [now.position; PLACES];
+        for (number, place) in places.iter_mut().enumerate().skip(1) {
+            let known = self.places.get(number * self.apart - 1)?;
+            *place = known.iter().find(|(id, _)| *id == now.id)?.1;
+        }
+        let [p, q, r, s, t] = places;
+        let steps = [p - q, q - r, r - s, s - t].map(Vec3::length);
+        let longest = steps.into_iter().fold(0.0, f32::max);
+        let beside = (p - 4.0 * q + 6.0 * r - 4.0 * s + t).length();
+        let was_put = longest > LONGEST_STEP_M * self.apart as f32;
+        if was_put || beside > UNEVEN * longest {
+            return None;
+        }
+        // Third-order backward differences; time in steps.
+        let speed = (11.0 * p - 18.0 * q + 9.0 * r - 2.0 * s) / 6.0;
+        let change = 2.0 * p - 5.0 * q + 4.0 * r - s;
+        let jerk = p - 3.0 * q + 3.0 * r - s;
+        let time = frames / self.apart as f32;
+        let rate_squared = -jerk.dot(speed) / speed.length_squared().max(f32::MIN_POSITIVE);
+        if rate_squared * time * time > 1e-4 {
+            let rate = rate_squared.sqrt();
+            let (sin, cos) = (rate * time).min(LONGEST_TURN).sin_cos();
+            return Some(speed * (sin / rate) + change * ((1.0 - cos) / rate_squared));
+        }
+        // It does not come back: its speed changes by what it is at most.
+        let most = longest / change.length().max(f32::MIN_POSITIVE);
+        Some(speed * time + change * (0.5 * time * time.min(most)))
+    }
+}
+
+/// Where a source is.
+pub(super) fn place_in(poses: &Poses, id: SourceId) -> Option<Vec3> {
+    let pose = poses.sources.iter().find(|pose| pose.id == id);
+    pose.map(|pose| pose.position)
+}
+
+/// The way from `at` straight on, if that is motion.
+pub(super) fn way(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
+    let step = at - before;
+    let moves = step != Vec3::ZERO && step.length() <= LONGEST_STEP_M;
+    moves.then(|| step * frames)
+}
