@@ -103,3 +103,80 @@ pub(super) fn way(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
     let moves = step != Vec3::ZERO && step.length() <= LONGEST_STEP_M;
     moves.then(|| step * frames)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ID: SourceId = SourceId::new(3, 1);
+    const RATE_HZ: f32 = 75.0;
+
+    fn poses(place: Vec3) -> Poses {
+        Poses {
+            sources: vec![SourcePose::at(ID, place)],
+            ..Poses::default()
+        }
+    }
+
+    /// Where a source is taken to be `frames` graphics frames after `now` that has been moving like this.
+    fn followed(place: impl Fn(f32) -> Vec3, now: i32, frames: f32) -> Vec3 {
+        let mut courses = Courses::new(25);
+        let at = |frame: i32| place(frame as f32 / RATE_HZ);
+        for frame in now - 40..now {
+            courses.remember(&poses(at(frame)));
+        }
+        let way = courses.way(&poses(at(now - 1)), &poses(at(now)).sources[0], frames);
+        at(now) + way.unwrap_or_default()
+    }
+
+    fn missed_m(place: impl Fn(f32) -> Vec3, now: i32, frames: f32) -> f32 {
+        let there = place((now as f32 + frames) / RATE_HZ);
+        followed(place, now, frames).distance(there)
+    }
+
+    #[test]
+    fn what_sways_or_circles_is_followed_round() {
+        let sway = |s: f32| Vec3::X * 1.2 * (1.7 * s).sin();
+        let circle = |s: f32| Vec3::new(2.0 + (1.5 * s).cos(), 1.0, (1.5 * s).sin());
+        for now in [100, 127, 150, 211] {
+            let straight = |place: &dyn Fn(f32) -> Vec3| {
+                let at = |frame: i32| place(frame as f32 / RATE_HZ);
+                let line = at(now) + 49.0 * (at(now) - at(now - 1));
+                line.distance(at(now + 49))
+            };
+            for place in [&sway as &dyn Fn(f32) -> Vec3, &circle] {
+                let missed = missed_m(place, now, 49.0);
+                assert!(missed < 0.15, "{missed} m in frame {now}");
+            }
+            assert!(straight(&circle) > 0.3, "a line would do");
+            // Half a turn and more ahead it stays within reach.
+            let far = followed(sway, now, 300.0);
+            assert!(far.length() < 3.0, "{far}");
+        }
+    }
+
+    #[test]
+    fn who_walks_straight_on_is_followed_straight_on() {
+        let walk = |s: f32| Vec3::new(30.0, 1.5, 1.4 * s);
+        assert!(missed_m(walk, 100, 49.0) < 0.01);
+    }
+
+    #[test]
+    fn who_turns_on_the_heel_is_not_followed_round() {
+        let turn = |s: f32| Vec3::X * 1.4 * (s - 1.0).abs();
+        // In the frame of the turn and in those after it the last step counts.
+        for now in [75, 77, 80, 84, 90, 120] {
+            let at = |frame: i32| turn(frame as f32 / RATE_HZ);
+            let line = at(now) + 20.0 * (at(now) - at(now - 1));
+            let found = followed(turn, now, 20.0);
+            assert!(found.distance(line) < 0.02, "{found} in frame {now}");
+        }
+    }
+
+    #[test]
+    fn who_was_put_elsewhere_or_rests_stays() {
+        let put = |s: f32| Vec3::X * if s < 0.999 { 0.0 } else { 5.0 };
+        assert_eq!(followed(put, 75, 20.0), Vec3::X * 5.0);
+        assert_eq!(followed(|_| Vec3::ONE, 75, 20.0), Vec3::ONE);
+    }
+}

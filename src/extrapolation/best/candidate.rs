@@ -81,6 +81,14 @@ pub(super) struct Grounds {
 }
 
 impl Grounds {
+    #[cfg(test)]
+    pub(super) const fn unknown(id: PathId) -> Self {
+        Self {
+            id,
+            course: Course::Unknown,
+        }
+    }
+
     /// Of a path of an update; `scene` is as it stood for that update.
     pub(super) fn of(path: &Path, update: &PathSet, scene: &Scene) -> Self {
         let mut grounds = Self {

@@ -181,14 +181,18 @@ impl Best {
             if effort.is_spent() {
                 return;
             }
-            let continued = match candidate.open {
-                true if every > 1 => candidate.continued(now, self.frame, every),
-                _ => None,
+            // Most are closed, and nothing is written of them but that.
+            if !candidate.open {
+                self.standings.push(Standing::Unasked);
+                continue;
+            }
+            let continued = match every > 1 {
+                true => candidate.continued(now, self.frame, every),
+                false => None,
             };
-            let standing = match (continued, candidate.open) {
-                (Some(path), _) => Standing::Continued(path),
-                (None, true) => candidate.stand(now, &self.settings),
-                (None, false) => Standing::Unasked,
+            let standing = match continued {
+                Some(path) => Standing::Continued(path),
+                None => candidate.stand(now, &self.settings),
             };
             effort.spend(match standing {
                 Standing::Unasked => 0,

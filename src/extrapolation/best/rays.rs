@@ -51,8 +51,9 @@ impl PartialEq for Urgent {
 
 impl Eq for Urgent {}
 
-/// Graphics frames from one look at a closed candidate that misses its surfaces to the next, one in so many a frame.
-const LOOK_EVERY: u64 = 4;
+/// Graphics frames from one look at a closed candidate that misses its surfaces to the next, one in so many a frame: if the
+/// newest update has it, and if not.
+const LOOK_EVERY: [u64; 2] = [2, 6];
 
 /// Scratch memory of the choice.
 #[derive(Debug, Default)]
@@ -85,7 +86,8 @@ impl Inspection {
             let may_have_way = match standing {
                 // What missed its surfaces when it was looked at last comes onto them sooner or later.
                 Standing::Unasked => {
-                    candidate.tested.is_some() || (frame + index as u64).is_multiple_of(LOOK_EVERY)
+                    let every = LOOK_EVERY[usize::from(!candidate.named)];
+                    candidate.tested.is_some() || (frame + index as u64).is_multiple_of(every)
                 }
                 standing => has_way(standing),
             };
@@ -197,5 +199,61 @@ fn is_open(
         }
         Standing::Bent(way) => way.is_clear(scene, spot, rays),
         Standing::Path(_) | Standing::Continued(_) | Standing::Out | Standing::Unasked => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acoustics::BANDS;
+    use crate::extrapolation::best::candidate::Grounds;
+    use crate::propagation::{Path, PathId, PathSet};
+    use crate::scene::SourceId;
+    use glam::Vec3;
+
+    fn candidate(level: f32) -> Candidate {
+        let path = Path {
+            id: PathId(1),
+            source: SourceId::default(),
+            order: 2,
+            bends: 0,
+            surfaces: [0; 4],
+            edges: [0; 2],
+            points: [Vec3::ZERO; 4],
+            image: Vec3::X,
+            length_m: 1.0,
+            amplitude: [level; BANDS],
+        };
+        let mut candidate =
+            Candidate::new(&path, &PathSet::default(), &Grounds::unknown(PathId(1)), 0);
+        candidate.tested = Some(100);
+        candidate
+    }
+
+    #[test]
+    fn what_counts_is_how_loud_a_path_is_now() {
+        let (mut faded, loud) = (candidate(0.001), candidate(0.1));
+        assert!(urgency(&faded, 110) < urgency(&loud, 110));
+        // It faded at a surface's end where the update was computed for, not where the listener is.
+        faded.is_as_loud_as(&[0.2; BANDS]);
+        assert!(urgency(&faded, 110) > urgency(&loud, 110));
+        // It fades again, and may come back.
+        faded.is_as_loud_as(&[0.001; BANDS]);
+        assert!(urgency(&faded, 110) > urgency(&candidate(0.001), 110));
+    }
+
+    #[test]
+    fn what_an_update_contradicts_and_what_has_just_changed_comes_first() {
+        let quiet = candidate(0.1);
+        let mut contradicted = quiet;
+        contradicted.named = false;
+        assert!(urgency(&contradicted, 110) > 4.0 * urgency(&quiet, 110));
+        let mut restless = quiet;
+        restless.is_found(false, 90);
+        restless.is_found(true, 100);
+        assert!(urgency(&restless, 110) > urgency(&quiet, 110));
+        // Twice the time, four times as urgent, but for how long it has lasted.
+        let [early, late] = [104, 108].map(|frame| urgency(&contradicted, frame));
+        assert_eq!(late, 4.0 * early);
     }
 }
