@@ -145,11 +145,10 @@ fn urgency(candidate: &Candidate, frame: u64) -> f32 {
         .tested
         .map_or(NEVER_FRAMES, |tested| frame - tested.min(frame)) as f32;
     let lasting = (frame - candidate.since.min(frame)) as f32 + AT_FIRST_FRAMES;
-    let rays = match candidate.course {
-        Course::Bends(_) => way::MOST_RAYS as f32,
+    let rays = match candidate.open {
+        true => f32::from(candidate.path.order + candidate.path.bends) + 1.0,
         // What is blocked mostly stays so by the leg that is asked first.
-        _ if !candidate.open => 1.0,
-        _ => f32::from(candidate.path.order) + 1.0,
+        false => 1.0,
     };
     let energy = match candidate.open {
         true => candidate.energy.max(FADED * candidate.most_energy),
