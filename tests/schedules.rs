@@ -87,6 +87,38 @@ fn snr_db(reference: &[f32], estimate: &[f32]) -> f64 {
     10.0 * (signal / noise.max(1e-30)).log10()
 }
 
+/// The result of frame 0 is there in frame 0, so nobody computes it again: late ones are of frames 1, L + 2, 2 L + 3, each heard
+/// L + 1 frames later.
+#[test]
+fn late_updates_begin_with_frame_one() {
+    let doorway = procedural::doorway();
+    let table = MaterialTable::built_in();
+    let scene = Scene::commit(&doorway.mesh, &table, &SceneSettings::default()).expect("commits");
+    let hrtf = Arc::new(Hrtf::builtin(44_100).expect("a head"));
+    let mut wanted = settings(ASYNCHRONOUS);
+    wanted.generation.rate_hz = 44_100;
+    let mut renderer = OfflineRenderer::new(Arc::new(scene), hrtf, wanted).expect("settings");
+    let place = |frame: u32| doorway.walk.from + Vec3::Y * 0.01 * frame as f32;
+    for frame in 0..30 {
+        let poses = Poses {
+            listener: ListenerPose {
+                position: place(frame),
+                ..ListenerPose::default()
+            },
+            sources: vec![SourcePose::at(SourceId::default(), doorway.sources[0].1)],
+        };
+        let mut silence = |_: usize, _: u64, samples: &mut [f32]| samples.fill(0.0);
+        renderer
+            .next_frame(&poses, &mut silence, &mut |_| Ok(()))
+            .expect("the sink takes all");
+        let of = match frame {
+            0..7 => 0,
+            _ => (frame - 7) / 6 * 6 + 1,
+        };
+        assert_eq!(renderer.paths().listener.position, place(of), "{frame}");
+    }
+}
+
 #[test]
 fn a_standing_listener_hears_both_schedules_alike() {
     for rate_hz in [44_100, 48_000] {

@@ -48,8 +48,10 @@ impl Effort {
 pub(crate) mod cost {
     /// A ray.
     pub(crate) const RAY: usize = 2;
-    /// Exact geometry of a reflected path.
-    pub(crate) const REFLECTED: usize = 6;
+    /// Where the points of a reflected path lie.
+    pub(crate) const UNFOLDED: usize = 2;
+    /// How such a path is heard.
+    pub(crate) const REFLECTED: usize = 4;
     /// The way of a bent path.
     pub(crate) const BENT_WAY: usize = 15;
     /// The wave around one edge.

@@ -68,7 +68,8 @@ pub struct Extrapolator {
     /// What has been worked out of it.
     pub(super) groundwork: Groundwork,
     pub(super) previous: PathSet,
-    /// Those before, the newest first, whose late fields a listener who comes back may hear again.
+    /// Those before, the newest first, whose late fields a listener who comes back may hear again: kept for
+    /// [`PredictorKind::Best`], who asks.
     pub(super) older: [PathSet; OLDER],
     pub(super) matches: Vec<Option<u32>>,
     /// Of each source of the present graphics frame whether the listener does not see it.
@@ -130,8 +131,13 @@ impl Extrapolator {
         self.begin_anew();
         let newest = std::mem::replace(&mut self.current, update);
         let previous = std::mem::replace(&mut self.previous, newest);
-        self.older.rotate_right(1);
-        let retired = std::mem::replace(&mut self.older[0], previous);
+        let retired = match self.continuation.0 {
+            Rule::PathByPath(_) => previous,
+            Rule::Together(_) => {
+                self.older.rotate_right(1);
+                std::mem::replace(&mut self.older[0], previous)
+            }
+        };
         match_by_id(&self.current.paths, &self.previous.paths, &mut self.matches);
         self.level = level;
         self.frames_since_update = 0;
@@ -167,6 +173,10 @@ impl Extrapolator {
     /// Continues with another predictor from the next frame on; gives the old one back.
     pub fn set_predictor(&mut self, predictor: Continuation) -> Continuation {
         self.begin_anew();
+        // Only one of the predictors keeps these up to date.
+        for update in &mut self.older {
+            update.late.clear();
+        }
         std::mem::replace(&mut self.continuation, predictor)
     }
 

@@ -27,15 +27,21 @@ pub fn free_field(scene: &Scene, distance_m: f64, nearest_m: f64) -> BandArray {
 /// Amplitude of a reflected path: free field over its length, times each surface's reflection factor at its angle, and
 /// what small panels leave of it.
 pub fn reflected(scene: &Scene, path: &ImagePath, nearest_m: f64) -> BandArray {
-    let mut amplitude = free_field(scene, path.length_m, nearest_m);
-    for step in 0..path.order {
-        let reflectance = scene.reflectance(path.surfaces[step]);
-        let factor = reflectance.factor(path.cosines[step] as f32);
+    let mut amplitude = unbounded(scene, path, nearest_m);
+    if let Some(factor) = finite_panel::factor(scene, path) {
         for b in 0..BANDS {
             amplitude[b] *= factor[b];
         }
     }
-    if let Some(factor) = finite_panel::factor(scene, path) {
+    amplitude
+}
+
+/// The same as if no surface had an end.
+pub fn unbounded(scene: &Scene, path: &ImagePath, nearest_m: f64) -> BandArray {
+    let mut amplitude = free_field(scene, path.length_m, nearest_m);
+    for step in 0..path.order {
+        let reflectance = scene.reflectance(path.surfaces[step]);
+        let factor = reflectance.factor(path.cosines[step] as f32);
         for b in 0..BANDS {
             amplitude[b] *= factor[b];
         }

@@ -16,6 +16,7 @@ use super::sampling::{ROTATIONS, mix, rotation};
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
+use crate::acoustics::BandArray;
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
@@ -331,15 +332,17 @@ impl SourceTask {
         let scene = moment.scene;
         if let Some(path) = self.open(moment, sequence, origin, ready) {
             self.cache.renew(*sequence, moment.update);
+            let level = amplitude::reflected;
             self.paths
-                .push(reflected_path(moment, sequence, pose, &path));
+                .push(reflected_path(moment, sequence, pose, &path, level));
         } else if let Some(reach_m) = moment.reach_m {
             let line = [origin, ready.image];
             let unfolded = &mut self.unfolded;
             if unfolded.along_nearby(scene, sequence, &ready.order, line, reach_m) {
                 let path = unfolded.finish(scene, line);
+                let level = amplitude::unbounded;
                 self.nearby
-                    .push(reflected_path(moment, sequence, pose, &path));
+                    .push(reflected_path(moment, sequence, pose, &path, level));
             }
         }
     }
@@ -389,12 +392,13 @@ fn reflected_path(
     sequence: &Sequence,
     pose: &SourcePose,
     path: &ImagePath,
+    level: impl Fn(&Scene, &ImagePath, f64) -> BandArray,
 ) -> Path {
     let scene = moment.scene;
     let nearest_m = pose
         .settings
         .nearest_m(f64::from(moment.settings.nearest_m));
-    let mut amplitude = amplitude::reflected(scene, path, nearest_m);
+    let mut amplitude = level(scene, path, nearest_m);
     let departure = (path.points[0] - scene.to_local(pose.position)).as_vec3();
     amplitude::direct_by_source(&mut amplitude, pose, departure);
     Path {

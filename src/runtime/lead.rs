@@ -4,6 +4,7 @@
 
 use glam::Vec3;
 
+use super::courses::{Courses, place_in, way};
 use super::schedule::{Latency, Poses, Schedule};
 use crate::extrapolation::{Lead, PredictorKind};
 use crate::geometry::Ray;
@@ -12,9 +13,6 @@ use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// Distance kept from a surface that the predicted way meets, in metres.
 const CLEARANCE_M: f32 = 0.1;
-
-/// Longest step between two graphics frames that counts as motion, in metres; beyond it somebody was put elsewhere.
-const LONGEST_STEP_M: f32 = 0.5;
 
 /// Least and farthest distance in metres within which paths are asked for that are not there.
 const LEAST_REACH_M: f64 = 0.05;
@@ -34,6 +32,7 @@ pub(super) struct Predicted {
     /// `None` if nobody asks what is nearby.
     frames_off: Option<f32>,
     last: Option<Poses>,
+    sources: Courses,
     ahead: Poses,
     /// Where the listener will be while the result is used, besides [`Self::poses`].
     way: Vec<Vec3>,
@@ -69,6 +68,7 @@ impl Predicted {
             frames_late: late,
             frames_off: off.then_some(farthest),
             last: None,
+            sources: Courses::new(interval as usize),
             ahead: Poses::default(),
             way: Vec::new(),
             sources_on_way: Vec::new(),
@@ -85,16 +85,15 @@ impl Predicted {
             return now;
         };
         self.ahead.clone_from(now);
-        let carry = |before: Vec3, at: Vec3| carried(before, at, self.frames_ahead, scene);
         let (before, at) = (last.listener.position, now.listener.position);
-        let ahead = carry(before, at);
+        let through = way(before, at, self.frames_ahead);
+        let ahead = carried(at, through, scene);
         self.ahead.listener.position = ahead;
-        let through = way(before, at, self.frames_ahead).map(|way| at + way);
+        let through = through.map(|way| at + way);
         self.beyond = through.filter(|place| *place != ahead);
-        for source in &mut self.ahead.sources {
-            if let Some(before) = last.sources.iter().find(|pose| pose.id == source.id) {
-                source.position = carry(before.position, source.position);
-            }
+        for (source, pose) in self.ahead.sources.iter_mut().zip(&now.sources) {
+            let way = self.sources.way(last, pose, self.frames_ahead);
+            source.position = carried(pose.position, way, scene);
         }
         self.look_along(now, scene);
         &self.ahead
@@ -107,8 +106,8 @@ impl Predicted {
         let used = self.frames_ahead - self.frames_late;
         let (before, at) = (last.listener.position, now.listener.position);
         let step_of = |pose: &SourcePose| {
-            let before = last.sources.iter().find(|last| last.id == pose.id);
-            before.and_then(|before| way(before.position, pose.position, 1.0))
+            let before = place_in(last, pose.id);
+            before.and_then(|before| way(before, pose.position, 1.0))
         };
         let listener_step = way(before, at, 1.0).unwrap_or_default();
         let fastest = now.sources.iter().filter_map(step_of);
@@ -119,9 +118,8 @@ impl Predicted {
             let frames = self.frames_late + used * f32::from(step) / steps;
             self.way.push(at + listener_step * frames);
             for pose in &now.sources {
-                let step = step_of(pose).unwrap_or_default();
-                let there = carried(pose.position - step, pose.position, frames, scene);
-                self.sources_on_way.push(there);
+                let way = self.sources.way(last, pose, frames);
+                self.sources_on_way.push(carried(pose.position, way, scene));
             }
         }
         if let Some(beyond) = self.beyond {
@@ -167,19 +165,13 @@ impl Predicted {
     pub(super) fn remember(&mut self, poses: &Poses) {
         if self.frames_ahead > 0.0 || self.frames_off.is_some() {
             self.last.get_or_insert_default().clone_from(poses);
+            self.sources.remember(poses);
         }
     }
 }
 
-/// The way from `at` on, if that is motion.
-fn way(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
-    let step = at - before;
-    let moves = step != Vec3::ZERO && step.length() <= LONGEST_STEP_M;
-    moves.then(|| step * frames)
-}
-
-fn carried(before: Vec3, at: Vec3, frames: f32, scene: &Scene) -> Vec3 {
-    let Some(way) = way(before, at, frames) else {
+fn carried(at: Vec3, way: Option<Vec3>, scene: &Scene) -> Vec3 {
+    let Some(way) = way.filter(|way| *way != Vec3::ZERO) else {
         return at;
     };
     let local = scene.to_local(at).as_vec3();

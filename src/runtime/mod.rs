@@ -3,6 +3,7 @@
 pub mod affinity;
 pub mod budget;
 mod clock;
+mod courses;
 pub mod device;
 pub mod device_output;
 pub mod engine;

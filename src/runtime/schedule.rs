@@ -114,14 +114,29 @@ impl ScheduledPropagation {
 
     /// Whether the next graphics frame starts an update, so that the caller can time it.
     pub(super) fn starts_update(&self) -> bool {
-        self.frame
-            .is_multiple_of(u64::from(self.schedule.level()) + 1)
+        let interval = u64::from(self.schedule.level()) + 1;
+        match self.is_late() {
+            // What is known of frame 0 need not be computed again, so late updates start from frame 1 on.
+            true => self.frame == 0 || (self.frame - 1).is_multiple_of(interval),
+            false => self.frame.is_multiple_of(interval),
+        }
+    }
+
+    fn is_late(&self) -> bool {
+        matches!(
+            self.schedule,
+            Schedule::Asynchronous {
+                latency: Latency::Modelled,
+                ..
+            }
+        )
     }
 
     /// Advances to the next graphics frame; gives the result that becomes usable in it, if one does.
     ///
     /// In frame 0 both schedules have the result for the poses of frame 0, from a propagation that has looked at them
-    /// for sixteen updates: the walk begins with a listener who has been standing there.
+    /// for sixteen updates: the walk begins with a listener who has been standing there. Late updates follow from frame
+    /// 1 on, every L + 1 frames.
     pub(super) fn next_frame(&mut self, poses: &Poses) -> Option<PathSet> {
         let first = self.frame == 0;
         let arrived = if first {
@@ -130,22 +145,12 @@ impl ScheduledPropagation {
         } else if !self.starts_update() {
             None
         } else {
-            match self.schedule {
-                Schedule::Asynchronous {
-                    latency: Latency::Modelled,
-                    ..
-                } => self.pending.take(),
-                _ => Some(self.compute(poses)),
+            match self.is_late() {
+                true => self.pending.take(),
+                false => Some(self.compute(poses)),
             }
         };
-        let modelled = matches!(
-            self.schedule,
-            Schedule::Asynchronous {
-                latency: Latency::Modelled,
-                ..
-            }
-        );
-        if modelled && self.starts_update() {
+        if !first && self.is_late() && self.starts_update() {
             self.pending = Some(self.compute(poses));
         }
         self.predicted.remember(poses);

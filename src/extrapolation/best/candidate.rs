@@ -4,6 +4,7 @@ use super::super::frame::FramePath;
 use super::super::predictor::as_of_update;
 use super::trend::Trend;
 use super::{BestSettings, Now};
+use crate::acoustics::BandArray;
 use crate::propagation::amplitude::{direct_by_source, free_field, reflected};
 use crate::propagation::diffraction::{BentCourse, BentWay, Spot};
 use crate::propagation::image_source::{ImagePath, mirror_listener, unfold};
@@ -34,6 +35,14 @@ pub struct Candidate {
     pub valid_in: u64,
     /// What was heard of it when that was worked out last; `None` where every frame works it out.
     pub trend: Option<Trend>,
+    /// Whether the newest update has it.
+    pub named: bool,
+    /// The graphics frame since which it is open, or closed, as far as is known.
+    pub since: u64,
+    /// Pressure squared over all bands as last heard, or as an update gives it.
+    pub energy: f32,
+    /// The most of that so far: what fades at a surface's end comes back this loud.
+    pub most_energy: f32,
 }
 
 /// What a path can be computed from anew.
@@ -58,8 +67,8 @@ pub enum Standing {
     Path(FramePath),
     /// The same, of a path that was not worked out in this frame.
     Continued(FramePath),
-    /// A reflected path: heard like this if nothing blocks it.
-    Image(FramePath, ImagePath),
+    /// A reflected path.
+    Image(ImagePath),
     /// A bent path.
     Bent(BentWay),
 }
@@ -72,6 +81,14 @@ pub(super) struct Grounds {
 }
 
 impl Grounds {
+    #[cfg(test)]
+    pub(super) const fn unknown(id: PathId) -> Self {
+        Self {
+            id,
+            course: Course::Unknown,
+        }
+    }
+
     /// Of a path of an update; `scene` is as it stood for that update.
     pub(super) fn of(path: &Path, update: &PathSet, scene: &Scene) -> Self {
         let mut grounds = Self {
@@ -103,7 +120,8 @@ impl Grounds {
 
 impl Candidate {
     /// From a path of an update, open.
-    pub(super) fn new(path: &Path, update: &PathSet, grounds: &Grounds) -> Self {
+    pub(super) fn new(path: &Path, update: &PathSet, grounds: &Grounds, frame: u64) -> Self {
+        let energy = energy(&path.amplitude);
         Self {
             path: *path,
             listener: update.listener,
@@ -113,24 +131,27 @@ impl Candidate {
             blocked_leg: 0,
             valid_in: 0,
             trend: None,
+            named: true,
+            since: frame,
+            energy,
+            most_energy: energy,
         }
     }
 
     /// From a path that an update names as one nearby, closed; `scene` is as it stood for that update.
-    pub(super) fn nearby(path: &Path, update: &PathSet, scene: &Scene) -> Self {
+    pub(super) fn nearby(path: &Path, update: &PathSet, scene: &Scene, frame: u64) -> Self {
         let course = match BentCourse::of(scene, path) {
             Some(bent) => Course::Bends(bent),
             None => Course::Mirrors(Sequence::canonical(scene, path.surfaces())),
         };
-        Self {
-            path: *path,
-            listener: update.listener,
+        let grounds = Grounds {
+            id: path.id,
             course,
+        };
+        Self {
             open: false,
-            tested: None,
-            blocked_leg: 0,
-            valid_in: 0,
-            trend: None,
+            named: false,
+            ..Self::new(path, update, &grounds, frame)
         }
     }
 
@@ -179,8 +200,7 @@ impl Candidate {
         let from = now.scene.to_local(spot.from);
         let ear = now.scene.to_local(spot.to);
         match trace(now.scene, &sequence, from, ear) {
-            Some(image) if !settings.exact_geometry => Standing::Image(self.held(now), image),
-            Some(image) => Standing::Image(self.exact(&image, &spot, now), image),
+            Some(image) => Standing::Image(image),
             None if settings.drop_outside => Standing::Out,
             None if !settings.exact_geometry => Standing::Path(self.held(now)),
             None => Standing::Path(self.unbounded(from, ear, now)),
@@ -188,11 +208,19 @@ impl Candidate {
     }
 
     /// What is heard of it while it is open.
-    pub(super) fn heard(&self, standing: &Standing, now: &Now<'_>) -> Option<FramePath> {
+    pub(super) fn heard(
+        &self,
+        standing: &Standing,
+        now: &Now<'_>,
+        settings: &BestSettings,
+    ) -> Option<FramePath> {
         match standing {
             Standing::Unasked | Standing::Out => None,
-            Standing::Path(path) | Standing::Continued(path) | Standing::Image(path, _) => {
-                Some(*path)
+            Standing::Path(path) | Standing::Continued(path) => Some(*path),
+            Standing::Image(_) if !settings.exact_geometry => Some(self.held(now)),
+            Standing::Image(image) => {
+                let spot = now.spot(self.path.source)?;
+                Some(self.exact(image, &spot, now))
             }
             Standing::Bent(way) => {
                 let path = way.path(now.scene, &now.spot(self.path.source)?)?;
@@ -252,10 +280,24 @@ impl Candidate {
         another || !self.path.surfaces().iter().all(exists)
     }
 
-    /// Pressure squared over all bands when last seen in an update.
-    pub fn energy(&self) -> f32 {
-        self.path.amplitude.iter().map(|a| a * a).sum()
+    /// Keeps how loud it is.
+    pub(super) fn is_as_loud_as(&mut self, amplitude: &BandArray) {
+        self.energy = energy(amplitude);
+        self.most_energy = self.most_energy.max(self.energy);
     }
+
+    /// Keeps whether it is open in a graphics frame that has asked.
+    pub(super) fn is_found(&mut self, open: bool, frame: u64) {
+        if open != self.open {
+            self.since = frame;
+        }
+        (self.open, self.tested) = (open, Some(frame));
+    }
+}
+
+/// Pressure squared over all bands.
+pub(super) fn energy(amplitude: &BandArray) -> f32 {
+    amplitude.iter().map(|a| a * a).sum()
 }
 
 fn trace(scene: &Scene, sequence: &Sequence, from: DVec3, ear: DVec3) -> Option<ImagePath> {

@@ -5,7 +5,7 @@
 //! is a hint. Paths that it names as nearby are kept, closed, until a ray finds them open or it names them no more.
 //! Candidates that it does not name are kept for some updates, closed or open. A long update is taken over in parts.
 
-use super::candidate::{Candidate, Course, Grounds};
+use super::candidate::{Candidate, Course, Grounds, energy};
 use super::groundwork::Groundwork;
 use super::history::Word;
 use super::{BestSettings, Now};
@@ -48,9 +48,10 @@ impl Memory {
         self.next.reserve_exact(self.capacity);
     }
 
-    /// An update is to be taken over, from its first path on; `word` is what it is worth.
-    pub(super) fn begin_update(&mut self, word: Word) {
+    /// An update is to be taken over in a graphics frame, from its first path on; `word` is what it is worth.
+    pub(super) fn begin_update(&mut self, frame: u64, word: Word) {
         self.taken = Taken {
+            frame,
             word,
             ..Taken::default()
         };
@@ -70,6 +71,7 @@ impl Memory {
         let named = Named {
             update,
             now,
+            frame: taken.frame,
             word: taken.word,
             updates: self.updates + 1,
             settings,
@@ -98,6 +100,8 @@ impl Memory {
 /// How far an update has been taken over.
 #[derive(Debug, Clone, Copy)]
 struct Taken {
+    /// The graphics frame in which that began.
+    frame: u64,
     word: Word,
     /// The next of its paths, and how many before it are continued.
     path: usize,
@@ -111,6 +115,7 @@ struct Taken {
 impl Default for Taken {
     fn default() -> Self {
         Self {
+            frame: 0,
             word: Word {
                 frame: 0,
                 binding: false,
@@ -138,6 +143,7 @@ enum Following {
 struct Named<'a> {
     update: &'a PathSet,
     now: &'a Now<'a>,
+    frame: u64,
     word: Word,
     updates: u64,
     settings: &'a BestSettings,
@@ -186,7 +192,7 @@ impl Named<'_> {
     /// A path that is valid there, and what was known of it.
     fn valid(&self, path: &Path, grounds: Option<Grounds>, known: Option<&Candidate>) -> Candidate {
         let grounds = grounds.unwrap_or_else(|| Grounds::of(path, self.update, self.now.then));
-        let mut candidate = Candidate::new(path, self.update, &grounds);
+        let mut candidate = Candidate::new(path, self.update, &grounds, self.frame);
         candidate.valid_in = self.updates;
         candidate.tested = self.word.binding.then_some(self.word.frame);
         candidate.trend = known.and_then(|known| known.trend);
@@ -197,6 +203,15 @@ impl Named<'_> {
             (candidate.open, candidate.tested) = (known.open, known.tested);
             candidate.blocked_leg = known.blocked_leg;
         }
+        if let Some(known) = known {
+            candidate.most_energy = candidate.most_energy.max(known.most_energy);
+            if known.open == candidate.open {
+                candidate.since = known.since;
+            }
+            if known.open {
+                candidate.energy = known.energy;
+            }
+        }
         candidate
     }
 
@@ -204,8 +219,9 @@ impl Named<'_> {
     fn nearby(&self, path: &Path, known: Option<&Candidate>) -> Candidate {
         let mut candidate = match known.and_then(|known| self.absent(known)) {
             Some(known) => known,
-            None => Candidate::nearby(path, self.update, self.now.then),
+            None => Candidate::nearby(path, self.update, self.now.then, self.frame),
         };
+        candidate.most_energy = candidate.most_energy.max(energy(&path.amplitude));
         let remembered = u64::from(self.settings.remembered_updates);
         let last = self.updates.saturating_sub(remembered);
         candidate.valid_in = candidate.valid_in.max(last);
@@ -214,35 +230,25 @@ impl Named<'_> {
 
     /// What becomes of a candidate that is not valid there.
     fn absent(&self, candidate: &Candidate) -> Option<Candidate> {
-        absent_from_update(candidate, self.now, self.word, self.updates, self.settings)
+        let age = self.updates - candidate.valid_in;
+        // Of bent paths an update names the loudest, so that the others are not to be heard.
+        let remembered = match candidate.course {
+            Course::Bends(_) => self.settings.remembered_updates.min(1),
+            Course::Mirrors(_) | Course::Unknown => self.settings.remembered_updates,
+        };
+        if age > u64::from(remembered) || matches!(candidate.course, Course::Unknown) {
+            return None;
+        }
+        let mut kept = *candidate;
+        kept.named = false;
+        // Where the direct path is seen no update looks for longer bends, so it has not said anything.
+        if matches!(kept.course, Course::Bends(_)) && !self.now.is_shadowed(kept.path.source) {
+            kept.tested = None;
+            return Some(kept);
+        }
+        if self.word.binding && kept.tested <= Some(self.word.frame) {
+            kept.is_found(false, self.word.frame);
+        }
+        Some(kept)
     }
-}
-
-/// What becomes of a candidate that an update does not name.
-fn absent_from_update(
-    candidate: &Candidate,
-    now: &Now<'_>,
-    word: Word,
-    updates: u64,
-    settings: &BestSettings,
-) -> Option<Candidate> {
-    let age = updates - candidate.valid_in;
-    // Of bent paths an update names the loudest, so that the others are not to be heard.
-    let remembered = match candidate.course {
-        Course::Bends(_) => settings.remembered_updates.min(1),
-        Course::Mirrors(_) | Course::Unknown => settings.remembered_updates,
-    };
-    if age > u64::from(remembered) || matches!(candidate.course, Course::Unknown) {
-        return None;
-    }
-    let mut kept = *candidate;
-    // Where the direct path is seen no update looks for longer bends, so it has not said anything.
-    if matches!(kept.course, Course::Bends(_)) && !now.is_shadowed(kept.path.source) {
-        kept.tested = None;
-        return Some(kept);
-    }
-    if word.binding && kept.tested <= Some(word.frame) {
-        (kept.open, kept.tested) = (false, Some(word.frame));
-    }
-    Some(kept)
 }

@@ -87,7 +87,7 @@ fn cost_of(standing: &Standing) -> usize {
         Standing::Unasked => 0,
         Standing::Continued(_) => cost::CONTINUED,
         Standing::Bent(_) => cost::BENT_WAY,
-        Standing::Out | Standing::Path(_) | Standing::Image(..) => cost::REFLECTED,
+        Standing::Out | Standing::Path(_) | Standing::Image(_) => cost::UNFOLDED,
     }
 }
 
@@ -187,7 +187,7 @@ impl Best {
             let mut word = self.history.date(update.listener.position, self.frame);
             // The listener's place does not date an update of a scene that has moved since.
             word.binding &= !has_moved(now.scene, now.then);
-            self.memory.begin_update(word);
+            self.memory.begin_update(self.frame, word);
         }
     }
 
@@ -211,14 +211,18 @@ impl Best {
             if effort.is_spent() {
                 return;
             }
-            let continued = match candidate.open {
-                true if every > 1 => candidate.continued(now, self.frame, every),
-                _ => None,
+            // Most are closed, and nothing is written of them but that.
+            if !candidate.open {
+                self.standings.push(Standing::Unasked);
+                continue;
+            }
+            let continued = match every > 1 {
+                true => candidate.continued(now, self.frame, every),
+                false => None,
             };
-            let standing = match (continued, candidate.open) {
-                (Some(path), _) => Standing::Continued(path),
-                (None, true) => candidate.stand(now, &self.settings),
-                (None, false) => Standing::Unasked,
+            let standing = match continued {
+                Some(path) => Standing::Continued(path),
+                None => candidate.stand(now, &self.settings),
             };
             effort.spend(cost_of(&standing));
             // What comes back onto its surfaces is asked soon.
@@ -267,10 +271,13 @@ impl Best {
                 return Step::Hear(number);
             }
             effort.spend(cost::HEARD);
-            if let (Standing::Bent(_), Course::Bends(course)) = (standing, candidate.course) {
-                effort.spend(cost::WAVE * if course.is_double() { 2 } else { 1 });
-            }
-            let heard = candidate.heard(standing, now);
+            effort.spend(match (standing, candidate.course) {
+                (Standing::Bent(_), Course::Bends(course)) if course.is_double() => 2 * cost::WAVE,
+                (Standing::Bent(_), _) => cost::WAVE,
+                (Standing::Image(_), _) => cost::REFLECTED,
+                _ => 0,
+            });
+            let heard = candidate.heard(standing, now, &self.settings);
             let is_new = !matches!(standing, Standing::Continued(_));
             if every > 1 && is_new && self.settings.exact_geometry {
                 candidate.remember(heard.as_ref(), self.frame, every);
@@ -278,6 +285,7 @@ impl Best {
             let Some(path) = heard else {
                 continue;
             };
+            candidate.is_as_loud_as(&path.amplitude);
             match candidate.course {
                 Course::Bends(course) => self.bent.push((course.is_double(), path)),
                 Course::Mirrors(_) | Course::Unknown => paths.push(path),

@@ -1,7 +1,10 @@
 //! Which candidates are asked in a graphics frame whether something blocks them.
 //!
-//! The loudest and longest unasked first, over all sources together, until the budget is spent. A candidate that was
-//! never asked comes before one that was.
+//! Over all sources together, until the budget is spent, those first whose answer is worth most a ray: the louder a path
+//! is, the longer nobody has asked, and the likelier it has changed. What an update has, which speaks of a place on the
+//! listener's way, is open before he is there, and what it has not is closed; other paths change the likelier the shorter
+//! they have been as they are. What is wrong of a path that nobody asks about grows with the time, and so does the chance
+//! that it is, so that time counts squared.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -14,6 +17,12 @@ use crate::scene::Scene;
 
 /// Graphics frames that a candidate counts as unasked for if it never was asked.
 const NEVER_FRAMES: u64 = 64;
+
+/// Graphics frames that a candidate counts as open, or closed, at first.
+const AT_FIRST_FRAMES: f32 = 16.0;
+
+/// How loud an open path counts at least, as a share of the energy that it once had: what fades may come back.
+const FADED: f32 = 0.1;
 
 /// A candidate that may be asked: louder and longer unasked ones are greater.
 #[derive(Debug, Clone, Copy)]
@@ -43,8 +52,9 @@ impl PartialEq for Urgent {
 
 impl Eq for Urgent {}
 
-/// Graphics frames from one look at a closed candidate that misses its surfaces to the next, one in so many a frame.
-const LOOK_EVERY: u64 = 4;
+/// Graphics frames from one look at a closed candidate that misses its surfaces to the next, one in so many a frame: if the
+/// newest update has it, and if not.
+const LOOK_EVERY: [u64; 2] = [2, 6];
 
 /// The choice of one graphics frame, and how far it has got.
 #[derive(Debug, Default)]
@@ -83,18 +93,16 @@ impl Inspection {
             let may_have_way = match standing {
                 // What missed its surfaces when it was looked at last comes onto them sooner or later.
                 Standing::Unasked => {
-                    candidate.tested.is_some() || (frame + index as u64).is_multiple_of(LOOK_EVERY)
+                    let every = LOOK_EVERY[usize::from(!candidate.named)];
+                    candidate.tested.is_some() || (frame + index as u64).is_multiple_of(every)
                 }
                 standing => has_way(standing),
             };
             if !may_have_way || candidate.tested == Some(frame) {
                 continue;
             }
-            let age = candidate
-                .tested
-                .map_or(NEVER_FRAMES, |tested| frame - tested.min(frame));
             queue.push(Urgent {
-                urgency: candidate.energy() * age as f32,
+                urgency: urgency(candidate, frame),
                 index: index as u32,
             });
         }
@@ -142,8 +150,8 @@ impl Inspection {
                 continue;
             };
             let (first, cast) = (&mut candidate.blocked_leg, self.rays);
-            candidate.open = is_open(standing, &spot, now.scene, first, &mut self.rays);
-            candidate.tested = Some(self.frame);
+            let open = is_open(standing, &spot, now.scene, first, &mut self.rays);
+            candidate.is_found(open, self.frame);
             effort.spend(cost::RAY * (self.rays - cast) as usize);
             // Of bent paths the updates choose, which see more of them.
             if candidate.open && matches!(candidate.course, Course::Mirrors(_)) {
@@ -155,15 +163,37 @@ impl Inspection {
     }
 }
 
+/// What an answer is worth a ray.
+fn urgency(candidate: &Candidate, frame: u64) -> f32 {
+    let age = candidate
+        .tested
+        .map_or(NEVER_FRAMES, |tested| frame - tested.min(frame)) as f32;
+    let lasting = (frame - candidate.since.min(frame)) as f32 + AT_FIRST_FRAMES;
+    let rays = match candidate.open {
+        true => f32::from(candidate.path.order + candidate.path.bends) + 1.0,
+        // What is blocked mostly stays so by the leg that is asked first.
+        false => 1.0,
+    };
+    let energy = match candidate.open {
+        true => candidate.energy.max(FADED * candidate.most_energy),
+        false => candidate.most_energy,
+    };
+    let likely = match candidate.named == candidate.open {
+        true => 1.0 / lasting,
+        false => 1.0,
+    };
+    energy * age * age * likely / rays
+}
+
 /// Whether there is something to cast rays along.
 fn has_way(standing: &Standing) -> bool {
-    matches!(standing, Standing::Image(..) | Standing::Bent(_))
+    matches!(standing, Standing::Image(_) | Standing::Bent(_))
 }
 
 /// Rays that a look along a way takes at most.
 fn most_rays(standing: &Standing) -> u64 {
     match standing {
-        Standing::Image(_, image) => image.order as u64 + 1,
+        Standing::Image(image) => image.order as u64 + 1,
         Standing::Bent(_) => way::MOST_RAYS,
         Standing::Path(_) | Standing::Continued(_) | Standing::Out | Standing::Unasked => 0,
     }
@@ -179,7 +209,7 @@ fn is_open(
 ) -> bool {
     let ends = [spot.from, spot.to].map(|place| scene.to_local(place));
     match standing {
-        Standing::Image(_, image) => {
+        Standing::Image(image) => {
             let first = usize::from(*blocked_leg).min(image.order);
             let others = (0..=image.order).filter(|leg| *leg != first);
             let blocked = std::iter::once(first).chain(others).find(|&leg| {
@@ -192,5 +222,61 @@ fn is_open(
         }
         Standing::Bent(way) => way.is_clear(scene, spot, rays),
         Standing::Path(_) | Standing::Continued(_) | Standing::Out | Standing::Unasked => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acoustics::BANDS;
+    use crate::extrapolation::best::candidate::Grounds;
+    use crate::propagation::{Path, PathId, PathSet};
+    use crate::scene::SourceId;
+    use glam::Vec3;
+
+    fn candidate(level: f32) -> Candidate {
+        let path = Path {
+            id: PathId(1),
+            source: SourceId::default(),
+            order: 2,
+            bends: 0,
+            surfaces: [0; 4],
+            edges: [0; 2],
+            points: [Vec3::ZERO; 4],
+            image: Vec3::X,
+            length_m: 1.0,
+            amplitude: [level; BANDS],
+        };
+        let mut candidate =
+            Candidate::new(&path, &PathSet::default(), &Grounds::unknown(PathId(1)), 0);
+        candidate.tested = Some(100);
+        candidate
+    }
+
+    #[test]
+    fn what_counts_is_how_loud_a_path_is_now() {
+        let (mut faded, loud) = (candidate(0.001), candidate(0.1));
+        assert!(urgency(&faded, 110) < urgency(&loud, 110));
+        // It faded at a surface's end where the update was computed for, not where the listener is.
+        faded.is_as_loud_as(&[0.2; BANDS]);
+        assert!(urgency(&faded, 110) > urgency(&loud, 110));
+        // It fades again, and may come back.
+        faded.is_as_loud_as(&[0.001; BANDS]);
+        assert!(urgency(&faded, 110) > urgency(&candidate(0.001), 110));
+    }
+
+    #[test]
+    fn what_an_update_contradicts_and_what_has_just_changed_comes_first() {
+        let quiet = candidate(0.1);
+        let mut contradicted = quiet;
+        contradicted.named = false;
+        assert!(urgency(&contradicted, 110) > 4.0 * urgency(&quiet, 110));
+        let mut restless = quiet;
+        restless.is_found(false, 90);
+        restless.is_found(true, 100);
+        assert!(urgency(&restless, 110) > urgency(&quiet, 110));
+        // Twice the time, four times as urgent, but for how long it has lasted.
+        let [early, late] = [104, 108].map(|frame| urgency(&contradicted, frame));
+        assert_eq!(late, 4.0 * early);
     }
 }

@@ -5,6 +5,10 @@
 //! ([`crate::propagation::PathSet::way`]). Between two of them a tail lies on the line between theirs; where updates lag
 //! behind, the line goes on, by its own length at most. A wall ends what is smooth: only estimates for places count that
 //! the listener sees. When the first sound can be there follows from the places themselves.
+//!
+//! Of a source that moves estimates are noisy, since its rays start anew from place to place, and lie on no line: those near
+//! by tell its tail together. How that decays and how fast it thickens is told by the source's rays alone, wherever the
+//! listener is, so there only the source's places count.
 
 use glam::Vec3;
 
@@ -26,12 +30,30 @@ const MOST_ASKED: usize = 12;
 /// Most estimates of all updates that are looked at.
 const MOST_ESTIMATES: usize = 96;
 
+/// Within how far estimates for a moving source count alike, in metres, unless all are farther.
+const REACH_M: f32 = 0.35;
+
 /// An update's estimates for one place.
 #[derive(Clone, Copy)]
 struct Estimates<'a> {
     place: Vec3,
     late: &'a [LateSource],
     sources: Whereabouts<'a>,
+}
+
+impl<'a> Estimates<'a> {
+    /// A source's.
+    fn of(&self, id: SourceId) -> Option<Known<'a>> {
+        let number = self.late.iter().position(|late| late.source == id)?;
+        let from = match self.sources {
+            Whereabouts::Of(poses) => source_in(poses, id)?,
+            Whereabouts::At(places) => *places.get(number)?,
+        };
+        Some(Known {
+            at: [from, self.place],
+            late: &self.late[number],
+        })
+    }
 }
 
 /// Where an estimate's sources are.
@@ -75,7 +97,7 @@ pub(in super::super) fn late_now<'a>(
     }
     let seen = &seen[..seen_count.max(1)];
     for late in newest.late {
-        give(among(late, seen, now));
+        give(among(late, seen, &all[..count], now));
     }
     rays
 }
@@ -117,25 +139,18 @@ struct Known<'a> {
 }
 
 /// A source's late field on the line between two of the estimates.
-fn among(newest: &LateSource, seen: &[Estimates<'_>], now: &Now<'_>) -> LateSource {
+fn among(
+    newest: &LateSource,
+    seen: &[Estimates<'_>],
+    all: &[Estimates<'_>],
+    now: &Now<'_>,
+) -> LateSource {
     let id = newest.source;
     let Some(spot) = now.spot(id) else {
         return *newest;
     };
     let here = [spot.from, spot.to];
-    let known = || {
-        seen.iter().filter_map(|estimates| {
-            let number = estimates.late.iter().position(|late| late.source == id)?;
-            let from = match estimates.sources {
-                Whereabouts::Of(poses) => source_in(poses, id)?,
-                Whereabouts::At(places) => *places.get(number)?,
-            };
-            Some(Known {
-                at: [from, estimates.place],
-                late: &estimates.late[number],
-            })
-        })
-    };
+    let known = || seen.iter().filter_map(|estimates| estimates.of(id));
     let mut nearest: Option<(f32, Known<'_>)> = None;
     for each in known() {
         let square = square_between(each.at, here);
@@ -149,6 +164,17 @@ fn among(newest: &LateSource, seen: &[Estimates<'_>], now: &Now<'_>) -> LateSour
     let Some((_, nearest)) = nearest.filter(|(_, each)| each.late.mean_free_time_s > 0.0) else {
         return result;
     };
+    if nearest.at[0] != spot.from {
+        let all = all.iter().filter_map(|estimates| estimates.of(id));
+        let near = together(known(), |known| square_between(known.at, here));
+        let own = together(all, |known| known.at[0].distance_squared(spot.from));
+        result.energy = near.map_or(result.energy, |near| near.energy);
+        if let Some(own) = own {
+            (result.mean_free_time_s, result.decay_time_s) =
+                (own.mean_free_time_s, own.decay_time_s);
+        }
+        return result;
+    }
     let others = known().filter(|other| other.late.mean_free_time_s > 0.0);
     let lines = others.filter_map(|other| Line::between(&nearest, &other, here));
     let best = lines.reduce(|a, b| if b.cost < a.cost { b } else { a });
@@ -156,6 +182,39 @@ fn among(newest: &LateSource, seen: &[Estimates<'_>], now: &Now<'_>) -> LateSour
         mix(&mut result, line.other, line.share);
     }
     result
+}
+
+/// What estimates say together, each by the square of its distance in square metres.
+fn together<'a>(
+    known: impl Iterator<Item = Known<'a>> + Clone,
+    square: impl Fn(&Known<'a>) -> f32,
+) -> Option<LateSource> {
+    let known = known.filter(|known| known.late.mean_free_time_s > 0.0);
+    let nearest = known.clone().map(|each| square(&each));
+    let nearest = nearest.fold(f32::INFINITY, f32::min);
+    let reach = nearest.max(REACH_M * REACH_M);
+    let mut weights = 0.0;
+    let mut sum: Option<LateSource> = None;
+    for each in known {
+        let weight = (1.0 + square(&each) / reach).powi(-4);
+        weights += weight;
+        let sum = sum.get_or_insert(LateSource::silent(each.late.source));
+        sum.mean_free_time_s += weight * each.late.mean_free_time_s;
+        for b in 0..BANDS {
+            sum.decay_time_s[b] += weight * each.late.decay_time_s[b];
+            for (energy, own) in sum.energy.iter_mut().zip(&each.late.energy) {
+                energy[b] += weight * own[b];
+            }
+        }
+    }
+    let mut mean = sum?;
+    mean.mean_free_time_s /= weights;
+    for values in mean.energy.iter_mut().chain([&mut mean.decay_time_s]) {
+        for value in values {
+            *value /= weights;
+        }
+    }
+    (weights > 0.0).then_some(mean)
 }
 
 /// The line from the nearest estimate to another, and how far along it the present lies.
