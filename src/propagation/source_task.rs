@@ -302,6 +302,7 @@ impl SourceTask {
     }
 
     fn validate(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose, origin: DVec3) {
+        self.occluders.expect();
         let mut seen = std::mem::take(&mut self.seen);
         for share in shared.candidates {
             share.seen_from(place, origin, &mut seen, |number, ready| {
@@ -310,6 +311,7 @@ impl SourceTask {
             });
         }
         self.seen = seen;
+        self.own.expect();
         self.gather_own(shared);
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];

@@ -262,10 +262,13 @@ impl Scene {
     /// A surface's material.
     #[inline]
     pub fn material(&self, surface: u32) -> &Material {
-        let (number, fixed) = (
-            self.surface(surface).material as usize,
-            &self.mesh.materials,
-        );
+        self.material_of(self.surface(surface))
+    }
+
+    /// The same of a surface that has been looked up.
+    #[inline]
+    pub fn material_of(&self, surface: &Surface) -> &Material {
+        let (number, fixed) = (surface.material as usize, &self.mesh.materials);
         match fixed.get(number) {
             Some(found) => found,
             None => self
@@ -277,7 +280,13 @@ impl Scene {
     /// A surface's reflection at every angle.
     #[inline]
     pub fn reflectance(&self, surface: u32) -> &Reflectance {
-        let (number, fixed) = (self.surface(surface).material as usize, &self.reflectances);
+        self.reflectance_of(self.surface(surface))
+    }
+
+    /// The same of a surface that has been looked up.
+    #[inline]
+    pub fn reflectance_of(&self, surface: &Surface) -> &Reflectance {
+        let (number, fixed) = (surface.material as usize, &self.reflectances);
         match fixed.get(number) {
             Some(found) => found,
             None => self
