@@ -112,7 +112,7 @@ impl Bvh {
     ///
     /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray that starts on a plane
     /// names the plane's group and needs no offset. A ray without direction or with numbers that are none meets nothing.
-    #[inline]
+    #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
         let nearest = match &self.nodes {
             Nodes::Portable(nodes) => portable::closest(nodes, &self.query(ray, ignored)),
@@ -134,7 +134,7 @@ impl Bvh {
 
     /// A triangle outside two groups that lies on a ray; if several do, which one depends on the tree. Otherwise as
     /// [`Self::closest_hit`], and cheaper.
-    #[inline]
+    #[inline(always)]
     pub fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
         match &self.nodes {
             Nodes::Portable(nodes) => portable::any(nodes, &self.query(ray, ignored)),
