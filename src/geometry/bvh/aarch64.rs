@@ -14,16 +14,24 @@ const ANY: u8 = 8;
 
 /// A walk for each octant of directions: planes' places are known then, and two come by one load.
 pub(super) fn closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
-    match ray.direction.is_negative_bitmask() & 7 {
-        0 => enter_neon!(neon_closest::<0>(nodes, bvh, ray, ignored)),
-        1 => enter_neon!(neon_closest::<1>(nodes, bvh, ray, ignored)),
-        2 => enter_neon!(neon_closest::<2>(nodes, bvh, ray, ignored)),
-        3 => enter_neon!(neon_closest::<3>(nodes, bvh, ray, ignored)),
-        4 => enter_neon!(neon_closest::<4>(nodes, bvh, ray, ignored)),
-        5 => enter_neon!(neon_closest::<5>(nodes, bvh, ray, ignored)),
-        6 => enter_neon!(neon_closest::<6>(nodes, bvh, ray, ignored)),
-        _ => enter_neon!(neon_closest::<7>(nodes, bvh, ray, ignored)),
-    }
+    enter_neon!(neon_octant(nodes, bvh, ray, ignored))
+}
+
+#[target_feature(enable = "neon")]
+fn neon_octant(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
+    type Walk = fn(&[Node<4>], &Bvh, &Ray, [u32; 2]) -> Nearest;
+    // A choice of constants is one look into a table.
+    let walk: Walk = match ray.direction.is_negative_bitmask() & 7 {
+        0 => neon_closest::<0>,
+        1 => neon_closest::<1>,
+        2 => neon_closest::<2>,
+        3 => neon_closest::<3>,
+        4 => neon_closest::<4>,
+        5 => neon_closest::<5>,
+        6 => neon_closest::<6>,
+        _ => neon_closest::<7>,
+    };
+    walk(nodes, bvh, ray, ignored)
 }
 
 #[inline]
