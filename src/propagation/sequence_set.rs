@@ -117,6 +117,7 @@ impl SequenceSet {
     }
 
     /// The entry's index, or the free slot where it would go. What is in use is about half full at most, so the probe ends.
+    #[inline(always)]
     fn find(&self, sequence: &Sequence) -> Result<usize, usize> {
         let mask = self.in_use - 1;
         let mut slot = sequence.hash() as usize & mask;
