@@ -88,6 +88,13 @@ pub(super) struct Blocked {
 }
 
 impl Blocked {
+    /// Asks for the triangle's corners, which lie anywhere.
+    #[inline]
+    pub(super) fn expect(&self, scene: &Scene) {
+        let corners = scene.kept_corners(self.triangle);
+        corners.into_iter().flatten().for_each(prefetch);
+    }
+
     /// Whether leg `step` of the candidate's path is the one, and blocked again.
     #[inline]
     pub(super) fn again(

@@ -362,6 +362,9 @@ impl SourceTask {
         // What was blocked most likely is again, which is sooner known than where all its points lie; and most of what is no
         // path misses some surface's bounds, which is sooner known than whether a point lies on any.
         let blocked = self.occluders.recall(hash);
+        if let Some(blocked) = &blocked {
+            blocked.expect(scene);
+        }
         let is_blocked = |legs: &ImagePath, step| {
             blocked.is_some_and(|blocked| blocked.again(scene, legs, step, ends))
         };

@@ -233,6 +233,13 @@ impl Scene {
         self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize])
     }
 
+    /// Where the corners of a triangle are kept that [`Self::blocks`] reads, if it is the fixed part's.
+    #[inline]
+    pub(crate) fn kept_corners(&self, triangle: u32) -> Option<[&Vec3; 3]> {
+        let corners = self.mesh.triangles.get(triangle as usize)?;
+        Some(corners.map(|v| &self.mesh.vertices[v as usize]))
+    }
+
     /// The fixed part's surfaces with their triangles.
     pub(super) fn surface_set(&self) -> &SurfaceSet {
         &self.mesh.surfaces

@@ -16,7 +16,7 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
-use crate::simd::{LaneSet, kernel, prefetch};
+use crate::simd::{LaneSet, kernel};
 
 use super::envelope::Spans;
 use super::viewpoints::VIEWS;
@@ -27,6 +27,9 @@ pub const SHADOW_RAYS: usize = 64;
 
 /// Room for bounces that are chosen: rounding may put one more mark on each half of the list.
 const MOST_CHOSEN: usize = SHADOW_RAYS + 2;
+
+/// Bounces whose arrivals are computed before they are summed.
+const AT_ONCE: usize = 16;
 
 /// Radius in metres over which a bounce is spread, so that a listener who stands beside one does not hear it alone.
 const SPREAD_M: f32 = 0.7;
@@ -218,12 +221,6 @@ impl Arrivals {
         }
     }
 
-    /// Asks for what [`Self::gather`] reads.
-    #[inline]
-    pub(super) fn expect(&self) {
-        self.chosen.iter().for_each(prefetch);
-    }
-
     /// Adds what arrives at the listener, by a weight.
     pub(super) fn gather(&self, scene: &Scene, listener: Vec3, weight: f32, spans: &mut Spans) {
         let there = Listening {
@@ -254,12 +251,18 @@ kernel! {
     /// same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn gather<L>(chosen: &[Chosen], seen: &[u32], there: &Listening, weight: f32, spans: &mut Spans) {
-        for place in seen {
-            let (delay_s, mut energy) = chosen[*place as usize].at(there);
-            for b in 0..BANDS {
-                energy[b] *= weight;
+        // Where an arrival belongs is hard to foresee: nobody is to wait for roots and quotients when it is asked.
+        let mut arrivals = [(0.0, [0.0; BANDS]); AT_ONCE];
+        for places in seen.chunks(AT_ONCE) {
+            for (arrival, place) in arrivals.iter_mut().zip(places) {
+                *arrival = chosen[*place as usize].at(there);
+                for b in 0..BANDS {
+                    arrival.1[b] *= weight;
+                }
             }
-            spans.add(delay_s, &energy);
+            for (delay_s, energy) in &arrivals[..places.len()] {
+                spans.add(*delay_s, energy);
+            }
         }
     }
 }

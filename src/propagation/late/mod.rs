@@ -192,11 +192,7 @@ impl LateEstimator {
         let weight = |slot: &Slot| weight(slot.origin.distance(self.source), reach_m) as f32;
         let mut spans = Spans::new(f64::from(late.mean_free_time_s), self.nearest_s);
         let mut weights = 0.0;
-        let mut next = filled().skip(1);
         for slot in filled() {
-            if let Some(next) = next.next() {
-                next.arrivals.expect();
-            }
             let weight = weight(slot);
             weights += f64::from(weight);
             slot.arrivals
