@@ -325,12 +325,15 @@ impl Candidates {
             return;
         }
         for eight in sequences.chunks(LANES) {
-            let mut pack = Pack::EMPTY;
+            // Made where it stays: it is large.
+            self.packs.push(Pack::EMPTY);
+            let Some(pack) = self.packs.last_mut() else {
+                return;
+            };
             for (lane, sequence) in eight.iter().enumerate() {
                 self.ready
                     .push(pack.set(scene, lane, sequence, (ear, reach_m)));
             }
-            self.packs.push(pack);
         }
     }
 

@@ -25,8 +25,6 @@ struct Shelf {
     sequence: Sequence,
     /// The slot of the table where a search for it begins.
     home: u32,
-    /// The update in which rays last met it.
-    seen: u64,
 }
 
 /// Sequences that guide rays have met, with the update in which they last did. Fixed memory.
@@ -34,6 +32,8 @@ struct Shelf {
 pub struct GuideMemory {
     /// Each stays on its shelf while it is remembered, so that an update moves numbers only.
     shelves: Vec<Shelf>,
+    /// The update in which rays last met what is on each. Apart from them, since all are asked in every update.
+    seen: Vec<u64>,
     /// Shelves that are empty.
     empty: Vec<u32>,
     /// Shelves in the order in which they are tried: what was met in the newest update first.
@@ -48,6 +48,7 @@ impl Default for GuideMemory {
     fn default() -> Self {
         Self {
             shelves: vec![Shelf::default(); SHELVES],
+            seen: vec![0; SHELVES],
             empty: (0..SHELVES as u32).rev().collect(),
             order: Vec::with_capacity(Self::MOST),
             next: Vec::with_capacity(Self::MOST),
@@ -77,9 +78,9 @@ impl GuideMemory {
             if guide.entries().len() >= most {
                 break;
             }
-            let Shelf { sequence, seen, .. } = &self.shelves[shelf as usize];
             // What was met now is there already.
-            if *seen != update {
+            if self.seen[shelf as usize] != update {
+                let sequence = &self.shelves[shelf as usize].sequence;
                 guide.insert(match moves {
                     // What commutes depends on how instances stand.
                     true => Sequence::canonical(scene, sequence.surfaces()),
@@ -89,7 +90,7 @@ impl GuideMemory {
         }
         let mut order = std::mem::take(&mut self.order);
         for shelf in order.drain(..) {
-            let seen = self.shelves[shelf as usize].seen;
+            let seen = self.seen[shelf as usize];
             if seen == update {
                 continue;
             }
@@ -107,9 +108,8 @@ impl GuideMemory {
         let home = sequence.hash() as usize % SLOTS;
         let mut slot = home;
         while let Some(shelf) = self.table[slot].checked_sub(1) {
-            let there = &mut self.shelves[shelf as usize];
-            if there.sequence == *sequence {
-                there.seen = update;
+            if self.shelves[shelf as usize].sequence == *sequence {
+                self.seen[shelf as usize] = update;
                 return shelf;
             }
             slot = (slot + 1) % SLOTS;
@@ -120,8 +120,8 @@ impl GuideMemory {
         self.shelves[shelf as usize] = Shelf {
             sequence: *sequence,
             home: home as u32,
-            seen: update,
         };
+        self.seen[shelf as usize] = update;
         shelf
     }
 

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::image_source::ImagePath;
 use crate::scene::Scene;
+use crate::simd::prefetch;
 
 /// Slots a source, a power of two; paths that share one displace each other.
 const SLOTS: usize = 2048;
@@ -36,6 +37,12 @@ impl Default for Occluders {
 }
 
 impl Occluders {
+    /// Asks for all slots: candidates come in no order that they lie in.
+    pub(super) fn expect(&self) {
+        const A_LINE: usize = 64 / size_of::<Slot>();
+        self.slots.iter().step_by(A_LINE).for_each(prefetch);
+    }
+
     /// What blocked the candidate of this hash, if that is remembered.
     pub(super) fn recall(&self, hash: u64) -> Option<Blocked> {
         let slot = self.slots[hash as usize % SLOTS];
@@ -59,18 +66,14 @@ impl Occluders {
         for step in 0..=path.order {
             let (leg, ignored) = path.leg(ends, step);
             *rays += 1;
-            if !scene.any_hit(&leg, ignored) {
-                continue;
-            }
-            // Once more for the name of what is in the way: most blocked candidates come again.
-            *rays += 1;
-            if let Some(hit) = scene.closest_hit(&leg, ignored) {
+            if let Some(triangle) = scene.blocker(&leg, ignored) {
+                // Most blocked candidates come again.
                 self.slots[hash as usize % SLOTS] = Slot {
                     tag: tag(hash) | (step as u32 + 1),
-                    triangle: hit.triangle,
+                    triangle,
                 };
+                return false;
             }
-            return false;
         }
         true
     }
@@ -85,6 +88,13 @@ pub(super) struct Blocked {
 }
 
 impl Blocked {
+    /// Asks for the triangle's corners, which lie anywhere.
+    #[inline]
+    pub(super) fn expect(&self, scene: &Scene) {
+        let corners = scene.kept_corners(self.triangle);
+        corners.into_iter().flatten().for_each(prefetch);
+    }
+
     /// Whether leg `step` of the candidate's path is the one, and blocked again.
     #[inline]
     pub(super) fn again(
@@ -94,9 +104,12 @@ impl Blocked {
         step: usize,
         ends: [DVec3; 2],
     ) -> bool {
-        if step != self.step {
-            return false;
-        }
+        step == self.step && self.blocks(scene, path, ends)
+    }
+
+    #[inline(never)]
+    fn blocks(&self, scene: &Scene, path: &ImagePath, ends: [DVec3; 2]) -> bool {
+        let step = self.step;
         let (leg, ignored) = path.leg(ends, step);
         let group = scene.surface_of(self.triangle);
         !ignored.contains(&group) && scene.blocks(self.triangle, &leg)

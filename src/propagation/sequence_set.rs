@@ -1,6 +1,10 @@
 //! Sets of sequences in fixed memory.
 
 use super::sequence::Sequence;
+use crate::simd::prefetch;
+
+/// Slots of the table that are in use at least, a power of two.
+const FEWEST_SLOTS: usize = 256;
 
 /// A set of sequences that remembers the order of insertion. Its memory is fixed at creation: a full set refuses and
 /// counts.
@@ -8,7 +12,10 @@ use super::sequence::Sequence;
 pub struct SequenceSet {
     entries: Vec<Sequence>,
     table: Vec<u32>,
-    /// The slots of the table in use, so that emptying a large set of few costs little.
+    /// Slots of the table in use, a power of two: no more of it than what is in the set needs, so that little of it comes
+    /// from far memory.
+    in_use: usize,
+    /// Those that are taken, so that emptying costs as much as there is.
     slots: Vec<u32>,
     capacity: usize,
     refused: u64,
@@ -21,6 +28,7 @@ impl SequenceSet {
         Self {
             entries: Vec::with_capacity(capacity),
             table: vec![0; slots],
+            in_use: slots.min(FEWEST_SLOTS),
             slots: Vec::with_capacity(capacity),
             capacity,
             refused: 0,
@@ -29,15 +37,25 @@ impl SequenceSet {
 
     /// Empties the set; the memory stays.
     pub fn clear(&mut self) {
-        self.entries.clear();
         for slot in self.slots.drain(..) {
             self.table[slot as usize] = 0;
         }
+        // As many will come next most likely.
+        let wanted = (4 * self.entries.len()).next_power_of_two();
+        self.in_use = wanted.max(FEWEST_SLOTS).min(self.table.len());
+        self.entries.clear();
     }
 
     /// The sequences in the order of insertion.
     pub fn entries(&self) -> &[Sequence] {
         &self.entries
+    }
+
+    /// Asks for what a search reads first.
+    pub(super) fn expect(&self) {
+        const A_LINE: usize = 64 / size_of::<u32>();
+        let table = self.table[..self.in_use].iter();
+        table.step_by(A_LINE).for_each(prefetch);
     }
 
     /// How many sequences there is room for.
@@ -72,14 +90,36 @@ impl SequenceSet {
                 self.entries.push(sequence);
                 self.table[slot] = self.entries.len() as u32;
                 self.slots.push(slot as u32);
+                if 2 * self.entries.len() > self.in_use {
+                    self.widen();
+                }
                 true
             }
         }
     }
 
-    /// The entry's index, or the free slot where it would go. The table is at most half full, so the probe ends.
+    /// Takes more of the table into use.
+    #[cold]
+    fn widen(&mut self) {
+        for slot in self.slots.drain(..) {
+            self.table[slot as usize] = 0;
+        }
+        self.in_use = (2 * self.in_use).min(self.table.len());
+        let mask = self.in_use - 1;
+        for (number, sequence) in self.entries.iter().enumerate() {
+            let mut slot = sequence.hash() as usize & mask;
+            while self.table[slot] != 0 {
+                slot = (slot + 1) & mask;
+            }
+            self.table[slot] = number as u32 + 1;
+            self.slots.push(slot as u32);
+        }
+    }
+
+    /// The entry's index, or the free slot where it would go. What is in use is about half full at most, so the probe ends.
+    #[inline(always)]
     fn find(&self, sequence: &Sequence) -> Result<usize, usize> {
-        let mask = self.table.len() - 1;
+        let mask = self.in_use - 1;
         let mut slot = sequence.hash() as usize & mask;
         loop {
             match self.table[slot] {

@@ -303,6 +303,7 @@ impl SourceTask {
     }
 
     fn validate(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose, origin: DVec3) {
+        self.occluders.expect();
         let mut seen = std::mem::take(&mut self.seen);
         for share in shared.candidates {
             share.seen_from(place, origin, &mut seen, |number, ready| {
@@ -311,6 +312,7 @@ impl SourceTask {
             });
         }
         self.seen = seen;
+        self.own.expect();
         self.gather_own(shared);
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
@@ -363,6 +365,9 @@ impl SourceTask {
         // What was blocked most likely is again, which is sooner known than where all its points lie; and most of what is no
         // path misses some surface's bounds, which is sooner known than whether a point lies on any.
         let blocked = self.occluders.recall(hash);
+        if let Some(blocked) = &blocked {
+            blocked.expect(scene);
+        }
         let is_blocked = |legs: &ImagePath, step| {
             blocked.is_some_and(|blocked| blocked.again(scene, legs, step, ends))
         };

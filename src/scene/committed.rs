@@ -233,6 +233,13 @@ impl Scene {
         self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize])
     }
 
+    /// Where the corners of a triangle are kept that [`Self::blocks`] reads, if it is the fixed part's.
+    #[inline]
+    pub(crate) fn kept_corners(&self, triangle: u32) -> Option<[&Vec3; 3]> {
+        let corners = self.mesh.triangles.get(triangle as usize)?;
+        Some(corners.map(|v| &self.mesh.vertices[v as usize]))
+    }
+
     /// The fixed part's surfaces with their triangles.
     pub(super) fn surface_set(&self) -> &SurfaceSet {
         &self.mesh.surfaces
@@ -262,10 +269,13 @@ impl Scene {
     /// A surface's material.
     #[inline]
     pub fn material(&self, surface: u32) -> &Material {
-        let (number, fixed) = (
-            self.surface(surface).material as usize,
-            &self.mesh.materials,
-        );
+        self.material_of(self.surface(surface))
+    }
+
+    /// The same of a surface that has been looked up.
+    #[inline]
+    pub fn material_of(&self, surface: &Surface) -> &Material {
+        let (number, fixed) = (surface.material as usize, &self.mesh.materials);
         match fixed.get(number) {
             Some(found) => found,
             None => self
@@ -277,7 +287,13 @@ impl Scene {
     /// A surface's reflection at every angle.
     #[inline]
     pub fn reflectance(&self, surface: u32) -> &Reflectance {
-        let (number, fixed) = (self.surface(surface).material as usize, &self.reflectances);
+        self.reflectance_of(self.surface(surface))
+    }
+
+    /// The same of a surface that has been looked up.
+    #[inline]
+    pub fn reflectance_of(&self, surface: &Surface) -> &Reflectance {
+        let (number, fixed) = (surface.material as usize, &self.reflectances);
         match fixed.get(number) {
             Some(found) => found,
             None => self

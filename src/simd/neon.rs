@@ -94,14 +94,11 @@ impl Ready {
         let [dx, dy, dz] = *ray.direction;
         let origin = load4(&[ox, oy, oz, 0.0]);
         let direction = load4(&[dx, dy, dz, 0.0]);
-        // Numbers that are none are not near.
-        let is_near = vandq_u32(
-            vcaleq_f32(origin, vdupq_n_f32(near.reach)),
-            vcaleq_f32(direction, vdupq_n_f32(Near::LONGEST)),
-        );
         let size = vabsq_f32(direction);
-        let largest = vmaxvq_f32(size);
-        if vminvq_u32(is_near) == 0 || largest < Near::SHORTEST {
+        let (farthest, largest) = (vmaxvq_f32(vabsq_f32(origin)), vmaxvq_f32(size));
+        // Of lanes with a number that is none the greatest is none, and none is near.
+        let is_near = farthest <= near.reach && (Near::SHORTEST..=Near::LONGEST).contains(&largest);
+        if !is_near {
             return None;
         }
         let smallest = vdupq_n_f32(largest * SMALLEST_COMPONENT);
@@ -340,10 +337,11 @@ impl Turn {
     }
 }
 
-/// By the longest axis, as [`super::tracing::Axes`] has them.
-static TURNS: [Turn; 3] = [
+/// By the longest axis, as [`super::tracing::Axes`] has them, and once more for what is none, so that two bits are a place.
+static TURNS: [Turn; 4] = [
     Turn::of([1, 2, 0]),
     Turn::of([2, 0, 1]),
+    Turn::of([0, 1, 2]),
     Turn::of([0, 1, 2]),
 ];
 
@@ -370,7 +368,7 @@ impl<'a> Shear4<'a> {
     #[inline]
     #[target_feature(enable = "neon")]
     pub(crate) fn of<const CALLER: u8>(ray: RawRay<'a>, ready: &Ready) -> Self {
-        let turn = &TURNS[ready.longest.min(2)];
+        let turn = &TURNS[ready.longest % 4];
         // SAFETY: sixteen bytes; the load needs no alignment.
         let bytes = unsafe { vld1q_u8(turn.bytes.as_ptr()) };
         let inverse = turned(ready.inverse, bytes);

@@ -4,29 +4,39 @@
 //! [`crate::simd::neon`]'s.
 
 use super::node::Node;
-use super::{Bvh, Query, portable, walk};
-use crate::geometry::ray::{Hit, Ray};
+use super::walk::{self, Nearest};
+use super::{Bvh, portable};
+use crate::geometry::ray::Ray;
 use crate::simd::neon::{Octant, Ready, Rows, Shear4, Slabs4, enter_neon, pair4, sort4, take4};
 
 /// A caller of kernels, which are compiled for each of them; octants are the others.
 const ANY: u8 = 8;
 
 /// A walk for each octant of directions: planes' places are known then, and two come by one load.
-pub(super) fn closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-    match ray.direction.is_negative_bitmask() & 7 {
-        0 => enter_neon!(neon_closest::<0>(nodes, bvh, ray, ignored)),
-        1 => enter_neon!(neon_closest::<1>(nodes, bvh, ray, ignored)),
-        2 => enter_neon!(neon_closest::<2>(nodes, bvh, ray, ignored)),
-        3 => enter_neon!(neon_closest::<3>(nodes, bvh, ray, ignored)),
-        4 => enter_neon!(neon_closest::<4>(nodes, bvh, ray, ignored)),
-        5 => enter_neon!(neon_closest::<5>(nodes, bvh, ray, ignored)),
-        6 => enter_neon!(neon_closest::<6>(nodes, bvh, ray, ignored)),
-        _ => enter_neon!(neon_closest::<7>(nodes, bvh, ray, ignored)),
-    }
+pub(super) fn closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
+    enter_neon!(neon_octant(nodes, bvh, ray, ignored))
 }
 
-pub(super) fn any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
-    enter_neon!(neon_any(nodes, query))
+#[target_feature(enable = "neon")]
+fn neon_octant(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
+    type Walk = fn(&[Node<4>], &Bvh, &Ray, [u32; 2]) -> Nearest;
+    // A choice of constants is one look into a table.
+    let walk: Walk = match ray.direction.is_negative_bitmask() & 7 {
+        0 => neon_closest::<0>,
+        1 => neon_closest::<1>,
+        2 => neon_closest::<2>,
+        3 => neon_closest::<3>,
+        4 => neon_closest::<4>,
+        5 => neon_closest::<5>,
+        6 => neon_closest::<6>,
+        _ => neon_closest::<7>,
+    };
+    walk(nodes, bvh, ray, ignored)
+}
+
+#[inline]
+pub(super) fn any(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+    enter_neon!(neon_any(nodes, bvh, ray, ignored))
 }
 
 #[target_feature(enable = "neon")]
@@ -36,9 +46,11 @@ fn neon_closest<const DOWN: u8>(
     bvh: &Bvh,
     ray: &Ray,
     ignored: [u32; 2],
-) -> Option<Hit> {
+) -> Nearest {
     let query = bvh.query(ray, ignored);
-    let raw = query.raw()?;
+    let Some(raw) = query.raw() else {
+        return Nearest::none();
+    };
     let Some(ready) = Ready::of::<DOWN>(raw, query.near) else {
         return portable::closest(nodes, &bvh.query(ray, ignored));
     };
@@ -56,18 +68,18 @@ fn neon_closest<const DOWN: u8>(
 }
 
 #[target_feature(enable = "neon")]
-fn neon_any(nodes: &[Node<4>], query: &Query<'_>) -> bool {
-    let Some(raw) = query.raw() else {
-        return false;
-    };
+#[inline(never)]
+fn neon_any(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+    let query = bvh.query(ray, ignored);
+    let raw = query.raw()?;
     let Some(ready) = Ready::of::<ANY>(raw, query.near) else {
-        return portable::any(nodes, query);
+        return portable::any(nodes, &bvh.query(ray, ignored));
     };
     let slabs = Slabs4::of::<ANY>(&ready, Rows::of::<ANY>(&ready));
     let shear = Shear4::of::<ANY>(raw, &ready);
     walk::any(
         nodes,
-        query,
+        &query,
         |node, t_max| slabs.entered::<ANY>(&node.planes, t_max),
         |block, t_max, at| shear.meet::<ANY>(&block.corners, t_max, at),
     )

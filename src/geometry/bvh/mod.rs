@@ -112,30 +112,38 @@ impl Bvh {
     ///
     /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray that starts on a plane
     /// names the plane's group and needs no offset. A ray without direction or with numbers that are none meets nothing.
+    #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-        let query = || self.query(ray, ignored);
-        match &self.nodes {
-            Nodes::Portable(nodes) => portable::closest(nodes, &query()),
+        let nearest = match &self.nodes {
+            Nodes::Portable(nodes) => portable::closest(nodes, &self.query(ray, ignored)),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, &query()),
+            Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, self, ray, ignored),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, &query()),
+            Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, self, ray, ignored),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => aarch64::closest(nodes, self, ray, ignored),
-        }
+        };
+        nearest.hit()
     }
 
     /// Whether any triangle outside two groups lies on a ray; otherwise as [`Self::closest_hit`].
+    #[inline]
     pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
-        let query = || self.query(ray, ignored);
+        self.blocker(ray, ignored).is_some()
+    }
+
+    /// A triangle outside two groups that lies on a ray; if several do, which one depends on the tree. Otherwise as
+    /// [`Self::closest_hit`], and cheaper.
+    #[inline(always)]
+    pub fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
         match &self.nodes {
-            Nodes::Portable(nodes) => portable::any(nodes, &query()),
+            Nodes::Portable(nodes) => portable::any(nodes, &self.query(ray, ignored)),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, &query()),
+            Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, self, ray, ignored),
             #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, &query()),
+            Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, self, ray, ignored),
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) => aarch64::any(nodes, &query()),
+            Nodes::Neon(nodes) => aarch64::any(nodes, self, ray, ignored),
         }
     }
 

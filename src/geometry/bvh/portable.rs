@@ -3,14 +3,15 @@
 
 use super::Query;
 use super::node::Node;
-use super::walk;
-use crate::geometry::ray::Hit;
+use super::walk::{self, Nearest};
 use crate::geometry::triangle::PreparedRay;
 use crate::simd::tracing::Child;
 
 #[cold]
-pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> Option<Hit> {
-    let ray = PreparedRay::of(query.ray, query.margin)?.ray;
+pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> Nearest {
+    let Some(PreparedRay { ray, .. }) = PreparedRay::of(query.ray, query.margin) else {
+        return Nearest::none();
+    };
     walk::closest(
         nodes,
         query,
@@ -37,10 +38,8 @@ pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> O
 }
 
 #[cold]
-pub(super) fn any<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> bool {
-    let Some(PreparedRay { ray, .. }) = PreparedRay::of(query.ray, query.margin) else {
-        return false;
-    };
+pub(super) fn any<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> Option<u32> {
+    let PreparedRay { ray, .. } = PreparedRay::of(query.ray, query.margin)?;
     walk::any(
         nodes,
         query,

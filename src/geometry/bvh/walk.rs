@@ -21,6 +21,42 @@ struct Waiting {
     link: u32,
 }
 
+/// What a ray meets first, small enough to come back in registers: a copy of a [`Hit`] in memory would wait for each part
+/// to be written.
+#[derive(Clone, Copy)]
+pub(super) struct Nearest {
+    /// The bits of the parameter, and the triangle above them.
+    at: u64,
+    group: u32,
+}
+
+impl Nearest {
+    /// Of a ray that meets nothing.
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        Self::of(NOTHING)
+    }
+
+    #[inline(always)]
+    fn of(hit: Hit) -> Self {
+        Self {
+            at: u64::from(hit.triangle) << 32 | u64::from(hit.t.to_bits()),
+            group: hit.group,
+        }
+    }
+
+    /// As a hit, if it is one.
+    #[inline(always)]
+    pub(super) fn hit(self) -> Option<Hit> {
+        let triangle = (self.at >> 32) as u32;
+        (triangle != NO_TRIANGLE).then_some(Hit {
+            t: f32::from_bits(self.at as u32),
+            triangle,
+            group: self.group,
+        })
+    }
+}
+
 /// The first triangle a ray meets; of two at the same parameter the one with the lower index.
 ///
 /// `enter` says which children a ray enters before a parameter and where. Of most nodes it is one, which takes no order;
@@ -35,7 +71,7 @@ pub(super) fn closest<const W: usize, E: Entered, S: Copy, K: Copy, M: Iterator<
     sort: impl Fn(E, S) -> K,
     take: impl Fn(K) -> (Child, K),
     meet: impl Fn(&Block, f32, &mut [f32; 4]) -> M,
-) -> Option<Hit> {
+) -> Nearest {
     let mut best = NOTHING;
     let mut t_max = query.ray.t_max;
     let mut bound = Child::bound(t_max);
@@ -73,7 +109,9 @@ pub(super) fn closest<const W: usize, E: Entered, S: Copy, K: Copy, M: Iterator<
                 continue;
             }
         } else {
-            let block = query.blocks.get(link as usize - nodes.len())?;
+            let Some(block) = query.blocks.get(link as usize - nodes.len()) else {
+                return Nearest::none();
+            };
             for lane in meet(block, t_max, &mut at) {
                 let (triangle, group) = (block.triangles[lane], block.groups[lane]);
                 let t = at[lane];
@@ -88,7 +126,7 @@ pub(super) fn closest<const W: usize, E: Entered, S: Copy, K: Copy, M: Iterator<
         }
         link = loop {
             let Some(waiting) = stack.pop() else {
-                return (best.triangle != NO_TRIANGLE).then_some(best);
+                return Nearest::of(best);
             };
             if waiting.entry <= bound {
                 break waiting.link;
@@ -104,15 +142,15 @@ const NOTHING: Hit = Hit {
     group: super::NO_GROUP,
 };
 
-/// Whether a ray meets any triangle at all. `enter` says which children it enters, a bit each; it goes to the lowest
-/// first.
+/// A triangle that a ray meets, the first that is come upon. `enter` says which children it enters, a bit each; it goes to
+/// the lowest first.
 #[inline(always)]
 pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
     nodes: &[Node<W>],
     query: &Query<'_>,
     enter: impl Fn(&Node<W>, f32) -> u32,
     meet: impl Fn(&Block, f32, &mut [f32; 4]) -> M,
-) -> bool {
+) -> Option<u32> {
     let t_max = query.ray.t_max;
     let mut places = Places::<(u32, u32), STACK>::new();
     let mut stack = Stack::over(&mut places);
@@ -128,23 +166,17 @@ pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
                 continue;
             }
         } else {
-            let Some(block) = query.blocks.get(link as usize - nodes.len()) else {
-                return false;
-            };
+            let block = query.blocks.get(link as usize - nodes.len())?;
             for lane in meet(block, t_max, &mut at) {
                 if query.counts(block.groups[lane]) {
-                    return true;
+                    return Some(block.triangles[lane]);
                 }
             }
         }
-        let Some((above, waiting)) = stack.pop() else {
-            return false;
-        };
+        let (above, waiting) = stack.pop()?;
         let rest = waiting & waiting.wrapping_sub(1);
         stack.push_if((above, rest), rest != 0);
-        let Some(node) = nodes.get(above as usize) else {
-            return false;
-        };
+        let node = nodes.get(above as usize)?;
         link = node.links[waiting.trailing_zeros() as usize % W];
     }
 }

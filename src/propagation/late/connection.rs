@@ -25,6 +25,12 @@ use super::viewpoints::VIEWS;
 /// half beyond; all beyond, where those within have nothing for the tail.
 pub const SHADOW_RAYS: usize = 64;
 
+/// Room for bounces that are chosen: rounding may put one more mark on each half of the list.
+const MOST_CHOSEN: usize = SHADOW_RAYS + 2;
+
+/// Bounces whose arrivals are computed before they are summed.
+const AT_ONCE: usize = 16;
+
 /// Radius in metres over which a bounce is spread, so that a listener who stands beside one does not hear it alone.
 const SPREAD_M: f32 = 0.7;
 
@@ -86,6 +92,8 @@ pub(super) struct Bounces {
     pub(super) near: Weighed,
     /// Beyond.
     pub(super) far: Weighed,
+    /// Roots of the weights of those beyond.
+    far_roots: Vec<f64>,
 }
 
 /// A bounce that stands for others.
@@ -106,49 +114,62 @@ struct Chosen {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Arrivals {
     chosen: Vec<Chosen>,
+    /// The places of those in sight of their viewpoints.
+    seen: Vec<u32>,
     seen_from: [Option<Vec3>; VIEWS],
 }
 
 impl Arrivals {
     /// Room for all there can be.
     pub(super) fn reserve(&mut self) {
-        self.chosen.reserve(SHADOW_RAYS - self.chosen.len());
+        self.chosen
+            .reserve(MOST_CHOSEN - self.chosen.len().min(MOST_CHOSEN));
+        self.seen
+            .reserve(MOST_CHOSEN - self.seen.len().min(MOST_CHOSEN));
     }
 
     /// Chooses among a rotation's bounces.
-    pub(super) fn choose(&mut self, scene: &Scene, bounces: &Bounces) {
+    pub(super) fn choose(&mut self, scene: &Scene, bounces: &mut Bounces) {
         self.chosen.clear();
+        self.seen.clear();
         self.seen_from = [None; VIEWS];
-        let Bounces { near, far } = bounces;
+        let Bounces {
+            near,
+            far,
+            far_roots,
+        } = bounces;
         let has_near = near.weights.iter().any(|weight| *weight > 0.0);
         let count = if has_near {
             0.5 * SHADOW_RAYS as f64
         } else {
             0.0
         };
-        self.choose_among(scene, near, f64::from, count);
+        self.choose_among(scene, &near.bounces, &near.weights, count);
         // The root beyond: what comes last has little energy, but nothing else is heard by then.
-        let rooted = |weight: f32| f64::from(weight).sqrt();
-        self.choose_among(scene, far, rooted, SHADOW_RAYS as f64 - count);
+        far_roots.clear();
+        far_roots.reserve(far.weights.capacity());
+        far_roots.extend(far.weights.iter().map(|weight| f64::from(*weight).sqrt()));
+        let rest = SHADOW_RAYS as f64 - count;
+        self.choose_among(scene, &far.bounces, far_roots, rest);
     }
 
     /// Chooses `count` of them in proportion to their weights, or fewer that stand for more.
-    fn choose_among(
+    fn choose_among<W: Copy + Into<f64>>(
         &mut self,
         scene: &Scene,
-        list: &Weighed,
-        weight: impl Fn(f32) -> f64,
+        bounces: &[Bounce],
+        weights: &[W],
         count: f64,
     ) {
-        let stride = list.weights.iter().map(|w| weight(*w)).sum::<f64>() / count;
+        let stride = weights.iter().map(|w| (*w).into()).sum::<f64>() / count;
         if !(stride > 0.0 && stride.is_finite()) {
             return;
         }
         // Marks stand at (n + ½) strides along the sum of weights.
         let mut mark = 0.5 * stride;
         let mut sum = 0.0;
-        for (place, &single) in list.weights.iter().enumerate() {
-            let weight = weight(single);
+        for (place, &weight) in weights.iter().enumerate() {
+            let weight: f64 = weight.into();
             sum += weight;
             if mark >= sum {
                 continue;
@@ -158,7 +179,7 @@ impl Arrivals {
                 mark += stride;
                 marks += 1.0;
             }
-            let bounce = &list.bounces[place];
+            let bounce = &bounces[place];
             let gain = (marks * stride / weight) as f32;
             let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
             self.chosen.push(Chosen {
@@ -175,10 +196,12 @@ impl Arrivals {
     /// Looks from the chosen bounces to the viewpoints of their groups, unless it has from there. Adds the rays it cast to
     /// `rays`.
     pub(super) fn look(&mut self, scene: &Scene, viewpoints: &[Vec3], rays: &mut u64) {
+        let mut is_new = false;
         for (group, (&place, seen_from)) in viewpoints.iter().zip(&mut self.seen_from).enumerate() {
             if seen_from.replace(place) == Some(place) {
                 continue;
             }
+            is_new = true;
             for chosen in self.chosen.iter_mut().skip(group).step_by(VIEWS) {
                 // A surface sends nothing behind itself, whatever stands there.
                 if chosen.normal.dot(place - chosen.point) <= 0.0 {
@@ -190,6 +213,12 @@ impl Arrivals {
                 chosen.is_seen = !scene.any_hit(&leg, [chosen.surface, NO_GROUP]);
             }
         }
+        if is_new {
+            self.seen.clear();
+            let places = self.chosen.iter().zip(0..);
+            let seen = places.filter(|(chosen, _)| chosen.is_seen);
+            self.seen.extend(seen.map(|(_, place)| place));
+        }
     }
 
     /// Adds what arrives at the listener, by a weight.
@@ -199,7 +228,14 @@ impl Arrivals {
             air: *scene.air_np_per_m(),
             speed_m_s: scene.speed_of_sound_m_s(),
         };
-        gather(LaneSet::best(), &self.chosen, &there, weight, spans);
+        gather(
+            LaneSet::best(),
+            &self.chosen,
+            &self.seen,
+            &there,
+            weight,
+            spans,
+        );
     }
 }
 
@@ -211,14 +247,21 @@ struct Listening {
 }
 
 kernel! {
-    /// Adds what the chosen bounces send, times a weight. Eight bands are eight lanes; every product is rounded, so all machines give the
+    /// Adds what those of the chosen bounces send that are seen, times a weight. Eight bands are eight lanes; every product is rounded, so all machines give the
     /// same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn gather<L>(chosen: &[Chosen], there: &Listening, weight: f32, spans: &mut Spans) {
-        for chosen in chosen {
-            if chosen.is_seen {
-                let (delay_s, energy) = chosen.at(there);
-                spans.add(delay_s, &energy.map(|e| weight * e));
+    fn gather<L>(chosen: &[Chosen], seen: &[u32], there: &Listening, weight: f32, spans: &mut Spans) {
+        // Where an arrival belongs is hard to foresee: nobody is to wait for roots and quotients when it is asked.
+        let mut arrivals = [(0.0, [0.0; BANDS]); AT_ONCE];
+        for places in seen.chunks(AT_ONCE) {
+            for (arrival, place) in arrivals.iter_mut().zip(places) {
+                *arrival = chosen[*place as usize].at(there);
+                for b in 0..BANDS {
+                    arrival.1[b] *= weight;
+                }
+            }
+            for (delay_s, energy) in &arrivals[..places.len()] {
+                spans.add(*delay_s, energy);
             }
         }
     }

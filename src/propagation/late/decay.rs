@@ -128,16 +128,18 @@ impl DecayCurve {
         self.count += 1;
     }
 
-    /// A far ray carries `share` between two times in seconds.
+    /// A far ray carries `share` from moment number `first` up to a time in seconds. Gives the number of the first moment from
+    /// then on.
     #[inline(always)]
-    pub(super) fn carry(&mut self, share: &BandArray, from_s: f64, to_s: f64) {
-        let first = (from_s / MOMENT_S).ceil() as usize;
-        let end = ((to_s / MOMENT_S).ceil() as usize).min(MOMENTS);
-        for sum in &mut self.energy[first.min(end)..end] {
+    pub(super) fn carry(&mut self, share: &BandArray, first: u32, to_s: f64) -> u32 {
+        let next = (to_s / MOMENT_S).ceil() as u32;
+        let end = (next as usize).min(MOMENTS);
+        for sum in &mut self.energy[(first as usize).min(end)..end] {
             for (sum, share) in sum.iter_mut().zip(share) {
                 *sum += share;
             }
         }
+        next
     }
 
     /// A far ray is followed no further than `at_s`: from there it goes on as it came.

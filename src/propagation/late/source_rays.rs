@@ -226,6 +226,8 @@ struct SourceRay {
     ray: Ray,
     last: u32,
     length_m: f32,
+    /// Number of the decay curve's first moment that it has not reached.
+    moment: u32,
     /// Energy left of what it set out with, without air.
     share: BandArray,
     /// What of it the discrete paths carry.
@@ -251,6 +253,7 @@ impl SourceRay {
             ray: Ray::new(from.origin.as_vec3(), direction),
             last: NO_GROUP,
             length_m: 0.0,
+            moment: 0,
             share: [1.0; BANDS],
             specular: [1.0; BANDS],
             surfaces: [0; MAX_ORDER],
@@ -281,26 +284,31 @@ impl SourceRay {
             return None;
         };
         curve.leg(step == 0, f64::from(hit.t));
+        self.length_m += hit.t;
         if self.is_far {
-            let from_s = self.time_s(scene);
-            self.length_m += hit.t;
-            curve.carry(&self.share, from_s, self.time_s(scene));
-        } else {
-            self.length_m += hit.t;
+            self.moment = curve.carry(&self.share, self.moment, self.time_s(scene));
         }
-        let plane = scene.surface(hit.group).normal;
+        let surface = scene.surface(hit.group);
+        let plane = surface.normal;
         let normal = facing(plane.as_vec3(), self.ray.direction);
         let into = normal.dot(self.ray.direction);
-        let scattering = &scene.material(hit.group).scattering;
-        let kept = scene.reflectance(hit.group).energy(into.abs());
+        let scattering = &scene.material_of(surface).scattering;
+        let kept = scene.reflectance_of(surface).energy(into.abs());
         self.panels = self.panels && step < from.depth && scene.is_panel(hit.triangle);
         for b in 0..BANDS {
             self.share[b] *= kept[b];
         }
         let mut energy = self.share;
         if self.panels {
+            // Loops of one product each become lanes.
+            let mut mirrored = [0.0; BANDS];
             for b in 0..BANDS {
-                self.specular[b] *= kept[b] * (1.0 - scattering[b]);
+                mirrored[b] = kept[b] * (1.0 - scattering[b]);
+            }
+            for b in 0..BANDS {
+                self.specular[b] *= mirrored[b];
+            }
+            for b in 0..BANDS {
                 let rest = energy[b] - self.specular[b];
                 energy[b] = if rest > 0.0 { rest } else { 0.0 };
             }

@@ -95,8 +95,7 @@ impl Edge {
         }
         let apex = self.at(along);
         let length_m = from.distance(apex) + apex.distance(to);
-        let is_outside =
-            length_m <= most_m && self.angle_of(from).is_some() && self.angle_of(to).is_some();
+        let is_outside = length_m <= most_m && self.is_outside(from) && self.is_outside(to);
         is_outside.then_some(length_m)
     }
 
@@ -110,6 +109,15 @@ impl Edge {
         });
         let (along, across) = (b - a, near + far);
         (along * along + across * across).sqrt() * (1.0 - LENGTH_ROUNDING)
+    }
+
+    /// Whether a point has an angle around the edge, mostly without asking which.
+    fn is_outside(&self, point: DVec3) -> bool {
+        let out = point - self.origin;
+        let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
+        // In front of the first face, or beside a sheet: all but the line itself.
+        let is_open = y >= 0.0 || self.n == 2.0;
+        (is_open && x.abs().max(y.abs()) > ON_EDGE_M) || self.angle_of(point).is_some()
     }
 
     /// Angle of a point around the edge from the first face, or none on the edge and inside the wedge.

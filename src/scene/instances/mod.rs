@@ -139,14 +139,15 @@ impl Instances {
     }
 
     #[inline(never)]
-    fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
-        let mut met = false;
+    fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+        let mut met = None;
         self.tree.walk(ray, |slot, t_max| {
-            met = self.at(slot as usize).is_some_and(|placed| {
+            met = self.at(slot as usize).and_then(|placed| {
                 let groups = placed.groups(ignored);
-                placed.part.bvh().any_hit(&placed.ray(ray), groups)
+                let found = placed.part.bvh().blocker(&placed.ray(ray), groups)?;
+                Some(placed.number(found))
             });
-            if met { -1.0 } else { t_max }
+            if met.is_some() { -1.0 } else { t_max }
         });
         met
     }

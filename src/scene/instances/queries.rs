@@ -56,8 +56,18 @@ impl Scene {
     /// Whether any triangle outside two surfaces lies on a ray, in local coordinates.
     #[inline]
     pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
-        self.bvh().any_hit(ray, ignored)
-            || (!self.instances.is_empty() && self.instances.any_hit(ray, ignored))
+        self.blocker(ray, ignored).is_some()
+    }
+
+    /// A triangle outside two surfaces that lies on a ray, in local coordinates; if several do, which one depends on the
+    /// tree.
+    #[inline]
+    pub fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+        let found = self.bvh().blocker(ray, ignored);
+        if found.is_some() || self.instances.is_empty() {
+            return found;
+        }
+        self.instances.blocker(ray, ignored)
     }
 
     /// Whether anything in it can move.
