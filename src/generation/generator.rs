@@ -179,13 +179,16 @@ impl Generator {
     }
 
     /// [`Self::set_prepared_frame`] but for paths that were not there before, or jump: they wait for
-    /// [`Self::start_voices`]. A frame that comes before they have started leaves them out, unless it has them too.
-    pub fn take_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
+    /// [`Self::start_voices`]. A frame that comes before they have started leaves them out, unless it has them too. Gives how many wait.
+    ///
+    /// Real-time, as [`Self::set_prepared_frame`]. The thread that renders.
+    pub fn take_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) -> usize {
         let ramp = ramp_frames.max(1);
         self.take_tenants(frame);
         let around = surroundings!(self, frame, ramp);
         let dropped = self.voices.take_paths(&frame.paths, &self.tenants, &around);
         self.take_the_rest(frame, dropped, ramp);
+        self.voices.waiting()
     }
 
     /// Starts up to `most` voices of paths that wait for one, the loudest first; gives how many still wait.

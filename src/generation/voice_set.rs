@@ -104,6 +104,11 @@ impl VoiceSet {
         self.living.len() - self.starts.len() + self.fading.len()
     }
 
+    /// Paths that wait for [`Self::start`].
+    pub(super) fn waiting(&self) -> usize {
+        self.starts.len()
+    }
+
     /// Leaves a frame whose paths have been looked at.
     pub(super) fn forget_paths(&mut self) {
         self.plan.clear();

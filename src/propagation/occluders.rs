@@ -38,7 +38,7 @@ impl Default for Occluders {
 
 impl Occluders {
     /// Asks for all slots: candidates come in no order that they lie in.
-    pub(super) fn expect(&self) {
+    pub(super) fn prefetch(&self) {
         const A_LINE: usize = 64 / size_of::<Slot>();
         self.slots.iter().step_by(A_LINE).for_each(prefetch);
     }
@@ -90,7 +90,7 @@ pub(super) struct Blocked {
 impl Blocked {
     /// Asks for the triangle's corners, which lie anywhere.
     #[inline]
-    pub(super) fn expect(&self, scene: &Scene) {
+    pub(super) fn prefetch(&self, scene: &Scene) {
         let corners = scene.kept_corners(self.triangle);
         corners.into_iter().flatten().for_each(prefetch);
     }

@@ -133,6 +133,7 @@ pub struct PathSet {
     pub late_on_way: Vec<LateSource>,
     /// Where the sources are taken to be then, one place an entry of [`Self::late_on_way`].
     pub sources_on_way: Vec<Vec3>,
-    /// Rays cast for it.
+    /// Rays cast for it. The same for any number of threads; instruction sets may differ in it, since what blocked a
+    /// candidate last is whatever their tree came upon first.
     pub rays: u64,
 }

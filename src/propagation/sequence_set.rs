@@ -52,7 +52,7 @@ impl SequenceSet {
     }
 
     /// Asks for what a search reads first.
-    pub(super) fn expect(&self) {
+    pub(super) fn prefetch(&self) {
         const A_LINE: usize = 64 / size_of::<u32>();
         let table = self.table[..self.in_use].iter();
         table.step_by(A_LINE).for_each(prefetch);

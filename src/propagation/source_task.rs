@@ -303,7 +303,7 @@ impl SourceTask {
     }
 
     fn validate(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose, origin: DVec3) {
-        self.occluders.expect();
+        self.occluders.prefetch();
         let mut seen = std::mem::take(&mut self.seen);
         for share in shared.candidates {
             share.seen_from(place, origin, &mut seen, |number, ready| {
@@ -312,7 +312,7 @@ impl SourceTask {
             });
         }
         self.seen = seen;
-        self.own.expect();
+        self.own.prefetch();
         self.gather_own(shared);
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
@@ -366,7 +366,7 @@ impl SourceTask {
         // path misses some surface's bounds, which is sooner known than whether a point lies on any.
         let blocked = self.occluders.recall(hash);
         if let Some(blocked) = &blocked {
-            blocked.expect(scene);
+            blocked.prefetch(scene);
         }
         let is_blocked = |legs: &ImagePath, step| {
             blocked.is_some_and(|blocked| blocked.again(scene, legs, step, ends))

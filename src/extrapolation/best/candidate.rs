@@ -281,13 +281,13 @@ impl Candidate {
     }
 
     /// Keeps how loud it is.
-    pub(super) fn is_as_loud_as(&mut self, amplitude: &BandArray) {
+    pub(super) fn note_level(&mut self, amplitude: &BandArray) {
         self.energy = energy(amplitude);
         self.most_energy = self.most_energy.max(self.energy);
     }
 
     /// Keeps whether it is open in a graphics frame that has asked.
-    pub(super) fn is_found(&mut self, open: bool, frame: u64) {
+    pub(super) fn note_visibility(&mut self, open: bool, frame: u64) {
         if open != self.open {
             self.since = frame;
         }

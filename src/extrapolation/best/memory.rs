@@ -247,7 +247,7 @@ impl Named<'_> {
             return Some(kept);
         }
         if self.word.binding && kept.tested <= Some(self.word.frame) {
-            kept.is_found(false, self.word.frame);
+            kept.note_visibility(false, self.word.frame);
         }
         Some(kept)
     }

@@ -285,7 +285,7 @@ impl Best {
             let Some(path) = heard else {
                 continue;
             };
-            candidate.is_as_loud_as(&path.amplitude);
+            candidate.note_level(&path.amplitude);
             match candidate.course {
                 Course::Bends(course) => self.bent.push((course.is_double(), path)),
                 Course::Mirrors(_) | Course::Unknown => paths.push(path),

@@ -151,7 +151,7 @@ impl Inspection {
             };
             let (first, cast) = (&mut candidate.blocked_leg, self.rays);
             let open = is_open(standing, &spot, now.scene, first, &mut self.rays);
-            candidate.is_found(open, self.frame);
+            candidate.note_visibility(open, self.frame);
             effort.spend(cost::RAY * (self.rays - cast) as usize);
             // Of bent paths the updates choose, which see more of them.
             if candidate.open && matches!(candidate.course, Course::Mirrors(_)) {
@@ -258,10 +258,10 @@ mod tests {
         let (mut faded, loud) = (candidate(0.001), candidate(0.1));
         assert!(urgency(&faded, 110) < urgency(&loud, 110));
         // It faded at a surface's end where the update was computed for, not where the listener is.
-        faded.is_as_loud_as(&[0.2; BANDS]);
+        faded.note_level(&[0.2; BANDS]);
         assert!(urgency(&faded, 110) > urgency(&loud, 110));
         // It fades again, and may come back.
-        faded.is_as_loud_as(&[0.001; BANDS]);
+        faded.note_level(&[0.001; BANDS]);
         assert!(urgency(&faded, 110) > urgency(&candidate(0.001), 110));
     }
 
@@ -272,8 +272,8 @@ mod tests {
         contradicted.named = false;
         assert!(urgency(&contradicted, 110) > 4.0 * urgency(&quiet, 110));
         let mut restless = quiet;
-        restless.is_found(false, 90);
-        restless.is_found(true, 100);
+        restless.note_visibility(false, 90);
+        restless.note_visibility(true, 100);
         assert!(urgency(&restless, 110) > urgency(&quiet, 110));
         // Twice the time, four times as urgent, but for how long it has lasted.
         let [early, late] = [104, 108].map(|frame| urgency(&contradicted, frame));

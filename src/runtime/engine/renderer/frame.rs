@@ -160,8 +160,7 @@ impl Renderer {
             generator.set_prepared_frame(&self.frame_paths, ramp_frames);
             return;
         }
-        generator.take_prepared_frame(&self.frame_paths, ramp_frames);
-        self.waiting = self.frame_paths.paths.len();
+        self.waiting = generator.take_prepared_frame(&self.frame_paths, ramp_frames);
     }
 
     /// Whether voices of the last frame have to start before generation may be told of the next. In the silence of a pause
@@ -177,8 +176,7 @@ impl Renderer {
         }
         let most = (effort.left() as usize / cost::STARTED).max(LEAST_STARTS);
         let generator = &mut self.parts.generator;
-        let before = generator.start_voices(0);
-        self.waiting = generator.start_voices(most);
+        let before = std::mem::replace(&mut self.waiting, generator.start_voices(most));
         effort.spend(cost::STARTED * (before - self.waiting));
     }
 
