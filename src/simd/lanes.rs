@@ -3,8 +3,8 @@
 //! A kernel is generic over [`Lanes`]; what it calls has to become part of it, or lanes go through memory: closures and
 //! functions of arrays that take them (`map`, `from_fn`) do not, loops and `inline(always)` do. [`kernel!`] makes of a
 //! kernel one function an instruction set and a choice between them. Vector units multiply and add with one rounding, [`F32x8`] with two, since without hardware for it one rounding
-//! is slow. So every machine with AVX2 and FMA, with AVX-512VL or with NEON gives the bits of the scalar specification [`Fused`] of the
-//! tests, and what has neither stays within the kernel's stated bound of it.
+//! is slow. So every machine with AVX2 and FMA, with AVX-512VL or with NEON gives the bits of the scalar specification
+//! [`Fused`] of the tests, and what has none of them stays within the kernel's stated bound of it.
 
 use super::F32x8;
 

@@ -1,8 +1,8 @@
 //! Kernels of ray tracing for x86-64: SSE2 everywhere, AVX2 with FMA where [`Avx2::detect`] finds it.
 //!
 //! `unsafe` for two reasons: loads take pointers, and a function that carries a target feature must be entered from
-//! one that does not ([`enter_sse2`], [`enter_avx2`], [`enter_avx512`]). Specification: [`super::tracing`]. Triangles give its bits; boxes
-//! may be entered where it does not enter them, never the other way round. Kernels are generic over a
+//! one that does not ([`enter_sse2`], [`enter_avx2`], [`enter_avx512`]). Specification: [`super::tracing`]. Triangles give
+//! its bits; boxes may be entered where it does not enter them, never the other way round. Kernels are generic over a
 //! number for their caller, so that each has one caller and becomes part of it; of a shared one the compiler makes a call.
 
 mod lanes;

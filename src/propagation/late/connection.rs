@@ -247,8 +247,8 @@ struct Listening {
 }
 
 kernel! {
-    /// Adds what those of the chosen bounces send that are seen, times a weight. Eight bands are eight lanes; every product is rounded, so all machines give the
-    /// same bits.
+    /// Adds what those of the chosen bounces send that are seen, times a weight. Eight bands are eight lanes; every product is
+    /// rounded, so all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn gather<L>(chosen: &[Chosen], seen: &[u32], there: &Listening, weight: f32, spans: &mut Spans) {
         // Where an arrival belongs is hard to foresee: nobody is to wait for roots and quotients when it is asked.
