@@ -3,10 +3,12 @@
 //! Audio side; wait-free, bounded by the number of sources; allocates at birth only. Where every source has a slot the
 //! mixture is the source itself. A source that changes slots fades out of one while it fades into the other, and changes
 //! again only after that; one in no slot keeps its place in its sound. What ends fades where it was heard ([`Afterglow`]).
+//! Levels follow the frame's without a bend ([`Gain`]).
 
 use super::afterglow::{AFTERGLOW_FRAMES, Afterglow};
 use super::feed::Feed;
 use super::messages::{FeedChange, FeedPlace, NO_SLOT};
+use super::smooth_gain::{Fade, Gain, mix_into};
 use crate::scene::SourceId;
 
 /// Seconds of a cross-fade between two slots.
@@ -23,14 +25,14 @@ struct Seat {
     /// Who is here in the graphics frame in use.
     tenant: Option<SourceId>,
     is_present: bool,
-    gain: f32,
+    gain: Gain,
     target: f32,
     slot: u16,
     /// The slot it is to be in, which it goes to when it has left the one before.
     wanted: u16,
-    /// Share of its gain that it has in its slot.
+    /// How far it has come in its slot, from 0 to 1.
     fade: f32,
-    /// The slot before, and the share of its gain that it still has there.
+    /// The slot before, and how far it is from having left it.
     left: u16,
     left_fade: f32,
 }
@@ -43,8 +45,9 @@ impl Seat {
         }
         let mut samples = [0.0; AFTERGLOW_FRAMES];
         self.feed.fill(&mut samples);
-        afterglow.add(self.slot, &samples, self.gain * self.fade);
-        afterglow.add(self.left, &samples, self.gain * self.left_fade);
+        let gain = |place: f32| self.gain.value * Fade { place, growth: 0.0 }.share(0);
+        afterglow.add(self.slot, &samples, gain(self.fade));
+        afterglow.add(self.left, &samples, gain(self.left_fade));
     }
 }
 
@@ -58,7 +61,7 @@ pub(super) struct Mixer {
     sounds: Vec<bool>,
     afterglow: Afterglow,
     scratch: Vec<f32>,
-    fade_frames: f32,
+    rate_hz: f32,
 }
 
 impl Mixer {
@@ -70,7 +73,7 @@ impl Mixer {
             sounds: vec![false; slots],
             afterglow: Afterglow::new(slots),
             scratch: vec![0.0; block],
-            fade_frames: FADE_S * rate_hz as f32,
+            rate_hz: rate_hz as f32,
         }
     }
 
@@ -97,7 +100,7 @@ impl Mixer {
             if seat.tenant != Some(place.id) {
                 // Another source begins at its own gain.
                 seat.end(&mut self.afterglow);
-                seat.gain = place.gain;
+                seat.gain = Gain::at(place.gain);
                 (seat.slot, seat.fade) = (place.slot, 1.0);
                 seat.left_fade = 0.0;
             }
@@ -116,9 +119,11 @@ impl Mixer {
             sounds,
             afterglow,
             scratch,
+            rate_hz,
             ..
         } = self;
-        let step = frames as f32 / self.fade_frames;
+        let growth = 1.0 / (FADE_S * *rate_hz);
+        let step = frames as f32 * growth;
         let scratch = &mut scratch[..frames];
         let mut starved = 0;
         sounds.fill(false);
@@ -137,28 +142,32 @@ impl Mixer {
             seat.sounds = heard || seat.left_fade > 0.0;
             if !seat.sounds {
                 starved += seat.feed.skip(frames);
-                seat.gain = seat.target;
+                seat.gain = Gain::at(seat.target);
                 continue;
             }
             starved += seat.feed.fill(scratch);
-            let [from, to] = [seat.gain, seat.target];
-            let mut add = |slot: u16, from: f32, to: f32| {
+            let from = seat.gain;
+            let to = from.after(frames, seat.target, *rate_hz);
+            let mut add = |slot: u16, fade: Fade| {
                 let slot = usize::from(slot);
                 if let Some(sounds) = sounds.get_mut(slot) {
                     let input = &mut inputs[slot * self.block..][..frames];
-                    let first = !std::mem::replace(sounds, true);
-                    mix_into(input, scratch, from, to, first);
+                    if !std::mem::replace(sounds, true) {
+                        input.fill(0.0);
+                    }
+                    mix_into(input, scratch, [from, to], fade);
                 }
             };
             if seat.left_fade > 0.0 {
-                let faded = (seat.left_fade - step).max(0.0);
-                add(seat.left, from * seat.left_fade, to * faded);
-                seat.left_fade = faded;
+                let place = seat.left_fade;
+                let growth = -growth;
+                add(seat.left, Fade { place, growth });
+                seat.left_fade = (place - step).max(0.0);
             }
             if heard {
-                let risen = (seat.fade + step).min(1.0);
-                add(seat.slot, from * seat.fade, to * risen);
-                seat.fade = risen;
+                let place = seat.fade;
+                add(seat.slot, Fade { place, growth });
+                seat.fade = (place + step).min(1.0);
             }
             seat.gain = to;
         }
@@ -181,23 +190,6 @@ impl Mixer {
             *place = if *sounds { &block[..frames] } else { &[] };
         }
         self.sounds.len()
-    }
-}
-
-/// Adds samples at a gain that goes from one value to another; the first ones are not added to what was there before.
-fn mix_into(input: &mut [f32], samples: &[f32], from: f32, to: f32, first: bool) {
-    if first {
-        input.fill(0.0);
-    }
-    if from == 1.0 && to == 1.0 {
-        for (sum, sample) in input.iter_mut().zip(samples) {
-            *sum += sample;
-        }
-        return;
-    }
-    let step = (to - from) / input.len() as f32;
-    for (n, (sum, sample)) in input.iter_mut().zip(samples).enumerate() {
-        *sum += sample * (from + step * (n + 1) as f32);
     }
 }
 

@@ -29,6 +29,7 @@ mod scene_builder;
 mod seating;
 mod settings;
 mod shown_paths;
+mod smooth_gain;
 mod source_table;
 mod statistics;
 mod worker;

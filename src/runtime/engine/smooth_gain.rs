@@ -1,0 +1,179 @@
+//! Gains that follow what is wanted of them without a step or a bend.
+//!
+//! Audio side; wait-free. A gain that grows linearly within a block bends where it begins and ends to grow, and a bend of a
+//! loud sound can be heard as a click where little else sounds. Own.
+
+/// Time constant in seconds: a hundredth of a change is left after 27 ms.
+const TIME_S: f32 = 0.004;
+
+/// What is left of a change, of the wanted gain or of 1 where that is more, that is taken to be none: −100 dB.
+const NOTHING: f32 = 1e-5;
+
+/// A value and its growth a frame at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Gain {
+    pub(super) value: f32,
+    pub(super) growth: f32,
+}
+
+impl Gain {
+    /// At rest.
+    pub(super) fn at(value: f32) -> Self {
+        Self { value, growth: 0.0 }
+    }
+
+    /// So many frames later, on its way to where it shall rest: critically damped, so that it does not overshoot from
+    /// rest. However the frames are cut into blocks, it is in the same places.
+    pub(super) fn after(self, frames: usize, target: f32, rate_hz: f32) -> Self {
+        if self == Self::at(target) {
+            return self;
+        }
+        let per_frame = 1.0 / (TIME_S * rate_hz);
+        let time = frames as f32;
+        let left = self.value - target;
+        let pull = self.growth + left * per_frame;
+        let decay = (-time * per_frame).exp();
+        let left = (left + pull * time) * decay;
+        let growth = (self.growth - pull * time * per_frame) * decay;
+        let nothing = NOTHING * target.abs().max(1.0);
+        if left.abs() < nothing && (growth / per_frame).abs() < nothing {
+            return Self::at(target);
+        }
+        Self {
+            value: target + left,
+            growth,
+        }
+    }
+}
+
+/// Place in a fade before its first frame, from 0 for nothing to 1 for everything, and growth a frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fade {
+    pub(super) place: f32,
+    pub(super) growth: f32,
+}
+
+impl Fade {
+    /// The share after so many frames; neither end has a bend, and what falls and what rises are a whole together.
+    pub(super) fn share(self, frames: usize) -> f32 {
+        let place = (self.place + self.growth * frames as f32).clamp(0.0, 1.0);
+        place * place * (3.0 - 2.0 * place)
+    }
+
+    fn rests(self) -> bool {
+        (self.place <= 0.0 && self.growth <= 0.0) || (self.place >= 1.0 && self.growth >= 0.0)
+    }
+}
+
+/// Adds samples at a share of a gain that goes from one to another without a bend.
+pub(super) fn mix_into(input: &mut [f32], samples: &[f32], [from, to]: [Gain; 2], fade: Fade) {
+    let count = input.len().min(samples.len());
+    let pairs = input.iter_mut().zip(samples).enumerate();
+    if from == to && from.growth == 0.0 && fade.rests() {
+        let gain = from.value * fade.share(0);
+        pairs.for_each(|(_, (sum, sample))| *sum += sample * gain);
+        return;
+    }
+    // Hermite's cubic of the share of the block that has passed.
+    let length = count as f32;
+    let (first, last) = (from.growth * length, to.growth * length);
+    let rise = to.value - from.value;
+    let cubed = first + last - 2.0 * rise;
+    let squared = 3.0 * rise - 2.0 * first - last;
+    for (n, (sum, sample)) in pairs {
+        let place = (n + 1) as f32 / length;
+        let gain = from.value + place * (first + place * (squared + place * cubed));
+        *sum += sample * gain * fade.share(n + 1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE_HZ: f32 = 44_100.0;
+    const WHOLE: Fade = Fade {
+        place: 1.0,
+        growth: 0.0,
+    };
+
+    /// The gain at every frame, mixed in blocks of one length.
+    fn course(mut gain: Gain, target: f32, block: usize, frames: usize) -> Vec<f32> {
+        let mut heard = vec![0.0; frames];
+        for part in heard.chunks_mut(block) {
+            let next = gain.after(part.len(), target, RATE_HZ);
+            mix_into(part, &vec![1.0; part.len()], [gain, next], WHOLE);
+            gain = next;
+        }
+        heard
+    }
+
+    fn sharpest(course: &[f32], before: f32) -> f32 {
+        let all: Vec<f32> = [before; 2].iter().chain(course).copied().collect();
+        let bends = all.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
+        bends.fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn it_gets_there_without_overshoot_or_bend() {
+        for (from, to) in [(0.0, 1.0), (1.0, 0.0), (1.0, 8.0), (8.0, 0.5)] {
+            for block in [16, 64, 256, 1000] {
+                let heard = course(Gain::at(from), to, block, 4410);
+                // The cubic of a block of many time constants swings a little.
+                let (low, high) = (from.min(to) - 2e-3, from.max(to) + 2e-3);
+                let beyond = heard.iter().find(|gain| !(low..high).contains(*gain));
+                assert_eq!(beyond, None, "{from} to {to}, blocks of {block}");
+                assert_eq!(heard.last(), Some(&to));
+                let late = heard[1200];
+                assert!((late - to).abs() < 0.011 * (from - to).abs(), "{late}");
+                // A line within a block of 256 would bend by a part in 256 of the way.
+                let bend = sharpest(&heard, from) / (from - to).abs();
+                assert!(bend < 1e-4, "{bend} with blocks of {block}");
+            }
+        }
+    }
+
+    #[test]
+    fn it_turns_back_without_a_bend() {
+        let risen = Gain::at(0.0).after(150, 1.0, RATE_HZ);
+        let mut heard = vec![0.0; 150];
+        mix_into(&mut heard, &[1.0; 150], [Gain::at(0.0), risen], WHOLE);
+        heard.extend(course(risen, 0.0, 64, 4410));
+        assert!(sharpest(&heard, 0.0) < 2e-4);
+        assert_eq!(heard.last(), Some(&0.0));
+    }
+
+    #[test]
+    fn blocks_meet_in_the_same_places() {
+        let whole = Gain::at(0.3).after(300, 2.0, RATE_HZ);
+        let mut parts = Gain::at(0.3);
+        for frames in [1, 49, 100, 150] {
+            parts = parts.after(frames, 2.0, RATE_HZ);
+        }
+        assert!((whole.value - parts.value).abs() < 1e-6);
+        assert!((whole.growth - parts.growth).abs() < 1e-7);
+    }
+
+    #[test]
+    fn what_falls_and_what_rises_are_a_whole() {
+        let growth = 1.0 / 50.0;
+        let rises = |place| Fade { place, growth };
+        let falls = |place| Fade {
+            place,
+            growth: -growth,
+        };
+        let [mut low, mut high] = [vec![0.0f32; 80], vec![0.0f32; 80]];
+        let gain = [Gain::at(2.0); 2];
+        mix_into(&mut low, &[1.0; 80], gain, rises(0.0));
+        mix_into(&mut high, &[1.0; 80], gain, falls(1.0));
+        for (low, high) in low.iter().zip(&high) {
+            assert!((low + high - 2.0).abs() < 1e-6);
+        }
+        assert_eq!((low[49], low[79], high[49], high[79]), (2.0, 2.0, 0.0, 0.0));
+        // A line would bend by a part in fifty at each end.
+        assert!(sharpest(&low, 0.0) < 2.0 * 6.1 / 2500.0);
+        // At rest at either end.
+        assert!(rises(1.0).rests() && falls(0.0).rests());
+        assert!(!rises(0.0).rests() && !falls(1.0).rests());
+    }
+}
