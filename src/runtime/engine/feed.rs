@@ -4,6 +4,8 @@
 
 use std::sync::Arc;
 
+use super::stream::Stream;
+
 /// A source's sound.
 #[derive(Default)]
 pub(super) enum Feed {
@@ -14,7 +16,7 @@ pub(super) enum Feed {
         next: usize,
         looped: bool,
     },
-    Stream(rtrb::Consumer<f32>),
+    Stream(Stream),
 }
 
 impl Feed {
@@ -40,19 +42,7 @@ impl Feed {
                 }
                 block[done..].fill(0.0);
             }
-            Self::Stream(ring) => {
-                let count = ring.slots().min(block.len());
-                if let Ok(chunk) = ring.read_chunk(count) {
-                    let (first, second) = chunk.as_slices();
-                    block[..first.len()].copy_from_slice(first);
-                    block[first.len()..count].copy_from_slice(second);
-                    chunk.commit_all();
-                }
-                block[count..].fill(0.0);
-                if !ring.is_abandoned() {
-                    return (block.len() - count) as u32;
-                }
-            }
+            Self::Stream(stream) => return stream.fill(block),
         }
         0
     }
@@ -72,50 +62,8 @@ impl Feed {
                 };
                 0
             }
-            Self::Stream(ring) => {
-                let count = ring.slots().min(frames);
-                if let Ok(chunk) = ring.read_chunk(count) {
-                    chunk.commit_all();
-                }
-                if ring.is_abandoned() {
-                    0
-                } else {
-                    (frames - count) as u32
-                }
-            }
+            Self::Stream(stream) => stream.skip(frames),
         }
-    }
-}
-
-/// The app's end of a stream: a ring of mono samples at the engine's rate. May move to any one thread; wait-free.
-pub struct StreamWriter {
-    ring: rtrb::Producer<f32>,
-}
-
-impl StreamWriter {
-    /// A ring for this many samples, and the feed that reads it.
-    pub(super) fn new(capacity: usize) -> (Self, Feed) {
-        let (ring, reader) = rtrb::RingBuffer::new(capacity);
-        (Self { ring }, Feed::Stream(reader))
-    }
-
-    /// Samples that fit now.
-    pub fn free(&self) -> usize {
-        self.ring.slots()
-    }
-
-    /// Appends as many samples as fit and gives their number.
-    pub fn write(&mut self, samples: &[f32]) -> usize {
-        let count = self.ring.slots().min(samples.len());
-        match self.ring.write_chunk_uninit(count) {
-            Ok(chunk) => chunk.fill_from_iter(samples.iter().copied()),
-            Err(_) => 0,
-        }
-    }
-
-    /// Whether nobody reads any more: the source has other sound or is gone.
-    pub fn is_abandoned(&self) -> bool {
-        self.ring.is_abandoned()
     }
 }
 
@@ -158,21 +106,5 @@ mod tests {
                 assert_eq!(blocks[0], blocks[1]);
             }
         }
-        let (mut writer, mut feed) = StreamWriter::new(4);
-        writer.write(&[1.0, 2.0, 3.0]);
-        assert_eq!((feed.skip(2), feed.skip(2)), (0, 1));
-    }
-
-    #[test]
-    fn a_stream_owes_what_its_writer_is_late_with() {
-        let (mut writer, mut feed) = StreamWriter::new(4);
-        assert_eq!(writer.write(&[1.0, 2.0, 3.0, 4.0, 5.0]), 4);
-        let mut block = [9.0; 3];
-        assert_eq!(feed.fill(&mut block), 0);
-        assert_eq!((block, writer.free()), ([1.0, 2.0, 3.0], 3));
-        assert_eq!(feed.fill(&mut block), 2);
-        drop(writer);
-        assert_eq!(feed.fill(&mut block), 0);
-        assert_eq!(block, [0.0; 3]);
     }
 }

@@ -32,18 +32,20 @@ mod shown_paths;
 mod smooth_gain;
 mod source_table;
 mod statistics;
+mod stream;
 mod worker;
 
 use std::sync::Arc;
 
 pub use controller::{Controller, EngineState};
-pub use feed::StreamWriter;
+
 pub use histogram::Percentiles;
 pub use pace::ramp_frames;
 pub use renderer::{RenderReport, Renderer};
 pub use settings::{EngineSchedule, EngineSettings, FrameTime, MOST_SOURCES};
 pub use shown_paths::{MOST_CORNERS, ShownPath};
 pub use statistics::Statistics;
+pub use stream::StreamWriter;
 
 use crate::error::Result;
 use crate::generation::Generator;

@@ -26,6 +26,9 @@ const CLEARLY_LOUDER: f32 = 2.0;
 const CLEARLY_NEARER: f32 = 0.5;
 /// Way ([`apart`]) beyond which a source would rather have an empty shared slot: some 15 degrees.
 const FAR: f32 = 0.07;
+/// Way beyond which a shared slot without any nearer member goes to the loudest at once: a radian, as when all are moved to
+/// another scene.
+const LOST: f32 = 1.0;
 /// Seconds in which a shared slot follows its loudest member, to 1/e.
 const FOLLOW_S: f64 = 0.15;
 /// Most that a member's level is raised because its slot stands farther away than it does.
@@ -61,6 +64,8 @@ struct Slot {
     position: Vec3,
     loudest: f32,
     toward: Vec3,
+    /// Way to its nearest member.
+    nearest: f32,
 }
 
 /// The seating of one engine.
@@ -97,6 +102,7 @@ impl Seating {
             position: Vec3::ZERO,
             loudest: 0.0,
             toward: Vec3::ZERO,
+            nearest: 0.0,
         };
         Self {
             places: vec![place; sources],
@@ -128,7 +134,7 @@ impl Seating {
         self.listen(guests.clone(), listener);
         self.give_own_slots(guests.clone());
         self.share(guests.clone(), listener);
-        self.follow(guests.clone(), passed_s);
+        self.follow(guests.clone(), listener, passed_s);
         self.tell(guests, listener, sources, feeds);
         self.remember(sources);
     }
@@ -278,14 +284,16 @@ impl Seating {
     }
 
     /// Shared slots go where their loudest member is.
-    fn follow(&mut self, guests: impl Iterator<Item = Guest>, passed_s: f64) {
+    fn follow(&mut self, guests: impl Iterator<Item = Guest>, listener: Vec3, passed_s: f64) {
         for slot in &mut self.slots {
-            slot.loudest = 0.0;
+            (slot.loudest, slot.nearest) = (0.0, f32::INFINITY);
         }
         for guest in guests {
             let place = &self.places[guest.pose.id.slot()];
             if let Some(slot) = place.slot.filter(|&slot| slot >= self.first_shared) {
                 let slot = &mut self.slots[slot];
+                let way = apart(guest.pose.position, slot.position, listener);
+                slot.nearest = slot.nearest.min(way);
                 if place.energy > slot.loudest {
                     (slot.loudest, slot.toward) = (place.energy, guest.pose.position);
                 }
@@ -293,6 +301,7 @@ impl Seating {
         }
         let share = (1.0 - (-passed_s / FOLLOW_S).exp()) as f32;
         for slot in self.slots.iter_mut().filter(|slot| slot.loudest > 0.0) {
+            let share = if slot.nearest > LOST { 1.0 } else { share };
             slot.position += share * (slot.toward - slot.position);
         }
     }

@@ -173,6 +173,38 @@ fn a_louder_source_gets_a_slot_of_its_own_after_a_rest() {
 }
 
 #[test]
+fn a_shared_slot_goes_at_once_where_all_its_members_are() {
+    let guests = (0..64).map(|n| guest(n, around(n, 10.0))).collect();
+    let mut hall = Hall::new(guests, 16);
+    (0..60).for_each(|_| hall.tick());
+    let way = |hall: &Hall| {
+        let shared = 12..16;
+        let members = |slot: usize| (0..64).filter(move |&n| usize::from(hall.slot_of(n)) == slot);
+        let nearest = shared.map(|slot| {
+            let at = hall.seating.slots[slot].position;
+            let way = |n: usize| apart(hall.guests[n].pose.position, at, Vec3::ZERO);
+            members(slot).map(way).fold(f32::MAX, f32::min)
+        });
+        nearest.filter(|&way| way < f32::MAX).fold(0.0, f32::max)
+    };
+    assert!(way(&hall) < 0.1);
+    // All to another place, twenty times as far.
+    for guest in &mut hall.guests {
+        guest.pose.position = Vec3::new(200.0, 0.0, 0.0) + 0.1 * guest.pose.position;
+    }
+    hall.tick();
+    assert!(way(&hall) < 0.1, "{}", way(&hall));
+    // A step is followed smoothly.
+    let before = hall.seating.slots[15].position;
+    for guest in &mut hall.guests {
+        guest.pose.position += Vec3::X;
+    }
+    hall.tick();
+    let went_m = before.distance(hall.seating.slots[15].position);
+    assert!(went_m < 0.5, "{went_m}");
+}
+
+#[test]
 fn the_walking_change_places_seldom_and_slots_glide() {
     let guests = (0..256).map(|n| guest(n, around(n, 12.0))).collect();
     let mut hall = Hall::new(guests, 16);

@@ -6,8 +6,9 @@ use glam::Vec3;
 
 use super::Controller;
 use crate::error::{Error, Result};
-use crate::runtime::engine::feed::{Feed, StreamWriter};
+use crate::runtime::engine::feed::Feed;
 use crate::runtime::engine::messages::FeedChange;
+use crate::runtime::engine::stream::StreamWriter;
 use crate::scene::SourceId;
 
 impl Controller {
@@ -72,7 +73,8 @@ impl Controller {
         Ok(())
     }
 
-    /// Plays what the app writes from now on, through a ring for `capacity` samples (1 to 2^24).
+    /// Plays what the app writes from now on, through a ring for `capacity` samples (1 to 2^24). Where samples are late, the
+    /// last one fades within 256 audio frames, and what comes later rises; [`Statistics::starved_samples`](crate::runtime::Statistics::starved_samples) counts them.
     ///
     /// # Errors
     /// [`Error::StaleSource`]; [`Error::Setting`] for another capacity.
@@ -83,9 +85,9 @@ impl Controller {
             let problem = format!("{capacity} is out of range");
             return Err(Error::setting("capacity", problem, advice));
         }
-        let (writer, feed) = StreamWriter::new(capacity);
+        let (writer, stream) = StreamWriter::new(capacity);
         self.sources.set_plays(id, true)?;
-        self.send_feed(id, feed);
+        self.send_feed(id, Feed::Stream(stream));
         Ok(writer)
     }
 
