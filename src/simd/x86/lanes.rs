@@ -196,7 +196,8 @@ impl Vector for Zmm {
 impl Wide<Ymm> for Zmm {
     #[inline(always)]
     fn join(lower: Ymm, upper: Ymm) -> Self {
-        let lower = avx512!(_mm512_castps_pd(_mm512_castps256_ps512(lower.0)));
+        let lower = avx512!(_mm512_castps256_ps512(lower.0));
+        let lower = avx512!(_mm512_castps_pd(lower));
         let upper = avx512!(_mm256_castps_pd(upper.0));
         let both = avx512!(_mm512_insertf64x4::<1>(lower, upper));
         Self(avx512!(_mm512_castpd_ps(both)))
@@ -204,7 +205,8 @@ impl Wide<Ymm> for Zmm {
 
     #[inline(always)]
     fn halves(self) -> [Ymm; 2] {
-        let upper = avx512!(_mm512_extractf64x4_pd::<1>(_mm512_castps_pd(self.0)));
+        let whole = avx512!(_mm512_castps_pd(self.0));
+        let upper = avx512!(_mm512_extractf64x4_pd::<1>(whole));
         [
             Ymm(avx512!(_mm512_castps512_ps256(self.0))),
             Ymm(avx512!(_mm256_castpd_ps(upper))),
