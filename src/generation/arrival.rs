@@ -4,10 +4,10 @@
 //! value is `target − growth × frames left`: a render call may stop anywhere in a ramp, nothing drifts, and at the end
 //! the value is the target bit for bit.
 
-use crate::simd::{F32x8, LaneSet};
+use crate::simd::{F32x8, LaneSet, kernel};
 
 use super::CHUNK;
-use super::binaural::{Binaural, Contribution, Ramp, TOGETHER};
+use super::binaural::{Binaural, Contribution, Pair, Ramp, TOGETHER};
 use super::interpolation::{self, AHEAD, Intervals, Reading};
 
 /// A value that moves linearly to its target.
@@ -89,24 +89,20 @@ impl Weights<'_> {
     }
 
     /// Returns how they move.
-    pub(super) fn retarget(&mut self, target: &[F32x8], left: u32, ramp: u32) -> Motion {
-        let (left, per_frame) = (
-            F32x8::splat(left as f32),
-            F32x8::splat(1.0 / ramp.max(1) as f32),
-        );
-        let (mut change, mut size) = (F32x8::ZERO, F32x8::ZERO);
-        for ((held, growth), &wanted) in self
-            .target
-            .iter_mut()
-            .zip(self.growth.iter_mut())
-            .zip(target)
-        {
-            let present = *held - *growth * left;
-            *growth = (wanted - present) * per_frame;
-            *held = wanted;
-            change += *growth * *growth;
-            size += wanted * wanted;
-        }
+    pub(super) fn retarget(
+        &mut self,
+        set: LaneSet,
+        target: &[F32x8],
+        left: u32,
+        ramp: u32,
+    ) -> Motion {
+        let mut sums = [F32x8::ZERO; 2];
+        let step = Step {
+            left: left as f32,
+            per_frame: 1.0 / ramp.max(1) as f32,
+        };
+        aim_at(set, self.target, self.growth, target, step, &mut sums);
+        let [change, size] = sums;
         let (change, size) = (change.sum(), size.sum());
         const FURTHEST: f32 = 0.5 * (HOLD - 1) as f32;
         if change == 0.0 {
@@ -124,6 +120,36 @@ impl Weights<'_> {
             *held = *held - *growth * left;
             *growth = F32x8::ZERO;
         }
+    }
+}
+
+/// Frames to come of a ramp, and the share of the next one's change in each of its frames.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    left: f32,
+    per_frame: f32,
+}
+
+kernel! {
+    /// Points weights to where they are wanted; sums the squares of growths and of weights. Every step is rounded, so that
+    /// all instruction sets are alike.
+    fn aim_at<L>(
+        held: &mut [F32x8],
+        growths: &mut [F32x8],
+        wanted: &[F32x8],
+        step: Step,
+        sums: &mut [F32x8; 2],
+    ) {
+        let (left, per_frame) = (L::splat(step.left), L::splat(step.per_frame));
+        let (mut change, mut size) = (L::splat(0.0), L::splat(0.0));
+        for ((held, growth), &wanted) in held.iter_mut().zip(growths).zip(wanted) {
+            let present = L::of(*held).sub(L::of(*growth).mul(left));
+            let grows = L::of(wanted).sub(present).mul(per_frame);
+            change = change.add(grows.mul(grows));
+            size = size.add(L::of(wanted).mul(L::of(wanted)));
+            (*held, *growth) = (wanted, grows.give());
+        }
+        *sums = [change.give(), size.give()];
     }
 }
 
@@ -196,18 +222,14 @@ pub(super) struct Ready<'a> {
 }
 
 impl<'a> Ready<'a> {
-    fn contribution(&self, ear: usize, group: usize, left: u32, frames: usize) -> Contribution<'a> {
-        let place = ear * self.target.len() / 2 + group;
-        let moving = self.motion != Motion::Resting && left > 0;
-        Contribution {
-            signal: &self.ears[ear][..frames],
-            target: self.target[place],
-            growth: if moving {
-                self.growth[place]
-            } else {
-                F32x8::ZERO
-            },
-        }
+    /// The ear's signal, its weights, and their growth if they grow.
+    fn of_ear(&self, ear: usize, moment: Moment) -> (&'a [f32], &'a [F32x8], Option<&'a [F32x8]>) {
+        let groups = self.target.len() / 2;
+        let moving = self.motion != Motion::Resting && moment.left > 0;
+        let target = &self.target[ear * groups..][..groups];
+        let growth = &self.growth[ear * groups..][..groups];
+        let signal = &self.ears[ear][..moment.frames];
+        (signal, target, moving.then_some(growth))
     }
 }
 
@@ -223,14 +245,39 @@ pub(super) fn add(
     let motion = arrivals.iter().flatten().map(|a| a.motion).max();
     let ramp = motion.unwrap_or_default().ramp(left);
     for ear in 0..2 {
-        for group in 0..groups {
-            let contributions = arrivals.each_ref().map(|arrival| match arrival {
-                Some(ready) => ready.contribution(ear, group, left, frames),
-                None => Contribution::silence(frames),
-            });
+        let mut group = 0;
+        while group + 1 < groups && binaural.adds_pairs() {
+            let silence = Contribution::silence(frames, [F32x8::ZERO; 2]);
+            let mut contributions = [silence; TOGETHER];
+            for (one, arrival) in contributions.iter_mut().zip(arrivals) {
+                let Some(ready) = arrival else { continue };
+                let (signal, target, growth) = ready.of_ear(ear, moment);
+                one.signal = signal;
+                one.target = pair(target, group);
+                one.growth = growth.map_or(one.growth, |growth| pair(growth, group));
+            }
+            binaural.add_pair(ear, group / 2, &contributions, ramp);
+            group += 2;
+        }
+        while group < groups {
+            let silence = Contribution::silence(frames, F32x8::ZERO);
+            let mut contributions = [silence; TOGETHER];
+            for (one, arrival) in contributions.iter_mut().zip(arrivals) {
+                let Some(ready) = arrival else { continue };
+                let (signal, target, growth) = ready.of_ear(ear, moment);
+                one.signal = signal;
+                one.target = target[group];
+                one.growth = growth.map_or(one.growth, |growth| growth[group]);
+            }
             binaural.add(ear, group, &contributions, ramp);
+            group += 1;
         }
     }
+}
+
+/// A pair of groups.
+fn pair(groups: &[F32x8], first: usize) -> Pair {
+    [groups[first], groups[first + 1]]
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ fn weights_are_held_only_where_that_stays_within_its_bound() {
             growth: &mut growth,
         };
         let ramp = 256 * (1 + n as u32 % 3);
-        let motion = ramped.retarget(&wanted, 0, ramp);
+        let motion = ramped.retarget(LaneSet::best(), &wanted, 0, ramp);
         met[motion as usize] += 1;
         let Some(Ramp { left, hold }) = motion.ramp(ramp) else {
             assert_eq!(growth, [F32x8::ZERO; 4]);

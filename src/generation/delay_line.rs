@@ -14,8 +14,15 @@ use super::CHUNK;
 /// Frames of a tile: the lanes.
 pub(super) const TILE: usize = 8;
 
-/// Eight frames of eight bands.
+/// Eight frames of eight bands, each at its [`place_of`].
 pub(super) type Tile = [F32x8; BANDS];
+
+/// Where a band lies in a tile: beside the one four further on, so that sixteen lanes at a time add the lower bands to each
+/// other and the upper ones to each other, in the order of the bands.
+pub(super) const fn place_of(band: usize) -> usize {
+    const HALF: usize = BANDS / 2;
+    2 * (band % HALF) + band / HALF
+}
 
 kernel! {
     /// Turns frames with a band a lane into as many tiles as there is room for.
@@ -35,12 +42,12 @@ kernel! {
             ]);
             *tile = [
                 a.give(),
-                b.give(),
-                c.give(),
-                d.give(),
                 e.give(),
+                b.give(),
                 f.give(),
+                c.give(),
                 g.give(),
+                d.give(),
                 h.give(),
             ];
         }
@@ -126,8 +133,8 @@ impl DelayLine {
                 continue;
             }
             let tile = &mut self.tiles[place / TILE];
-            for (band, &value) in tile.iter_mut().zip(&first.0) {
-                band.0[place % TILE] = value;
+            for (band, &value) in first.0.iter().enumerate() {
+                tile[place_of(band)].0[place % TILE] = value;
             }
             rest = others;
             place = self.next(place);
@@ -213,7 +220,7 @@ mod tests {
                     let place = lane + i;
                     for band in [3, 5] {
                         assert_eq!(
-                            tiles[place / TILE][band].0[place % TILE],
+                            tiles[place / TILE][place_of(band)].0[place % TILE],
                             (8 * (position + i as i64) + band as i64) as f32
                         );
                     }
@@ -247,7 +254,7 @@ mod tests {
             write_tiles(set, &frames, &mut tiles);
             for (frame, lanes) in frames.iter().enumerate() {
                 for band in 0..BANDS {
-                    let found = tiles[frame / TILE][band].0[frame % TILE];
+                    let found = tiles[frame / TILE][place_of(band)].0[frame % TILE];
                     assert_eq!(found, lanes.0[band]);
                 }
             }

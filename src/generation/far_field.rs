@@ -70,7 +70,7 @@ impl FarField {
                 growth: &mut self.growths[line * width..][..width],
             };
             if self.placed {
-                let motion = weights.retarget(&self.looked_up, left, ramp);
+                let motion = weights.retarget(self.set, &self.looked_up, left, ramp);
                 self.motion = self.motion.max(motion);
                 for (delay, ear) in self.delays[line].iter_mut().zip(ears) {
                     delay.retarget(f64::from(ear), left, ramp);

@@ -128,7 +128,7 @@ impl Generator {
                 reverb: LateReverb::new(settings.rate_hz, sources),
                 far_field: FarField::new(&hrtf),
             }),
-            binaural: Binaural::new(Arc::clone(&hrtf)),
+            binaural: Binaural::new(&hrtf),
             limiter,
             now: 0,
             left: 0,

@@ -227,13 +227,14 @@ impl Hrtf {
                 *sum += self.delays[direction][ear] * share;
             }
         }
-        let of_ear = |ear: usize| {
-            corners.map(|(direction, _)| {
-                &self.weights[direction * width + ear * self.groups..][..self.groups]
-            })
-        };
-        let shares = corners.map(|(_, share)| share);
-        for (weights, grid) in [(left, of_ear(0)), (right, of_ear(1))] {
+        let mut shares = [0.0; 4];
+        let mut grid: [&[F32x8]; 4] = [&[]; 4];
+        for (ear, weights) in [left, right].into_iter().enumerate() {
+            for (corner, &(direction, share)) in corners.iter().enumerate() {
+                let first = direction * width + ear * self.groups;
+                grid[corner] = &self.weights[first..][..self.groups];
+                shares[corner] = share;
+            }
             let (used, unused) = weights.split_at_mut(groups);
             weigh(self.set, &grid, &shares, used);
             unused.fill(F32x8::ZERO);

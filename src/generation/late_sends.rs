@@ -12,7 +12,7 @@ use crate::extrapolation::{FramePaths, LATE_STEPS};
 use crate::simd::{F32x8, LaneSet, NUMBERS, kernel};
 
 use super::arrival::Moment;
-use super::delay_line::{DelayLine, TILE, Tile};
+use super::delay_line::{DelayLine, TILE, Tile, place_of};
 use super::late_reverb::decay;
 use super::{BandCorrection, CHUNK};
 
@@ -259,7 +259,7 @@ kernel! {
             let mut grown = L::of(NUMBERS).add(L::splat(gains.place as f32 - (TILE - 1) as f32));
             for (tile, sums) in tiles.iter().zip(row.as_chunks_mut::<TILE>().0) {
                 let gain = grown.mul_add(growth, before);
-                L::of(tile[band]).mul_add(gain, L::load(sums)).store(sums);
+                L::of(tile[place_of(band)]).mul_add(gain, L::load(sums)).store(sums);
                 grown = grown.add(L::splat(TILE as f32));
             }
         }

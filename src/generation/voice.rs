@@ -7,7 +7,7 @@
 //! that a change of gain reaches the far ear later, and a gain ramp is a function of the source's time.
 
 use crate::acoustics::BANDS;
-use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, kernel, prefetch};
+use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, Wide, kernel, prefetch};
 
 use super::CHUNK;
 use super::arrival::{self, EarPair, Glide, Moment, Motion, Stretch};
@@ -262,13 +262,13 @@ struct Gains {
 
 kernel! {
     /// Mixes the bands of tiles in the proportions of their gains.
-    fn mix<L>(tiles: &[Tile], gains: &Gains, mixture: &mut [f32]) {
+    fn mix<L, W>(tiles: &[Tile], gains: &Gains, mixture: &mut [f32]) {
         let moving = gains.to_come.clamp(0, (tiles.len() * TILE) as i64) as usize;
         let (moving, resting) = tiles.split_at(moving.div_ceil(TILE));
         let (ramped, rested) = mixture.split_at_mut(moving.len() * TILE);
-        let all = L::splat_each(gains.gain);
+        let all = beside::<L, W>(gains.gain);
         if !moving.is_empty() {
-            let growths = L::splat_each(gains.growth);
+            let growths = beside::<L, W>(gains.growth);
             let mut to_come = gains.to_come as f32;
             for (tile, mixed) in moving.iter().zip(ramped.as_chunks_mut::<TILE>().0) {
                 let left = L::splat(to_come).sub(L::of(NUMBERS));
@@ -284,9 +284,16 @@ kernel! {
             }
         }
         for (tile, mixed) in resting.iter().zip(rested.as_chunks_mut::<TILE>().0) {
-            sum(tile, &all).store(mixed);
+            sum::<L, W>(tile, &all).store(mixed);
         }
     }
+}
+
+/// Every band's value in eight lanes, beside that of the band that lies beside it in a tile.
+#[inline(always)]
+fn beside<L: Lanes, W: Wide<L>>(bands: F32x8) -> [W; BANDS / 2] {
+    let [a, b, c, d, e, f, g, h] = L::splat_each(bands);
+    [W::join(a, e), W::join(b, f), W::join(c, g), W::join(d, h)]
 }
 
 fn not_negative(lanes: F32x8) -> F32x8 {
@@ -294,13 +301,13 @@ fn not_negative(lanes: F32x8) -> F32x8 {
 }
 
 #[inline(always)]
-fn sum<L: Lanes>(tile: &Tile, gains: &[L; BANDS]) -> L {
-    let mut lower = L::of(tile[0]).mul(gains[0]);
-    let mut upper = L::of(tile[4]).mul(gains[4]);
-    for band in 1..4 {
-        lower = L::of(tile[band]).mul_add(gains[band], lower);
-        upper = L::of(tile[4 + band]).mul_add(gains[4 + band], upper);
+fn sum<L: Lanes, W: Wide<L>>(tile: &Tile, gains: &[W; BANDS / 2]) -> L {
+    let pairs = tile.as_chunks().0;
+    let mut sums = W::of(pairs[0]).mul(gains[0]);
+    for pair in 1..BANDS / 2 {
+        sums = W::of(pairs[pair]).mul_add(gains[pair], sums);
     }
+    let [lower, upper] = sums.halves();
     lower.add(upper)
 }
 

@@ -29,6 +29,10 @@ const KINDS: usize = 4;
 /// Voices that may start besides a quarter of those that live, however many fade.
 const ALWAYS_STARTS: usize = 64;
 
+/// Voices between one that is pointed to new values and the one whose memory is asked for: what belongs to a voice is a dozen
+/// lines of memory, and where no cache has them one voice's time is too short.
+const ASKED_AHEAD: usize = 3;
+
 /// The index of a voice that has not started yet.
 const NONE: u32 = u32::MAX;
 
@@ -225,7 +229,7 @@ impl VoiceSet {
             let held = self.living.get(old).filter(|voice| voice.id == id);
             let held = held.map(|voice| voice.index);
             old += usize::from(held.is_some());
-            self.ask_for(old + 1);
+            self.ask_for(old + ASKED_AHEAD);
             let went_on = held.filter(|&index| self.go_on(index, number, tenants, around));
             if went_on.is_none() {
                 let place = self.next_living.len() as u32;
@@ -336,7 +340,7 @@ impl VoiceSet {
             target: of_voice(&mut self.targets, index, 2 * self.groups),
             growth: of_voice(&mut self.growths, index, 2 * self.groups),
         };
-        voice.motion = weights.retarget(looked_up, around.left, around.ramp);
+        voice.motion = weights.retarget(self.set, looked_up, around.left, around.ramp);
         true
     }
 
@@ -442,7 +446,7 @@ impl VoiceSet {
     /// Asks for what belongs to the voice that is rendered at a place, and gives what that will read.
     fn look_ahead<'a>(&self, place: usize, lines: &'a [DelayLine], frames: usize) -> Ahead<'a> {
         if let Some(&after) = self.order.get(place + 1) {
-            self.voices[after as usize].ask_for();
+            self.ask_for_voice(after);
             self.ask_for_tail(after);
         }
         let Some(&index) = self.order.get(place) else {

@@ -1,5 +1,6 @@
 //! The mixing kernel against a slow specification.
 
+use super::super::delay_line::place_of;
 use super::*;
 
 /// Whole numbers' sines: bounded by one, no two alike.
@@ -42,7 +43,7 @@ fn a_mixture_is_the_sum_of_bands_at_gains_that_stop_growing_at_the_ramps_end() {
                 .map(|band| {
                     let gain =
                         f64::from(gains.gain.0[band]) - f64::from(gains.growth.0[band]) * left;
-                    gain * f64::from(tiles[place / TILE][band].0[place % TILE])
+                    gain * f64::from(tiles[place / TILE][place_of(band)].0[place % TILE])
                 })
                 .sum();
             // Seventeen roundings of sums below 8 by the gains and 8 by the ramp of at most 1000 steps of 1e-3.

@@ -8,14 +8,16 @@
 
 use super::F32x8;
 
-/// Eight `f32` in lanes. Methods are no operators so that the order of roundings is read where it is chosen.
-pub(crate) trait Lanes: Copy {
+/// `f32` in lanes, as many as `Memory` has. Methods are no operators so that the order of roundings is read where it is chosen.
+pub(crate) trait Vector: Copy {
+    /// The portable form.
+    type Memory: Copy;
+    /// Lanes of their portable form.
+    fn of(lanes: Self::Memory) -> Self;
+    /// The portable form.
+    fn give(self) -> Self::Memory;
     /// The same value in every lane.
     fn splat(value: f32) -> Self;
-    /// From memory.
-    fn load(lanes: &[f32; 8]) -> Self;
-    /// To memory.
-    fn store(self, lanes: &mut [f32; 8]);
     /// Sum.
     fn add(self, other: Self) -> Self;
     /// Difference.
@@ -26,26 +28,20 @@ pub(crate) trait Lanes: Copy {
     fn mul_add(self, factor: Self, term: Self) -> Self;
     /// `term − self · factor`.
     fn neg_mul_add(self, factor: Self, term: Self) -> Self;
+}
+
+/// Eight `f32` in lanes.
+pub(crate) trait Lanes: Vector<Memory = F32x8> {
+    /// From memory.
+    fn load(lanes: &[f32; 8]) -> Self;
+    /// To memory.
+    fn store(self, lanes: &mut [f32; 8]);
     /// Lanes 0 to 3, each twice.
     fn twice_low(self) -> Self;
     /// Lanes 4 to 7, each twice.
     fn twice_high(self) -> Self;
     /// Lane i of row j becomes lane j of row i.
     fn transpose(rows: [Self; 8]) -> [Self; 8];
-
-    /// Lanes in their portable form.
-    #[inline(always)]
-    fn of(lanes: F32x8) -> Self {
-        Self::load(&lanes.0)
-    }
-
-    /// The portable form.
-    #[inline(always)]
-    fn give(self) -> F32x8 {
-        let mut lanes = F32x8::ZERO;
-        self.store(&mut lanes.0);
-        lanes
-    }
 
     /// Eight values of a slice from a place on; zeros if it has not as many.
     #[inline(always)]
@@ -83,6 +79,104 @@ pub(crate) trait Lanes: Copy {
             Self::splat(g),
             Self::splat(h),
         ]
+    }
+}
+
+/// Sixteen lanes: two times eight, lower and upper, each of which gives the bits of [`Lanes`]. One register where the machine
+/// has it.
+pub(crate) trait Wide<L: Lanes>: Vector<Memory = [F32x8; 2]> {
+    /// Two times eight.
+    fn join(lower: L, upper: L) -> Self;
+    /// Lower and upper.
+    fn halves(self) -> [L; 2];
+    /// From memory.
+    fn load(lanes: &[f32; 16]) -> Self;
+    /// To memory.
+    fn store(self, lanes: &mut [f32; 16]);
+
+    /// Lane numbers.
+    #[inline(always)]
+    fn numbers() -> Self {
+        let lower = L::of(NUMBERS);
+        Self::join(lower, lower.add(L::splat(8.0)))
+    }
+}
+
+/// Sixteen lanes in two times eight.
+#[derive(Clone, Copy)]
+pub(crate) struct Halves<L>(L, L);
+
+impl<L: Lanes> Vector for Halves<L> {
+    type Memory = [F32x8; 2];
+
+    #[inline(always)]
+    fn of(lanes: [F32x8; 2]) -> Self {
+        Self(L::of(lanes[0]), L::of(lanes[1]))
+    }
+
+    #[inline(always)]
+    fn give(self) -> [F32x8; 2] {
+        [self.0.give(), self.1.give()]
+    }
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        let lanes = L::splat(value);
+        Self(lanes, lanes)
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0.add(other.0), self.1.add(other.1))
+    }
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0.sub(other.0), self.1.sub(other.1))
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0.mul(other.0), self.1.mul(other.1))
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        Self(
+            self.0.mul_add(factor.0, term.0),
+            self.1.mul_add(factor.1, term.1),
+        )
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+        Self(
+            self.0.neg_mul_add(factor.0, term.0),
+            self.1.neg_mul_add(factor.1, term.1),
+        )
+    }
+}
+
+impl<L: Lanes> Wide<L> for Halves<L> {
+    #[inline(always)]
+    fn join(lower: L, upper: L) -> Self {
+        Self(lower, upper)
+    }
+
+    #[inline(always)]
+    fn halves(self) -> [L; 2] {
+        [self.0, self.1]
+    }
+
+    #[inline(always)]
+    fn load(lanes: &[f32; 16]) -> Self {
+        Self(L::load_at(lanes, 0), L::load_at(lanes, 8))
+    }
+
+    #[inline(always)]
+    fn store(self, lanes: &mut [f32; 16]) {
+        self.0.store_at(lanes, 0);
+        self.1.store_at(lanes, 8);
     }
 }
 
@@ -128,6 +222,14 @@ impl LaneSet {
         Self::Portable
     }
 
+    /// Whether [`Wide`] lanes are one register.
+    pub(crate) fn has_wide(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return matches!(self, Self::Avx512(_));
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+
     /// All vector units that the machine has, which give the bits of [`Self::Fused`].
     #[cfg(test)]
     pub(crate) fn vector_units() -> Vec<Self> {
@@ -143,25 +245,41 @@ impl LaneSet {
     }
 }
 
-/// Makes a function over [`Lanes`] one that takes a [`LaneSet`] first.
+/// Makes a function over [`Lanes`], and over [`Wide`] of them if it names a second type, one that takes a [`LaneSet`] first.
 macro_rules! kernel {
     (
         $(#[$meta:meta])*
         $vis:vis fn $name:ident<$lanes:ident>($($argument:ident: $type:ty),* $(,)?) $body:block
     ) => {
+        $crate::simd::kernel! {
+            $(#[$meta])*
+            $vis fn $name<$lanes, _Wide>($($argument: $type),*) $body
+        }
+    };
+    (
+        $(#[$meta:meta])*
+        $vis:vis fn $name:ident<$lanes:ident, $wide:ident>($($argument:ident: $type:ty),* $(,)?) $body:block
+    ) => {
         $(#[$meta])*
         $vis fn $name(set: $crate::simd::LaneSet, $($argument: $type),*) {
             #[inline(always)]
-            fn generic<$lanes: $crate::simd::Lanes>($($argument: $type),*) $body
+            fn generic<$lanes, $wide>($($argument: $type),*)
+            where
+                $lanes: $crate::simd::Lanes,
+                $wide: $crate::simd::Wide<$lanes>,
+            $body
+            use $crate::simd::lanes::Halves;
             match set {
                 $crate::simd::LaneSet::Portable => {
-                    generic::<$crate::simd::F32x8>($($argument),*);
+                    use $crate::simd::F32x8 as Eight;
+                    generic::<Eight, Halves<Eight>>($($argument),*);
                 }
                 #[cfg(target_arch = "x86_64")]
                 $crate::simd::LaneSet::Avx2(proof) => {
                     #[target_feature(enable = "avx2,fma")]
                     fn wide($($argument: $type),*) {
-                        generic::<$crate::simd::x86::Ymm>($($argument),*);
+                        use $crate::simd::x86::Ymm;
+                        generic::<Ymm, Halves<Ymm>>($($argument),*);
                     }
                     $crate::simd::x86::enter_avx2!(proof => wide($($argument),*));
                 }
@@ -169,17 +287,20 @@ macro_rules! kernel {
                 $crate::simd::LaneSet::Avx512(proof) => {
                     #[target_feature(enable = "avx2,fma,avx512f,avx512vl")]
                     fn wider($($argument: $type),*) {
-                        generic::<$crate::simd::x86::Ymm>($($argument),*);
+                        use $crate::simd::x86::{Ymm, Zmm};
+                        generic::<Ymm, Zmm>($($argument),*);
                     }
                     $crate::simd::x86::enter_avx512!(proof => wider($($argument),*));
                 }
                 #[cfg(target_arch = "aarch64")]
                 $crate::simd::LaneSet::Neon => {
-                    generic::<$crate::simd::neon::TwoQuads>($($argument),*);
+                    use $crate::simd::neon::TwoQuads;
+                    generic::<TwoQuads, Halves<TwoQuads>>($($argument),*);
                 }
                 #[cfg(test)]
                 $crate::simd::LaneSet::Fused => {
-                    generic::<$crate::simd::lanes::Fused>($($argument),*);
+                    use $crate::simd::lanes::Fused;
+                    generic::<Fused, Halves<Fused>>($($argument),*);
                 }
             }
         }
@@ -191,20 +312,22 @@ pub(crate) use kernel;
 /// Lanes as an array: `$multiply_add` says how often `a · b + c` is rounded.
 macro_rules! array_lanes {
     ($name:ty, $wrap:expr, $multiply_add:expr) => {
-        impl Lanes for $name {
+        impl Vector for $name {
+            type Memory = F32x8;
+
+            #[inline(always)]
+            fn of(lanes: F32x8) -> Self {
+                $wrap(lanes.0)
+            }
+
+            #[inline(always)]
+            fn give(self) -> F32x8 {
+                F32x8(self.0)
+            }
+
             #[inline(always)]
             fn splat(value: f32) -> Self {
                 $wrap([value; 8])
-            }
-
-            #[inline(always)]
-            fn load(lanes: &[f32; 8]) -> Self {
-                $wrap(*lanes)
-            }
-
-            #[inline(always)]
-            fn store(self, lanes: &mut [f32; 8]) {
-                *lanes = self.0;
             }
 
             #[inline(always)]
@@ -236,6 +359,18 @@ macro_rules! array_lanes {
                 $wrap(std::array::from_fn(|i| {
                     one(-self.0[i], factor.0[i], term.0[i])
                 }))
+            }
+        }
+
+        impl Lanes for $name {
+            #[inline(always)]
+            fn load(lanes: &[f32; 8]) -> Self {
+                $wrap(*lanes)
+            }
+
+            #[inline(always)]
+            fn store(self, lanes: &mut [f32; 8]) {
+                *lanes = self.0;
             }
 
             #[inline(always)]
@@ -290,6 +425,32 @@ mod tests {
         }
     }
 
+    kernel! {
+        /// Every operation of sixteen lanes once.
+        fn everything_wide<L, W>(input: &[F32x8; 8], output: &mut Vec<F32x8>) {
+            let [a, b, c] = [[0, 1], [2, 3], [4, 5]].map(|[i, j]| W::of([input[i], input[j]]));
+            let mut loaded = [0.0; 16];
+            loaded[..8].copy_from_slice(&input[6].0);
+            loaded[8..].copy_from_slice(&input[7].0);
+            let mut stored = [0.0; 16];
+            W::load(&loaded).add(a).store(&mut stored);
+            let [lower, upper] = a.mul(c).halves();
+            let results = [
+                W::splat(input[3].0[5]),
+                W::numbers(),
+                W::join(L::of(input[7]), L::of(input[0])),
+                W::join(upper, lower),
+                a.add(b),
+                a.sub(b),
+                a.mul(b),
+                a.mul_add(b, c),
+                a.neg_mul_add(b, c),
+            ];
+            output.extend(results.map(W::give).as_flattened());
+            output.extend(stored.chunks(8).map(F32x8::load));
+        }
+    }
+
     #[test]
     fn vector_unit_does_what_its_specification_says() {
         let mut state = 7u32;
@@ -302,9 +463,12 @@ mod tests {
             let (mut specified, mut portable) = (Vec::new(), Vec::new());
             everything(LaneSet::Fused, &input, &mut specified);
             everything(LaneSet::Portable, &input, &mut portable);
+            everything_wide(LaneSet::Fused, &input, &mut specified);
+            everything_wide(LaneSet::Portable, &input, &mut portable);
             for set in LaneSet::vector_units() {
                 let mut found = Vec::new();
                 everything(set, &input, &mut found);
+                everything_wide(set, &input, &mut found);
                 assert_eq!(found, specified, "{set:?}");
             }
             for (a, b) in portable.iter().zip(&specified) {

@@ -11,7 +11,7 @@ pub(crate) mod tracing;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
 
-pub(crate) use lanes::{LaneSet, Lanes, NUMBERS, kernel};
+pub(crate) use lanes::{LaneSet, Lanes, NUMBERS, Vector, Wide, kernel};
 #[cfg(target_arch = "aarch64")]
 pub(crate) use neon::prefetch;
 #[cfg(target_arch = "x86_64")]

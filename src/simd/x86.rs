@@ -8,7 +8,7 @@
 mod lanes;
 mod prefetch;
 
-pub(crate) use lanes::Ymm;
+pub(crate) use lanes::{Ymm, Zmm};
 pub(crate) use prefetch::prefetch;
 
 use core::arch::x86_64::*;

@@ -4,7 +4,7 @@
 
 use core::arch::aarch64::*;
 
-use crate::simd::Lanes;
+use crate::simd::{F32x8, Lanes, Vector};
 
 /// Eight lanes, four and four.
 #[derive(Clone, Copy)]
@@ -47,25 +47,25 @@ fn lanes(pairs: float64x2_t) -> float32x4_t {
     neon!(vreinterpretq_f32_f64(pairs))
 }
 
-impl Lanes for TwoQuads {
+impl Vector for TwoQuads {
+    type Memory = F32x8;
+
+    #[inline(always)]
+    fn of(lanes: F32x8) -> Self {
+        Self::load(&lanes.0)
+    }
+
+    #[inline(always)]
+    fn give(self) -> F32x8 {
+        let mut lanes = F32x8::ZERO;
+        self.store(&mut lanes.0);
+        lanes
+    }
+
     #[inline(always)]
     fn splat(value: f32) -> Self {
         let four = neon!(vdupq_n_f32(value));
         Self(four, four)
-    }
-
-    #[inline(always)]
-    fn load(lanes: &[f32; 8]) -> Self {
-        Self(
-            neon!(vld1q_f32(lanes.as_ptr())),
-            neon!(vld1q_f32(lanes[4..].as_ptr())),
-        )
-    }
-
-    #[inline(always)]
-    fn store(self, lanes: &mut [f32; 8]) {
-        neon!(vst1q_f32(lanes.as_mut_ptr(), self.0));
-        neon!(vst1q_f32(lanes[4..].as_mut_ptr(), self.1));
     }
 
     #[inline(always)]
@@ -106,6 +106,22 @@ impl Lanes for TwoQuads {
             neon!(vfmsq_f32(term.0, self.0, factor.0)),
             neon!(vfmsq_f32(term.1, self.1, factor.1)),
         )
+    }
+}
+
+impl Lanes for TwoQuads {
+    #[inline(always)]
+    fn load(lanes: &[f32; 8]) -> Self {
+        Self(
+            neon!(vld1q_f32(lanes.as_ptr())),
+            neon!(vld1q_f32(lanes[4..].as_ptr())),
+        )
+    }
+
+    #[inline(always)]
+    fn store(self, lanes: &mut [f32; 8]) {
+        neon!(vst1q_f32(lanes.as_mut_ptr(), self.0));
+        neon!(vst1q_f32(lanes[4..].as_mut_ptr(), self.1));
     }
 
     #[inline(always)]

@@ -1,11 +1,11 @@
-//! [`Lanes`] in one AVX2 register.
+//! [`Lanes`] in one AVX2 register, and [`Wide`] in one of AVX-512.
 //!
 //! `unsafe` because methods of a trait cannot carry a target feature. They become part of a kernel that does carry it:
-//! [`kernel!`](crate::simd::kernel) alone names this type, behind the proof that the machine has AVX2 and FMA.
+//! [`kernel!`](crate::simd::kernel) alone names these types, behind the proof that the machine has AVX2 and FMA, or AVX-512.
 
 use core::arch::x86_64::*;
 
-use crate::simd::Lanes;
+use crate::simd::{F32x8, Lanes, Vector, Wide};
 
 /// Eight lanes.
 #[derive(Clone, Copy)]
@@ -19,20 +19,24 @@ macro_rules! avx2 {
     };
 }
 
-impl Lanes for Ymm {
+impl Vector for Ymm {
+    type Memory = F32x8;
+
+    #[inline(always)]
+    fn of(lanes: F32x8) -> Self {
+        Self::load(&lanes.0)
+    }
+
+    #[inline(always)]
+    fn give(self) -> F32x8 {
+        let mut lanes = F32x8::ZERO;
+        self.store(&mut lanes.0);
+        lanes
+    }
+
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Self(avx2!(_mm256_set1_ps(value)))
-    }
-
-    #[inline(always)]
-    fn load(lanes: &[f32; 8]) -> Self {
-        Self(avx2!(_mm256_loadu_ps(lanes.as_ptr())))
-    }
-
-    #[inline(always)]
-    fn store(self, lanes: &mut [f32; 8]) {
-        avx2!(_mm256_storeu_ps(lanes.as_mut_ptr(), self.0));
     }
 
     #[inline(always)]
@@ -58,6 +62,18 @@ impl Lanes for Ymm {
     #[inline(always)]
     fn neg_mul_add(self, factor: Self, term: Self) -> Self {
         Self(avx2!(_mm256_fnmadd_ps(self.0, factor.0, term.0)))
+    }
+}
+
+impl Lanes for Ymm {
+    #[inline(always)]
+    fn load(lanes: &[f32; 8]) -> Self {
+        Self(avx2!(_mm256_loadu_ps(lanes.as_ptr())))
+    }
+
+    #[inline(always)]
+    fn store(self, lanes: &mut [f32; 8]) {
+        avx2!(_mm256_storeu_ps(lanes.as_mut_ptr(), self.0));
     }
 
     #[inline(always)]
@@ -116,4 +132,94 @@ of_two! {
     second _mm256_shuffle_ps::<0xEE>;
     lower_halves _mm256_permute2f128_ps::<0x20>;
     upper_halves _mm256_permute2f128_ps::<0x31>;
+}
+
+/// Sixteen lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Zmm(__m512);
+
+macro_rules! avx512 {
+    ($call:expr) => {
+        // SAFETY: loads and stores take references to sixteen f32, one behind the other, and need no alignment; beyond that
+        // the intrinsics need only AVX-512F, and no value of this type exists outside of kernels that were entered with
+        // proof of it.
+        unsafe { $call }
+    };
+}
+
+impl Vector for Zmm {
+    type Memory = [F32x8; 2];
+
+    #[inline(always)]
+    fn of(lanes: [F32x8; 2]) -> Self {
+        Self(avx512!(_mm512_loadu_ps(lanes.as_ptr().cast())))
+    }
+
+    #[inline(always)]
+    fn give(self) -> [F32x8; 2] {
+        let mut lanes = [F32x8::ZERO; 2];
+        avx512!(_mm512_storeu_ps(lanes.as_mut_ptr().cast(), self.0));
+        lanes
+    }
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self(avx512!(_mm512_set1_ps(value)))
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(avx512!(_mm512_add_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(avx512!(_mm512_sub_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(avx512!(_mm512_mul_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        Self(avx512!(_mm512_fmadd_ps(self.0, factor.0, term.0)))
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+        Self(avx512!(_mm512_fnmadd_ps(self.0, factor.0, term.0)))
+    }
+}
+
+impl Wide<Ymm> for Zmm {
+    #[inline(always)]
+    fn join(lower: Ymm, upper: Ymm) -> Self {
+        let lower = avx512!(_mm512_castps256_ps512(lower.0));
+        let lower = avx512!(_mm512_castps_pd(lower));
+        let upper = avx512!(_mm256_castps_pd(upper.0));
+        let both = avx512!(_mm512_insertf64x4::<1>(lower, upper));
+        Self(avx512!(_mm512_castpd_ps(both)))
+    }
+
+    #[inline(always)]
+    fn halves(self) -> [Ymm; 2] {
+        let whole = avx512!(_mm512_castps_pd(self.0));
+        let upper = avx512!(_mm512_extractf64x4_pd::<1>(whole));
+        [
+            Ymm(avx512!(_mm512_castps512_ps256(self.0))),
+            Ymm(avx512!(_mm256_castpd_ps(upper))),
+        ]
+    }
+
+    #[inline(always)]
+    fn load(lanes: &[f32; 16]) -> Self {
+        Self(avx512!(_mm512_loadu_ps(lanes.as_ptr())))
+    }
+
+    #[inline(always)]
+    fn store(self, lanes: &mut [f32; 16]) {
+        avx512!(_mm512_storeu_ps(lanes.as_mut_ptr(), self.0));
+    }
 }
