@@ -34,13 +34,18 @@ impl Continuation {
         })
     }
 
-    /// The same with room for updates of this many paths, so that the audio side need not allocate.
-    pub fn with_room(kind: PredictorKind, paths: usize) -> Self {
+    /// The same with room for updates of this many paths and for this many sources, so that the audio side need not
+    /// allocate.
+    pub fn with_room(kind: PredictorKind, paths: usize, sources: usize) -> Self {
         let mut continuation = Self::of(kind);
-        if let Rule::Together(best) = &mut continuation.0 {
-            best.bound(CANDIDATES_A_PATH * paths);
-        }
+        continuation.reserve(paths, sources);
         continuation
+    }
+
+    fn reserve(&mut self, paths: usize, sources: usize) {
+        if let Rule::Together(best) = &mut self.0 {
+            best.bound(CANDIDATES_A_PATH * paths, sources);
+        }
     }
 
     /// Most paths of a graphics frame besides direct ones, if updates have this many.
@@ -165,9 +170,7 @@ impl Extrapolator {
         self.matches.reserve(paths);
         self.shadowed.reserve(sources);
         self.late.reserve(sources);
-        if let Rule::Together(best) = &mut self.continuation.0 {
-            best.bound(CANDIDATES_A_PATH * paths);
-        }
+        self.continuation.reserve(paths, sources);
     }
 
     /// Continues with another predictor from the next frame on; gives the old one back.

@@ -87,13 +87,27 @@ impl PredictorKind {
 
 /// The path exactly as an update has it: delay and direction as of then. What the paper leaves to every predictor.
 pub(super) fn as_of_update(path: &Path, listener: &ListenerPose, scene: &Scene) -> FramePath {
+    heard_from(path.image, path.length_m, path, listener, scene)
+}
+
+/// A path of an update, but from where it is seen and as long as it is now, in metres.
+#[inline]
+pub(super) fn heard_from(
+    image: glam::Vec3,
+    length_m: f32,
+    path: &Path,
+    listener: &ListenerPose,
+    scene: &Scene,
+) -> FramePath {
+    let ahead = || listener.orientation * glam::Vec3::NEG_Z;
     FramePath {
         id: path.id,
         source: path.source,
         order: path.order,
         amplitude: path.amplitude,
-        delay_s: f64::from(path.length_m) / scene.speed_of_sound_m_s(),
-        arrival: (path.image - listener.position)
-            .normalize_or(listener.orientation * glam::Vec3::NEG_Z),
+        delay_s: f64::from(length_m) / scene.speed_of_sound_m_s(),
+        arrival: (image - listener.position)
+            .try_normalize()
+            .unwrap_or_else(ahead),
     }
 }

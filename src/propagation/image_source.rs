@@ -92,7 +92,7 @@ pub fn unfold(
 /// A path whose points are known, but not yet its angles and its image: most are blocked, and need none. One is used again
 /// for candidate after candidate.
 #[derive(Debug)]
-pub(super) struct Unfolded {
+pub(crate) struct Unfolded {
     /// The first `order` surfaces and points count; the rest is of who knows which candidate.
     path: ImagePath,
     /// Where each leg points to.
@@ -119,7 +119,7 @@ const NO_PATH: ImagePath = ImagePath {
 
 impl Unfolded {
     /// The path so far: its legs.
-    pub(super) fn legs(&self) -> &ImagePath {
+    pub(crate) fn legs(&self) -> &ImagePath {
         &self.path
     }
 
@@ -130,7 +130,7 @@ impl Unfolded {
     }
 
     /// The whole path along the line that it was unfolded on.
-    pub(super) fn finish(&self, scene: &Scene, [source, listener_image]: [DVec3; 2]) -> ImagePath {
+    pub(crate) fn finish(&self, scene: &Scene, [source, listener_image]: [DVec3; 2]) -> ImagePath {
         let mut path = ImagePath {
             order: self.path.order,
             length_m: source.distance(listener_image),
@@ -152,7 +152,7 @@ impl Unfolded {
     }
 
     /// The first part of [`unfold`], on the line from the source to the listener's image; gives whether there is a path.
-    pub(super) fn along(
+    pub(crate) fn along(
         &mut self,
         scene: &Scene,
         sequence: &Sequence,

@@ -131,7 +131,7 @@ fn commute(a: DVec3, b: DVec3) -> bool {
 
 /// Which surfaces of a sequence come before others in every order that commuting allows.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Order {
+pub(crate) struct Order {
     /// Of each place the earlier ones that it cannot pass, one a bit.
     behind: [u8; MAX_ORDER],
     count: u8,
@@ -141,7 +141,7 @@ pub(super) struct Order {
 
 impl Order {
     #[inline]
-    pub(super) fn of(scene: &Scene, sequence: &Sequence) -> Self {
+    pub(crate) fn of(scene: &Scene, sequence: &Sequence) -> Self {
         let mut order = Self {
             count: sequence.order,
             ..Self::default()

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::clock::thread_processor_time;
 use super::schedule::{Poses, Schedule, ScheduledPropagation};
 use crate::error::{Error, Result};
 use crate::extrapolation::{Extrapolator, FramePaths, PredictorKind};
@@ -36,7 +37,8 @@ pub struct OfflineReport {
     pub graphics_frames: u64,
     /// Time of each propagation update (SPS).
     pub propagation: Vec<Duration>,
-    /// Time of each graphics frame's extrapolation (EPS), direct paths included.
+    /// Processor time of each graphics frame's extrapolation (EPS): all that a sound thread has to do for it, direct paths
+    /// and the update that it may begin with included. Plain time where a system does not tell.
     pub extrapolation: Vec<Duration>,
     /// Time of each graphics frame's generation (SGS).
     pub generation: Vec<Duration>,
@@ -158,17 +160,21 @@ impl OfflineRenderer {
         if let Some(started) = started.filter(|_| self.frame > 0) {
             self.report.propagation.push(started.elapsed());
         }
-        if let Some(update) = arrived {
+        if let Some(update) = &arrived {
             self.report.rays.push(update.rays);
             self.report.paths.push(update.paths.len());
+        }
+        let started = Work::begins();
+        if let Some(update) = arrived {
             let level = self.settings.schedule.level();
-            let retired = self.extrapolator.take_update(update, level);
+            let groundwork = self.propagation.groundwork_mut();
+            let extrapolator = &mut self.extrapolator;
+            let retired = extrapolator.take_prepared_update(update, groundwork, level);
             self.propagation.recycle(retired);
         }
-        let started = now();
         self.extrapolator
             .frame(&poses.listener, &poses.sources, &mut self.frame_paths);
-        self.report.extrapolation.push(started.elapsed());
+        self.report.extrapolation.push(started.spent());
         self.generate(poses, signal, sink)?;
         self.frame += 1;
         self.report.graphics_frames += 1;
@@ -206,6 +212,29 @@ impl OfflineRenderer {
         }
         self.report.generation.push(spent);
         Ok(())
+    }
+}
+
+/// How long this thread has been at work: its processor's time, which other programs do not add to, if the system tells.
+struct Work {
+    processor: Option<Duration>,
+    clock: Instant,
+}
+
+impl Work {
+    fn begins() -> Self {
+        Self {
+            processor: thread_processor_time(),
+            clock: now(),
+        }
+    }
+
+    fn spent(&self) -> Duration {
+        let both = self.processor.zip(thread_processor_time());
+        both.map_or_else(
+            || self.clock.elapsed(),
+            |(before, after)| after.saturating_sub(before),
+        )
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::lead::Predicted;
 use crate::error::{Error, Result};
-use crate::extrapolation::PredictorKind;
+use crate::extrapolation::{Groundwork, PredictorKind};
 use crate::propagation::{Path, PathSet, Propagator};
 use crate::scene::{ListenerPose, SourcePose};
 
@@ -76,6 +76,10 @@ pub(super) struct ScheduledPropagation {
     frame: u64,
     /// A result that is computed but, on the virtual clock, not there yet.
     pending: Option<PathSet>,
+    /// What has been worked out of the result given last, and of the one computed last.
+    groundwork: Groundwork,
+    newest_groundwork: Groundwork,
+    predictor: PredictorKind,
     spare: PathSet,
     /// The paths behind a surface that the listener comes near.
     through: PathSet,
@@ -97,9 +101,17 @@ impl ScheduledPropagation {
             graphics_rate_hz,
             frame: 0,
             pending: None,
+            groundwork: Groundwork::default(),
+            newest_groundwork: Groundwork::default(),
+            predictor,
             spare: PathSet::default(),
             through: PathSet::default(),
         }
+    }
+
+    /// What has been worked out of the result that [`Self::next_frame`] gave last.
+    pub(super) fn groundwork_mut(&mut self) -> &mut Groundwork {
+        &mut self.groundwork
     }
 
     /// The propagator, to change its scene's instances.
@@ -150,6 +162,9 @@ impl ScheduledPropagation {
                 false => Some(self.compute(poses)),
             }
         };
+        if arrived.is_some() {
+            std::mem::swap(&mut self.groundwork, &mut self.newest_groundwork);
+        }
         if !first && self.is_late() && self.starts_update() {
             self.pending = Some(self.compute(poses));
         }
@@ -178,6 +193,13 @@ impl ScheduledPropagation {
             .update(listener, sources, time_s, &mut result);
         if through.is_some() {
             add_nearby(&mut result, &self.through);
+        }
+        // As the engine does, of the scene as it stands for this update.
+        match self.predictor {
+            PredictorKind::Best(_) => {
+                self.newest_groundwork.lay(&result, self.propagator.scene());
+            }
+            PredictorKind::Hold | PredictorKind::Linear => self.newest_groundwork.clear(),
         }
         result
     }

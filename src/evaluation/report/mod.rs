@@ -51,7 +51,7 @@ pub struct Row {
     pub ssim: Spread,
     /// SI-SNR in dB, not capped.
     pub si_snr_db: Spread,
-    /// Median time of a graphics frame's extrapolation in µs.
+    /// Processor time of a graphics frame's extrapolation in µs, the mean of all frames.
     pub extrapolation_us: f64,
     /// Paths of the reference, median over updates of the first repeat.
     pub reference_paths: usize,

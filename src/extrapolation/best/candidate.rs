@@ -1,14 +1,16 @@
 //! One path that is or may soon be heard, and how it stands in the present graphics frame.
 
 use super::super::frame::FramePath;
-use super::super::predictor::as_of_update;
+use super::super::predictor::{as_of_update, heard_from};
+use super::places::Place;
+use super::standing::{Shapes, Standing};
 use super::trend::Trend;
 use super::{BestSettings, Now};
 use crate::acoustics::BandArray;
 use crate::propagation::amplitude::{direct_by_source, free_field, reflected};
-use crate::propagation::diffraction::{BentCourse, BentWay, Spot};
+use crate::propagation::diffraction::BentCourse;
 use crate::propagation::image_source::{ImagePath, mirror_listener, unfold};
-use crate::propagation::sequence::Sequence;
+use crate::propagation::sequence::{Order, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
 use crate::scene::{ListenerPose, Scene};
 use glam::DVec3;
@@ -16,7 +18,7 @@ use glam::DVec3;
 /// Difference in metres between a path's length and what its surfaces give, above which it is no image-source path.
 const FOREIGN_M: f64 = 1e-3;
 
-/// A path known from one of the last updates.
+/// A path known from one of the last updates: what it can be computed from.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
     /// The path as the last update that had it gives it.
@@ -25,18 +27,28 @@ pub struct Candidate {
     pub listener: ListenerPose,
     /// What the path can be computed from.
     pub course: Course,
-    /// Whether nothing blocks it, as of frame [`Self::tested`].
-    pub open: bool,
-    /// The graphics frame whose visibility is known; `None` before the first test.
-    pub tested: Option<u64>,
-    /// The leg of a reflected path that was blocked last.
-    pub blocked_leg: u8,
+    /// Which of its surfaces change places, in a scene in which nothing moves.
+    order: Order,
     /// The number of the update in or after which it was last valid.
     pub valid_in: u64,
     /// What was heard of it when that was worked out last; `None` where every frame works it out.
     pub trend: Option<Trend>,
+}
+
+/// What is known of a candidate's visibility and level. Every graphics frame looks at all of these, and at few candidates
+/// besides.
+#[derive(Debug, Clone, Copy)]
+pub struct Mark {
+    /// Whether nothing blocks it, as of frame [`Self::tested`].
+    pub open: bool,
     /// Whether the newest update has it.
     pub named: bool,
+    /// The leg of a reflected path that was blocked last.
+    pub blocked_leg: u8,
+    /// Rays that a look along the whole of it takes.
+    pub legs: u8,
+    /// The graphics frame whose visibility is known; `None` before the first test.
+    pub tested: Option<u64>,
     /// The graphics frame since which it is open, or closed, as far as is known.
     pub since: u64,
     /// Pressure squared over all bands as last heard, or as an update gives it.
@@ -56,115 +68,103 @@ pub enum Course {
     Unknown,
 }
 
-/// How a candidate stands in one graphics frame.
-#[derive(Debug, Clone, Copy)]
-pub enum Standing {
-    /// Not looked at: closed, and nobody has asked yet.
-    Unasked,
-    /// Nothing of it is to be heard: a point has left its surface, its source has gone or, for a bent path, is seen.
-    Out,
-    /// Heard like this if nothing blocks it, and nothing to cast rays along.
-    Path(FramePath),
-    /// The same, of a path that was not worked out in this frame.
-    Continued(FramePath),
-    /// A reflected path.
-    Image(ImagePath),
-    /// A bent path.
-    Bent(BentWay),
-}
-
 /// What can be said of a path of an update apart from any graphics frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grounds {
     pub(super) id: PathId,
     course: Course,
+    order: Order,
 }
 
 impl Grounds {
-    #[cfg(test)]
-    pub(super) const fn unknown(id: PathId) -> Self {
+    /// Of a path of which nothing is known.
+    pub(super) fn unknown(id: PathId) -> Self {
         Self {
             id,
             course: Course::Unknown,
+            order: Order::default(),
+        }
+    }
+
+    fn bends(id: PathId, course: BentCourse) -> Self {
+        Self {
+            course: Course::Bends(course),
+            ..Self::unknown(id)
+        }
+    }
+
+    fn mirrors(id: PathId, sequence: Sequence, scene: &Scene) -> Self {
+        Self {
+            id,
+            course: Course::Mirrors(sequence),
+            order: Order::of(scene, &sequence),
         }
     }
 
     /// Of a path of an update; `scene` is as it stood for that update.
     pub(super) fn of(path: &Path, update: &PathSet, scene: &Scene) -> Self {
-        let mut grounds = Self {
-            id: path.id,
-            course: Course::Unknown,
-        };
         if let Some(bent) = BentCourse::of(scene, path) {
-            grounds.course = Course::Bends(bent);
-            return grounds;
+            return Self::bends(path.id, bent);
         }
         let source = update.sources.iter().find(|pose| pose.id == path.source);
         let Some(source) = source else {
-            return grounds;
+            return Self::unknown(path.id);
         };
         let (from, ear) = (
             scene.to_local(source.position),
             scene.to_local(update.listener.position),
         );
         let sequence = Sequence::canonical(scene, path.surfaces());
-        let image = trace(scene, &sequence, from, ear);
-        let same =
-            |found: &ImagePath| (found.length_m - f64::from(path.length_m)).abs() < FOREIGN_M;
-        if image.is_some_and(|found| same(&found)) {
-            grounds.course = Course::Mirrors(sequence);
+        let image_of_ear = mirror_listener(scene, &sequence, ear);
+        let image = unfold(scene, &sequence, from, ear, image_of_ear);
+        let same = |found: ImagePath| (found.length_m - f64::from(path.length_m)).abs() < FOREIGN_M;
+        match image.is_some_and(same) {
+            true => Self::mirrors(path.id, sequence, scene),
+            false => Self::unknown(path.id),
         }
-        grounds
+    }
+
+    /// Of a path that an update names as one nearby; `scene` is as it stood for that update.
+    pub(super) fn nearby(path: &Path, scene: &Scene) -> Self {
+        match BentCourse::of(scene, path) {
+            Some(bent) => Self::bends(path.id, bent),
+            None => {
+                let sequence = Sequence::canonical(scene, path.surfaces());
+                Self::mirrors(path.id, sequence, scene)
+            }
+        }
     }
 }
 
 impl Candidate {
-    /// From a path of an update, open.
-    pub(super) fn new(path: &Path, update: &PathSet, grounds: &Grounds, frame: u64) -> Self {
-        let energy = energy(&path.amplitude);
+    /// From a path of an update.
+    pub(super) fn new(path: &Path, update: &PathSet, grounds: &Grounds) -> Self {
         Self {
             path: *path,
             listener: update.listener,
             course: grounds.course,
-            open: true,
-            tested: None,
-            blocked_leg: 0,
+            order: grounds.order,
             valid_in: 0,
             trend: None,
-            named: true,
-            since: frame,
-            energy,
-            most_energy: energy,
-        }
-    }
-
-    /// From a path that an update names as one nearby, closed; `scene` is as it stood for that update.
-    pub(super) fn nearby(path: &Path, update: &PathSet, scene: &Scene, frame: u64) -> Self {
-        let course = match BentCourse::of(scene, path) {
-            Some(bent) => Course::Bends(bent),
-            None => Course::Mirrors(Sequence::canonical(scene, path.surfaces())),
-        };
-        let grounds = Grounds {
-            id: path.id,
-            course,
-        };
-        Self {
-            open: false,
-            named: false,
-            ..Self::new(path, update, &grounds, frame)
         }
     }
 
     /// How an open one goes on along its trend, if its turn to be worked out is in another frame.
-    pub(super) fn continued(&self, now: &Now<'_>, frame: u64, every: u32) -> Option<FramePath> {
-        let path = self.trend?.at(frame, every.into())?;
+    pub(super) fn continued(
+        &self,
+        now: &Now<'_>,
+        place: Option<&Place>,
+        (frame, every): (u64, u32),
+    ) -> Option<FramePath> {
+        let path = self.trend.as_ref()?.at(frame, every.into())?;
         let bends = match self.course {
             // As the update has it, which is no line from one update to the next.
             Course::Unknown => return None,
             Course::Bends(_) => true,
             Course::Mirrors(_) => false,
         };
-        let is_out = self.has_gone(now.scene) || bends && !now.is_shadowed(self.path.source);
+        let is_shadowed = place.is_some_and(|place| place.is_shadowed);
+        let is_out = self.has_gone(now.scene) || bends && !is_shadowed;
         (!is_out).then_some(path)
     }
 
@@ -175,55 +175,66 @@ impl Candidate {
         self.trend = heard.map(|path| Trend::of(path, frame, before.as_ref(), every.into()));
     }
 
-    /// How it stands in the graphics frame `now`, whatever may block it.
-    pub(super) fn stand(&self, now: &Now<'_>, settings: &BestSettings) -> Standing {
-        let Some(spot) = now.spot(self.path.source) else {
+    /// How it stands in the graphics frame `now`, whatever may block it. Of a reflected path the points alone.
+    pub(super) fn stand(
+        &self,
+        now: &Now<'_>,
+        place: Option<&Place>,
+        settings: &BestSettings,
+        shapes: &mut Shapes,
+    ) -> Standing {
+        let Some(place) = place.filter(|place| place.is_somewhere) else {
             return Standing::Out;
         };
         if self.has_gone(now.scene) {
             return Standing::Out;
         }
-        let sequence = match self.course {
-            Course::Unknown => return Standing::Path(self.held(now)),
+        let sequence = match &self.course {
+            Course::Unknown => return shapes.path(self.held(now)),
             // An update leaves these out where the direct path is seen.
-            Course::Bends(_) if !now.is_shadowed(self.path.source) => return Standing::Out,
-            Course::Bends(_) if !settings.exact_geometry => {
-                return Standing::Path(self.held(now));
-            }
+            Course::Bends(_) if !place.is_shadowed => return Standing::Out,
+            Course::Bends(_) if !settings.exact_geometry => return shapes.path(self.held(now)),
             Course::Bends(course) => {
-                return course
-                    .way(now.scene, &spot)
-                    .map_or(Standing::Out, Standing::Bent);
+                return match course.way(now.scene, &place.spot) {
+                    Some(way) => shapes.bent(way),
+                    None => Standing::Out,
+                };
             }
             Course::Mirrors(sequence) => sequence,
         };
-        let from = now.scene.to_local(spot.from);
-        let ear = now.scene.to_local(spot.to);
-        match trace(now.scene, &sequence, from, ear) {
-            Some(image) => Standing::Image(image),
-            None if settings.drop_outside => Standing::Out,
-            None if !settings.exact_geometry => Standing::Path(self.held(now)),
-            None => Standing::Path(self.unbounded(from, ear, now)),
+        let [from, ear] = place.ends;
+        let order = match now.scene.has_instances() {
+            true => &Order::of(now.scene, sequence),
+            false => &self.order,
+        };
+        let line = [from, mirror_listener(now.scene, sequence, ear)];
+        if shapes.unfolded.along(now.scene, sequence, order, line) {
+            shapes.line = line;
+            return Standing::Legs;
+        }
+        match (settings.drop_outside, settings.exact_geometry) {
+            (true, _) => Standing::Out,
+            (false, false) => shapes.path(self.held(now)),
+            (false, true) => shapes.path(self.unbounded(from, ear, now)),
         }
     }
 
     /// What is heard of it while it is open.
     pub(super) fn heard(
         &self,
-        standing: &Standing,
+        standing: Standing,
         now: &Now<'_>,
+        place: &Place,
         settings: &BestSettings,
+        shapes: &Shapes,
     ) -> Option<FramePath> {
         match standing {
-            Standing::Unasked | Standing::Out => None,
-            Standing::Path(path) | Standing::Continued(path) => Some(*path),
+            Standing::Unasked | Standing::Out | Standing::Legs => None,
+            Standing::Path(number) | Standing::Continued(number) => Some(*shapes.path_of(number)),
             Standing::Image(_) if !settings.exact_geometry => Some(self.held(now)),
-            Standing::Image(image) => {
-                let spot = now.spot(self.path.source)?;
-                Some(self.exact(image, &spot, now))
-            }
-            Standing::Bent(way) => {
-                let path = way.path(now.scene, &now.spot(self.path.source)?)?;
+            Standing::Image(number) => Some(self.exact(shapes.image_of(number), place, now)),
+            Standing::Bent(number) => {
+                let path = shapes.way_of(number).path(now.scene, &place.spot)?;
                 Some(as_of_update(&path, now.listener, now.scene))
             }
         }
@@ -236,18 +247,16 @@ impl Candidate {
 
     /// Exact for an image-source path: length, air, spreading, angles, directivity and direction of this frame, by the
     /// update's own functions.
-    fn exact(&self, image: &ImagePath, spot: &Spot, now: &Now<'_>) -> FramePath {
-        let mut amplitude = reflected(now.scene, image, spot.nearest_m);
-        let departure = (image.points[0] - now.scene.to_local(spot.from)).as_vec3();
-        direct_by_source(&mut amplitude, &spot.source, departure);
+    fn exact(&self, image: &ImagePath, place: &Place, now: &Now<'_>) -> FramePath {
+        let mut amplitude = reflected(now.scene, image, place.spot.nearest_m);
+        let departure = (image.points[0] - place.ends[0]).as_vec3();
+        direct_by_source(&mut amplitude, &place.spot.source, departure);
         // Rounded the way an update's paths are, so that a path at rest has the same bits either way.
-        let path = Path {
-            image: now.scene.to_world(image.image),
-            length_m: image.length_m as f32,
+        let (seen_at, length_m) = (now.scene.to_world(image.image), image.length_m as f32);
+        FramePath {
             amplitude,
-            ..self.path
-        };
-        as_of_update(&path, now.listener, now.scene)
+            ..heard_from(seen_at, length_m, &self.path, now.listener, now.scene)
+        }
     }
 
     /// As if its surfaces had no ends: the level follows the distance alone.
@@ -279,6 +288,32 @@ impl Candidate {
         };
         another || !self.path.surfaces().iter().all(exists)
     }
+}
+
+impl Mark {
+    /// Of a path of an update, open.
+    pub(super) fn new(path: &Path, frame: u64) -> Self {
+        let energy = energy(&path.amplitude);
+        Self {
+            open: true,
+            named: true,
+            blocked_leg: 0,
+            legs: path.order + path.bends + 1,
+            tested: None,
+            since: frame,
+            energy,
+            most_energy: energy,
+        }
+    }
+
+    /// Of a path that an update names as one nearby, closed.
+    pub(super) fn nearby(path: &Path, frame: u64) -> Self {
+        Self {
+            open: false,
+            named: false,
+            ..Self::new(path, frame)
+        }
+    }
 
     /// Keeps how loud it is.
     pub(super) fn note_level(&mut self, amplitude: &BandArray) {
@@ -298,14 +333,4 @@ impl Candidate {
 /// Pressure squared over all bands.
 pub(super) fn energy(amplitude: &BandArray) -> f32 {
     amplitude.iter().map(|a| a * a).sum()
-}
-
-fn trace(scene: &Scene, sequence: &Sequence, from: DVec3, ear: DVec3) -> Option<ImagePath> {
-    unfold(
-        scene,
-        sequence,
-        from,
-        ear,
-        mirror_listener(scene, sequence, ear),
-    )
 }

@@ -12,6 +12,8 @@ use crate::scene::Scene;
 pub struct Groundwork {
     /// In the order of the update's paths.
     grounds: Vec<Grounds>,
+    /// In the order of those nearby.
+    nearby: Vec<Grounds>,
 }
 
 impl Groundwork {
@@ -21,16 +23,27 @@ impl Groundwork {
         let of = |path: &Path| Grounds::of(path, update, scene);
         self.grounds.clear();
         self.grounds.extend(continued(update).map(of));
+        let nearby = update.nearby.iter();
+        self.nearby.clear();
+        self.nearby
+            .extend(nearby.map(|path| Grounds::nearby(path, scene)));
     }
 
     /// Forgets the update.
     pub fn clear(&mut self) {
         self.grounds.clear();
+        self.nearby.clear();
     }
 
     /// What is known of the path that has this place among [`continued`] ones, if it is that path.
-    pub(super) fn of(&self, place: usize, path: &Path) -> Option<Grounds> {
-        let found = self.grounds.get(place).copied();
+    pub(super) fn of(&self, place: usize, path: &Path) -> Option<&Grounds> {
+        let found = self.grounds.get(place);
+        found.filter(|grounds| grounds.id == path.id)
+    }
+
+    /// The same of a path nearby, by its place among those.
+    pub(super) fn of_nearby(&self, place: usize, path: &Path) -> Option<&Grounds> {
+        let found = self.nearby.get(place);
         found.filter(|grounds| grounds.id == path.id)
     }
 }

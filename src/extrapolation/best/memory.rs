@@ -5,7 +5,7 @@
 //! is a hint. Paths that it names as nearby are kept, closed, until a ray finds them open or it names them no more.
 //! Candidates that it does not name are kept for some updates, closed or open. A long update is taken over in parts.
 
-use super::candidate::{Candidate, Course, Grounds, energy};
+use super::candidate::{Candidate, Course, Grounds, Mark, energy};
 use super::groundwork::Groundwork;
 use super::history::Word;
 use super::{BestSettings, Now};
@@ -20,10 +20,11 @@ const CAPACITY: usize = 32_768;
 pub struct Memory {
     /// The candidates.
     pub candidates: Vec<Candidate>,
-    next: Vec<Candidate>,
+    /// What is known of each.
+    pub marks: Vec<Mark>,
+    next: Next,
     /// How far an update has been taken over, into `next`.
     taken: Taken,
-    capacity: usize,
     /// Updates taken so far.
     pub updates: u64,
 }
@@ -32,9 +33,9 @@ impl Default for Memory {
     fn default() -> Self {
         Self {
             candidates: Vec::new(),
-            next: Vec::new(),
+            marks: Vec::new(),
+            next: Next::default(),
             taken: Taken::default(),
-            capacity: CAPACITY,
             updates: 0,
         }
     }
@@ -43,9 +44,14 @@ impl Default for Memory {
 impl Memory {
     /// Makes room for this many candidates, and keeps to it.
     pub(super) fn bound(&mut self, candidates: usize) {
-        self.capacity = candidates.min(CAPACITY);
-        self.candidates.reserve_exact(self.capacity);
-        self.next.reserve_exact(self.capacity);
+        let capacity = candidates.min(CAPACITY);
+        self.next.capacity = capacity;
+        for list in [&mut self.candidates, &mut self.next.candidates] {
+            list.reserve_exact(capacity);
+        }
+        for list in [&mut self.marks, &mut self.next.marks] {
+            list.reserve_exact(capacity);
+        }
     }
 
     /// An update is to be taken over in a graphics frame, from its first path on; `word` is what it is worth.
@@ -55,7 +61,8 @@ impl Memory {
             word,
             ..Taken::default()
         };
-        self.next.clear();
+        self.next.candidates.clear();
+        self.next.marks.clear();
     }
 
     /// Goes on taking that update over, with what has been worked out of it, until the effort is spent; gives whether it
@@ -81,19 +88,46 @@ impl Memory {
                 self.taken = taken;
                 return false;
             }
-            let kept = match named.following(&mut taken, groundwork, &self.candidates) {
-                Following::Kept(candidate) => Some(candidate),
-                Following::Forgotten => None,
-                Following::Nothing => break,
-            };
-            effort.spend(cost::CONTINUED);
-            if self.next.len() < self.capacity {
-                self.next.extend(kept);
+            let old = (&self.candidates[..], &self.marks[..]);
+            if !named.following(&mut taken, groundwork, old, &mut self.next) {
+                break;
             }
+            effort.spend(cost::CONTINUED);
         }
-        std::mem::swap(&mut self.candidates, &mut self.next);
+        std::mem::swap(&mut self.candidates, &mut self.next.candidates);
+        std::mem::swap(&mut self.marks, &mut self.next.marks);
         self.updates += 1;
         true
+    }
+}
+
+/// The candidates that an update leaves.
+#[derive(Debug)]
+struct Next {
+    candidates: Vec<Candidate>,
+    marks: Vec<Mark>,
+    capacity: usize,
+}
+
+impl Default for Next {
+    fn default() -> Self {
+        Self {
+            candidates: Vec::new(),
+            marks: Vec::new(),
+            capacity: CAPACITY,
+        }
+    }
+}
+
+impl Next {
+    /// Keeps one more, if there is room.
+    fn keep(&mut self, candidate: &Candidate, mark: &Mark) -> Option<(&mut Candidate, &mut Mark)> {
+        if self.candidates.len() >= self.capacity {
+            return None;
+        }
+        self.candidates.push(*candidate);
+        self.marks.push(*mark);
+        self.candidates.last_mut().zip(self.marks.last_mut())
     }
 }
 
@@ -128,17 +162,6 @@ impl Default for Taken {
     }
 }
 
-/// What comes next by identity.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "it lives for one step, and what is kept is the rule"
-)]
-enum Following {
-    Kept(Candidate),
-    Forgotten,
-    Nothing,
-}
-
 /// An update as it is taken over, and what its word is worth.
 struct Named<'a> {
     update: &'a PathSet,
@@ -149,14 +172,19 @@ struct Named<'a> {
     settings: &'a BestSettings,
 }
 
+/// What was known of a candidate.
+type Known<'a> = (&'a Candidate, &'a Mark);
+
 impl Named<'_> {
-    /// The next candidate of the update and of those from before, all by identity; moves on by one.
+    /// Keeps the next candidate of the update and of those from before, all by identity, or forgets it; moves on by one.
+    /// Gives whether there was one.
     fn following(
         &self,
         taken: &mut Taken,
         groundwork: &Groundwork,
-        old: &[Candidate],
-    ) -> Following {
+        (old, marks): (&[Candidate], &[Mark]),
+        kept: &mut Next,
+    ) -> bool {
         let paths = &self.update.paths;
         while paths.get(taken.path).is_some_and(Path::is_revalidated) {
             taken.path += 1;
@@ -165,90 +193,133 @@ impl Named<'_> {
         let beside = self.update.nearby.get(taken.nearby);
         let beside = beside.filter(|beside| valid.is_none_or(|path| beside.id < path.id));
         let next = beside.or(valid);
-        let known = old.get(taken.old);
-        let known = known.filter(|known| next.is_none_or(|next| known.path.id <= next.id));
+        let known = old.get(taken.old).zip(marks.get(taken.old));
+        let known = known.filter(|(known, _)| next.is_none_or(|next| known.path.id <= next.id));
         taken.old += usize::from(known.is_some());
         match (next, known) {
-            (None, None) => Following::Nothing,
-            (None, Some(known)) => self
-                .absent(known)
-                .map_or(Following::Forgotten, Following::Kept),
-            (Some(next), Some(known)) if known.path.id < next.id => self
-                .absent(known)
-                .map_or(Following::Forgotten, Following::Kept),
+            (None, None) => return false,
+            (None, Some(known)) => {
+                self.absent(known, kept);
+            }
+            (Some(next), Some(known)) if known.0.path.id < next.id => {
+                self.absent(known, kept);
+            }
             (Some(next), known) if beside.is_some() => {
+                let grounds = groundwork.of_nearby(taken.nearby, next);
                 taken.nearby += 1;
-                Following::Kept(self.nearby(next, known))
+                self.nearby(next, grounds, known, kept);
             }
             (Some(next), known) => {
                 let grounds = groundwork.of(taken.place, next);
                 taken.path += 1;
                 taken.place += 1;
-                Following::Kept(self.valid(next, grounds, known))
+                self.valid(next, grounds, known, kept);
             }
         }
+        true
     }
 
     /// A path that is valid there, and what was known of it.
-    fn valid(&self, path: &Path, grounds: Option<Grounds>, known: Option<&Candidate>) -> Candidate {
-        let grounds = grounds.unwrap_or_else(|| Grounds::of(path, self.update, self.now.then));
-        let mut candidate = Candidate::new(path, self.update, &grounds, self.frame);
+    fn valid(
+        &self,
+        path: &Path,
+        grounds: Option<&Grounds>,
+        known: Option<Known<'_>>,
+        kept: &mut Next,
+    ) {
+        let own;
+        let grounds = match grounds {
+            Some(grounds) => grounds,
+            None => {
+                own = Grounds::of(path, self.update, self.now.then);
+                &own
+            }
+        };
+        let new = Candidate::new(path, self.update, grounds);
+        let Some((candidate, mark)) = kept.keep(&new, &Mark::new(path, self.frame)) else {
+            return;
+        };
         candidate.valid_in = self.updates;
-        candidate.tested = self.word.binding.then_some(self.word.frame);
-        candidate.trend = known.and_then(|known| known.trend);
-        if let Some(known) = known
-            && (!self.word.binding || known.tested > candidate.tested)
-            && known.tested.is_some()
-        {
-            (candidate.open, candidate.tested) = (known.open, known.tested);
-            candidate.blocked_leg = known.blocked_leg;
+        mark.tested = self.word.binding.then_some(self.word.frame);
+        let Some((before, known)) = known else {
+            return;
+        };
+        candidate.trend = before.trend;
+        if (!self.word.binding || known.tested > mark.tested) && known.tested.is_some() {
+            (mark.open, mark.tested) = (known.open, known.tested);
+            mark.blocked_leg = known.blocked_leg;
         }
-        if let Some(known) = known {
-            candidate.most_energy = candidate.most_energy.max(known.most_energy);
-            if known.open == candidate.open {
-                candidate.since = known.since;
-            }
-            if known.open {
-                candidate.energy = known.energy;
-            }
+        mark.most_energy = mark.most_energy.max(known.most_energy);
+        if known.open == mark.open {
+            mark.since = known.since;
         }
-        candidate
+        if known.open {
+            mark.energy = known.energy;
+        }
     }
 
     /// One that is not, but named: it stays until the next update, and for as long as one that was valid not long ago.
-    fn nearby(&self, path: &Path, known: Option<&Candidate>) -> Candidate {
-        let mut candidate = match known.and_then(|known| self.absent(known)) {
-            Some(known) => known,
-            None => Candidate::nearby(path, self.update, self.now.then, self.frame),
+    fn nearby(
+        &self,
+        path: &Path,
+        grounds: Option<&Grounds>,
+        known: Option<Known<'_>>,
+        kept: &mut Next,
+    ) {
+        let found = match known.filter(|(known, _)| self.is_remembered(known)) {
+            Some(known) => self.absent(known, kept),
+            None => {
+                let own;
+                let grounds = match grounds {
+                    Some(grounds) => grounds,
+                    None => {
+                        own = Grounds::nearby(path, self.now.then);
+                        &own
+                    }
+                };
+                let new = Candidate::new(path, self.update, grounds);
+                kept.keep(&new, &Mark::nearby(path, self.frame))
+            }
         };
-        candidate.most_energy = candidate.most_energy.max(energy(&path.amplitude));
+        let Some((candidate, mark)) = found else {
+            return;
+        };
+        mark.most_energy = mark.most_energy.max(energy(&path.amplitude));
         let remembered = u64::from(self.settings.remembered_updates);
         let last = self.updates.saturating_sub(remembered);
         candidate.valid_in = candidate.valid_in.max(last);
-        candidate
     }
 
-    /// What becomes of a candidate that is not valid there.
-    fn absent(&self, candidate: &Candidate) -> Option<Candidate> {
+    /// Whether a candidate is kept that is not valid there.
+    fn is_remembered(&self, candidate: &Candidate) -> bool {
         let age = self.updates - candidate.valid_in;
         // Of bent paths an update names the loudest, so that the others are not to be heard.
         let remembered = match candidate.course {
             Course::Bends(_) => self.settings.remembered_updates.min(1),
-            Course::Mirrors(_) | Course::Unknown => self.settings.remembered_updates,
+            Course::Mirrors(_) => self.settings.remembered_updates,
+            Course::Unknown => return false,
         };
-        if age > u64::from(remembered) || matches!(candidate.course, Course::Unknown) {
+        age <= u64::from(remembered)
+    }
+
+    /// What becomes of a candidate that is not valid there.
+    fn absent<'a>(
+        &self,
+        (candidate, mark): Known<'_>,
+        kept: &'a mut Next,
+    ) -> Option<(&'a mut Candidate, &'a mut Mark)> {
+        if !self.is_remembered(candidate) {
             return None;
         }
-        let mut kept = *candidate;
-        kept.named = false;
+        let (candidate, mark) = kept.keep(candidate, mark)?;
+        mark.named = false;
         // Where the direct path is seen no update looks for longer bends, so it has not said anything.
-        if matches!(kept.course, Course::Bends(_)) && !self.now.is_shadowed(kept.path.source) {
-            kept.tested = None;
-            return Some(kept);
+        let bends = matches!(candidate.course, Course::Bends(_));
+        if bends && !self.now.is_shadowed(candidate.path.source) {
+            mark.tested = None;
+        } else if self.word.binding && mark.tested <= Some(self.word.frame) {
+            mark.note_visibility(false, self.word.frame);
         }
-        if self.word.binding && kept.tested <= Some(self.word.frame) {
-            kept.note_visibility(false, self.word.frame);
-        }
-        Some(kept)
+        Some((candidate, mark))
     }
 }

@@ -7,6 +7,7 @@
 //! of a path does the most harm, its stale visibility comes second, its amplitude last.
 //!
 //! - [`candidate`]: one path as it stands now, from its surfaces and today's poses;
+//! - `standing`: how each stands in a graphics frame, `places`: where its source is then;
 //! - [`groundwork`]: what can be worked out about an update before it is taken;
 //! - [`memory`]: candidates from update to update, and whose word on visibility counts;
 //! - [`history`]: where the listener was, so that an update's word can be dated;
@@ -18,14 +19,16 @@ pub mod candidate;
 pub mod groundwork;
 pub mod history;
 pub mod memory;
+mod places;
 pub mod rays;
 pub mod settings;
+mod standing;
 mod tail;
 pub mod trend;
 
 use super::effort::{Effort, cost};
 use super::frame::FramePath;
-use super::frame_steps::{Part, is_wanted};
+use super::frame_steps::Part;
 use super::posed::has_moved;
 use crate::propagation::PathSet;
 use crate::propagation::diffraction::{MOST_DOUBLE, MOST_MIRRORED, Spot};
@@ -35,10 +38,12 @@ pub use groundwork::Groundwork;
 pub use settings::{BestSettings, Lead};
 pub(super) use tail::late_now;
 
-use candidate::{Course, Standing};
+use candidate::Course;
 use history::History;
 use memory::Memory;
+use places::Places;
 use rays::Inspection;
+use standing::{Shapes, Standing};
 
 /// What one graphics frame is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -81,16 +86,6 @@ enum Step {
     Hear(usize),
 }
 
-/// What finding out how a candidate stands has cost.
-fn cost_of(standing: &Standing) -> usize {
-    match standing {
-        Standing::Unasked => 0,
-        Standing::Continued(_) => cost::CONTINUED,
-        Standing::Bent(_) => cost::BENT_WAY,
-        Standing::Out | Standing::Path(_) | Standing::Image(_) => cost::UNFOLDED,
-    }
-}
-
 /// State of the predictor.
 #[derive(Debug)]
 pub(super) struct Best {
@@ -98,7 +93,11 @@ pub(super) struct Best {
     memory: Memory,
     history: History,
     inspection: Inspection,
+    /// Where the sources are in this frame.
+    places: Places,
+    /// How candidates stand, and what that tells of.
     standings: Vec<Standing>,
+    shapes: Shapes,
     /// Bent paths that may be heard in this frame, and whether they bend twice.
     bent: Vec<(bool, FramePath)>,
     frame: u64,
@@ -112,19 +111,24 @@ impl Best {
             memory: Memory::default(),
             history: History::default(),
             inspection: Inspection::default(),
+            places: Places::default(),
             standings: Vec::new(),
+            shapes: Shapes::default(),
             bent: Vec::new(),
             frame: 0,
             step: Step::Begin,
         }
     }
 
-    /// Makes room for this many candidates and keeps to it, so that [`Self::part`] allocates nothing.
-    pub(super) fn bound(&mut self, candidates: usize) {
+    /// Makes room for this many candidates and keeps to it, and for this many sources, so that [`Self::part`] allocates
+    /// nothing.
+    pub(super) fn bound(&mut self, candidates: usize, sources: usize) {
         self.memory.bound(candidates);
         self.inspection.reserve(candidates);
         self.standings.reserve(candidates);
+        self.shapes.reserve(candidates);
         self.bent.reserve(candidates);
+        self.places.reserve(sources);
     }
 
     /// Goes on until the effort is spent, and adds the paths of a graphics frame to `paths` that are not part of the direct
@@ -147,6 +151,7 @@ impl Best {
         }
         if self.step == Step::Take && self.take(arrived, now, effort) {
             self.standings.clear();
+            self.shapes.clear();
             self.step = Step::Stand;
         }
         if self.step == Step::Stand {
@@ -183,6 +188,7 @@ impl Best {
     /// Begins a graphics frame, and an update if one has arrived.
     fn begin(&mut self, arrived: Option<(&PathSet, &Groundwork)>, now: &Now<'_>) {
         self.history.push(now.listener.position);
+        self.places.look(now);
         if let Some((update, _)) = arrived {
             let mut word = self.history.date(update.listener.position, self.frame);
             // The listener's place does not date an update of a scene that has moved since.
@@ -207,27 +213,34 @@ impl Best {
     /// How candidates stand. Of what is closed only what rays are cast for has to be known.
     fn stand(&mut self, now: &Now<'_>, effort: &mut Effort) {
         let every = self.settings.exact_every.max(1);
-        for candidate in self.memory.candidates.iter_mut().skip(self.standings.len()) {
+        let memory = &mut self.memory;
+        let each = memory.candidates.iter().zip(&mut memory.marks);
+        for (candidate, mark) in each.skip(self.standings.len()) {
             if effort.is_spent() {
                 return;
             }
             // Most are closed, and nothing is written of them but that.
-            if !candidate.open {
+            if !mark.open {
                 self.standings.push(Standing::Unasked);
                 continue;
             }
+            let place = self.places.of(candidate.path.source);
             let continued = match every > 1 {
-                true => candidate.continued(now, self.frame, every),
+                true => candidate.continued(now, place, (self.frame, every)),
                 false => None,
             };
-            let standing = match continued {
-                Some(path) => Standing::Continued(path),
-                None => candidate.stand(now, &self.settings),
+            let shapes = &mut self.shapes;
+            let mut standing = match continued {
+                Some(path) => shapes.continued(path),
+                None => candidate.stand(now, place, &self.settings, shapes),
             };
-            effort.spend(cost_of(&standing));
+            if standing == Standing::Legs {
+                standing = shapes.finish(now.scene);
+            }
+            effort.spend(standing.cost());
             // What comes back onto its surfaces is asked soon.
-            if let (Standing::Out, Course::Mirrors(_)) = (&standing, candidate.course) {
-                candidate.tested = None;
+            if let (Standing::Out, Course::Mirrors(_)) = (standing, candidate.course) {
+                mark.tested = None;
             }
             self.standings.push(standing);
         }
@@ -236,19 +249,19 @@ impl Best {
     /// Puts in order whom the frame's rays are for.
     fn make_queue(&mut self, now: &Now<'_>, effort: &mut Effort) {
         let budget = self.settings.rays(now.sources.len());
-        let candidates = &self.memory.candidates;
+        let marks = &self.memory.marks;
         self.inspection
-            .begin(budget, self.frame, candidates, &self.standings);
-        effort.spend(candidates.len() / cost::SORTED);
+            .begin(budget, self.frame, marks, &self.standings);
+        effort.spend(marks.len() / cost::SORTED);
     }
 
     /// Casts the frame's rays until the effort is spent; gives their number, and whether all are cast.
     fn ask(&mut self, now: &Now<'_>, effort: &mut Effort) -> (u64, bool) {
         self.inspection.go_on(
             self.memory.updates,
-            &mut self.memory.candidates,
-            &mut self.standings,
-            (now, &self.settings),
+            (&mut self.memory.candidates, &mut self.memory.marks),
+            (&mut self.standings, &mut self.shapes),
+            (now, &self.places, &self.settings),
             effort,
         )
     }
@@ -262,11 +275,18 @@ impl Best {
         paths: &mut Vec<FramePath>,
     ) -> Step {
         let every = self.settings.exact_every.max(1);
-        let each = self.memory.candidates.iter_mut().zip(&self.standings);
-        for (number, (candidate, standing)) in each.enumerate().skip(first) {
-            if !candidate.open || !is_wanted(now.sources, &candidate.path) {
+        let marks = self.memory.marks.iter_mut();
+        let each = marks.zip(&mut self.memory.candidates);
+        let each = each.zip(&self.standings);
+        for (number, ((mark, candidate), &standing)) in each.enumerate().skip(first) {
+            // Whoever was not asked is closed.
+            if standing == Standing::Unasked || !mark.open {
                 continue;
             }
+            let place = self.places.of(candidate.path.source);
+            let Some(place) = place.filter(|place| place.wants(&candidate.path)) else {
+                continue;
+            };
             if effort.is_spent() {
                 return Step::Hear(number);
             }
@@ -277,7 +297,7 @@ impl Best {
                 (Standing::Image(_), _) => cost::REFLECTED,
                 _ => 0,
             });
-            let heard = candidate.heard(standing, now, &self.settings);
+            let heard = candidate.heard(standing, now, place, &self.settings, &self.shapes);
             let is_new = !matches!(standing, Standing::Continued(_));
             if every > 1 && is_new && self.settings.exact_geometry {
                 candidate.remember(heard.as_ref(), self.frame, every);
@@ -285,7 +305,7 @@ impl Best {
             let Some(path) = heard else {
                 continue;
             };
-            candidate.note_level(&path.amplitude);
+            mark.note_level(&path.amplitude);
             match candidate.course {
                 Course::Bends(course) => self.bent.push((course.is_double(), path)),
                 Course::Mirrors(_) | Course::Unknown => paths.push(path),

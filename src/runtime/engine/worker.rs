@@ -117,8 +117,10 @@ impl Worker {
         delivery.synchronous = self.synchronous;
         delivery.extrapolator = self.extrapolator.take();
         delivery.scenes = self.scenes.take();
-        delivery.predictor = (world.predictor != self.predictor)
-            .then(|| Continuation::with_room(self.paced(world.predictor), self.max_paths));
+        delivery.predictor = (world.predictor != self.predictor).then(|| {
+            let kind = self.paced(world.predictor);
+            Continuation::with_room(kind, self.max_paths, self.max_sources)
+        });
         self.predictor = world.predictor;
         self.newest = Some(world);
         self.update += 1;
