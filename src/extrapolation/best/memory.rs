@@ -16,7 +16,7 @@ use crate::propagation::{Path, PathSet};
 const CAPACITY: usize = 32_768;
 
 /// All candidates, sorted by identity.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Memory {
     /// The candidates.
     pub candidates: Vec<Candidate>,
@@ -27,18 +27,6 @@ pub struct Memory {
     taken: Taken,
     /// Updates taken so far.
     pub updates: u64,
-}
-
-impl Default for Memory {
-    fn default() -> Self {
-        Self {
-            candidates: Vec::new(),
-            marks: Vec::new(),
-            next: Next::default(),
-            taken: Taken::default(),
-            updates: 0,
-        }
-    }
 }
 
 impl Memory {
