@@ -14,7 +14,7 @@ pub(crate) use prefetch::prefetch;
 use core::arch::aarch64::*;
 
 use super::tracing::{
-    Child, Corners, Entered, FAR_WIDENING, Met, NEAR_NARROWING, Near, Planes, RawRay, Row,
+    Axes, Child, Corners, Entered, FAR_WIDENING, Met, NEAR_NARROWING, Near, Planes, RawRay, Row,
     SMALLEST_COMPONENT, TriangleRay,
 };
 
@@ -213,8 +213,8 @@ pub(crate) struct Limit {
 /// A ray against four boxes at once, fused, in coordinates of its longest axis ([`super::tracing::SlabRay`]).
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs4<const COURSE: u8> {
-    /// The rows it crosses first of its shorter axes.
-    near: [Row; 2],
+    /// The rows it crosses first, of the axes in turn.
+    near: [Row; 3],
     scale: float32x4_t,
     offset: [float32x4_t; 2],
     start: float32x4_t,
@@ -232,15 +232,13 @@ impl<const COURSE: u8> Slabs4<COURSE> {
         let start = splat(ray.origin, z);
         let scale = vmulq_f32(ray.inverse, pace);
         let offset = vfmsq_f32(start, ray.origin, scale);
-        let near = |axis: usize| {
-            let down = match Course::side(COURSE, axis) {
-                Some(down) => down,
-                None => get(ray.inverse, axis).is_sign_negative(),
-            };
-            Row::first(axis, down)
+        let down = |axis: usize| match Course::side(COURSE, axis) {
+            Some(down) => down,
+            None => get(ray.inverse, axis).is_sign_negative(),
         };
+        let down = [down(x), down(y), Course::runs_down(COURSE)];
         Self {
-            near: [near(x), near(y)],
+            near: Axes::ending_at(z).first_rows(down),
             scale,
             offset: [splat(offset, x), splat(offset, y)],
             start,
@@ -263,7 +261,7 @@ impl<const COURSE: u8> Slabs4<COURSE> {
     #[inline]
     #[target_feature(enable = "neon")]
     fn spans(&self, planes: &Planes<4>, limit: float32x4_t) -> (float32x4_t, uint32x4_t) {
-        let [x, y, z] = Course::axes(COURSE);
+        let [x, y, _] = Course::axes(COURSE);
         let down = Course::runs_down(COURSE);
         let later = |a, b| {
             if down {
@@ -281,8 +279,7 @@ impl<const COURSE: u8> Slabs4<COURSE> {
         };
         let at_x = |row: Row| vfmaq_f32(self.offset[0], row4(planes, row), splat(self.scale, x));
         let at_y = |row: Row| vfmaq_f32(self.offset[1], row4(planes, row), splat(self.scale, y));
-        let [near_x, near_y] = self.near;
-        let near_z = Row::first(z, down);
+        let [near_x, near_y, near_z] = self.near;
         let entry = later(
             later(at_x(near_x), at_y(near_y)),
             later(row4(planes, near_z), self.start),

@@ -37,12 +37,6 @@ impl Row {
         [Self(side(0)), Self(2 + side(1)), Self(4 + side(2))]
     }
 
-    /// The row that a ray crosses first of an axis, of 0 to 2, along which it runs down or up.
-    #[inline(always)]
-    pub(crate) fn first(axis: usize, down: bool) -> Self {
-        Self(2 * axis.min(2) + usize::from(down))
-    }
-
     /// The row of the box's other side.
     #[inline(always)]
     pub(crate) fn opposite(self) -> Self {

@@ -72,13 +72,6 @@ pub(crate) use {enter_avx2, enter_avx512, enter_sse2};
 
 #[inline]
 #[target_feature(enable = "sse2")]
-fn load4(lanes: &[f32; 4]) -> __m128 {
-    // SAFETY: a reference to four f32; the load needs no alignment.
-    unsafe { _mm_loadu_ps(lanes.as_ptr()) }
-}
-
-#[inline]
-#[target_feature(enable = "sse2")]
 fn store4(lanes: &mut [f32; 4], values: __m128) {
     // SAFETY: a unique reference to four f32; the store needs no alignment.
     unsafe { _mm_storeu_ps(lanes.as_mut_ptr(), values) }
