@@ -14,15 +14,15 @@ pub(crate) use prefetch::prefetch;
 use core::arch::aarch64::*;
 
 use super::tracing::{
-    Child, Corners, Entered, FAR_WIDENING, Met, NEAR_NARROWING, Near, Planes, RawRay, Row,
+    Axes, Child, Corners, Entered, FAR_WIDENING, Met, NEAR_NARROWING, Near, Planes, RawRay, Row,
     SMALLEST_COMPONENT, TriangleRay,
 };
 
 /// Calls a safe function that carries the feature `neon`, which every aarch64 has.
 macro_rules! enter_neon {
-    ($function:ident $(::<$octant:literal>)? ($($argument:expr),*)) => {
+    ($function:ident($($argument:expr),*)) => {
         // SAFETY: the function is safe but for its feature, and NEON is part of aarch64 as Rust targets it.
-        unsafe { $function $(::<$octant>)? ($($argument),*) }
+        unsafe { $function($($argument),*) }
     };
 }
 
@@ -33,6 +33,17 @@ pub(crate) use enter_neon;
 fn load4(lanes: &[f32; 4]) -> float32x4_t {
     // SAFETY: a reference to four f32; the load needs no more alignment than theirs.
     unsafe { vld1q_f32(lanes.as_ptr()) }
+}
+
+/// Three lanes, the fourth zero.
+#[inline]
+#[target_feature(enable = "neon")]
+fn load3(lanes: &[f32; 3]) -> float32x4_t {
+    // SAFETY: a reference to three f32, of which these are two; the load needs no more alignment than theirs.
+    let two = unsafe { vld1_f32(lanes.as_ptr()) };
+    let two = vcombine_f32(two, vcreate_f32(0));
+    // SAFETY: the third of them; the load needs no more alignment than its.
+    unsafe { vld1q_lane_f32::<2>(&raw const lanes[2], two) }
 }
 
 #[inline]
@@ -75,25 +86,24 @@ fn row4(planes: &Planes<4>, row: Row) -> float32x4_t {
     unsafe { vld1q_f32(row.cast::<f32>()) }
 }
 
-/// A ray in the first three lanes: where it starts and one over its direction.
+/// A ray in the first three lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Ready {
     origin: float32x4_t,
     direction: float32x4_t,
     inverse: float32x4_t,
-    /// Axis of the largest component of the direction, the first of equals.
-    longest: usize,
 }
 
 impl Ready {
     /// Of a ray that is near.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'_>, near: Near) -> Option<Self> {
-        let [ox, oy, oz] = *ray.origin;
-        let [dx, dy, dz] = *ray.direction;
-        let origin = load4(&[ox, oy, oz, 0.0]);
-        let direction = load4(&[dx, dy, dz, 0.0]);
+    pub(crate) fn of<const CALLER: u8, const COURSE: u8>(
+        ray: RawRay<'_>,
+        near: Near,
+    ) -> Option<Self> {
+        let origin = load3(ray.origin);
+        let direction = load3(ray.direction);
         let size = vabsq_f32(direction);
         let (farthest, largest) = (vmaxvq_f32(vabsq_f32(origin)), vmaxvq_f32(size));
         // Of lanes with a number that is none the greatest is none, and none is near.
@@ -104,111 +114,186 @@ impl Ready {
         let smallest = vdupq_n_f32(largest * SMALLEST_COMPONENT);
         let sign = vdupq_n_u32(1 << 31);
         let bounded = vbslq_f32(sign, direction, vmaxq_f32(size, smallest));
-        let is_longest = vmovn_u32(vceqq_f32(size, vdupq_n_f32(largest)));
-        let is_longest = vget_lane_u64::<0>(vreinterpret_u64_u16(is_longest));
         Some(Self {
             origin,
             direction,
             inverse: vdivq_f32(vdupq_n_f32(1.0), bounded),
-            longest: is_longest.trailing_zeros() as usize / 16,
         })
     }
+}
 
-    /// Lanes as numbers.
-    #[inline]
-    #[target_feature(enable = "neon")]
-    fn lanes(values: float32x4_t) -> [f32; 3] {
-        [
-            vgetq_lane_f32::<0>(values),
-            vgetq_lane_f32::<1>(values),
-            vgetq_lane_f32::<2>(values),
-        ]
+/// A ray's course, a number: its longest axis and along which axes it runs downwards; of shortened courses that is known of
+/// the longest axis alone. Kernels are compiled for each, so that places in memory are known.
+pub(crate) struct Course;
+
+impl Course {
+    /// Of a ray; of components as long as each other the first counts. 23 at most.
+    #[inline(always)]
+    pub(crate) fn of(direction: &[f32; 3]) -> u8 {
+        let down = |axis: usize| (direction[axis].to_bits() >> 31) << axis;
+        8 * Self::longest(direction) as u8 + (down(0) | down(1) | down(2)) as u8
+    }
+
+    /// The same, shortened: 24 to 29.
+    #[inline(always)]
+    pub(crate) fn short(direction: &[f32; 3]) -> u8 {
+        let longest = Self::longest(direction);
+        24 + 2 * longest as u8 + u8::from(direction[longest].is_sign_negative())
+    }
+
+    #[inline(always)]
+    fn longest(direction: &[f32; 3]) -> usize {
+        let [x, y, z] = direction.map(f32::abs);
+        let (xy, longer) = if x >= y { (0, x) } else { (1, y) };
+        if longer >= z { xy } else { 2 }
+    }
+
+    /// The axes in turn, the longest the last.
+    const fn axes(course: u8) -> [usize; 3] {
+        let longest = if course < 24 {
+            course / 8
+        } else {
+            (course - 24) / 2
+        };
+        match longest {
+            0 => [1, 2, 0],
+            1 => [2, 0, 1],
+            _ => [0, 1, 2],
+        }
+    }
+
+    /// Whether it runs downwards along its longest axis.
+    const fn runs_down(course: u8) -> bool {
+        if course < 24 {
+            course >> (course / 8) & 1 == 1
+        } else {
+            course % 2 == 1
+        }
+    }
+
+    /// Whether it runs downwards along a shorter axis, if that is known.
+    const fn side(course: u8, axis: usize) -> Option<bool> {
+        if course < 24 {
+            Some(course >> axis & 1 == 1)
+        } else {
+            None
+        }
     }
 }
 
-/// Which planes of boxes a ray meets first, in whatever way it is known.
-pub(crate) trait Sides: Copy {
-    /// The row of those of an axis.
-    fn near(self, axis: usize) -> Row;
+/// A lane in all lanes, which operations take as it is.
+#[inline]
+#[target_feature(enable = "neon")]
+fn splat(values: float32x4_t, lane: usize) -> float32x4_t {
+    match lane {
+        0 => vdupq_laneq_f32::<0>(values),
+        1 => vdupq_laneq_f32::<1>(values),
+        _ => vdupq_laneq_f32::<2>(values),
+    }
 }
 
-/// Known while running.
-#[derive(Clone, Copy)]
-pub(crate) struct Rows([Row; 3]);
+/// A lane as a number.
+#[inline]
+#[target_feature(enable = "neon")]
+fn get(values: float32x4_t, lane: usize) -> f32 {
+    match lane {
+        0 => vgetq_lane_f32::<0>(values),
+        1 => vgetq_lane_f32::<1>(values),
+        _ => vgetq_lane_f32::<2>(values),
+    }
+}
 
-impl Rows {
+/// A parameter, and where it is on a ray's longest axis, in all lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Limit {
+    t_max: float32x4_t,
+    place: float32x4_t,
+}
+
+/// A ray against four boxes at once, fused, in coordinates of its longest axis ([`super::tracing::SlabRay`]).
+#[derive(Clone, Copy)]
+pub(crate) struct Slabs4<const COURSE: u8> {
+    /// The rows it crosses first, of the axes in turn.
+    near: [Row; 3],
+    scale: float32x4_t,
+    offset: [float32x4_t; 2],
+    start: float32x4_t,
+    /// How far it goes while the parameter grows by one.
+    pace: float32x4_t,
+}
+
+impl<const COURSE: u8> Slabs4<COURSE> {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "neon")]
     pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
-        Self(Row::near(Ready::lanes(ray.inverse)))
+        let [x, y, z] = Course::axes(COURSE);
+        let pace = splat(ray.direction, z);
+        let start = splat(ray.origin, z);
+        let scale = vmulq_f32(ray.inverse, pace);
+        let offset = vfmsq_f32(start, ray.origin, scale);
+        let down = |axis: usize| match Course::side(COURSE, axis) {
+            Some(down) => down,
+            None => get(ray.inverse, axis).is_sign_negative(),
+        };
+        let down = [down(x), down(y), Course::runs_down(COURSE)];
+        Self {
+            near: Axes::ending_at(z).first_rows(down),
+            scale,
+            offset: [splat(offset, x), splat(offset, y)],
+            start,
+            pace,
+        }
     }
-}
 
-impl Sides for Rows {
-    #[inline(always)]
-    fn near(self, axis: usize) -> Row {
-        self.0[axis]
-    }
-}
-
-/// Known while compiling: a bit for each axis along which rays run downwards. Two rows come by one load then.
-#[derive(Clone, Copy)]
-pub(crate) struct Octant<const DOWN: u8>;
-
-impl<const DOWN: u8> Sides for Octant<DOWN> {
-    #[inline(always)]
-    fn near(self, axis: usize) -> Row {
-        let sign = |axis: u8| if DOWN >> axis & 1 == 1 { -1.0 } else { 1.0 };
-        Row::near([sign(0), sign(1), sign(2)])[axis]
-    }
-}
-
-/// A ray against four boxes at once, fused.
-#[derive(Clone, Copy)]
-pub(crate) struct Slabs4<S> {
-    sides: S,
-    scale: [float32x4_t; 3],
-    offset: [float32x4_t; 3],
-}
-
-impl<S: Sides> Slabs4<S> {
-    /// Of a ray.
+    /// A parameter for lanes, and what no entry before it is beyond.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: &Ready, sides: S) -> Self {
-        let offset = vnegq_f32(vmulq_f32(ray.origin, ray.inverse));
-        let splat = |v: float32x4_t| {
-            [
-                vdupq_laneq_f32::<0>(v),
-                vdupq_laneq_f32::<1>(v),
-                vdupq_laneq_f32::<2>(v),
-            ]
-        };
-        Self {
-            sides,
-            scale: splat(ray.inverse),
-            offset: splat(offset),
-        }
+    pub(crate) fn limit<const CALLER: u8>(&self, t_max: f32) -> (Limit, u32) {
+        let t_max = vdupq_n_f32(t_max);
+        let way = vmulq_f32(t_max, self.pace);
+        let place = vaddq_f32(self.start, way);
+        let bound = Child::bound(vgetq_lane_f32::<0>(vabsq_f32(way)));
+        (Limit { t_max, place }, bound)
     }
 
     /// Where the ray enters each box, and which boxes it does enter.
     #[inline]
     #[target_feature(enable = "neon")]
-    fn spans(&self, planes: &Planes<4>, t_max: f32) -> (float32x4_t, uint32x4_t) {
-        let at = |axis: usize, row: Row| {
-            vfmaq_f32(self.offset[axis], row4(planes, row), self.scale[axis])
+    fn spans(&self, planes: &Planes<4>, limit: float32x4_t) -> (float32x4_t, uint32x4_t) {
+        let [x, y, _] = Course::axes(COURSE);
+        let down = Course::runs_down(COURSE);
+        let later = |a, b| {
+            if down {
+                vminq_f32(a, b)
+            } else {
+                vmaxq_f32(a, b)
+            }
         };
-        let near = |axis: usize| at(axis, self.sides.near(axis));
-        let far = |axis: usize| at(axis, self.sides.near(axis).opposite());
-        // The greater of two zeros is +0 here, so no entry is −0.
-        let nearest = vmaxq_f32(vmaxq_f32(near(0), near(1)), near(2));
-        let entry = vmaxq_f32(nearest, vdupq_n_f32(0.0));
-        let exit = vminq_f32(
-            vminq_f32(far(0), far(1)),
-            vminq_f32(far(2), vdupq_n_f32(t_max)),
+        let sooner = |a, b| {
+            if down {
+                vmaxq_f32(a, b)
+            } else {
+                vminq_f32(a, b)
+            }
+        };
+        let at_x = |row: Row| vfmaq_f32(self.offset[0], row4(planes, row), splat(self.scale, x));
+        let at_y = |row: Row| vfmaq_f32(self.offset[1], row4(planes, row), splat(self.scale, y));
+        let [near_x, near_y, near_z] = self.near;
+        let entry = later(
+            later(at_x(near_x), at_y(near_y)),
+            later(row4(planes, near_z), self.start),
         );
-        (entry, vcleq_f32(entry, exit))
+        let exit = sooner(
+            sooner(at_x(near_x.opposite()), at_y(near_y.opposite())),
+            sooner(row4(planes, near_z.opposite()), limit),
+        );
+        let entered = if down {
+            vcleq_f32(exit, entry)
+        } else {
+            vcleq_f32(entry, exit)
+        };
+        (entry, entered)
     }
 
     /// Which boxes the ray enters, and where.
@@ -217,27 +302,69 @@ impl<S: Sides> Slabs4<S> {
     pub(crate) fn enter<const CALLER: u8>(
         &self,
         planes: &Planes<4>,
-        t_max: f32,
+        links: &[u32; 4],
+        limit: Limit,
     ) -> (Summed, Spans4) {
-        let (entry, entered) = self.spans(planes, t_max);
-        let each = |lane: u64| 1 | lane << 30;
-        let each = vcombine_u32(
-            vcreate_u32(each(0) | each(1) << 32),
-            vcreate_u32(each(2) | each(3) << 32),
-        );
-        let sum = vaddvq_u32(vandq_u32(entered, each));
+        let (entry, entered) = self.spans(planes, limit.place);
+        // SAFETY: a reference to four u32; the load needs no more alignment than theirs.
+        let links = unsafe { vld1q_u32(links.as_ptr()) };
+        let sum = vaddvq_u32(vandq_u32(entered, links));
         (Summed(sum), Spans4 { entry, entered })
     }
 
     /// Which boxes the ray enters, a bit each.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn entered<const CALLER: u8>(&self, planes: &Planes<4>, t_max: f32) -> u32 {
-        bits(self.spans(planes, t_max).1)
+    pub(crate) fn entered<const CALLER: u8>(&self, planes: &Planes<4>, limit: Limit) -> u32 {
+        bits(self.spans(planes, limit.place).1)
+    }
+
+    /// Keys: how far off each box is entered, its lane in the lowest two bits. No difference of equals is −0.
+    #[inline]
+    #[target_feature(enable = "neon")]
+    fn keys(&self, entry: float32x4_t) -> uint32x4_t {
+        let way = if Course::runs_down(COURSE) {
+            vsubq_f32(self.start, entry)
+        } else {
+            vsubq_f32(entry, self.start)
+        };
+        let lanes = vcombine_u32(vcreate_u32(1 << 32), vcreate_u32(2 | 3 << 32));
+        let rounded = vbicq_u32(vreinterpretq_u32_f32(way), vdupq_n_u32(3));
+        vorrq_u32(rounded, lanes)
+    }
+
+    /// The two boxes that the ray enters, the nearer first.
+    #[inline]
+    #[target_feature(enable = "neon")]
+    pub(crate) fn pair<const CALLER: u8>(&self, spans: Spans4) -> [Child; 2] {
+        let keys = self.keys(spans.entry);
+        [
+            child(vminvq_u32(vornq_u32(keys, spans.entered))),
+            child(vmaxvq_u32(vandq_u32(keys, spans.entered))),
+        ]
+    }
+
+    /// Keys of four boxes, the greatest number for those that are not entered.
+    #[inline]
+    #[target_feature(enable = "neon")]
+    pub(crate) fn sort<const CALLER: u8>(&self, spans: Spans4) -> uint32x4_t {
+        vornq_u32(self.keys(spans.entry), spans.entered)
     }
 }
 
-/// Which boxes a ray enters, as one sum over lanes: a one each, and of a single box its lane in the highest bits.
+/// A link as nodes of this instruction set hold it, so that a sum over boxes is the link of a single one, and counts them:
+/// the number from the fourth bit up, and one. There is no room for 2²⁹ nodes and blocks.
+pub(crate) fn summand(number: u32) -> u32 {
+    number << 3 | 1
+}
+
+/// The number of a link.
+#[inline(always)]
+pub(crate) fn summand_number(summand: u32) -> u32 {
+    summand >> 3
+}
+
+/// Which boxes a ray enters: the sum of their links.
 #[derive(Clone, Copy)]
 pub(crate) struct Summed(u32);
 
@@ -248,8 +375,13 @@ impl Entered for Summed {
     }
 
     #[inline(always)]
-    fn only(self) -> Option<usize> {
-        (self.0 & 6 == 0).then_some((self.0 >> 30) as usize)
+    fn only<const W: usize>(self, _links: &[u32; W]) -> Option<u32> {
+        (self.0 & 6 == 0).then_some(self.0)
+    }
+
+    #[inline(always)]
+    fn other<const W: usize>(self, _links: &[u32; W], nearer: u32, _other: Child) -> u32 {
+        self.0.wrapping_sub(nearer)
     }
 
     #[inline(always)]
@@ -270,15 +402,6 @@ pub(crate) struct Spans4 {
     entered: uint32x4_t,
 }
 
-/// Keys: where each box is entered, its lane in the lowest two bits.
-#[inline]
-#[target_feature(enable = "neon")]
-fn keys4(spans: Spans4) -> uint32x4_t {
-    let lanes = vcombine_u32(vcreate_u32(1 << 32), vcreate_u32(2 | 3 << 32));
-    let rounded = vbicq_u32(vreinterpretq_u32_f32(spans.entry), vdupq_n_u32(3));
-    vorrq_u32(rounded, lanes)
-}
-
 /// The box of a key.
 #[inline(always)]
 fn child(key: u32) -> Child {
@@ -288,112 +411,47 @@ fn child(key: u32) -> Child {
     }
 }
 
-/// The two boxes that a ray enters, the nearer first.
-#[inline]
-#[target_feature(enable = "neon")]
-pub(crate) fn pair4<const CALLER: u8>(spans: Spans4) -> [Child; 2] {
-    let keys = keys4(spans);
-    [
-        child(vminvq_u32(vornq_u32(keys, spans.entered))),
-        child(vmaxvq_u32(vandq_u32(keys, spans.entered))),
-    ]
-}
-
-/// Keys of four boxes, the greatest number for those that are not entered.
-#[inline]
-#[target_feature(enable = "neon")]
-pub(crate) fn sort4<const CALLER: u8>(spans: Spans4) -> uint32x4_t {
-    vornq_u32(keys4(spans), spans.entered)
-}
-
 /// The nearest of four boxes, and the keys of the others.
 #[inline]
 #[target_feature(enable = "neon")]
-pub(crate) fn take4<const CALLER: u8>(keys: uint32x4_t) -> (Child, uint32x4_t) {
+pub(crate) fn take4<const CALLER: u8, const COURSE: u8>(keys: uint32x4_t) -> (Child, uint32x4_t) {
     let least = vminvq_u32(keys);
     let gone = vceqq_u32(keys, vdupq_n_u32(least));
     (child(least), vorrq_u32(keys, gone))
 }
 
-/// Axes in an order in which a ray's longest is the last.
-struct Turn {
-    /// Which bytes of three lanes make them so.
-    bytes: [u8; 16],
-    /// Where the axes' rows of four begin, in bytes.
-    rows: [usize; 3],
-}
-
-impl Turn {
-    const fn of(axes: [usize; 3]) -> Self {
-        let mut bytes = [0; 16];
-        let mut i = 0;
-        while i < 12 {
-            bytes[i] = (4 * axes[i / 4] + i % 4) as u8;
-            i += 1;
-        }
-        let [x, y, z] = axes;
-        let rows = [16 * x, 16 * y, 16 * z];
-        Self { bytes, rows }
-    }
-}
-
-/// By the longest axis, as [`super::tracing::Axes`] has them, and once more for what is none, so that two bits are a place.
-static TURNS: [Turn; 4] = [
-    Turn::of([1, 2, 0]),
-    Turn::of([2, 0, 1]),
-    Turn::of([0, 1, 2]),
-    Turn::of([0, 1, 2]),
-];
-
-/// The lanes of a value by bytes.
-#[inline]
-#[target_feature(enable = "neon")]
-fn turned(values: float32x4_t, bytes: uint8x16_t) -> float32x4_t {
-    vreinterpretq_f32_u8(vqtbl1q_u8(vreinterpretq_u8_f32(values), bytes))
-}
-
 /// A ray against four triangles at once, axes turned.
 #[derive(Clone, Copy)]
-pub(crate) struct Shear4<'a> {
+pub(crate) struct Shear4<'a, const COURSE: u8> {
     ray: RawRay<'a>,
-    turn: &'static Turn,
     origin: [float32x4_t; 3],
     inverse: float32x4_t,
-    /// Along x and y, in two lanes.
     shear: float32x4_t,
 }
 
-impl<'a> Shear4<'a> {
+impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
     /// Of a ray, raw and ready.
     #[inline]
     #[target_feature(enable = "neon")]
     pub(crate) fn of<const CALLER: u8>(ray: RawRay<'a>, ready: &Ready) -> Self {
-        let turn = &TURNS[ready.longest % 4];
-        // SAFETY: sixteen bytes; the load needs no alignment.
-        let bytes = unsafe { vld1q_u8(turn.bytes.as_ptr()) };
-        let inverse = turned(ready.inverse, bytes);
-        let origin = turned(ready.origin, bytes);
+        let [x, y, z] = Course::axes(COURSE);
         Self {
             ray,
-            turn,
             origin: [
-                vdupq_laneq_f32::<0>(origin),
-                vdupq_laneq_f32::<1>(origin),
-                vdupq_laneq_f32::<2>(origin),
+                splat(ready.origin, x),
+                splat(ready.origin, y),
+                splat(ready.origin, z),
             ],
-            inverse,
-            shear: vmulq_laneq_f32::<2>(turned(ready.direction, bytes), inverse),
+            inverse: ready.inverse,
+            shear: vmulq_f32(ready.direction, splat(ready.inverse, z)),
         }
     }
 
     /// A coordinate of a corner, by the axis that stands for it.
     #[inline]
     #[target_feature(enable = "neon")]
-    fn along(&self, corner: &[[f32; 4]; 3], k: usize) -> float32x4_t {
-        // SAFETY: a turn's rows begin where a corner's three do.
-        let row = unsafe { corner.as_ptr().byte_add(self.turn.rows[k]) };
-        // SAFETY: a row is four f32; the load needs no more alignment than theirs.
-        unsafe { vld1q_f32(row.cast::<f32>()) }
+    fn along(corner: &[[f32; 4]; 3], k: usize) -> float32x4_t {
+        load4(&corner[Course::axes(COURSE)[k]])
     }
 
     /// As [`TriangleRay::meet_four`], to the bit.
@@ -402,15 +460,17 @@ impl<'a> Shear4<'a> {
     pub(crate) fn meet<const CALLER: u8>(
         &self,
         corners: &Corners,
-        before: f32,
+        limit: Limit,
         at: &mut [f32; 4],
     ) -> Met<16> {
+        let [kx, ky, kz] = Course::axes(COURSE);
+        let before = limit.t_max;
         let sheared = |corner: &[[f32; 4]; 3]| {
-            let z = vsubq_f32(self.along(corner, 2), self.origin[2]);
-            let x = vsubq_f32(self.along(corner, 0), self.origin[0]);
-            let y = vsubq_f32(self.along(corner, 1), self.origin[1]);
-            let x = vsubq_f32(x, vmulq_laneq_f32::<0>(z, self.shear));
-            let y = vsubq_f32(y, vmulq_laneq_f32::<1>(z, self.shear));
+            let z = vsubq_f32(Self::along(corner, 2), self.origin[2]);
+            let x = vsubq_f32(Self::along(corner, 0), self.origin[0]);
+            let y = vsubq_f32(Self::along(corner, 1), self.origin[1]);
+            let x = vsubq_f32(x, vmulq_f32(z, splat(self.shear, kx)));
+            let y = vsubq_f32(y, vmulq_f32(z, splat(self.shear, ky)));
             (x, y, z)
         };
         let (ax, ay, az) = sheared(&corners[0]);
@@ -421,12 +481,14 @@ impl<'a> Shear4<'a> {
         let w = vsubq_f32(vmulq_f32(bx, ay), vmulq_f32(by, ax));
         let least = vminq_f32(u, vminq_f32(v, w));
         let most = vmaxq_f32(u, vmaxq_f32(v, w));
-        // Written so that numbers that are none are outside.
-        let inside = vorrq_u32(vcgezq_f32(least), vclezq_f32(most));
+        // Of two signs the product is negative. Nothing, or less than there are numbers for, may be an edge. Written so that
+        // numbers that are none are outside.
+        let signs = vmulq_f32(least, most);
+        let inside = vcgezq_f32(signs);
         if !any(inside) {
             return Met(0);
         }
-        let within = vorrq_u32(vcgtzq_f32(least), vcltzq_f32(most));
+        let within = vcgtzq_f32(signs);
         if any(vbicq_u32(inside, within)) {
             let RawRay {
                 origin,
@@ -434,13 +496,13 @@ impl<'a> Shear4<'a> {
                 t_min,
                 margin,
             } = self.ray;
-            let limits = [t_min, margin];
             return Self::meet_again(
                 origin,
                 direction,
-                limits,
+                t_min,
+                margin,
                 corners,
-                before,
+                vgetq_lane_f32::<0>(before),
                 at,
                 bits16(inside),
             );
@@ -450,10 +512,10 @@ impl<'a> Shear4<'a> {
             vaddq_f32(vmulq_f32(u, az), vmulq_f32(v, bz)),
             vmulq_f32(w, cz),
         );
-        let t = vdivq_f32(vmulq_laneq_f32::<2>(depth, self.inverse), determinant);
+        let t = vdivq_f32(vmulq_f32(depth, splat(self.inverse, kz)), determinant);
         let in_time = vandq_u32(
             vcgtq_f32(t, vdupq_n_f32(self.ray.t_min)),
-            vcltq_f32(t, vdupq_n_f32(before)),
+            vcltq_f32(t, before),
         );
         let met = vandq_u32(within, in_time);
         if !any(met) {
@@ -462,7 +524,7 @@ impl<'a> Shear4<'a> {
         let (near, far) = self.spans(corners);
         let t = vmaxq_f32(near, t);
         let in_box = vandq_u32(vcleq_f32(near, far), vcgezq_f32(far));
-        let in_time = vcltq_f32(t, vdupq_n_f32(before));
+        let in_time = vcltq_f32(t, before);
         store4(at, t);
         bits16(vandq_u32(met, vandq_u32(in_box, in_time)))
     }
@@ -474,7 +536,7 @@ impl<'a> Shear4<'a> {
         let [a, b, c] = corners;
         let margin = vdupq_n_f32(self.ray.margin);
         let parameters = |k: usize| {
-            let (a, b, c) = (self.along(a, k), self.along(b, k), self.along(c, k));
+            let (a, b, c) = (Self::along(a, k), Self::along(b, k), Self::along(c, k));
             let lower = vsubq_f32(vminq_f32(vminq_f32(a, b), c), margin);
             let upper = vaddq_f32(vmaxq_f32(vmaxq_f32(a, b), c), margin);
             (
@@ -482,27 +544,25 @@ impl<'a> Shear4<'a> {
                 vsubq_f32(upper, self.origin[k]),
             )
         };
-        let ((lx, ux), (ly, uy), (lz, uz)) = (parameters(0), parameters(1), parameters(2));
-        let (ax, bx) = (
-            vmulq_laneq_f32::<0>(lx, self.inverse),
-            vmulq_laneq_f32::<0>(ux, self.inverse),
-        );
-        let (ay, by) = (
-            vmulq_laneq_f32::<1>(ly, self.inverse),
-            vmulq_laneq_f32::<1>(uy, self.inverse),
-        );
-        let (az, bz) = (
-            vmulq_laneq_f32::<2>(lz, self.inverse),
-            vmulq_laneq_f32::<2>(uz, self.inverse),
-        );
-        let near = vmaxq_f32(
-            vmaxq_f32(vminq_f32(ax, bx), vminq_f32(ay, by)),
-            vminq_f32(az, bz),
-        );
-        let far = vminq_f32(
-            vminq_f32(vmaxq_f32(ax, bx), vmaxq_f32(ay, by)),
-            vmaxq_f32(az, bz),
-        );
+        // Where a side is known to come first its parameter is the lesser, since rounding keeps order.
+        let span = |k: usize| {
+            let axis = Course::axes(COURSE)[k];
+            let (lower, upper) = parameters(k);
+            let inverse = splat(self.inverse, axis);
+            let (lower, upper) = (vmulq_f32(lower, inverse), vmulq_f32(upper, inverse));
+            let down = match k {
+                2 => Some(Course::runs_down(COURSE)),
+                _ => Course::side(COURSE, axis),
+            };
+            match down {
+                Some(false) => (lower, upper),
+                Some(true) => (upper, lower),
+                None => (vminq_f32(lower, upper), vmaxq_f32(lower, upper)),
+            }
+        };
+        let ((nx, fx), (ny, fy), (nz, fz)) = (span(0), span(1), span(2));
+        let near = vmaxq_f32(vmaxq_f32(nx, ny), nz);
+        let far = vminq_f32(vminq_f32(fx, fy), fz);
         (
             vmulq_n_f32(near, NEAR_NARROWING),
             vmulq_n_f32(far, FAR_WIDENING),
@@ -516,7 +576,8 @@ impl<'a> Shear4<'a> {
     fn meet_again(
         origin: &[f32; 3],
         direction: &[f32; 3],
-        [t_min, margin]: [f32; 2],
+        t_min: f32,
+        margin: f32,
         corners: &Corners,
         before: f32,
         at: &mut [f32; 4],

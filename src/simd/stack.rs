@@ -1,7 +1,7 @@
 //! A stack of a fixed size that is not cleared before use.
 //!
 //! `unsafe` for one reason: places that were never written are never read, which the compiler cannot know. Clearing them
-//! would cost a ray as much as several boxes.
+//! would cost a ray as much as several boxes. Nor can it know that a height is never more than there are places.
 
 use std::mem::MaybeUninit;
 
@@ -20,6 +20,7 @@ impl<T: Copy, const N: usize> Places<T, N> {
 pub(crate) struct Stack<'a, T, const N: usize> {
     /// Those below `height` are written.
     places: &'a mut [MaybeUninit<T>; N],
+    /// At most `N`.
     height: usize,
 }
 
@@ -53,14 +54,25 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
         }
     }
 
+    /// Takes values from the top until one will do.
+    #[inline(always)]
+    pub(crate) fn pop_first(&mut self, will_do: impl Fn(&T) -> bool) -> Option<T> {
+        while self.height > 0 {
+            self.height -= 1;
+            // SAFETY: the height begins at nought and is raised to `N` at most, over places just written alone; so below
+            // it there are places, and they are written.
+            let value = unsafe { self.places.get_unchecked(self.height).assume_init() };
+            if will_do(&value) {
+                return Some(value);
+            }
+        }
+        None
+    }
+
     /// Takes the top.
     #[inline(always)]
     pub(crate) fn pop(&mut self) -> Option<T> {
-        let top = self.height.checked_sub(1)?;
-        self.height = top;
-        let place = self.places.get(top)?;
-        // SAFETY: places below the height are written: it begins at nought, and is raised over places just written alone.
-        Some(unsafe { place.assume_init() })
+        self.pop_first(|_| true)
     }
 }
 
@@ -81,5 +93,10 @@ mod tests {
         stack.push_if(4, true);
         let taken: Vec<u32> = std::iter::from_fn(|| stack.pop()).collect();
         assert_eq!(taken, [3, 10, 11, 1]);
+        assert_eq!(stack.pop_first(|_| true), None);
+        stack.push_downwards(4, || next.next().unwrap_or(0));
+        assert_eq!(stack.pop_first(|value| value % 2 == 1), Some(13));
+        assert_eq!(stack.pop_first(|value| *value < 10), None);
+        assert_eq!(stack.pop(), None);
     }
 }

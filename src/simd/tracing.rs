@@ -3,8 +3,11 @@
 //! Mindless: numbers in a layout, and the portable arithmetic that every instruction set is tested against. What they
 //! mean stands in `geometry`.
 
-/// A ray against boxes: a plane is crossed at `(plane − origin) · inverse`, which lanes may write as
-/// `plane · inverse − origin · inverse`.
+/// A ray against boxes: a plane is crossed at `(plane − origin) · inverse`.
+///
+/// Lanes measure in coordinates of the axis along which the ray's direction is longest: planes across that axis are crossed
+/// at themselves, which takes no arithmetic, others at `plane · scale + offset`, where `scale` is the longest component of
+/// the direction over the other. Where coordinates fall along the ray, what is greatest else is least.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SlabRay {
     /// Start.
@@ -84,8 +87,10 @@ impl SlabRay {
 pub(crate) trait Entered: Copy {
     /// Whether it enters none.
     fn is_none(self) -> bool;
-    /// The lane of the box, if it is a single one; asked only if it is not none.
-    fn only(self) -> Option<usize>;
+    /// The link of the box, if it is a single one; asked only if it is not none.
+    fn only<const W: usize>(self, links: &[u32; W]) -> Option<u32>;
+    /// The link of the other box, if they are two.
+    fn other<const W: usize>(self, links: &[u32; W], nearer: u32, other: Child) -> u32;
     /// Whether they are two; asked only if they are more than one.
     fn is_pair(self) -> bool;
     /// How many they are.
@@ -122,9 +127,14 @@ impl Entered for BitEach {
     }
 
     #[inline(always)]
-    fn only(self) -> Option<usize> {
+    fn only<const W: usize>(self, links: &[u32; W]) -> Option<u32> {
         let single = self.0 & self.0.wrapping_sub(1) == 0;
-        single.then(|| self.0.trailing_zeros() as usize)
+        single.then(|| links[self.0.trailing_zeros() as usize % W])
+    }
+
+    #[inline(always)]
+    fn other<const W: usize>(self, links: &[u32; W], _nearer: u32, other: Child) -> u32 {
+        links[other.lane % W]
     }
 
     #[inline(always)]
@@ -144,16 +154,16 @@ impl Entered for BitEach {
 pub(crate) struct Child {
     /// Its lane.
     pub(crate) lane: usize,
-    /// The bits of where the ray enters, rounded down but for the lowest two, which may be any. Parameters are never
+    /// The bits of how far off the ray enters, rounded down but for the lowest two, which may be any. Distances are never
     /// negative, so their bits order as they do.
     pub(crate) entry: u32,
 }
 
 impl Child {
-    /// What entries are compared with: none of a box that the ray enters no later than at a parameter is greater.
+    /// What entries are compared with: none of a box that the ray enters no farther off is greater.
     #[inline(always)]
-    pub(crate) fn bound(t_max: f32) -> u32 {
-        t_max.to_bits() | 3
+    pub(crate) fn bound(farthest: f32) -> u32 {
+        farthest.to_bits() | 3
     }
 }
 
@@ -198,6 +208,13 @@ impl Axes {
     pub(crate) fn ending_at(last: usize) -> Self {
         const TURNS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
         Self(TURNS[last.min(2)])
+    }
+
+    /// The rows that a ray crosses first, of the axes in turn, where it runs downwards along them or up.
+    #[inline(always)]
+    pub(crate) fn first_rows(self, down: [bool; 3]) -> [Row; 3] {
+        let row = |k: usize| Row(2 * self.0[k] + usize::from(down[k]));
+        [row(0), row(1), row(2)]
     }
 
     /// Their numbers: 2 at most.

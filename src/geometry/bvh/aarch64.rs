@@ -1,47 +1,77 @@
 //! The walk on aarch64: four lanes of NEON.
 //!
 //! The functions here carry the feature, so the kernels and the loop become one piece of code; the way in is
-//! [`crate::simd::neon`]'s.
+//! [`crate::simd::neon`]'s. There is a walk for each course of rays, so that places
+//! in memory are known in it: for closest hits of full courses, which makes two rows of planes one load.
 
 use super::node::Node;
 use super::walk::{self, Nearest};
 use super::{Bvh, portable};
 use crate::geometry::ray::Ray;
-use crate::simd::neon::{Octant, Ready, Rows, Shear4, Slabs4, enter_neon, pair4, sort4, take4};
+use crate::simd::neon::{Course, Ready, Shear4, Slabs4, enter_neon, summand_number, take4};
 
-/// A caller of kernels, which are compiled for each of them; octants are the others.
-const ANY: u8 = 8;
-
-/// A walk for each octant of directions: planes' places are known then, and two come by one load.
 pub(super) fn closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
-    enter_neon!(neon_octant(nodes, bvh, ray, ignored))
+    enter_neon!(neon_closest(nodes, bvh, ray, ignored))
 }
 
-#[target_feature(enable = "neon")]
-fn neon_octant(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
-    type Walk = fn(&[Node<4>], &Bvh, &Ray, [u32; 2]) -> Nearest;
-    // A choice of constants is one look into a table.
-    let walk: Walk = match ray.direction.is_negative_bitmask() & 7 {
-        0 => neon_closest::<0>,
-        1 => neon_closest::<1>,
-        2 => neon_closest::<2>,
-        3 => neon_closest::<3>,
-        4 => neon_closest::<4>,
-        5 => neon_closest::<5>,
-        6 => neon_closest::<6>,
-        _ => neon_closest::<7>,
-    };
-    walk(nodes, bvh, ray, ignored)
-}
-
-#[inline]
 pub(super) fn any(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
     enter_neon!(neon_any(nodes, bvh, ray, ignored))
 }
 
 #[target_feature(enable = "neon")]
+fn neon_closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
+    type Walk = fn(&[Node<4>], &Bvh, &Ray, [u32; 2]) -> Nearest;
+    // A choice of constants is one look into a table.
+    let walk: Walk = match Course::of(ray.direction.as_ref()) {
+        0 => closest_along::<0>,
+        1 => closest_along::<1>,
+        2 => closest_along::<2>,
+        3 => closest_along::<3>,
+        4 => closest_along::<4>,
+        5 => closest_along::<5>,
+        6 => closest_along::<6>,
+        7 => closest_along::<7>,
+        8 => closest_along::<8>,
+        9 => closest_along::<9>,
+        10 => closest_along::<10>,
+        11 => closest_along::<11>,
+        12 => closest_along::<12>,
+        13 => closest_along::<13>,
+        14 => closest_along::<14>,
+        15 => closest_along::<15>,
+        16 => closest_along::<16>,
+        17 => closest_along::<17>,
+        18 => closest_along::<18>,
+        19 => closest_along::<19>,
+        20 => closest_along::<20>,
+        21 => closest_along::<21>,
+        22 => closest_along::<22>,
+        _ => closest_along::<23>,
+    };
+    walk(nodes, bvh, ray, ignored)
+}
+
+#[target_feature(enable = "neon")]
+fn neon_any(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+    type Walk = fn(&[Node<4>], &Bvh, &Ray, [u32; 2]) -> Option<u32>;
+    let walk: Walk = match Course::short(ray.direction.as_ref()) {
+        24 => any_along::<24>,
+        25 => any_along::<25>,
+        26 => any_along::<26>,
+        27 => any_along::<27>,
+        28 => any_along::<28>,
+        _ => any_along::<29>,
+    };
+    walk(nodes, bvh, ray, ignored)
+}
+
+/// Callers of kernels, which are compiled for each of them and each course.
+const CLOSEST: u8 = 0;
+const ANY: u8 = 1;
+
+#[target_feature(enable = "neon")]
 #[inline(never)]
-fn neon_closest<const DOWN: u8>(
+fn closest_along<const COURSE: u8>(
     nodes: &[Node<4>],
     bvh: &Bvh,
     ray: &Ray,
@@ -51,36 +81,45 @@ fn neon_closest<const DOWN: u8>(
     let Some(raw) = query.raw() else {
         return Nearest::none();
     };
-    let Some(ready) = Ready::of::<DOWN>(raw, query.near) else {
-        return portable::closest(nodes, &bvh.query(ray, ignored));
+    let Some(ready) = Ready::of::<CLOSEST, COURSE>(raw, query.near) else {
+        return portable::closest(nodes, &bvh.query(ray, ignored), summand_number);
     };
-    let slabs = Slabs4::of::<DOWN>(&ready, Octant::<DOWN>);
-    let shear = Shear4::of::<DOWN>(raw, &ready);
+    let slabs = Slabs4::<COURSE>::of::<CLOSEST>(&ready);
+    let shear = Shear4::<COURSE>::of::<CLOSEST>(raw, &ready);
     walk::closest(
         nodes,
         &query,
-        |node, t_max| slabs.enter::<DOWN>(&node.planes, t_max),
-        |_, spans| pair4::<DOWN>(spans),
-        |_, spans| sort4::<DOWN>(spans),
-        |keys| take4::<DOWN>(keys),
-        |block, t_max, at| shear.meet::<DOWN>(&block.corners, t_max, at),
+        summand_number,
+        |t_max| slabs.limit::<CLOSEST>(t_max),
+        |node, limit| slabs.enter::<CLOSEST>(&node.planes, &node.links, limit),
+        |_, spans| slabs.pair::<CLOSEST>(spans),
+        |_, spans| slabs.sort::<CLOSEST>(spans),
+        |keys| take4::<CLOSEST, COURSE>(keys),
+        |block, limit, at| shear.meet::<CLOSEST>(&block.corners, limit, at),
     )
 }
 
 #[target_feature(enable = "neon")]
 #[inline(never)]
-fn neon_any(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+fn any_along<const COURSE: u8>(
+    nodes: &[Node<4>],
+    bvh: &Bvh,
+    ray: &Ray,
+    ignored: [u32; 2],
+) -> Option<u32> {
     let query = bvh.query(ray, ignored);
     let raw = query.raw()?;
-    let Some(ready) = Ready::of::<ANY>(raw, query.near) else {
-        return portable::any(nodes, &bvh.query(ray, ignored));
+    let Some(ready) = Ready::of::<ANY, COURSE>(raw, query.near) else {
+        return portable::any(nodes, &bvh.query(ray, ignored), summand_number);
     };
-    let slabs = Slabs4::of::<ANY>(&ready, Rows::of::<ANY>(&ready));
-    let shear = Shear4::of::<ANY>(raw, &ready);
+    let slabs = Slabs4::<COURSE>::of::<ANY>(&ready);
+    let shear = Shear4::<COURSE>::of::<ANY>(raw, &ready);
+    let (limit, _) = slabs.limit::<ANY>(query.ray.t_max);
     walk::any(
         nodes,
         &query,
-        |node, t_max| slabs.entered::<ANY>(&node.planes, t_max),
-        |block, t_max, at| shear.meet::<ANY>(&block.corners, t_max, at),
+        summand_number,
+        |node| slabs.entered::<ANY>(&node.planes, limit),
+        |block, at| shear.meet::<ANY>(&block.corners, limit, at),
     )
 }

@@ -98,7 +98,10 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         }
         #[cfg(target_arch = "aarch64")]
         InstructionSet::Neon => {
-            let (nodes, leaves) = wide::<4>(&tree, &boxes, extent * SLACK);
+            let (mut nodes, leaves) = wide::<4>(&tree, &boxes, extent * SLACK);
+            for link in nodes.iter_mut().flat_map(|node| &mut node.links) {
+                *link = crate::simd::neon::summand(*link);
+            }
             (Nodes::Neon(nodes), leaves)
         }
         _ => {
@@ -120,9 +123,9 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         triangle_count: items.len(),
         margin,
         reach: if extent > SMALLEST {
-            extent * REACH
+            f64::from(extent * REACH)
         } else {
-            f32::NAN
+            f64::NAN
         },
     }
 }

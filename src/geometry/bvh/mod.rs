@@ -39,8 +39,9 @@ pub struct Bvh {
     blocks: Vec<Block>,
     triangle_count: usize,
     margin: f32,
-    /// How far out a ray may start and still be walked in lanes.
-    reach: f32,
+    /// How far out a ray may start and still be walked in lanes. No neighbour of the margin's in memory: the compiler would
+    /// make one value of both, and take it apart, for every ray.
+    reach: f64,
 }
 
 /// Nodes as wide as the instruction set's lanes, and the proof that the machine has it.
@@ -115,7 +116,9 @@ impl Bvh {
     #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
         let nearest = match &self.nodes {
-            Nodes::Portable(nodes) => portable::closest(nodes, &self.query(ray, ignored)),
+            Nodes::Portable(nodes) => {
+                portable::closest(nodes, &self.query(ray, ignored), |link| link)
+            }
             #[cfg(target_arch = "x86_64")]
             Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, self, ray, ignored),
             #[cfg(target_arch = "x86_64")]
@@ -137,7 +140,7 @@ impl Bvh {
     #[inline(always)]
     pub fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
         match &self.nodes {
-            Nodes::Portable(nodes) => portable::any(nodes, &self.query(ray, ignored)),
+            Nodes::Portable(nodes) => portable::any(nodes, &self.query(ray, ignored), |link| link),
             #[cfg(target_arch = "x86_64")]
             Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, self, ray, ignored),
             #[cfg(target_arch = "x86_64")]
@@ -154,7 +157,9 @@ impl Bvh {
             ignored,
             blocks: &self.blocks,
             margin: self.margin,
-            near: Near { reach: self.reach },
+            near: Near {
+                reach: self.reach as f32,
+            },
         }
     }
 

@@ -11,9 +11,12 @@ pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 /// What nodes' boxes stand off what they hold, as a share of the scene's largest coordinate E: 2⁻¹⁷, or 128 ε of half
 /// units in the last place.
 ///
-/// The specification of boxes crosses a plane p at (p − o) / d to within 13 ε of it. The lanes multiply before they
-/// subtract, which adds ε (|p| + |o| + |p − o|) / |d|. With |p| <= E and |o| <= 4 E ([`REACH`]) both are no more than
-/// (13 · 5 + 1 + 4 + 5) ε E / |d|, so no box is missed that the specification enters.
+/// The specification of boxes crosses a plane p at (p − o) / d to within 13 ε of it. The lanes measure along the longest
+/// axis, where that is r times as much, r = |longest d / d| >= 1: off by 2 ε r |p − o| from the scale, ε (2 r |o| + |o'|) from
+/// the offset, o' the start along the longest axis, ε r |p| from the product where it is not fused, and
+/// ε (|o'| + r |p − o|) from the sum. With |p| <= E and |o| <= 4 E ([`REACH`]) all are no more than
+/// (13 · 5 + 10 + 12 + 1 + 9) ε E r. What is left of the 128, 31 ε E, is more than a limit or the distance of an entry may be
+/// off by, 2 ε of at most 5 E and ε of at most 9 E. So no box is missed that the specification enters.
 pub(super) const SLACK: f32 = 1.0 / (1u32 << 17) as f32;
 
 /// How far out rays may start for [`SLACK`], in largest coordinates.
@@ -23,9 +26,9 @@ pub(super) const REACH: f32 = 4.0;
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Node<const W: usize> {
-    /// Numbers of nodes; beyond the last node those of blocks begin.
-    pub(super) links: [u32; W],
     pub(super) planes: Planes<W>,
+    /// Numbers of nodes; beyond the last node those of blocks begin. An instruction set may write them in a way of its own.
+    pub(super) links: [u32; W],
 }
 
 impl<const W: usize> Node<W> {

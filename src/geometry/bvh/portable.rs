@@ -1,5 +1,5 @@
 //! The walk without lanes: the specification that every instruction set is tested against, and the way of rays too far
-//! out for the lanes' arithmetic.
+//! out for the lanes' arithmetic. `number` reads a link.
 
 use super::Query;
 use super::node::Node;
@@ -8,13 +8,19 @@ use crate::geometry::triangle::PreparedRay;
 use crate::simd::tracing::Child;
 
 #[cold]
-pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> Nearest {
+pub(super) fn closest<const W: usize>(
+    nodes: &[Node<W>],
+    query: &Query<'_>,
+    number: impl Fn(u32) -> u32,
+) -> Nearest {
     let Some(PreparedRay { ray, .. }) = PreparedRay::of(query.ray, query.margin) else {
         return Nearest::none();
     };
     walk::closest(
         nodes,
         query,
+        number,
+        |t_max| (t_max, Child::bound(t_max)),
         |node, t_max| ray.slabs.enter(&node.planes, t_max),
         |entered, entries| entered.pair(&entries),
         |entered, entries| {
@@ -38,12 +44,17 @@ pub(super) fn closest<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> N
 }
 
 #[cold]
-pub(super) fn any<const W: usize>(nodes: &[Node<W>], query: &Query<'_>) -> Option<u32> {
-    let PreparedRay { ray, .. } = PreparedRay::of(query.ray, query.margin)?;
+pub(super) fn any<const W: usize>(
+    nodes: &[Node<W>],
+    query: &Query<'_>,
+    number: impl Fn(u32) -> u32,
+) -> Option<u32> {
+    let PreparedRay { ray, t_max } = PreparedRay::of(query.ray, query.margin)?;
     walk::any(
         nodes,
         query,
-        |node, t_max| ray.slabs.enter(&node.planes, t_max).0.0,
-        |block, t_max, at| ray.meet_four::<1>(&block.corners, t_max, at),
+        number,
+        |node| ray.slabs.enter(&node.planes, t_max).0.0,
+        |block, at| ray.meet_four::<1>(&block.corners, t_max, at),
     )
 }

@@ -59,41 +59,52 @@ impl Nearest {
 
 /// The first triangle a ray meets; of two at the same parameter the one with the lower index.
 ///
-/// `enter` says which children a ray enters before a parameter and where. Of most nodes it is one, which takes no order;
-/// `pair` orders two, the nearer first; of more `sort` makes keys, from which `take` takes the nearest. `meet` gives the
-/// lanes of a block's triangles that the ray meets before a parameter, and where.
+/// `limit` makes a parameter ready for lanes, and says what no entry before it is beyond. `enter` says which children a ray
+/// enters before a limit and where. Of most nodes it is one, which takes no order; `pair` orders two, the nearer first; of
+/// more `sort` makes keys, from which `take` takes the nearest. `meet` gives the lanes of a block's triangles that the ray
+/// meets before a limit, and where. `number` reads a link.
 #[inline(always)]
-pub(super) fn closest<const W: usize, E: Entered, S: Copy, K: Copy, M: Iterator<Item = usize>>(
+pub(super) fn closest<
+    const W: usize,
+    L: Copy,
+    E: Entered,
+    S: Copy,
+    K: Copy,
+    M: Iterator<Item = usize>,
+>(
     nodes: &[Node<W>],
     query: &Query<'_>,
-    enter: impl Fn(&Node<W>, f32) -> (E, S),
+    number: impl Fn(u32) -> u32,
+    limit: impl Fn(f32) -> (L, u32),
+    enter: impl Fn(&Node<W>, L) -> (E, S),
     pair: impl Fn(E, S) -> [Child; 2],
     sort: impl Fn(E, S) -> K,
     take: impl Fn(K) -> (Child, K),
-    meet: impl Fn(&Block, f32, &mut [f32; 4]) -> M,
+    meet: impl Fn(&Block, L, &mut [f32; 4]) -> M,
 ) -> Nearest {
     let mut best = NOTHING;
-    let mut t_max = query.ray.t_max;
-    let mut bound = Child::bound(t_max);
+    let (mut before, mut bound) = limit(query.ray.t_max);
     let mut places = Places::<Waiting, STACK>::new();
     let mut stack = Stack::over(&mut places);
     let mut at = [0.0; 4];
     let mut link = 0;
     loop {
-        if let Some(node) = nodes.get(link as usize) {
-            let (entered, spans) = enter(node, t_max);
+        let place = number(link) as usize;
+        if let Some(node) = nodes.get(place) {
+            let (entered, spans) = enter(node, before);
             if !entered.is_none() {
                 let link_of = |child: Child| node.links[child.lane % W];
-                link = if let Some(lane) = entered.only() {
-                    node.links[lane % W]
+                link = if let Some(only) = entered.only(&node.links) {
+                    only
                 } else if entered.is_pair() {
                     let [nearer, other] = pair(entered, spans);
+                    let nearest = link_of(nearer);
                     let waiting = Waiting {
                         entry: other.entry,
-                        link: link_of(other),
+                        link: entered.other(&node.links, nearest, other),
                     };
                     stack.push_if(waiting, true);
-                    link_of(nearer)
+                    nearest
                 } else {
                     let (nearest, mut keys) = take(sort(entered, spans));
                     stack.push_downwards(entered.count() - 1, || {
@@ -109,29 +120,24 @@ pub(super) fn closest<const W: usize, E: Entered, S: Copy, K: Copy, M: Iterator<
                 continue;
             }
         } else {
-            let Some(block) = query.blocks.get(link as usize - nodes.len()) else {
+            let Some(block) = query.blocks.get(place - nodes.len()) else {
                 return Nearest::none();
             };
-            for lane in meet(block, t_max, &mut at) {
+            for lane in meet(block, before, &mut at) {
                 let (triangle, group) = (block.triangles[lane], block.groups[lane]);
                 let t = at[lane];
                 if query.counts(group) && (t < best.t || t == best.t && triangle < best.triangle) {
                     best = Hit { t, triangle, group };
                     // The next number, since at an equal parameter the triangle may have the lower index. What is met
                     // is positive and finite.
-                    t_max = f32::from_bits(t.to_bits() + 1);
-                    bound = Child::bound(t);
+                    (before, bound) = limit(f32::from_bits(t.to_bits() + 1));
                 }
             }
         }
-        link = loop {
-            let Some(waiting) = stack.pop() else {
-                return Nearest::of(best);
-            };
-            if waiting.entry <= bound {
-                break waiting.link;
-            }
+        let Some(waiting) = stack.pop_first(|waiting| waiting.entry <= bound) else {
+            return Nearest::of(best);
         };
+        link = waiting.link;
     }
 }
 
@@ -143,22 +149,23 @@ const NOTHING: Hit = Hit {
 };
 
 /// A triangle that a ray meets, the first that is come upon. `enter` says which children it enters, a bit each; it goes to
-/// the lowest first.
+/// the lowest first. `number` reads a link.
 #[inline(always)]
 pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
     nodes: &[Node<W>],
     query: &Query<'_>,
-    enter: impl Fn(&Node<W>, f32) -> u32,
-    meet: impl Fn(&Block, f32, &mut [f32; 4]) -> M,
+    number: impl Fn(u32) -> u32,
+    enter: impl Fn(&Node<W>) -> u32,
+    meet: impl Fn(&Block, &mut [f32; 4]) -> M,
 ) -> Option<u32> {
-    let t_max = query.ray.t_max;
     let mut places = Places::<(u32, u32), STACK>::new();
     let mut stack = Stack::over(&mut places);
     let mut at = [0.0; 4];
     let mut link = 0;
     loop {
-        if let Some(node) = nodes.get(link as usize) {
-            let entered = enter(node, t_max);
+        let place = number(link) as usize;
+        if let Some(node) = nodes.get(place) {
+            let entered = enter(node);
             if entered != 0 {
                 let rest = entered & (entered - 1);
                 stack.push_if((link, rest), rest != 0);
@@ -166,8 +173,8 @@ pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
                 continue;
             }
         } else {
-            let block = query.blocks.get(link as usize - nodes.len())?;
-            for lane in meet(block, t_max, &mut at) {
+            let block = query.blocks.get(place - nodes.len())?;
+            for lane in meet(block, &mut at) {
                 if query.counts(block.groups[lane]) {
                     return Some(block.triangles[lane]);
                 }
@@ -176,7 +183,7 @@ pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
         let (above, waiting) = stack.pop()?;
         let rest = waiting & waiting.wrapping_sub(1);
         stack.push_if((above, rest), rest != 0);
-        let node = nodes.get(above as usize)?;
+        let node = nodes.get(number(above) as usize)?;
         link = node.links[waiting.trailing_zeros() as usize % W];
     }
 }
