@@ -573,6 +573,7 @@ impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
     /// stand in memory for it.
     #[cold]
     #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "a ray's parts by themselves")]
     fn meet_again(
         origin: &[f32; 3],
         direction: &[f32; 3],

@@ -59,9 +59,10 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
     pub(crate) fn pop_first(&mut self, will_do: impl Fn(&T) -> bool) -> Option<T> {
         while self.height > 0 {
             self.height -= 1;
-            // SAFETY: the height begins at nought and is raised to `N` at most, over places just written alone; so below
-            // it there are places, and they are written.
-            let value = unsafe { self.places.get_unchecked(self.height).assume_init() };
+            // SAFETY: the height begins at nought and is raised to `N` at most, so below it there are places.
+            let place = unsafe { self.places.get_unchecked(self.height) };
+            // SAFETY: the height is raised over places just written alone.
+            let value = unsafe { place.assume_init() };
             if will_do(&value) {
                 return Some(value);
             }

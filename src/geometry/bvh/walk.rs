@@ -64,6 +64,10 @@ impl Nearest {
 /// more `sort` makes keys, from which `take` takes the nearest. `meet` gives the lanes of a block's triangles that the ray
 /// meets before a limit, and where. `number` reads a link.
 #[inline(always)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a function for each step of the walk that an instruction set has its own way of"
+)]
 pub(super) fn closest<
     const W: usize,
     L: Copy,

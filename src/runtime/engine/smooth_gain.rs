@@ -68,10 +68,10 @@ impl Fade {
 /// Adds samples at a share of a gain that goes from one to another without a bend.
 pub(super) fn mix_into(input: &mut [f32], samples: &[f32], [from, to]: [Gain; 2], fade: Fade) {
     let count = input.len().min(samples.len());
-    let pairs = input.iter_mut().zip(samples).enumerate();
+    let pairs = input.iter_mut().zip(samples);
     if from == to && from.growth == 0.0 && fade.rests() {
         let gain = from.value * fade.share(0);
-        pairs.for_each(|(_, (sum, sample))| *sum += sample * gain);
+        pairs.for_each(|(sum, sample)| *sum += sample * gain);
         return;
     }
     // Hermite's cubic of the share of the block that has passed.
@@ -80,7 +80,7 @@ pub(super) fn mix_into(input: &mut [f32], samples: &[f32], [from, to]: [Gain; 2]
     let rise = to.value - from.value;
     let cubed = first + last - 2.0 * rise;
     let squared = 3.0 * rise - 2.0 * first - last;
-    for (n, (sum, sample)) in pairs {
+    for (n, (sum, sample)) in pairs.enumerate() {
         let place = (n + 1) as f32 / length;
         let gain = from.value + place * (first + place * (squared + place * cubed));
         *sum += sample * gain * fade.share(n + 1);

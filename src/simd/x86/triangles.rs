@@ -169,6 +169,7 @@ impl<'a> Shear4<'a> {
     /// stand in memory for it.
     #[cold]
     #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "a ray's parts by themselves")]
     fn meet_again(
         origin: &[f32; 3],
         direction: &[f32; 3],
