@@ -3,9 +3,10 @@
 //! Mindless: numbers in a layout, and the portable arithmetic that every instruction set is tested against. What they
 //! mean stands in `geometry`.
 
-/// A ray against boxes: a plane is crossed at `(plane − origin) · inverse`.
+/// A ray against boxes: a plane is crossed at `(plane − origin) · inverse`, which lanes on x86-64 write as
+/// `plane · inverse − origin · inverse`.
 ///
-/// Lanes measure in coordinates of the axis along which the ray's direction is longest: planes across that axis are crossed
+/// NEON's measure in coordinates of the axis along which the ray's direction is longest: planes across that axis are crossed
 /// at themselves, which takes no arithmetic, others at `plane · scale + offset`, where `scale` is the longest component of
 /// the direction over the other. Where coordinates fall along the ray, what is greatest else is least.
 #[derive(Debug, Clone, Copy)]
@@ -211,6 +212,7 @@ impl Axes {
     }
 
     /// The rows that a ray crosses first, of the axes in turn, where it runs downwards along them or up.
+    #[cfg(target_arch = "aarch64")]
     #[inline(always)]
     pub(crate) fn first_rows(self, down: [bool; 3]) -> [Row; 3] {
         let row = |k: usize| Row(2 * self.0[k] + usize::from(down[k]));

@@ -7,15 +7,16 @@
 
 mod lanes;
 mod prefetch;
-mod triangles;
 
 pub(crate) use lanes::{Ymm, Zmm};
 pub(crate) use prefetch::prefetch;
-pub(crate) use triangles::Shear4;
 
 use core::arch::x86_64::*;
 
-use super::tracing::{Axes, BitEach, Child, Near, Planes, RawRay, Row, SMALLEST_COMPONENT};
+use super::tracing::{
+    Axes, BitEach, Child, Corners, FAR_WIDENING, Met, NEAR_NARROWING, Near, Planes, RawRay, Row,
+    SMALLEST_COMPONENT, TriangleRay,
+};
 
 /// Proof that the machine has AVX2 and FMA.
 #[derive(Debug, Clone, Copy)]
@@ -71,6 +72,13 @@ pub(crate) use {enter_avx2, enter_avx512, enter_sse2};
 
 #[inline]
 #[target_feature(enable = "sse2")]
+fn load4(lanes: &[f32; 4]) -> __m128 {
+    // SAFETY: a reference to four f32; the load needs no alignment.
+    unsafe { _mm_loadu_ps(lanes.as_ptr()) }
+}
+
+#[inline]
+#[target_feature(enable = "sse2")]
 fn store4(lanes: &mut [f32; 4], values: __m128) {
     // SAFETY: a unique reference to four f32; the store needs no alignment.
     unsafe { _mm_storeu_ps(lanes.as_mut_ptr(), values) }
@@ -83,23 +91,12 @@ fn store8(lanes: &mut [f32; 8], values: __m256) {
     unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), values) }
 }
 
-/// Where a row of planes of `W` boxes begins, in bytes: numbers of rows would be multiplied for every node.
-#[derive(Clone, Copy)]
-struct Place<const W: usize>(usize);
-
-impl<const W: usize> Place<W> {
-    #[inline(always)]
-    fn of(row: Row) -> Self {
-        Self(row.number() * size_of::<[f32; W]>())
-    }
-}
-
 /// A row of planes.
 #[inline]
 #[target_feature(enable = "sse2")]
-fn row4(planes: &Planes<4>, row: Place<4>) -> __m128 {
+fn row4(planes: &Planes<4>, row: Row) -> __m128 {
     // SAFETY: a row's number is 5 at most, and there are six rows.
-    let row = unsafe { planes.as_ptr().byte_add(row.0) };
+    let row = unsafe { planes.as_ptr().add(row.number()) };
     // SAFETY: a row is four f32; the load needs no alignment.
     unsafe { _mm_loadu_ps(row.cast::<f32>()) }
 }
@@ -107,9 +104,9 @@ fn row4(planes: &Planes<4>, row: Place<4>) -> __m128 {
 /// A row of planes.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-fn row8(planes: &Planes<8>, row: Place<8>) -> __m256 {
+fn row8(planes: &Planes<8>, row: Row) -> __m256 {
     // SAFETY: a row's number is 5 at most, and there are six rows.
-    let row = unsafe { planes.as_ptr().byte_add(row.0) };
+    let row = unsafe { planes.as_ptr().add(row.number()) };
     // SAFETY: a row is eight f32; the load needs no alignment.
     unsafe { _mm256_loadu_ps(row.cast::<f32>()) }
 }
@@ -156,184 +153,82 @@ impl Ready {
         })
     }
 
-    /// The axes in turn, the longest the last.
-    #[inline(always)]
-    fn axes(&self) -> [usize; 3] {
-        let [x, y, z] = Axes::ending_at(self.longest).numbers();
-        [x % 4, y % 4, z % 4]
-    }
-
-    /// Whether the ray runs downwards along its longest axis.
-    #[inline]
-    #[target_feature(enable = "sse2")]
-    pub(crate) fn runs_down(&self) -> bool {
-        _mm_movemask_ps(self.direction) >> self.longest & 1 == 1
-    }
-
     /// Lanes as numbers.
     #[inline]
     #[target_feature(enable = "sse2")]
-    fn lanes(values: __m128) -> [f32; 4] {
+    fn lanes(values: __m128) -> [f32; 3] {
         let mut lanes = [0.0; 4];
         store4(&mut lanes, values);
-        lanes
+        [lanes[0], lanes[1], lanes[2]]
     }
 }
 
-/// How a ray runs through boxes, in coordinates of its longest axis ([`super::tracing::SlabRay`]).
-struct Course {
-    /// The rows it crosses first and last, of the shorter axes, then of the longest.
-    rows: [Row; 6],
-    /// Of the shorter axes.
-    scale: [f32; 2],
-    offset: [f32; 2],
-    /// Where it starts, and how far it goes while the parameter grows by one.
-    start: f32,
-    pace: f32,
-}
-
-impl Course {
-    /// Of a ray that runs downwards along its longest axis, or does not.
-    #[inline]
-    #[target_feature(enable = "sse2")]
-    fn of<const CALLER: u8, const DOWN: bool>(ray: &Ready) -> Self {
-        let [x, y, z] = ray.axes();
-        let (origin, inverse) = (Ready::lanes(ray.origin), Ready::lanes(ray.inverse));
-        let (start, pace) = (origin[z], Ready::lanes(ray.direction)[z]);
-        let scale = [pace * inverse[x], pace * inverse[y]];
-        let offset = [start - origin[x] * scale[0], start - origin[y] * scale[1]];
-        let down = |axis: usize| inverse[axis].is_sign_negative();
-        let axes = Axes::ending_at(ray.longest);
-        let [x_row, y_row, z_row] = axes.first_rows([down(x), down(y), DOWN]);
-        Self {
-            rows: [
-                x_row,
-                x_row.opposite(),
-                y_row,
-                y_row.opposite(),
-                z_row,
-                z_row.opposite(),
-            ],
-            scale,
-            offset,
-            start,
-            pace,
-        }
-    }
-
-    /// Where a parameter is on the axis, and what no entry before it is beyond.
-    #[inline(always)]
-    fn limit(start: f32, pace: f32, t_max: f32) -> (f32, u32) {
-        let way = t_max * pace;
-        (start + way, Child::bound(way.abs()))
-    }
-}
-
-/// A parameter, and where it is on a ray's longest axis, in all lanes.
-#[derive(Clone, Copy)]
-pub(crate) struct Limit<L> {
-    t_max: __m128,
-    place: L,
-}
-
-/// What comes later along a ray.
+/// Each of the first three lanes in all lanes. Not by `map`: it has no features, and a closure that has them becomes a
+/// call in it.
 #[inline]
 #[target_feature(enable = "sse2")]
-fn later4<const DOWN: bool>(a: __m128, b: __m128) -> __m128 {
-    if DOWN {
-        _mm_min_ps(a, b)
-    } else {
-        _mm_max_ps(a, b)
-    }
+fn splat4(values: __m128) -> [__m128; 3] {
+    [
+        _mm_shuffle_ps::<0b00_00_00_00>(values, values),
+        _mm_shuffle_ps::<0b01_01_01_01>(values, values),
+        _mm_shuffle_ps::<0b10_10_10_10>(values, values),
+    ]
 }
 
-/// What comes sooner along a ray.
+/// The same in eight lanes.
 #[inline]
-#[target_feature(enable = "sse2")]
-fn sooner4<const DOWN: bool>(a: __m128, b: __m128) -> __m128 {
-    if DOWN {
-        _mm_max_ps(a, b)
-    } else {
-        _mm_min_ps(a, b)
-    }
+#[target_feature(enable = "avx2,fma")]
+fn splat8(values: __m128) -> [__m256; 3] {
+    let [x, y, z] = splat4(values);
+    [
+        _mm256_broadcastss_ps(x),
+        _mm256_broadcastss_ps(y),
+        _mm256_broadcastss_ps(z),
+    ]
 }
 
 /// A ray against four boxes at once.
 #[derive(Clone, Copy)]
-pub(crate) struct Slabs4<const DOWN: bool> {
-    /// Of the shorter axes the nearer and the farther, then those of the longest.
-    rows: [Place<4>; 6],
-    scale: [__m128; 2],
-    offset: [__m128; 2],
-    start: __m128,
-    /// As [`Course`] has them.
-    line: [f32; 2],
+pub(crate) struct Slabs4 {
+    near: [Row; 3],
+    scale: [__m128; 3],
+    offset: [__m128; 3],
 }
 
-impl<const DOWN: bool> Slabs4<DOWN> {
+impl Slabs4 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "sse2")]
     pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
-        let course = Course::of::<CALLER, DOWN>(ray);
-        let [sx, sy] = course.scale;
-        let [ox, oy] = course.offset;
+        let offset = _mm_xor_ps(_mm_mul_ps(ray.origin, ray.inverse), _mm_set1_ps(-0.0));
+        let inverse = Ready::lanes(ray.inverse);
         Self {
-            rows: course.rows.map(Place::of),
-            scale: [_mm_set1_ps(sx), _mm_set1_ps(sy)],
-            offset: [_mm_set1_ps(ox), _mm_set1_ps(oy)],
-            start: _mm_set1_ps(course.start),
-            line: [course.start, course.pace],
+            near: Row::near(inverse),
+            scale: splat4(ray.inverse),
+            offset: splat4(offset),
         }
-    }
-
-    /// A parameter for lanes, and what no entry before it is beyond.
-    #[inline]
-    #[target_feature(enable = "sse2")]
-    pub(crate) fn limit<const CALLER: u8>(&self, t_max: f32) -> (Limit<__m128>, u32) {
-        let [start, pace] = self.line;
-        let (place, bound) = Course::limit(start, pace, t_max);
-        let limit = Limit {
-            t_max: _mm_set1_ps(t_max),
-            place: _mm_set1_ps(place),
-        };
-        (limit, bound)
     }
 
     /// Where the ray enters each box, and which boxes it does enter.
     #[inline]
     #[target_feature(enable = "sse2")]
-    fn spans(&self, planes: &Planes<4>, limit: __m128) -> (__m128, __m128) {
-        let at = |k: usize, row: Place<4>| {
-            let plane = row4(planes, row);
-            _mm_add_ps(_mm_mul_ps(plane, self.scale[k]), self.offset[k])
+    fn spans(&self, planes: &Planes<4>, t_max: f32) -> (__m128, __m128) {
+        let near = |axis: usize| {
+            let plane = row4(planes, self.near[axis]);
+            _mm_add_ps(_mm_mul_ps(plane, self.scale[axis]), self.offset[axis])
         };
-        let [x, far_x, y, far_y, z, far_z] = self.rows;
-        let entry = later4::<DOWN>(
-            later4::<DOWN>(at(0, x), at(1, y)),
-            later4::<DOWN>(row4(planes, z), self.start),
-        );
-        let exit = sooner4::<DOWN>(
-            sooner4::<DOWN>(at(0, far_x), at(1, far_y)),
-            sooner4::<DOWN>(row4(planes, far_z), limit),
-        );
-        let entered = if DOWN {
-            _mm_cmple_ps(exit, entry)
-        } else {
-            _mm_cmple_ps(entry, exit)
+        let far = |axis: usize| {
+            let plane = row4(planes, self.near[axis].opposite());
+            _mm_add_ps(_mm_mul_ps(plane, self.scale[axis]), self.offset[axis])
         };
-        (entry, entered)
-    }
-
-    /// How far off the ray enters. No difference of equals is −0.
-    #[inline]
-    #[target_feature(enable = "sse2")]
-    fn way(&self, entry: __m128) -> __m128 {
-        if DOWN {
-            _mm_sub_ps(self.start, entry)
-        } else {
-            _mm_sub_ps(entry, self.start)
-        }
+        // Of two zeros the second counts, so no entry is −0.
+        let zero = _mm_setzero_ps();
+        let entry = _mm_max_ps(_mm_max_ps(near(0), near(1)), _mm_max_ps(near(2), zero));
+        let exit = _mm_min_ps(
+            _mm_min_ps(far(0), far(1)),
+            _mm_min_ps(far(2), _mm_set1_ps(t_max)),
+        );
+        (entry, _mm_cmple_ps(entry, exit))
     }
 
     /// Which boxes the ray enters, and where.
@@ -342,9 +237,9 @@ impl<const DOWN: bool> Slabs4<DOWN> {
     pub(crate) fn enter<const CALLER: u8>(
         &self,
         planes: &Planes<4>,
-        limit: Limit<__m128>,
+        t_max: f32,
     ) -> (BitEach, Spans4) {
-        let (entry, entered) = self.spans(planes, limit.place);
+        let (entry, entered) = self.spans(planes, t_max);
         let bits = _mm_movemask_ps(entered) as u32;
         (BitEach(bits), Spans4 { entry, entered })
     }
@@ -352,28 +247,8 @@ impl<const DOWN: bool> Slabs4<DOWN> {
     /// Which boxes the ray enters, a bit each.
     #[inline]
     #[target_feature(enable = "sse2")]
-    pub(crate) fn entered<const CALLER: u8>(
-        &self,
-        planes: &Planes<4>,
-        limit: Limit<__m128>,
-    ) -> u32 {
-        _mm_movemask_ps(self.spans(planes, limit.place).1) as u32
-    }
-
-    /// The two boxes that the ray enters, the nearer first.
-    #[inline]
-    #[target_feature(enable = "sse2")]
-    pub(crate) fn pair<const CALLER: u8>(&self, entered: BitEach, spans: Spans4) -> [Child; 2] {
-        let mut ways = [0.0; 4];
-        store4(&mut ways, self.way(spans.entry));
-        entered.pair(&ways.map(f32::to_bits))
-    }
-
-    /// Keys of boxes, from which [`take4`] takes the nearest.
-    #[inline]
-    #[target_feature(enable = "sse2")]
-    pub(crate) fn sort<const CALLER: u8>(&self, spans: Spans4) -> __m128 {
-        keys4(self.way(spans.entry), spans.entered)
+    pub(crate) fn entered<const CALLER: u8>(&self, planes: &Planes<4>, t_max: f32) -> u32 {
+        _mm_movemask_ps(self.spans(planes, t_max).1) as u32
     }
 }
 
@@ -384,20 +259,32 @@ pub(crate) struct Spans4 {
     entered: __m128,
 }
 
+/// The two boxes that a ray enters, the nearer first.
+#[inline]
+#[target_feature(enable = "sse2")]
+pub(crate) fn pair4<const CALLER: u8>(entered: BitEach, spans: Spans4) -> [Child; 2] {
+    let mut entries = [0.0; 4];
+    store4(&mut entries, spans.entry);
+    entered.pair(&entries.map(f32::to_bits))
+}
+
 /// Smallest normal number: keys of boxes are that far up, so that minima never take one for zero.
 const KEYS_FROM: i32 = 1 << 23;
 
-/// Keys that are compared as `f32`: the bits of how far off a box is entered, the lane in the lowest two, and [`KEYS_FROM`].
+/// Keys that are compared as `f32`: the bits of where a box is entered, the lane in the lowest two, and [`KEYS_FROM`].
 /// The greatest number for boxes that are not; nothing near enough for lanes is entered that far out.
 #[inline]
 #[target_feature(enable = "sse2")]
-fn keys4(way: __m128, entered: __m128) -> __m128 {
+pub(crate) fn sort4<const CALLER: u8>(spans: Spans4) -> __m128 {
     let lanes = _mm_castsi128_ps(_mm_setr_epi32(0, 1, 2, 3));
-    let rounded = _mm_andnot_ps(_mm_castsi128_ps(_mm_set1_epi32(3)), way);
+    let rounded = _mm_andnot_ps(_mm_castsi128_ps(_mm_set1_epi32(3)), spans.entry);
     let key = _mm_castps_si128(_mm_or_ps(rounded, lanes));
     let key = _mm_castsi128_ps(_mm_add_epi32(key, _mm_set1_epi32(KEYS_FROM)));
     let none = _mm_set1_ps(f32::MAX);
-    _mm_or_ps(_mm_and_ps(entered, key), _mm_andnot_ps(entered, none))
+    _mm_or_ps(
+        _mm_and_ps(spans.entered, key),
+        _mm_andnot_ps(spans.entered, none),
+    )
 }
 
 /// The nearest of four boxes, and the keys of the others.
@@ -412,110 +299,51 @@ pub(crate) fn take4<const CALLER: u8>(keys: __m128) -> (Child, __m128) {
     (Child { lane, entry }, _mm_max_ps(keys, gone))
 }
 
-/// What comes later along a ray.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-fn later8<const DOWN: bool>(a: __m256, b: __m256) -> __m256 {
-    if DOWN {
-        _mm256_min_ps(a, b)
-    } else {
-        _mm256_max_ps(a, b)
-    }
-}
-
-/// What comes sooner along a ray.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-fn sooner8<const DOWN: bool>(a: __m256, b: __m256) -> __m256 {
-    if DOWN {
-        _mm256_max_ps(a, b)
-    } else {
-        _mm256_min_ps(a, b)
-    }
-}
-
 /// A ray against eight boxes at once, fused.
 #[derive(Clone, Copy)]
-pub(crate) struct Slabs8<const DOWN: bool> {
-    /// Of the shorter axes the nearer and the farther, then those of the longest.
-    rows: [Place<8>; 6],
-    scale: [__m256; 2],
-    offset: [__m256; 2],
-    start: __m256,
-    /// As [`Course`] has them.
-    line: [f32; 2],
+pub(crate) struct Slabs8 {
+    near: [Row; 3],
+    scale: [__m256; 3],
+    offset: [__m256; 3],
 }
 
-impl<const DOWN: bool> Slabs8<DOWN> {
+impl Slabs8 {
     /// Of a ray.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
     pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
-        let course = Course::of::<CALLER, DOWN>(ray);
-        let [sx, sy] = course.scale;
-        let [ox, oy] = course.offset;
+        let offset = _mm_xor_ps(_mm_mul_ps(ray.origin, ray.inverse), _mm_set1_ps(-0.0));
+        let inverse = Ready::lanes(ray.inverse);
         Self {
-            rows: course.rows.map(Place::of),
-            scale: [_mm256_set1_ps(sx), _mm256_set1_ps(sy)],
-            offset: [_mm256_set1_ps(ox), _mm256_set1_ps(oy)],
-            start: _mm256_set1_ps(course.start),
-            line: [course.start, course.pace],
+            near: Row::near(inverse),
+            scale: splat8(ray.inverse),
+            offset: splat8(offset),
         }
-    }
-
-    /// A parameter for lanes, and what no entry before it is beyond.
-    #[inline]
-    #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn limit<const CALLER: u8>(&self, t_max: f32) -> (Limit<__m256>, u32) {
-        let [start, pace] = self.line;
-        let (place, bound) = Course::limit(start, pace, t_max);
-        let limit = Limit {
-            t_max: _mm_set1_ps(t_max),
-            place: _mm256_set1_ps(place),
-        };
-        (limit, bound)
     }
 
     /// Where the ray enters each box, and where it leaves it.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    fn spans(&self, planes: &Planes<8>, limit: __m256) -> (__m256, __m256) {
-        let at = |k: usize, row: Place<8>| {
-            _mm256_fmadd_ps(row8(planes, row), self.scale[k], self.offset[k])
+    fn spans(&self, planes: &Planes<8>, t_max: f32) -> (__m256, __m256) {
+        let near = |axis: usize| {
+            let plane = row8(planes, self.near[axis]);
+            _mm256_fmadd_ps(plane, self.scale[axis], self.offset[axis])
         };
-        let [x, far_x, y, far_y, z, far_z] = self.rows;
-        let entry = later8::<DOWN>(
-            later8::<DOWN>(at(0, x), at(1, y)),
-            later8::<DOWN>(self.start, row8(planes, z)),
+        let far = |axis: usize| {
+            let plane = row8(planes, self.near[axis].opposite());
+            _mm256_fmadd_ps(plane, self.scale[axis], self.offset[axis])
+        };
+        // Of two zeros the second counts, so no entry is −0.
+        let zero = _mm256_setzero_ps();
+        let entry = _mm256_max_ps(
+            _mm256_max_ps(near(0), near(1)),
+            _mm256_max_ps(near(2), zero),
         );
-        let exit = sooner8::<DOWN>(
-            sooner8::<DOWN>(at(0, far_x), at(1, far_y)),
-            sooner8::<DOWN>(limit, row8(planes, far_z)),
+        let exit = _mm256_min_ps(
+            _mm256_min_ps(far(0), far(1)),
+            _mm256_min_ps(far(2), _mm256_set1_ps(t_max)),
         );
         (entry, exit)
-    }
-
-    /// The lanes of boxes that the ray enters.
-    #[inline]
-    #[target_feature(enable = "avx2,fma")]
-    fn bits((entry, exit): (__m256, __m256)) -> u32 {
-        let entered = if DOWN {
-            _mm256_cmp_ps::<_CMP_GE_OQ>(entry, exit)
-        } else {
-            _mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)
-        };
-        _mm256_movemask_ps(entered) as u32
-    }
-
-    /// How far off the ray enters. No difference of equals is −0.
-    #[inline]
-    #[target_feature(enable = "avx2,fma")]
-    fn way(&self, entry: __m256) -> __m256 {
-        if DOWN {
-            _mm256_sub_ps(self.start, entry)
-        } else {
-            _mm256_sub_ps(entry, self.start)
-        }
     }
 
     /// Which boxes the ray enters, and where.
@@ -524,57 +352,50 @@ impl<const DOWN: bool> Slabs8<DOWN> {
     pub(crate) fn enter<const CALLER: u8>(
         &self,
         planes: &Planes<8>,
-        limit: Limit<__m256>,
+        t_max: f32,
     ) -> (BitEach, Spans8) {
-        let (entry, exit) = self.spans(planes, limit.place);
-        (BitEach(Self::bits((entry, exit))), Spans8 { entry, exit })
+        let (entry, exit) = self.spans(planes, t_max);
+        let bits = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32;
+        (BitEach(bits), Spans8 { entry, exit })
     }
 
     /// Which boxes the ray enters, a bit each.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn entered<const CALLER: u8>(
-        &self,
-        planes: &Planes<8>,
-        limit: Limit<__m256>,
-    ) -> u32 {
-        Self::bits(self.spans(planes, limit.place))
-    }
-
-    /// The two boxes that the ray enters, the nearer first.
-    #[inline]
-    #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn pair<const CALLER: u8>(&self, entered: BitEach, spans: Spans8) -> [Child; 2] {
-        let mut ways = [0.0; 8];
-        store8(&mut ways, self.way(spans.entry));
-        entered.pair(&ways.map(f32::to_bits))
-    }
-
-    /// Keys of sixteen bits: the highest of how far off a box is entered but for the sign; the greatest for boxes that are
-    /// not.
-    #[inline]
-    #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn sort<const CALLER: u8>(&self, spans: Spans8) -> __m128i {
-        let missed = if DOWN {
-            _mm256_cmp_ps::<_CMP_NGE_UQ>(spans.entry, spans.exit)
-        } else {
-            _mm256_cmp_ps::<_CMP_NLE_UQ>(spans.entry, spans.exit)
-        };
-        let keys = _mm256_castps_si256(_mm256_or_ps(self.way(spans.entry), missed));
-        let keys = _mm256_srli_epi32::<15>(keys);
-        // What is too large for sixteen bits becomes the greatest.
-        _mm_packus_epi32(
-            _mm256_castsi256_si128(keys),
-            _mm256_extracti128_si256::<1>(keys),
-        )
+    pub(crate) fn entered<const CALLER: u8>(&self, planes: &Planes<8>, t_max: f32) -> u32 {
+        let (entry, exit) = self.spans(planes, t_max);
+        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32
     }
 }
 
-/// Where a ray enters eight boxes and where it leaves them, sooner than that if it does not enter.
+/// Where a ray enters eight boxes and where it leaves them, before that if it does not enter.
 #[derive(Clone, Copy)]
 pub(crate) struct Spans8 {
     entry: __m256,
     exit: __m256,
+}
+
+/// The two boxes that a ray enters, the nearer first.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+pub(crate) fn pair8<const CALLER: u8>(entered: BitEach, spans: Spans8) -> [Child; 2] {
+    let mut entries = [0.0; 8];
+    store8(&mut entries, spans.entry);
+    entered.pair(&entries.map(f32::to_bits))
+}
+
+/// Keys of sixteen bits: the highest of where a box is entered but for the sign; the greatest for boxes that are not.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+pub(crate) fn sort8<const CALLER: u8>(spans: Spans8) -> __m128i {
+    let missed = _mm256_cmp_ps::<_CMP_NLE_UQ>(spans.entry, spans.exit);
+    let keys = _mm256_castps_si256(_mm256_or_ps(spans.entry, missed));
+    let keys = _mm256_srli_epi32::<15>(keys);
+    // What is too large for sixteen bits becomes the greatest.
+    _mm_packus_epi32(
+        _mm256_castsi256_si128(keys),
+        _mm256_extracti128_si256::<1>(keys),
+    )
 }
 
 /// The nearest of eight boxes, and the keys of the others.
@@ -591,4 +412,168 @@ pub(crate) fn take8<const CALLER: u8>(keys: __m128i) -> (Child, __m128i) {
         entry: (found & 0xffff) << 15,
     };
     (child, _mm_or_si128(keys, gone))
+}
+
+/// A ray against four triangles at once.
+#[derive(Clone, Copy)]
+pub(crate) struct Shear4<'a> {
+    ray: RawRay<'a>,
+    ready: Ready,
+    axes: [usize; 3],
+    /// Permuted.
+    origin: [__m128; 3],
+    /// As [`TriangleRay`] has it, the last turned about.
+    shear: [__m128; 3],
+}
+
+impl<'a> Shear4<'a> {
+    /// Of a ray, raw and ready.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'a>, ready: &Ready) -> Self {
+        let [x, y, z] = Axes::ending_at(ready.longest).numbers();
+        let axes = [x.min(2), y.min(2), z.min(2)];
+        let inverse = Ready::lanes(ready.inverse)[axes[2]];
+        let stretched = Ready::lanes(_mm_mul_ps(ready.direction, _mm_set1_ps(inverse)));
+        Self {
+            ray,
+            ready: *ready,
+            axes,
+            origin: [
+                _mm_set1_ps(ray.origin[axes[0]]),
+                _mm_set1_ps(ray.origin[axes[1]]),
+                _mm_set1_ps(ray.origin[axes[2]]),
+            ],
+            shear: [
+                _mm_set1_ps(stretched[axes[0]]),
+                _mm_set1_ps(stretched[axes[1]]),
+                _mm_set1_ps(-inverse),
+            ],
+        }
+    }
+
+    /// As [`TriangleRay::meet_four`], to the bit.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    pub(crate) fn meet<const CALLER: u8>(
+        &self,
+        corners: &Corners,
+        before: f32,
+        at: &mut [f32; 4],
+    ) -> Met<1> {
+        let [kx, ky, kz] = self.axes;
+        let [sx, sy, sz] = self.shear;
+        // All three turned about, which changes no sign of u, v and w and lets loads be operands.
+        let sheared = |corner: &[[f32; 4]; 3]| {
+            let z = _mm_sub_ps(self.origin[2], load4(&corner[kz]));
+            let x = _mm_sub_ps(self.origin[0], load4(&corner[kx]));
+            let y = _mm_sub_ps(self.origin[1], load4(&corner[ky]));
+            let x = _mm_sub_ps(x, _mm_mul_ps(sx, z));
+            let y = _mm_sub_ps(y, _mm_mul_ps(sy, z));
+            (x, y, z)
+        };
+        let (ax, ay, az) = sheared(&corners[0]);
+        let (bx, by, bz) = sheared(&corners[1]);
+        let (cx, cy, cz) = sheared(&corners[2]);
+        let u = _mm_sub_ps(_mm_mul_ps(cx, by), _mm_mul_ps(cy, bx));
+        let v = _mm_sub_ps(_mm_mul_ps(ax, cy), _mm_mul_ps(ay, cx));
+        let w = _mm_sub_ps(_mm_mul_ps(bx, ay), _mm_mul_ps(by, ax));
+        let zero = _mm_setzero_ps();
+        let least = _mm_min_ps(u, _mm_min_ps(v, w));
+        let most = _mm_max_ps(u, _mm_max_ps(v, w));
+        // Written so that numbers that are none are outside.
+        let inside = _mm_or_ps(_mm_cmple_ps(zero, least), _mm_cmple_ps(most, zero));
+        let may_meet = _mm_movemask_ps(inside) as u64;
+        if may_meet == 0 {
+            return Met(0);
+        }
+        let within = _mm_or_ps(_mm_cmplt_ps(zero, least), _mm_cmplt_ps(most, zero));
+        let on_edge = may_meet & !(_mm_movemask_ps(within) as u64);
+        if on_edge != 0 {
+            let RawRay {
+                origin,
+                direction,
+                t_min,
+                margin,
+            } = self.ray;
+            let limits = [t_min, margin];
+            return Self::meet_again(
+                origin,
+                direction,
+                limits,
+                corners,
+                before,
+                at,
+                Met(may_meet),
+            );
+        }
+        let determinant = _mm_add_ps(_mm_add_ps(u, v), w);
+        let depth = _mm_add_ps(
+            _mm_add_ps(_mm_mul_ps(u, az), _mm_mul_ps(v, bz)),
+            _mm_mul_ps(w, cz),
+        );
+        let t = _mm_div_ps(_mm_mul_ps(depth, sz), determinant);
+        let in_time = _mm_and_ps(
+            _mm_cmpgt_ps(t, _mm_set1_ps(self.ray.t_min)),
+            _mm_cmplt_ps(t, _mm_set1_ps(before)),
+        );
+        let met = _mm_and_ps(within, in_time);
+        if _mm_movemask_ps(met) == 0 {
+            return Met(0);
+        }
+        let (near, far) = self.spans(corners);
+        let t = _mm_max_ps(near, t);
+        let in_box = _mm_and_ps(_mm_cmple_ps(near, far), _mm_cmple_ps(zero, far));
+        let in_time = _mm_cmplt_ps(t, _mm_set1_ps(before));
+        store4(at, t);
+        Met(_mm_movemask_ps(_mm_and_ps(met, _mm_and_ps(in_box, in_time))) as u64)
+    }
+
+    /// Where the ray is in each triangle's own box.
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    fn spans(&self, corners: &Corners) -> (__m128, __m128) {
+        let [a, b, c] = corners;
+        let margin = _mm_set1_ps(self.ray.margin);
+        let inverse = Ready::lanes(self.ready.inverse);
+        let span = |axis: usize| {
+            let (a, b, c) = (load4(&a[axis]), load4(&b[axis]), load4(&c[axis]));
+            let lower = _mm_sub_ps(_mm_min_ps(_mm_min_ps(a, b), c), margin);
+            let upper = _mm_add_ps(_mm_max_ps(_mm_max_ps(a, b), c), margin);
+            let origin = _mm_set1_ps(self.ray.origin[axis]);
+            let inverse = _mm_set1_ps(inverse[axis]);
+            let first = _mm_mul_ps(_mm_sub_ps(lower, origin), inverse);
+            let second = _mm_mul_ps(_mm_sub_ps(upper, origin), inverse);
+            (_mm_min_ps(first, second), _mm_max_ps(first, second))
+        };
+        let ((nx, fx), (ny, fy), (nz, fz)) = (span(0), span(1), span(2));
+        let near = _mm_max_ps(_mm_max_ps(nx, ny), nz);
+        let far = _mm_min_ps(_mm_min_ps(fx, fy), fz);
+        (
+            _mm_mul_ps(near, _mm_set1_ps(NEAR_NARROWING)),
+            _mm_mul_ps(far, _mm_set1_ps(FAR_WIDENING)),
+        )
+    }
+
+    /// For blocks of which an edge function is zero: the specification itself. Takes parts, so that none of the ray's need
+    /// stand in memory for it.
+    #[cold]
+    #[inline(never)]
+    fn meet_again(
+        origin: &[f32; 3],
+        direction: &[f32; 3],
+        [t_min, margin]: [f32; 2],
+        corners: &Corners,
+        before: f32,
+        at: &mut [f32; 4],
+        lanes: Met<1>,
+    ) -> Met<1> {
+        let ray = RawRay {
+            origin,
+            direction,
+            t_min,
+            margin,
+        };
+        TriangleRay::of(ray).meet_again(corners, before, at, lanes)
+    }
 }

@@ -11,7 +11,9 @@ pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 /// What nodes' boxes stand off what they hold, as a share of the scene's largest coordinate E: 2⁻¹⁷, or 128 ε of half
 /// units in the last place.
 ///
-/// The specification of boxes crosses a plane p at (p − o) / d to within 13 ε of it. The lanes measure along the longest
+/// The specification of boxes crosses a plane p at (p − o) / d to within 13 ε of it. Lanes on x86-64 multiply before they
+/// subtract, which adds ε (|p| + |o| + |p − o|) / |d|: with |p| <= E and |o| <= 4 E ([`REACH`]) no more than
+/// (13 · 5 + 1 + 4 + 5) ε E / |d| in all. NEON's measure along the longest
 /// axis, where that is r times as much, r = |longest d / d| >= 1: off by 2 ε r |p − o| from the scale, ε (2 r |o| + |o'|) from
 /// the offset, o' the start along the longest axis, ε r |p| from the product where it is not fused, and
 /// ε (|o'| + r |p − o|) from the sum. With |p| <= E and |o| <= 4 E ([`REACH`]) all are no more than

@@ -5,20 +5,19 @@
 
 use super::node::Node;
 use super::walk::{self, Nearest};
-use super::{Bvh, Query, portable};
+use super::{Bvh, portable};
 use crate::geometry::ray::Ray;
-use crate::simd::tracing::RawRay;
-use crate::simd::x86::{Avx2, Ready, Shear4, Slabs4, Slabs8, enter_avx2, enter_sse2, take4, take8};
+use crate::simd::tracing::Child;
+use crate::simd::x86::{
+    Avx2, Ready, Shear4, Slabs4, Slabs8, enter_avx2, enter_sse2, pair4, pair8, sort4, sort8, take4,
+    take8,
+};
 
-// Callers of kernels, which are compiled for each of them: two a walk, since rays run up or down along their longest axis.
+// Callers of kernels, which are compiled for each of them.
 const SSE2_CLOSEST: u8 = 0;
-const SSE2_CLOSEST_DOWN: u8 = 1;
-const SSE2_ANY: u8 = 2;
-const SSE2_ANY_DOWN: u8 = 3;
-const AVX2_CLOSEST: u8 = 4;
-const AVX2_CLOSEST_DOWN: u8 = 5;
-const AVX2_ANY: u8 = 6;
-const AVX2_ANY_DOWN: u8 = 7;
+const SSE2_ANY: u8 = 1;
+const AVX2_CLOSEST: u8 = 2;
+const AVX2_ANY: u8 = 3;
 
 #[inline]
 pub(super) fn closest_sse2(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
@@ -62,33 +61,18 @@ fn sse2_closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> N
     let Some(ready) = Ready::of::<SSE2_CLOSEST>(raw, query.near) else {
         return portable::closest(nodes, &bvh.query(ray, ignored), |link| link);
     };
-    if ready.runs_down() {
-        sse2_closest_along::<SSE2_CLOSEST_DOWN, true>(nodes, &query, raw, &ready)
-    } else {
-        sse2_closest_along::<SSE2_CLOSEST, false>(nodes, &query, raw, &ready)
-    }
-}
-
-#[target_feature(enable = "sse2")]
-#[inline]
-fn sse2_closest_along<const CALLER: u8, const DOWN: bool>(
-    nodes: &[Node<4>],
-    query: &Query<'_>,
-    raw: RawRay<'_>,
-    ready: &Ready,
-) -> Nearest {
-    let slabs = Slabs4::<DOWN>::of::<CALLER>(ready);
-    let shear = Shear4::of::<CALLER>(raw, ready);
+    let slabs = Slabs4::of::<SSE2_CLOSEST>(&ready);
+    let shear = Shear4::of::<SSE2_CLOSEST>(raw, &ready);
     walk::closest(
         nodes,
-        query,
+        &query,
         |link| link,
-        |t_max| slabs.limit::<CALLER>(t_max),
-        |node, limit| slabs.enter::<CALLER>(&node.planes, limit),
-        |entered, spans| slabs.pair::<CALLER>(entered, spans),
-        |_, spans| slabs.sort::<CALLER>(spans),
-        |keys| take4::<CALLER>(keys),
-        |block, limit, at| shear.meet::<CALLER, _>(&block.corners, limit, at),
+        |t_max| (t_max, Child::bound(t_max)),
+        |node, t_max| slabs.enter::<SSE2_CLOSEST>(&node.planes, t_max),
+        |entered, spans| pair4::<SSE2_CLOSEST>(entered, spans),
+        |_, spans| sort4::<SSE2_CLOSEST>(spans),
+        |keys| take4::<SSE2_CLOSEST>(keys),
+        |block, t_max, at| shear.meet::<SSE2_CLOSEST>(&block.corners, t_max, at),
     )
 }
 
@@ -100,30 +84,15 @@ fn sse2_any(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Optio
     let Some(ready) = Ready::of::<SSE2_ANY>(raw, query.near) else {
         return portable::any(nodes, &bvh.query(ray, ignored), |link| link);
     };
-    if ready.runs_down() {
-        sse2_any_along::<SSE2_ANY_DOWN, true>(nodes, &query, raw, &ready)
-    } else {
-        sse2_any_along::<SSE2_ANY, false>(nodes, &query, raw, &ready)
-    }
-}
-
-#[target_feature(enable = "sse2")]
-#[inline]
-fn sse2_any_along<const CALLER: u8, const DOWN: bool>(
-    nodes: &[Node<4>],
-    query: &Query<'_>,
-    raw: RawRay<'_>,
-    ready: &Ready,
-) -> Option<u32> {
-    let slabs = Slabs4::<DOWN>::of::<CALLER>(ready);
-    let shear = Shear4::of::<CALLER>(raw, ready);
-    let (limit, _) = slabs.limit::<CALLER>(query.ray.t_max);
+    let slabs = Slabs4::of::<SSE2_ANY>(&ready);
+    let shear = Shear4::of::<SSE2_ANY>(raw, &ready);
+    let t_max = query.ray.t_max;
     walk::any(
         nodes,
-        query,
+        &query,
         |link| link,
-        |node| slabs.entered::<CALLER>(&node.planes, limit),
-        |block, at| shear.meet::<CALLER, _>(&block.corners, limit, at),
+        |node| slabs.entered::<SSE2_ANY>(&node.planes, t_max),
+        |block, at| shear.meet::<SSE2_ANY>(&block.corners, t_max, at),
     )
 }
 
@@ -137,33 +106,18 @@ fn avx2_closest(nodes: &[Node<8>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> N
     let Some(ready) = Ready::of::<AVX2_CLOSEST>(raw, query.near) else {
         return portable::closest(nodes, &bvh.query(ray, ignored), |link| link);
     };
-    if ready.runs_down() {
-        avx2_closest_along::<AVX2_CLOSEST_DOWN, true>(nodes, &query, raw, &ready)
-    } else {
-        avx2_closest_along::<AVX2_CLOSEST, false>(nodes, &query, raw, &ready)
-    }
-}
-
-#[target_feature(enable = "avx2,fma")]
-#[inline]
-fn avx2_closest_along<const CALLER: u8, const DOWN: bool>(
-    nodes: &[Node<8>],
-    query: &Query<'_>,
-    raw: RawRay<'_>,
-    ready: &Ready,
-) -> Nearest {
-    let slabs = Slabs8::<DOWN>::of::<CALLER>(ready);
-    let shear = Shear4::of::<CALLER>(raw, ready);
+    let slabs = Slabs8::of::<AVX2_CLOSEST>(&ready);
+    let shear = Shear4::of::<AVX2_CLOSEST>(raw, &ready);
     walk::closest(
         nodes,
-        query,
+        &query,
         |link| link,
-        |t_max| slabs.limit::<CALLER>(t_max),
-        |node, limit| slabs.enter::<CALLER>(&node.planes, limit),
-        |entered, spans| slabs.pair::<CALLER>(entered, spans),
-        |_, spans| slabs.sort::<CALLER>(spans),
-        |keys| take8::<CALLER>(keys),
-        |block, limit, at| shear.meet::<CALLER, _>(&block.corners, limit, at),
+        |t_max| (t_max, Child::bound(t_max)),
+        |node, t_max| slabs.enter::<AVX2_CLOSEST>(&node.planes, t_max),
+        |entered, spans| pair8::<AVX2_CLOSEST>(entered, spans),
+        |_, spans| sort8::<AVX2_CLOSEST>(spans),
+        |keys| take8::<AVX2_CLOSEST>(keys),
+        |block, t_max, at| shear.meet::<AVX2_CLOSEST>(&block.corners, t_max, at),
     )
 }
 
@@ -175,29 +129,14 @@ fn avx2_any(nodes: &[Node<8>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Optio
     let Some(ready) = Ready::of::<AVX2_ANY>(raw, query.near) else {
         return portable::any(nodes, &bvh.query(ray, ignored), |link| link);
     };
-    if ready.runs_down() {
-        avx2_any_along::<AVX2_ANY_DOWN, true>(nodes, &query, raw, &ready)
-    } else {
-        avx2_any_along::<AVX2_ANY, false>(nodes, &query, raw, &ready)
-    }
-}
-
-#[target_feature(enable = "avx2,fma")]
-#[inline]
-fn avx2_any_along<const CALLER: u8, const DOWN: bool>(
-    nodes: &[Node<8>],
-    query: &Query<'_>,
-    raw: RawRay<'_>,
-    ready: &Ready,
-) -> Option<u32> {
-    let slabs = Slabs8::<DOWN>::of::<CALLER>(ready);
-    let shear = Shear4::of::<CALLER>(raw, ready);
-    let (limit, _) = slabs.limit::<CALLER>(query.ray.t_max);
+    let slabs = Slabs8::of::<AVX2_ANY>(&ready);
+    let shear = Shear4::of::<AVX2_ANY>(raw, &ready);
+    let t_max = query.ray.t_max;
     walk::any(
         nodes,
-        query,
+        &query,
         |link| link,
-        |node| slabs.entered::<CALLER>(&node.planes, limit),
-        |block, at| shear.meet::<CALLER, _>(&block.corners, limit, at),
+        |node| slabs.entered::<AVX2_ANY>(&node.planes, t_max),
+        |block, at| shear.meet::<AVX2_ANY>(&block.corners, t_max, at),
     )
 }
