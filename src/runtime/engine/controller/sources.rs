@@ -73,8 +73,11 @@ impl Controller {
         Ok(())
     }
 
-    /// Plays what the app writes from now on, through a ring for `capacity` samples (1 to 2^24). Where samples are late, the
-    /// last one fades within 256 audio frames, and what comes later rises; [`Statistics::starved_samples`](crate::runtime::Statistics::starved_samples) counts them.
+    /// Plays what the app writes from now on, through a ring for `capacity` samples (1 to 2^24). Where samples are late,
+    /// the last one fades within 256 audio frames, and what comes later rises; [`Statistics::starved_samples`] counts
+    /// them.
+    ///
+    /// [`Statistics::starved_samples`]: crate::runtime::Statistics::starved_samples
     ///
     /// # Errors
     /// [`Error::StaleSource`]; [`Error::Setting`] for another capacity.
