@@ -13,9 +13,10 @@ pub(crate) use prefetch::prefetch;
 
 use core::arch::aarch64::*;
 
+use super::stack::forgotten;
 use super::tracing::{
     Axes, Child, Corners, Entered, FAR_WIDENING, Met, NEAR_NARROWING, Near, Planes, RawRay, Row,
-    SMALLEST_COMPONENT, TriangleRay,
+    SMALLEST_COMPONENT,
 };
 
 /// Calls a safe function that carries the feature `neon`, which every aarch64 has.
@@ -86,6 +87,14 @@ fn row4(planes: &Planes<4>, row: Row) -> float32x4_t {
     unsafe { vld1q_f32(row.cast::<f32>()) }
 }
 
+/// The same corners, which are loaded again: of those kept a ray would have to save registers.
+#[inline(always)]
+fn load_again(corners: &Corners) -> &Corners {
+    let pointer = forgotten((&raw const *corners).cast_mut());
+    // SAFETY: the pointer of a reference that lives as long.
+    unsafe { &*pointer }
+}
+
 /// A ray in the first three lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Ready {
@@ -105,13 +114,16 @@ impl Ready {
         let origin = load3(ray.origin);
         let direction = load3(ray.direction);
         let size = vabsq_f32(direction);
-        let (farthest, largest) = (vmaxvq_f32(vabsq_f32(origin)), vmaxvq_f32(size));
+        let farthest = vmaxvq_f32(vabsq_f32(origin));
+        let [_, _, z] = Course::axes(COURSE);
+        // A number that is none is longer than all.
+        let largest = get(size, z);
         // Of lanes with a number that is none the greatest is none, and none is near.
         let is_near = farthest <= near.reach && (Near::SHORTEST..=Near::LONGEST).contains(&largest);
         if !is_near {
             return None;
         }
-        let smallest = vdupq_n_f32(largest * SMALLEST_COMPONENT);
+        let smallest = vmulq_n_f32(vdupq_n_f32(SMALLEST_COMPONENT), largest);
         let sign = vdupq_n_u32(1 << 31);
         let bounded = vbslq_f32(sign, direction, vmaxq_f32(size, smallest));
         Some(Self {
@@ -130,8 +142,13 @@ impl Course {
     /// Of a ray; of components as long as each other the first counts. 23 at most.
     #[inline(always)]
     pub(crate) fn of(direction: &[f32; 3]) -> u8 {
-        let down = |axis: usize| (direction[axis].to_bits() >> 31) << axis;
-        8 * Self::longest(direction) as u8 + (down(0) | down(1) | down(2)) as u8
+        let [x, y, z] = direction.map(f32::to_bits);
+        // Signs are shifted in one by one, each by one instruction.
+        [z, y, x]
+            .iter()
+            .fold(Self::longest(direction) as u32, |course, bits| {
+                course << 1 | bits >> 31
+            }) as u8
     }
 
     /// The same, shortened: 24 to 29.
@@ -141,9 +158,11 @@ impl Course {
         24 + 2 * longest as u8 + u8::from(direction[longest].is_sign_negative())
     }
 
+    /// Which component is longest. Without their signs the bits of numbers order as they do; one that is none is longer
+    /// than all.
     #[inline(always)]
     fn longest(direction: &[f32; 3]) -> usize {
-        let [x, y, z] = direction.map(f32::abs);
+        let [x, y, z] = direction.map(|component| component.to_bits() << 1);
         let (xy, longer) = if x >= y { (0, x) } else { (1, y) };
         if longer >= z { xy } else { 2 }
     }
@@ -422,21 +441,21 @@ pub(crate) fn take4<const CALLER: u8, const COURSE: u8>(keys: uint32x4_t) -> (Ch
 
 /// A ray against four triangles at once, axes turned.
 #[derive(Clone, Copy)]
-pub(crate) struct Shear4<'a, const COURSE: u8> {
-    ray: RawRay<'a>,
+pub(crate) struct Shear4<const COURSE: u8> {
     origin: [float32x4_t; 3],
     inverse: float32x4_t,
     shear: float32x4_t,
+    t_min: float32x4_t,
+    margin: float32x4_t,
 }
 
-impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
+impl<const COURSE: u8> Shear4<COURSE> {
     /// Of a ray, raw and ready.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'a>, ready: &Ready) -> Self {
+    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'_>, ready: &Ready) -> Self {
         let [x, y, z] = Course::axes(COURSE);
         Self {
-            ray,
             origin: [
                 splat(ready.origin, x),
                 splat(ready.origin, y),
@@ -444,6 +463,8 @@ impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
             ],
             inverse: ready.inverse,
             shear: vmulq_f32(ready.direction, splat(ready.inverse, z)),
+            t_min: vdupq_n_f32(ray.t_min),
+            margin: vdupq_n_f32(ray.margin),
         }
     }
 
@@ -454,7 +475,7 @@ impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
         load4(&corner[Course::axes(COURSE)[k]])
     }
 
-    /// As [`TriangleRay::meet_four`], to the bit.
+    /// As [`TriangleRay::meet_four`], to the bit; nothing of a block of which an edge function is zero.
     #[inline]
     #[target_feature(enable = "neon")]
     pub(crate) fn meet<const CALLER: u8>(
@@ -462,7 +483,7 @@ impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
         corners: &Corners,
         limit: Limit,
         at: &mut [f32; 4],
-    ) -> Met<16> {
+    ) -> Option<Met<16>> {
         let [kx, ky, kz] = Course::axes(COURSE);
         let before = limit.t_max;
         let sheared = |corner: &[[f32; 4]; 3]| {
@@ -486,26 +507,11 @@ impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
         let signs = vmulq_f32(least, most);
         let inside = vcgezq_f32(signs);
         if !any(inside) {
-            return Met(0);
+            return Some(Met(0));
         }
         let within = vcgtzq_f32(signs);
         if any(vbicq_u32(inside, within)) {
-            let RawRay {
-                origin,
-                direction,
-                t_min,
-                margin,
-            } = self.ray;
-            return Self::meet_again(
-                origin,
-                direction,
-                t_min,
-                margin,
-                corners,
-                vgetq_lane_f32::<0>(before),
-                at,
-                bits16(inside),
-            );
+            return None;
         }
         let determinant = vaddq_f32(vaddq_f32(u, v), w);
         let depth = vaddq_f32(
@@ -513,20 +519,17 @@ impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
             vmulq_f32(w, cz),
         );
         let t = vdivq_f32(vmulq_f32(depth, splat(self.inverse, kz)), determinant);
-        let in_time = vandq_u32(
-            vcgtq_f32(t, vdupq_n_f32(self.ray.t_min)),
-            vcltq_f32(t, before),
-        );
+        let in_time = vandq_u32(vcgtq_f32(t, self.t_min), vcltq_f32(t, before));
         let met = vandq_u32(within, in_time);
         if !any(met) {
-            return Met(0);
+            return Some(Met(0));
         }
-        let (near, far) = self.spans(corners);
+        let (near, far) = self.spans(load_again(corners));
         let t = vmaxq_f32(near, t);
         let in_box = vandq_u32(vcleq_f32(near, far), vcgezq_f32(far));
         let in_time = vcltq_f32(t, before);
         store4(at, t);
-        bits16(vandq_u32(met, vandq_u32(in_box, in_time)))
+        Some(bits16(vandq_u32(met, vandq_u32(in_box, in_time))))
     }
 
     /// Where the ray is in each triangle's own box.
@@ -534,7 +537,7 @@ impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
     #[target_feature(enable = "neon")]
     fn spans(&self, corners: &Corners) -> (float32x4_t, float32x4_t) {
         let [a, b, c] = corners;
-        let margin = vdupq_n_f32(self.ray.margin);
+        let margin = self.margin;
         let parameters = |k: usize| {
             let (a, b, c) = (Self::along(a, k), Self::along(b, k), Self::along(c, k));
             let lower = vsubq_f32(vminq_f32(vminq_f32(a, b), c), margin);
@@ -567,29 +570,5 @@ impl<'a, const COURSE: u8> Shear4<'a, COURSE> {
             vmulq_n_f32(near, NEAR_NARROWING),
             vmulq_n_f32(far, FAR_WIDENING),
         )
-    }
-
-    /// For blocks of which an edge function is zero: the specification itself. Takes parts, so that none of the ray's need
-    /// stand in memory for it.
-    #[cold]
-    #[inline(never)]
-    #[expect(clippy::too_many_arguments, reason = "a ray's parts by themselves")]
-    fn meet_again(
-        origin: &[f32; 3],
-        direction: &[f32; 3],
-        t_min: f32,
-        margin: f32,
-        corners: &Corners,
-        before: f32,
-        at: &mut [f32; 4],
-        lanes: Met<16>,
-    ) -> Met<16> {
-        let ray = RawRay {
-            origin,
-            direction,
-            t_min,
-            margin,
-        };
-        TriangleRay::of(ray).meet_again(corners, before, at, lanes)
     }
 }
