@@ -21,8 +21,8 @@ pub(super) fn any(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) ->
 #[target_feature(enable = "neon")]
 fn neon_closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
     type Walk = fn(&[Node<4>], &Bvh, &Ray, [u32; 2]) -> Nearest;
-    // A choice of constants is one look into a table.
-    let walk: Walk = match Course::of(ray.direction.as_ref()) {
+    // A choice of constants is one look into a table; where all of five bits have a place in it, without a comparison.
+    let walk: Walk = match Course::of(ray.direction.as_ref()) % 32 {
         0 => closest_along::<0>,
         1 => closest_along::<1>,
         2 => closest_along::<2>,
@@ -39,14 +39,15 @@ fn neon_closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> N
         13 => closest_along::<13>,
         14 => closest_along::<14>,
         15 => closest_along::<15>,
-        16 => closest_along::<16>,
-        17 => closest_along::<17>,
-        18 => closest_along::<18>,
-        19 => closest_along::<19>,
-        20 => closest_along::<20>,
-        21 => closest_along::<21>,
-        22 => closest_along::<22>,
-        _ => closest_along::<23>,
+        16 | 24 => closest_along::<16>,
+        17 | 25 => closest_along::<17>,
+        18 | 26 => closest_along::<18>,
+        19 | 27 => closest_along::<19>,
+        20 | 28 => closest_along::<20>,
+        21 | 29 => closest_along::<21>,
+        22 | 30 => closest_along::<22>,
+        23 | 31 => closest_along::<23>,
+        _ => closest_along::<0>,
     };
     walk(nodes, bvh, ray, ignored)
 }
@@ -78,25 +79,26 @@ fn closest_along<const COURSE: u8>(
     ignored: [u32; 2],
 ) -> Nearest {
     let query = bvh.query(ray, ignored);
-    let Some(raw) = query.raw() else {
-        return Nearest::none();
-    };
-    let Some(ready) = Ready::of::<CLOSEST, COURSE>(raw, query.near) else {
-        return portable::closest(nodes, &bvh.query(ray, ignored), summand_number);
-    };
-    let slabs = Slabs4::<COURSE>::of::<CLOSEST>(&ready);
-    let shear = Shear4::<COURSE>::of::<CLOSEST>(raw, &ready);
-    walk::closest(
-        nodes,
-        &query,
-        summand_number,
-        |t_max| slabs.limit::<CLOSEST>(t_max),
-        |node, limit| slabs.enter::<CLOSEST>(&node.planes, &node.links, limit),
-        |_, spans| slabs.pair::<CLOSEST>(spans),
-        |_, spans| slabs.sort::<CLOSEST>(spans),
-        |keys| take4::<CLOSEST, COURSE>(keys),
-        |block, limit, at| shear.meet::<CLOSEST>(&block.corners, limit, at),
-    )
+    let nearest = query.raw().and_then(|raw| {
+        let ready = Ready::of::<CLOSEST, COURSE>(raw, query.near)?;
+        let slabs = Slabs4::<COURSE>::of::<CLOSEST>(&ready);
+        let shear = Shear4::<COURSE>::of::<CLOSEST>(raw, &ready);
+        walk::closest(
+            nodes,
+            &query,
+            summand_number,
+            |t_max| slabs.limit::<CLOSEST>(t_max),
+            |node, limit| slabs.enter::<CLOSEST>(&node.planes, &node.links, limit),
+            |_, spans| slabs.pair::<CLOSEST>(spans),
+            |_, spans| slabs.sort::<CLOSEST>(spans),
+            |keys| take4::<CLOSEST, COURSE>(keys),
+            |block, limit, at| shear.meet::<CLOSEST>(&block.corners, limit, at),
+        )
+    });
+    match nearest {
+        Some(nearest) => nearest,
+        None => closest_exactly(nodes, bvh, ray, ignored),
+    }
 }
 
 #[target_feature(enable = "neon")]
@@ -108,18 +110,36 @@ fn any_along<const COURSE: u8>(
     ignored: [u32; 2],
 ) -> Option<u32> {
     let query = bvh.query(ray, ignored);
-    let raw = query.raw()?;
-    let Some(ready) = Ready::of::<ANY, COURSE>(raw, query.near) else {
-        return portable::any(nodes, &bvh.query(ray, ignored), summand_number);
-    };
-    let slabs = Slabs4::<COURSE>::of::<ANY>(&ready);
-    let shear = Shear4::<COURSE>::of::<ANY>(raw, &ready);
-    let (limit, _) = slabs.limit::<ANY>(query.ray.t_max);
-    walk::any(
-        nodes,
-        &query,
-        summand_number,
-        |node| slabs.entered::<ANY>(&node.planes, limit),
-        |block, at| shear.meet::<ANY>(&block.corners, limit, at),
-    )
+    let found = query.raw().and_then(|raw| {
+        let ready = Ready::of::<ANY, COURSE>(raw, query.near)?;
+        let slabs = Slabs4::<COURSE>::of::<ANY>(&ready);
+        let shear = Shear4::<COURSE>::of::<ANY>(raw, &ready);
+        let (limit, _) = slabs.limit::<ANY>(query.ray.t_max);
+        walk::any(
+            nodes,
+            &query,
+            summand_number,
+            |node| slabs.entered::<ANY>(&node.planes, limit),
+            |block, at| shear.meet::<ANY>(&block.corners, limit, at),
+        )
+    });
+    match found {
+        Some(found) => found,
+        None => any_exactly(nodes, bvh, ray, ignored),
+    }
+}
+
+/// By the specification: for rays too far out for lanes or without an interval, and those that run through an edge to the
+/// last bit. Apart from the walks, so that nothing of theirs has to outlive a call.
+#[cold]
+#[inline(never)]
+fn closest_exactly(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Nearest {
+    portable::closest(nodes, &bvh.query(ray, ignored), summand_number)
+}
+
+/// The same for any hit.
+#[cold]
+#[inline(never)]
+fn any_exactly(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+    portable::any(nodes, &bvh.query(ray, ignored), summand_number)
 }

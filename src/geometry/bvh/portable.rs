@@ -39,8 +39,9 @@ pub(super) fn closest<const W: usize>(
             let entry = std::mem::replace(&mut keys[lane], u32::MAX);
             (Child { lane, entry }, keys)
         },
-        |block, t_max, at| ray.meet_four::<1>(&block.corners, t_max, at),
+        |block, t_max, at| Some(ray.meet_four::<1>(&block.corners, t_max, at)),
     )
+    .unwrap_or_else(Nearest::none)
 }
 
 #[cold]
@@ -55,6 +56,7 @@ pub(super) fn any<const W: usize>(
         query,
         number,
         |node| ray.slabs.enter(&node.planes, t_max).0.0,
-        |block, at| ray.meet_four::<1>(&block.corners, t_max, at),
+        |block, at| Some(ray.meet_four::<1>(&block.corners, t_max, at)),
     )
+    .flatten()
 }

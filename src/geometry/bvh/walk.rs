@@ -7,18 +7,28 @@
 use super::Query;
 use super::node::{Block, NO_TRIANGLE, Node};
 use crate::geometry::ray::Hit;
-use crate::simd::stack::{Places, Stack};
+use crate::simd::stack::{Pile, Places, Stack, Waiting};
 use crate::simd::tracing::{Child, Entered};
 
 /// Children that a walk can remember. The builder keeps to it; a walk that met a deeper tree would lose hits, not memory.
 pub(super) const STACK: usize = 256;
 
-/// A child that a ray has still to go to.
+/// What a ray has met first so far.
 #[derive(Clone, Copy)]
-struct Waiting {
-    /// [`Child::entry`].
-    entry: u32,
-    link: u32,
+struct Best {
+    /// The bits of the parameter.
+    t: u32,
+    triangle: u32,
+    group: u32,
+}
+
+impl Best {
+    /// Before it has met anything.
+    const NOTHING: Self = Self {
+        t: f32::INFINITY.to_bits(),
+        triangle: NO_TRIANGLE,
+        group: super::NO_GROUP,
+    };
 }
 
 /// What a ray meets first, small enough to come back in registers: a copy of a [`Hit`] in memory would wait for each part
@@ -34,14 +44,14 @@ impl Nearest {
     /// Of a ray that meets nothing.
     #[inline(always)]
     pub(super) fn none() -> Self {
-        Self::of(NOTHING)
+        Self::of(Best::NOTHING)
     }
 
     #[inline(always)]
-    fn of(hit: Hit) -> Self {
+    fn of(best: Best) -> Self {
         Self {
-            at: u64::from(hit.triangle) << 32 | u64::from(hit.t.to_bits()),
-            group: hit.group,
+            at: u64::from(best.triangle) << 32 | u64::from(best.t),
+            group: best.group,
         }
     }
 
@@ -62,7 +72,7 @@ impl Nearest {
 /// `limit` makes a parameter ready for lanes, and says what no entry before it is beyond. `enter` says which children a ray
 /// enters before a limit and where. Of most nodes it is one, which takes no order; `pair` orders two, the nearer first; of
 /// more `sort` makes keys, from which `take` takes the nearest. `meet` gives the lanes of a block's triangles that the ray
-/// meets before a limit, and where. `number` reads a link.
+/// meets before a limit, and where; where it cannot tell, nothing comes back. `number` reads a link.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
@@ -84,12 +94,12 @@ pub(super) fn closest<
     pair: impl Fn(E, S) -> [Child; 2],
     sort: impl Fn(E, S) -> K,
     take: impl Fn(K) -> (Child, K),
-    meet: impl Fn(&Block, L, &mut [f32; 4]) -> M,
-) -> Nearest {
-    let mut best = NOTHING;
+    meet: impl Fn(&Block, L, &mut [f32; 4]) -> Option<M>,
+) -> Option<Nearest> {
+    let mut best = Best::NOTHING;
     let (mut before, mut bound) = limit(query.ray.t_max);
-    let mut places = Places::<Waiting, STACK>::new();
-    let mut stack = Stack::over(&mut places);
+    let mut places = Places::<Waiting, { STACK + 1 }>::new();
+    let mut pile = Pile::over(&mut places);
     let mut at = [0.0; 4];
     let mut link = 0;
     loop {
@@ -107,11 +117,11 @@ pub(super) fn closest<
                         entry: other.entry,
                         link: entered.other(&node.links, nearest, other),
                     };
-                    stack.push_if(waiting, true);
+                    pile.push(waiting);
                     nearest
                 } else {
                     let (nearest, mut keys) = take(sort(entered, spans));
-                    stack.push_downwards(entered.count() - 1, || {
+                    pile.push_downwards(entered.count() - 1, || {
                         let (child, rest) = take(keys);
                         keys = rest;
                         Waiting {
@@ -124,44 +134,36 @@ pub(super) fn closest<
                 continue;
             }
         } else {
-            let Some(block) = query.blocks.get(place - nodes.len()) else {
-                return Nearest::none();
-            };
-            for lane in meet(block, before, &mut at) {
+            let block = query.blocks.get(place - nodes.len())?;
+            for lane in meet(block, before, &mut at)? {
                 let (triangle, group) = (block.triangles[lane], block.groups[lane]);
-                let t = at[lane];
-                if query.counts(group) && (t < best.t || t == best.t && triangle < best.triangle) {
-                    best = Hit { t, triangle, group };
-                    // The next number, since at an equal parameter the triangle may have the lower index. What is met
-                    // is positive and finite.
-                    (before, bound) = limit(f32::from_bits(t.to_bits() + 1));
+                // What is met is positive and finite, so its bits order as it does.
+                let t = at[lane].to_bits();
+                let is_first = t < best.t || t == best.t && triangle < best.triangle;
+                if query.counts(group) && is_first {
+                    best = Best { t, triangle, group };
+                    // The next number, since at an equal parameter the triangle may have the lower index.
+                    (before, bound) = limit(f32::from_bits(t + 1));
                 }
             }
         }
-        let Some(waiting) = stack.pop_first(|waiting| waiting.entry <= bound) else {
-            return Nearest::of(best);
+        let Some(waiting) = pile.pop_up_to(bound) else {
+            return Some(Nearest::of(best));
         };
         link = waiting.link;
     }
 }
 
-/// Before a ray has met anything.
-const NOTHING: Hit = Hit {
-    t: f32::INFINITY,
-    triangle: NO_TRIANGLE,
-    group: super::NO_GROUP,
-};
-
 /// A triangle that a ray meets, the first that is come upon. `enter` says which children it enters, a bit each; it goes to
-/// the lowest first. `number` reads a link.
+/// the lowest first. `meet` and `number` as in [`closest`].
 #[inline(always)]
 pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
     nodes: &[Node<W>],
     query: &Query<'_>,
     number: impl Fn(u32) -> u32,
     enter: impl Fn(&Node<W>) -> u32,
-    meet: impl Fn(&Block, &mut [f32; 4]) -> M,
-) -> Option<u32> {
+    meet: impl Fn(&Block, &mut [f32; 4]) -> Option<M>,
+) -> Option<Option<u32>> {
     let mut places = Places::<(u32, u32), STACK>::new();
     let mut stack = Stack::over(&mut places);
     let mut at = [0.0; 4];
@@ -178,13 +180,15 @@ pub(super) fn any<const W: usize, M: Iterator<Item = usize>>(
             }
         } else {
             let block = query.blocks.get(place - nodes.len())?;
-            for lane in meet(block, &mut at) {
+            for lane in meet(block, &mut at)? {
                 if query.counts(block.groups[lane]) {
-                    return Some(block.triangles[lane]);
+                    return Some(Some(block.triangles[lane]));
                 }
             }
         }
-        let (above, waiting) = stack.pop()?;
+        let Some((above, waiting)) = stack.pop() else {
+            return Some(None);
+        };
         let rest = waiting & waiting.wrapping_sub(1);
         stack.push_if((above, rest), rest != 0);
         let node = nodes.get(number(above) as usize)?;

@@ -72,8 +72,9 @@ fn sse2_closest(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> N
         |entered, spans| pair4::<SSE2_CLOSEST>(entered, spans),
         |_, spans| sort4::<SSE2_CLOSEST>(spans),
         |keys| take4::<SSE2_CLOSEST>(keys),
-        |block, t_max, at| shear.meet::<SSE2_CLOSEST>(&block.corners, t_max, at),
+        |block, t_max, at| Some(shear.meet::<SSE2_CLOSEST>(&block.corners, t_max, at)),
     )
+    .unwrap_or_else(Nearest::none)
 }
 
 #[target_feature(enable = "sse2")]
@@ -92,8 +93,9 @@ fn sse2_any(nodes: &[Node<4>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Optio
         &query,
         |link| link,
         |node| slabs.entered::<SSE2_ANY>(&node.planes, t_max),
-        |block, at| shear.meet::<SSE2_ANY>(&block.corners, t_max, at),
+        |block, at| Some(shear.meet::<SSE2_ANY>(&block.corners, t_max, at)),
     )
+    .flatten()
 }
 
 #[target_feature(enable = "avx2,fma")]
@@ -117,8 +119,9 @@ fn avx2_closest(nodes: &[Node<8>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> N
         |entered, spans| pair8::<AVX2_CLOSEST>(entered, spans),
         |_, spans| sort8::<AVX2_CLOSEST>(spans),
         |keys| take8::<AVX2_CLOSEST>(keys),
-        |block, t_max, at| shear.meet::<AVX2_CLOSEST>(&block.corners, t_max, at),
+        |block, t_max, at| Some(shear.meet::<AVX2_CLOSEST>(&block.corners, t_max, at)),
     )
+    .unwrap_or_else(Nearest::none)
 }
 
 #[target_feature(enable = "avx2,fma")]
@@ -137,6 +140,7 @@ fn avx2_any(nodes: &[Node<8>], bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Optio
         &query,
         |link| link,
         |node| slabs.entered::<AVX2_ANY>(&node.planes, t_max),
-        |block, at| shear.meet::<AVX2_ANY>(&block.corners, t_max, at),
+        |block, at| Some(shear.meet::<AVX2_ANY>(&block.corners, t_max, at)),
     )
+    .flatten()
 }
