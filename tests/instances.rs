@@ -72,12 +72,11 @@ fn joined(fixed: &TriangleMesh, part: &TriangleMesh, pose: &InstancePose) -> Tri
     mesh
 }
 
-/// Two reflections, so that every sequence there is gets tried, and one bend: edges of a part and of the fixed scene
-/// are not joined.
+/// Two reflections, so that every sequence there is gets tried.
 fn exhaustive() -> PropagationSettings {
     PropagationSettings {
         depth: 2,
-        bends: 1,
+        bends: 2,
         ..PropagationSettings::default()
     }
 }
