@@ -26,15 +26,28 @@ fn is_joined(path: &Path) -> bool {
     path.bends == 2 && of(path.edges[0]) != of(path.edges[1])
 }
 
-/// All paths that bend around two edges, from the loudest on: every ordered pair of a fixed scene's edges is asked.
+/// Numbers of all edges: the fixed scene's, then the instances'.
+fn edges_of(scene: &Scene) -> Vec<u32> {
+    let fixed = 0..scene.edges().len() as u32;
+    let parts = scene.instance_poses().flat_map(|pose| {
+        let part = scene.instance_part(pose.id).expect("is there");
+        let first = 1 << 31 | (pose.id.slot() as u32) << 19;
+        first..first + part.edges().len() as u32
+    });
+    fixed.chain(parts).collect()
+}
+
+/// All paths that bend around two edges, from the loudest on: every ordered pair of a scene's edges is asked.
 fn double_bends(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec<Path> {
     let spot = Spot::of(
         source,
         ear.position,
         f64::from(PropagationSettings::default().nearest_m),
     );
-    let count = scene.edges().len() as u32;
-    let pairs = (0..count).flat_map(|a| (0..count).map(move |b| [a, b]));
+    let edges = edges_of(scene);
+    let pairs = edges
+        .iter()
+        .flat_map(|&a| edges.iter().map(move |&b| [a, b]));
     let way = |edges: [u32; 2]| {
         let way = BentCourse::Double(edges).way(scene, &spot)?;
         way.path(scene, &spot)
@@ -52,20 +65,26 @@ fn energy(path: &Path) -> f32 {
 /// What comparing paths of two bends has shown.
 #[derive(Debug, Default)]
 struct Doubles {
-    /// Paths over edges of two things.
-    joined: usize,
     /// The loudest ways there are, as many as an update gives.
     loudest: usize,
-    /// As many of them the moving scene and the committed one have found.
+    /// How many of them the moving scene and the committed one have found.
     moving: usize,
     committed: usize,
+    /// How many of them go over edges of two things, and how many of these the moving scene has found.
+    joined: usize,
+    found: usize,
 }
 
 impl Doubles {
     /// Compares an update in a scene with parts that move to one in a scene committed with them where they stand. Of ways over
     /// two edges a commit names the nearest pairs only, so the moving scene may find more, and then gives them for
     /// quieter ones: only ways that are there, and it misses none but for as many that are louder.
-    fn compare(&mut self, found: &PathSet, expected: &PathSet, committed: &Scene, what: &str) {
+    fn compare(
+        &mut self,
+        (found, moving): (&PathSet, &Scene),
+        (expected, committed): (&PathSet, &Scene),
+        what: &str,
+    ) {
         for source in &found.sources {
             let own = |path: &&Path| path.bends == 2 && path.source == source.id;
             let own =
@@ -82,18 +101,24 @@ impl Doubles {
                 let louder = heard.iter().filter(is_louder).count();
                 assert_eq!(louder, MOST_DOUBLE, "{what}: misses {missing:#?}");
             }
-            let loudest = &all[..all.len().min(MOST_DOUBLE)];
-            self.joined += heard.iter().filter(|path| is_joined(path)).count();
+            let there = double_bends(moving, source, &found.listener);
+            let loudest = &there[..there.len().min(MOST_DOUBLE)];
+            let joined: Vec<Path> = loudest.iter().filter(|p| is_joined(p)).copied().collect();
+            let has = |paths: &[Path], set: &[Path]| paths.len() - without(paths, set).len();
             self.loudest += loudest.len();
-            self.moving += loudest.len() - without(loudest, &heard).len();
-            self.committed += loudest.len() - without(loudest, &expected).len();
+            self.moving += has(loudest, &heard);
+            self.committed += has(loudest, &expected);
+            self.joined += joined.len();
+            self.found += has(&joined, &heard);
         }
     }
 
+    /// Most of the loudest are found if two things make them, and of all no fewer than by a committed scene.
     fn check(&self, fewest: usize) {
-        let recall = self.moving as f64 / self.loudest as f64;
+        println!("{self:?}");
         assert!(self.joined >= fewest, "{self:?}");
-        assert!(recall >= 0.95 && self.moving >= self.committed, "{self:?}");
+        assert!(10 * self.found >= 9 * self.joined, "{self:?}");
+        assert!(self.moving >= self.committed, "{self:?}");
     }
 }
 
@@ -136,10 +161,9 @@ fn a_door_and_its_frame_are_bent_around_like_a_scene_committed_with_it() {
             moving.update(&ear, &sources, 0.0, &mut set);
             fresh.update(&ear, &sources, 0.0, &mut expected);
             let what = format!("{degrees}°, {place}");
-            doubles.compare(&set, &expected, fresh.scene(), &what);
+            doubles.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
         }
     }
-    println!("{doubles:?}");
     doubles.check(400);
 }
 
@@ -150,7 +174,7 @@ fn two_parts_are_bent_around_like_a_scene_committed_with_them() {
     let mut moving = Propagator::new(commit(&fixed), bending(2)).expect("settings");
     let at = |id, x: f64, degrees: f32| InstancePose {
         id,
-        position: DVec3::new(x, 1.55, 3.4),
+        position: DVec3::new(x, 1.55 - 0.03 * x, 3.4),
         rotation: Quat::from_rotation_y(degrees.to_radians()),
     };
     let part_scene = commit(&part);
@@ -175,10 +199,10 @@ fn two_parts_are_bent_around_like_a_scene_committed_with_them() {
         let mut expected = PathSet::default();
         moving.update(&ear, &sources, 0.0, &mut set);
         fresh.update(&ear, &sources, 0.0, &mut expected);
-        doubles.compare(&set, &expected, fresh.scene(), &format!("step {step}"));
+        let what = format!("step {step}");
+        doubles.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
     }
-    println!("{doubles:?}");
-    doubles.check(30);
+    doubles.check(25);
 }
 
 /// Sound pressure of all that comes directly or bends, at the centres of the lowest three bands.
@@ -219,8 +243,8 @@ fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
         let (mut twice, second) = with_a_door(bending(2));
         let (mut set, mut before) = (PathSet::default(), PathSet::default());
         let (mut kept, mut all) = (0, 0);
-        for step in 0..440 {
-            let degrees = 0.1 + 0.2 * step as f32;
+        for step in 0..220 {
+            let degrees = 0.1 + 0.4 * step as f32;
             let pose = swung(second, degrees);
             let hear = |propagator: &mut Propagator, set: &mut PathSet, restless: &mut Restless| {
                 propagator.update(&ear, &source, 0.0, set);
@@ -240,7 +264,7 @@ fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
                 if let Some(next) = set.paths.iter().find(|p| p.id == path.id) {
                     assert_eq!(next.edges, path.edges);
                     let moved_m = (next.length_m - path.length_m).abs();
-                    assert!(moved_m < 0.01, "{degrees}°: {moved_m} m");
+                    assert!(moved_m < 0.02, "{degrees}°: {moved_m} m");
                 }
                 let goes_on = |p: &&Path| p.bends == 2 && p.edges == path.edges;
                 if let Some(next) = set.paths.iter().find(goes_on) {
@@ -252,7 +276,7 @@ fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
         }
         let [once, committed, moving] = restless.map(|r| r.steps);
         println!("{place}: {once} {committed} {moving}, {kept} {all}");
-        assert!(all > 300 && kept == all, "{kept} of {all} kept their names");
+        assert!(all > 100 && kept == all, "{kept} of {all} kept their names");
         assert!(
             moving < 1.1 * committed.max(once),
             "{moving} {committed} {once}"
@@ -285,4 +309,71 @@ fn the_number_of_threads_changes_no_bit_of_ways_around_a_door() {
     for count in [2, 3] {
         assert_eq!(one, run(count), "{count} threads");
     }
+}
+
+/// Between updates extrapolation asks for a path anew where the door is by then: the update's own answer.
+#[test]
+fn a_way_that_is_followed_is_the_updates_own() {
+    let (sources, ears) = hidden_from_each_other();
+    let nearest_m = f64::from(bending(2).nearest_m);
+    let (mut rooms, id) = with_a_door(bending(2));
+    let (mut before, mut set) = (PathSet::default(), PathSet::default());
+    let mut followed = 0;
+    for step in 0..60 {
+        let pose = swung(id, 5.0 + 0.5 * step as f32);
+        rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
+        let ear = ear(ears[0]);
+        rooms.update(&ear, &sources, 0.0, &mut set);
+        for path in before.paths.iter().filter(|path| is_joined(path)) {
+            let Some(now) = set.paths.iter().find(|p| p.id == path.id) else {
+                continue;
+            };
+            let source = sources.iter().find(|s| s.id == path.source).expect("one");
+            let spot = Spot::of(source, ear.position, nearest_m);
+            let course = BentCourse::of(rooms.scene(), path).expect("bends");
+            let way = course.way(rooms.scene(), &spot).expect("a way");
+            assert!(way.is_clear(rooms.scene(), &spot, &mut 0));
+            assert_eq!(way.path(rooms.scene(), &spot).as_ref(), Some(now));
+            followed += 1;
+        }
+        std::mem::swap(&mut before, &mut set);
+    }
+    assert!(followed > 100, "{followed}");
+}
+
+#[test]
+fn source_and_listener_change_places() {
+    let (sources, ears) = hidden_from_each_other();
+    let (mut rooms, id) = with_a_door(bending(2));
+    let (mut there, mut back) = (PathSet::default(), PathSet::default());
+    let mut compared = 0;
+    for step in 0..24 {
+        let pose = swung(id, 1.0 + 3.7 * step as f32);
+        rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
+        for (from, to) in sources.iter().zip(ears) {
+            rooms.update(&ear(to), &[*from], 0.0, &mut there);
+            rooms.update(&ear(from.position), &[source(0, to)], 0.0, &mut back);
+            for path in there.paths.iter().filter(|path| is_joined(path)) {
+                let ways = back.paths.iter().filter(|p| p.bends == 2);
+                let is_back =
+                    |p: &&Path| p.edges[0] == path.edges[1] && p.edges[1] == path.edges[0];
+                match ways.clone().find(is_back) {
+                    Some(other) => {
+                        assert!((other.length_m - path.length_m).abs() < 1e-4);
+                        let loudest = energy(path).sqrt();
+                        for (a, b) in path.amplitude.iter().zip(other.amplitude) {
+                            assert!((a - b).abs() < 1e-3 * loudest, "{path:?} {other:?}");
+                        }
+                        compared += 1;
+                    }
+                    // Ways over edges of one thing are found from one end only, and may be louder.
+                    None => {
+                        let louder = ways.filter(|p| energy(p) > 0.999 * energy(path));
+                        assert_eq!(louder.count(), MOST_DOUBLE, "{path:?}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(compared > 60, "{compared}");
 }

@@ -16,7 +16,7 @@ use crate::scene::edges::{Edge, MOST_NEAR, NearEdge, NearEdges, REACH_M};
 
 /// Ways whose sight lines are tried, shortest first. More than of those that a graph names, which has left out what never
 /// sees each other.
-pub const MOST_TRIED: usize = 24;
+pub const MOST_TRIED: usize = 32;
 
 /// Distances are in `f64`; their sums are bounds but for rounding, in metres.
 const SLACK_M: f64 = 1e-9;
