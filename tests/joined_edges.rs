@@ -115,7 +115,6 @@ impl Doubles {
 
     /// Most of the loudest are found if two things make them, and of all no fewer than by a committed scene.
     fn check(&self, fewest: usize) {
-        println!("{self:?}");
         assert!(self.joined >= fewest, "{self:?}");
         assert!(10 * self.found >= 9 * self.joined, "{self:?}");
         assert!(self.moving >= self.committed, "{self:?}");
@@ -275,7 +274,6 @@ fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
             std::mem::swap(&mut before, &mut set);
         }
         let [once, committed, moving] = restless.map(|r| r.steps);
-        println!("{place}: {once} {committed} {moving}, {kept} {all}");
         assert!(all > 100 && kept == all, "{kept} of {all} kept their names");
         assert!(
             moving < 1.1 * committed.max(once),
