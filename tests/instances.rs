@@ -1,79 +1,21 @@
 //! Parts that move: heard exactly as if the scene had been committed anew with them where they stand, and under names
 //! that stay.
 
+mod parts;
+
 use std::sync::Arc;
 
 use foresound::Error;
-use foresound::acoustics::BANDS;
 use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
 use foresound::propagation::sampling::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
-use foresound::scene::{
-    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
-    SourcePose, TriangleMesh, procedural,
-};
-use glam::{DQuat, DVec3, Quat, Vec3};
+use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose, procedural};
+use glam::{DVec3, Quat, Vec3};
+use parts::*;
 
-/// Two rooms, 8 × 6 × 3 m each, whose door is between (8, 3.1) and (8.2, 4.05).
-fn rooms() -> TriangleMesh {
-    procedural::doorway().mesh
-}
-
-fn commit(mesh: &TriangleMesh) -> Arc<Scene> {
-    let settings = SceneSettings::default();
-    Arc::new(Scene::commit(mesh, &MaterialTable::built_in(), &settings).expect("commits"))
-}
-
-/// A box from one corner to the other, in coordinates of its own.
-fn block(low: Vec3, high: Vec3) -> TriangleMesh {
-    let mut mesh = procedural::shoebox(high - low, "wood_panel");
-    for vertex in &mut mesh.vertices {
-        *vertex += low;
-    }
-    // A shoebox looks inward.
-    for triangle in &mut mesh.triangles {
-        triangle.swap(1, 2);
-    }
-    mesh
-}
-
-/// A door of 0.90 × 2.04 × 0.05 m, hinged on the y axis, 3 cm clear of whatever it hangs on.
-fn door() -> TriangleMesh {
-    block(Vec3::new(0.03, 0.03, -0.08), Vec3::new(0.93, 2.07, -0.03))
-}
-
-/// The door in the second room: wide open at 0, closed at 90°.
-fn swung(id: InstanceId, degrees: f32) -> InstancePose {
-    InstancePose {
-        id,
-        position: DVec3::new(8.2, 0.0, 3.1),
-        rotation: Quat::from_rotation_y(-degrees.to_radians()),
-    }
-}
-
-/// A mesh with another one in it, turned and moved.
-fn joined(fixed: &TriangleMesh, part: &TriangleMesh, pose: &InstancePose) -> TriangleMesh {
-    let mut mesh = fixed.clone();
-    let first = mesh.vertices.len() as u32;
-    let turn: DQuat = pose.rotation.as_dquat().normalize();
-    let there = |v: &Vec3| (turn * v.as_dvec3() + pose.position).as_vec3();
-    mesh.vertices.extend(part.vertices.iter().map(there));
-    for (triangle, &material) in part.triangles.iter().zip(&part.triangle_materials) {
-        let name = &part.material_names[material as usize];
-        let known = mesh.material_names.iter().position(|n| n == name);
-        let number = known.unwrap_or_else(|| {
-            mesh.material_names.push(name.clone());
-            mesh.material_names.len() - 1
-        });
-        mesh.triangles.push(triangle.map(|v| first + v));
-        mesh.triangle_materials.push(number as u32);
-    }
-    mesh
-}
-
-/// Two reflections, so that every sequence there is gets tried, and one bend: edges of a part and of the fixed scene
-/// are not joined.
+/// Two reflections, so that every sequence there is gets tried, and one bend: of two a commit names the nearest pairs
+/// only, which `joined_edges` compares.
 fn exhaustive() -> PropagationSettings {
     PropagationSettings {
         depth: 2,
@@ -82,46 +24,11 @@ fn exhaustive() -> PropagationSettings {
     }
 }
 
-fn source(slot: u16, position: Vec3) -> SourcePose {
-    SourcePose::at(SourceId::new(slot, 0), position)
-}
-
-fn ear(position: Vec3) -> ListenerPose {
-    ListenerPose {
-        position,
-        ..ListenerPose::default()
-    }
-}
-
 fn hear(propagator: &mut Propagator, ear: &ListenerPose, sources: &[SourcePose]) -> PathSet {
     let mut set = PathSet::default();
     propagator.warm_up(ear, sources);
     propagator.update(ear, sources, 0.0, &mut set);
     set
-}
-
-/// Whether two paths are one, computed twice: lengths to a tenth of a millimetre, points and images to a millimetre
-/// (`f32` corners 16 m from the centre, mirrored twice), amplitudes to a thousandth and a hair of the loudest band's.
-fn same(a: &Path, b: &Path) -> bool {
-    let near = |(p, q): (&Vec3, &Vec3)| p.distance(*q) < 1e-3;
-    let loudest = a.amplitude.iter().fold(0.0f32, |most, a| most.max(a.abs()));
-    a.source == b.source
-        && (a.order, a.bends) == (b.order, b.bends)
-        && (a.length_m - b.length_m).abs() < 1e-4
-        && near((&a.image, &b.image))
-        && a.points().iter().zip(b.points()).all(near)
-        && (0..BANDS).all(|k| {
-            // Where a bent wave changes sign a band is the small difference of larger parts: the rounding of corners
-            // (1e-6 m) moves an angle half a metre from its edge by some 2e-6, its wave by four times that, the share of
-            // it that fades by six times that, and its sign by four times that: 2e-4 of the wave.
-            let bound = 1e-3 * a.amplitude[k].abs() + 2e-4 * loudest + 1e-6;
-            (a.amplitude[k] - b.amplitude[k]).abs() < bound
-        })
-}
-
-fn without(paths: &[Path], others: &[Path]) -> Vec<Path> {
-    let new = paths.iter().filter(|p| !others.iter().any(|o| same(p, o)));
-    new.copied().collect()
 }
 
 #[test]
@@ -164,7 +71,6 @@ fn a_door_is_heard_like_a_scene_committed_with_it() {
             );
             assert!(wrong.is_empty(), "{degrees}°, {place}: adds {wrong:#?}");
             assert!(found.paths.len() > 20, "{}", found.paths.len());
-            let moves = |surface: &u32| surface >> 31 == 1;
             in_the_door += found
                 .paths
                 .iter()
@@ -243,7 +149,7 @@ fn a_closed_door_takes_the_direct_path_away() {
 
 /// The path of one reflection in a door's broad side.
 fn in_the_door(set: &PathSet) -> Option<&Path> {
-    let moves = |path: &&Path| path.order == 1 && path.bends == 0 && path.surfaces[0] >> 31 == 1;
+    let moves = |path: &&Path| path.order == 1 && path.bends == 0 && moves(&path.surfaces[0]);
     set.paths.iter().find(moves)
 }
 

@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::bent::{self, Course};
 use super::direct::Spot;
 use super::wedge::{Spread, WedgeAngles};
-use super::{LONGEST_DETOUR_M, WEAKEST, fade_out};
+use super::{LONGEST_DETOUR_M, WEAKEST, fade_out, joined};
 use crate::acoustics::BANDS;
 use crate::propagation::path::Path;
 use crate::propagation::sequence::Stop;
@@ -46,7 +46,8 @@ pub struct Way {
     length_m: f64,
 }
 
-/// Gives the loudest paths that bend around two edges, the first of them one of `near`, at most [`MOST_DOUBLE`].
+/// Gives the loudest paths that bend around two edges, the first of them one of `near` or either of something that moves
+/// ([`joined`]), at most [`MOST_DOUBLE`].
 pub fn find(
     scene: &Scene,
     spot: &Spot,
@@ -74,8 +75,10 @@ pub fn find(
             }
         }
     }
+    let moving = scene.has_instances().then(|| joined::shortest(scene, spot));
+    let moving = moving.iter().flatten().flatten();
     let mut loudest: [Option<(f32, Path)>; MOST_DOUBLE] = [None; MOST_DOUBLE];
-    for way in tried.iter().flatten() {
+    for way in tried.iter().flatten().chain(moving) {
         if way.is_clear(scene, spot, rays)
             && let Some(path) = way.path(scene, spot)
         {
@@ -94,10 +97,10 @@ pub fn find(
 }
 
 /// Keeps the shortest ways, shortest first.
-fn insert(tried: &mut [Option<Way>; MOST_TRIED], new: Way) {
+pub(super) fn insert(tried: &mut [Option<Way>], new: Way) {
     let rank = |way: &Way| (way.length_m, way.edges);
     let place = tried.partition_point(|old| old.is_some_and(|old| rank(&old) < rank(&new)));
-    if place < MOST_TRIED {
+    if place < tried.len() {
         tried[place..].rotate_right(1);
         tried[place] = Some(new);
     }
@@ -109,7 +112,16 @@ impl Way {
     pub fn over(scene: &Scene, edges: [u32; 2], spot: &Spot) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
         let lines = edges.map(|edge| scene.edge(edge));
-        let [a, b] = &lines;
+        Self::between(edges, [&lines[0], &lines[1]], from, to)
+    }
+
+    /// The same over edges as they stand, between places in local coordinates.
+    pub(super) fn between(
+        edges: [u32; 2],
+        [a, b]: [&Edge; 2],
+        from: DVec3,
+        to: DVec3,
+    ) -> Option<Self> {
         a.angle_of(from)?;
         b.angle_of(to)?;
         let [first, second] = shortest([a, b], from, to);
@@ -128,6 +140,11 @@ impl Way {
             bends,
             length_m,
         })
+    }
+
+    /// Its length in metres.
+    pub(super) fn length_m(&self) -> f64 {
+        self.length_m
     }
 
     /// Its path, if that is above [`WEAKEST`]. Says nothing of what stands in between.

@@ -21,6 +21,7 @@ pub mod bent;
 pub mod complex;
 pub mod direct;
 pub mod double;
+pub mod joined;
 pub mod mirrored;
 pub mod near_edge;
 pub mod transition;

@@ -163,6 +163,27 @@ impl Edge {
         })
     }
 
+    /// Where two edges come closest, each in metres from its beginning.
+    pub(super) fn closest(&self, other: &Self) -> (f64, f64) {
+        let (u, v, w) = (self.direction, other.direction, self.origin - other.origin);
+        let (cosine, d, e) = (u.dot(v), u.dot(w), v.dot(w));
+        let sine_squared = 1.0 - cosine * cosine;
+        // Parallel edges: the middle of the one.
+        let s = if sine_squared > 1e-9 {
+            (cosine * e - d) / sine_squared
+        } else {
+            0.5 * self.length_m
+        };
+        let t = (e + cosine * s.clamp(0.0, self.length_m)).clamp(0.0, other.length_m);
+        ((cosine * t - d).clamp(0.0, self.length_m), t)
+    }
+
+    /// Least distance between two edges in metres.
+    pub fn distance_m(&self, other: &Self) -> f64 {
+        let (s, t) = self.closest(other);
+        self.at(s).distance(other.at(t))
+    }
+
     /// Unit vector from the edge into the middle of the air around it.
     pub fn outward(&self) -> DVec3 {
         let (sin, cos) = (0.5 * self.n * PI).sin_cos();

@@ -11,7 +11,7 @@ use crate::geometry::{Bvh, Ray};
 pub const MOST_NEIGHBOURS: usize = 12;
 
 /// Edges farther apart than this bend sound one after the other too weakly to matter, in metres.
-const REACH_M: f64 = 6.0;
+pub const REACH_M: f64 = 6.0;
 
 /// How far in front of an edge, in the middle of its air, sight lines start and end, in metres.
 const CLEARANCE_M: f64 = 1e-3;
@@ -53,7 +53,7 @@ impl Neighbours {
                 }
                 for &other in leaf.iter().filter(|&&o| o as usize != number) {
                     compared += 1;
-                    let (s, t) = closest(edge, &edges[other as usize]);
+                    let (s, t) = edge.closest(&edges[other as usize]);
                     let apart_m = edge.at(s).distance(edges[other as usize].at(t));
                     let rank =
                         |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
@@ -98,24 +98,9 @@ fn outside(a: &Edge, b: &Edge) -> bool {
     touches(a, b) && touches(b, a)
 }
 
-/// Where two edges come closest, each in metres from its beginning.
-fn closest(a: &Edge, b: &Edge) -> (f64, f64) {
-    let (u, v, w) = (a.direction, b.direction, a.origin - b.origin);
-    let (cosine, d, e) = (u.dot(v), u.dot(w), v.dot(w));
-    let sine_squared = 1.0 - cosine * cosine;
-    // Parallel edges: the middle of the one.
-    let s = if sine_squared > 1e-9 {
-        (cosine * e - d) / sine_squared
-    } else {
-        0.5 * a.length_m
-    };
-    let t = (e + cosine * s.clamp(0.0, a.length_m)).clamp(0.0, b.length_m);
-    ((cosine * t - d).clamp(0.0, a.length_m), t)
-}
-
 /// Whether any of four sight lines between two edges is free.
 fn sees(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
-    let (s, t) = closest(a, b);
+    let (s, t) = a.closest(b);
     let same_way = a.direction.dot(b.direction) >= 0.0;
     let across = |share: f64| {
         let other = if same_way { share } else { 1.0 - share };
@@ -165,7 +150,7 @@ mod tests {
             for (number, edge) in edges.iter().enumerate() {
                 let mut near: Vec<(f64, u32)> = Vec::new();
                 for (other, candidate) in edges.iter().enumerate() {
-                    let (s, t) = closest(edge, candidate);
+                    let (s, t) = edge.closest(candidate);
                     let apart_m = edge.at(s).distance(candidate.at(t));
                     if other != number && apart_m < REACH_M && outside(edge, candidate) {
                         near.push((apart_m, other as u32));

@@ -14,7 +14,7 @@ use glam::{DVec3, Vec3};
 
 pub use edge::{Bend, Edge};
 pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
-pub use graph::MOST_NEIGHBOURS;
+pub use graph::{MOST_NEIGHBOURS, REACH_M};
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 

@@ -6,8 +6,9 @@
 //! keep their keys wherever they stand, so a path in a moving door keeps its identity. Own.
 //!
 //! What a part is made of does not change, and it is not joined with anything: a door that touches its frame shares no
-//! edge or surface with it, and no way bends over an edge of the one and an edge of the other. What a part's panels
-//! stand free of and what its edges see was found when the part was committed, without the scene.
+//! edge or surface with it. What a part's panels stand free of and what its edges see of each other was found when the
+//! part was committed, without the scene; ways over an edge of the one and an edge of the other are looked for as it
+//! stands.
 
 mod materials;
 mod number;

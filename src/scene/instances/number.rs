@@ -35,6 +35,15 @@ pub(super) fn is_instance(global: u32) -> bool {
     global & INSTANCE != 0
 }
 
+/// Whether two numbers are of one instance, or both of the fixed scene.
+#[inline]
+pub(super) fn is_one(a: u32, b: u32) -> bool {
+    match (is_instance(a), is_instance(b)) {
+        (true, true) => split(a).0 == split(b).0,
+        (a, b) => a == b,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,5 +61,7 @@ mod tests {
             assert_eq!(split(number), (slot, local));
         }
         assert!(split(NO_GROUP).0 >= MOST_INSTANCES);
+        assert!(is_one(3, 7) && is_one(global(2, 3), global(2, 7)));
+        assert!(!is_one(3, global(0, 3)) && !is_one(global(0, 3), global(1, 3)));
     }
 }

@@ -105,7 +105,8 @@ impl Scene {
         found.unwrap_or(NO_EDGE)
     }
 
-    /// Edges that an edge sees; those of an instance see their own only, at least as long as nothing comes between.
+    /// Edges that an edge sees as long as nothing comes between: a fixed edge fixed ones, one of an instance the instance's
+    /// own. What else they see changes as instances move.
     pub fn edge_neighbours(&self, number: u32) -> impl Iterator<Item = u32> + '_ {
         let (placed, local) = match number::is_instance(number) {
             true => match self.instances.of(number) {
@@ -163,14 +164,37 @@ impl Scene {
     /// The same for ways that may bend again; otherwise as [`crate::scene::EdgeSet::first_bends`].
     pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
         let mut near = self.edges().first_bends(from, to, longest_m);
+        self.add_instances_first_bends(&mut near, from, to, longest_m);
+        near
+    }
+
+    /// The same over edges of instances only.
+    pub fn first_bends_of_instances(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
+        let mut near = NearEdges::default();
+        self.add_instances_first_bends(&mut near, from, to, longest_m);
+        near
+    }
+
+    fn add_instances_first_bends(
+        &self,
+        near: &mut NearEdges,
+        from: DVec3,
+        to: DVec3,
+        longest_m: f64,
+    ) {
         for placed in self.instances.placed() {
             if placed.least_way_m(from, to) <= near.bound_m(longest_m) {
                 let (from, to) = (placed.point(from), placed.point(to));
                 let set = placed.part.edges();
-                set.add_first_bends(&mut near, from, to, longest_m, |edge| placed.number(edge));
+                set.add_first_bends(near, from, to, longest_m, |edge| placed.number(edge));
             }
         }
-        near
+    }
+
+    /// Whether two surfaces, triangles or edges are of one instance, or both of the fixed scene: such never move against
+    /// each other.
+    pub fn moves_as_one(&self, a: u32, b: u32) -> bool {
+        number::is_one(a, b)
     }
 
     /// Surfaces that look large from an edge: those worth trying before and behind a bend around it, of the fixed scene

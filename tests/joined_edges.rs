@@ -1,0 +1,377 @@
+//! Ways that bend over an edge of a part that moves and over one of something else: a half-open door and its frame.
+
+mod parts;
+
+use foresound::propagation::diffraction::{BentCourse, MOST_DOUBLE, Spot};
+use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
+use foresound::runtime::Threads;
+use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose, procedural};
+use glam::{DVec3, Quat, Vec2, Vec3};
+use parts::*;
+
+/// Few rays: nothing that bends twice hangs on them.
+fn bending(bends: usize) -> PropagationSettings {
+    PropagationSettings {
+        guide_rays: 64,
+        source_rays: 16,
+        depth: 1,
+        bends,
+        ..PropagationSettings::default()
+    }
+}
+
+/// Over edges of two things of which one moves at least.
+fn is_joined(path: &Path) -> bool {
+    let of = |edge: u32| if moves(&edge) { edge >> 19 } else { 0 };
+    path.bends == 2 && of(path.edges[0]) != of(path.edges[1])
+}
+
+/// Numbers of all edges: the fixed scene's, then the instances'.
+fn edges_of(scene: &Scene) -> Vec<u32> {
+    let fixed = 0..scene.edges().len() as u32;
+    let parts = scene.instance_poses().flat_map(|pose| {
+        let part = scene.instance_part(pose.id).expect("is there");
+        let first = 1 << 31 | (pose.id.slot() as u32) << 19;
+        first..first + part.edges().len() as u32
+    });
+    fixed.chain(parts).collect()
+}
+
+/// All paths that bend around two edges, from the loudest on: every ordered pair of a scene's edges is asked.
+fn double_bends(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec<Path> {
+    let spot = Spot::of(
+        source,
+        ear.position,
+        f64::from(PropagationSettings::default().nearest_m),
+    );
+    let edges = edges_of(scene);
+    let pairs = edges
+        .iter()
+        .flat_map(|&a| edges.iter().map(move |&b| [a, b]));
+    let way = |edges: [u32; 2]| {
+        let way = BentCourse::Double(edges).way(scene, &spot)?;
+        way.path(scene, &spot)
+            .filter(|_| way.is_clear(scene, &spot, &mut 0))
+    };
+    let mut paths: Vec<Path> = pairs.filter(|[a, b]| a != b).filter_map(way).collect();
+    paths.sort_by(|a, b| energy(b).total_cmp(&energy(a)));
+    paths
+}
+
+fn energy(path: &Path) -> f32 {
+    path.amplitude.iter().map(|a| a * a).sum()
+}
+
+/// What comparing paths of two bends has shown.
+#[derive(Debug, Default)]
+struct Doubles {
+    /// The loudest ways there are, as many as an update gives.
+    loudest: usize,
+    /// How many of them the moving scene and the committed one have found.
+    moving: usize,
+    committed: usize,
+    /// How many of them go over edges of two things, and how many of these the moving scene has found.
+    joined: usize,
+    found: usize,
+}
+
+impl Doubles {
+    /// Compares an update in a scene with parts that move to one in a scene committed with them where they stand. Of ways over
+    /// two edges a commit names the nearest pairs only, so the moving scene may find more, and then gives them for
+    /// quieter ones: only ways that are there, and it misses none but for as many that are louder.
+    fn compare(
+        &mut self,
+        (found, moving): (&PathSet, &Scene),
+        (expected, committed): (&PathSet, &Scene),
+        what: &str,
+    ) {
+        for source in &found.sources {
+            let own = |path: &&Path| path.bends == 2 && path.source == source.id;
+            let own =
+                |set: &PathSet| -> Vec<Path> { set.paths.iter().filter(own).copied().collect() };
+            let (heard, expected) = (own(found), own(expected));
+            if heard.is_empty() && expected.is_empty() {
+                continue;
+            }
+            let all = double_bends(committed, source, &found.listener);
+            let wrong = without(&heard, &all);
+            assert!(wrong.is_empty(), "{what}: adds {wrong:#?}");
+            for missing in without(&expected, &heard) {
+                let is_louder = |path: &&Path| energy(path) > 0.999 * energy(&missing);
+                let louder = heard.iter().filter(is_louder).count();
+                assert_eq!(louder, MOST_DOUBLE, "{what}: misses {missing:#?}");
+            }
+            let there = double_bends(moving, source, &found.listener);
+            let loudest = &there[..there.len().min(MOST_DOUBLE)];
+            let joined: Vec<Path> = loudest.iter().filter(|p| is_joined(p)).copied().collect();
+            let has = |paths: &[Path], set: &[Path]| paths.len() - without(paths, set).len();
+            self.loudest += loudest.len();
+            self.moving += has(loudest, &heard);
+            self.committed += has(loudest, &expected);
+            self.joined += joined.len();
+            self.found += has(&joined, &heard);
+        }
+    }
+
+    /// Most of the loudest are found if two things make them, and of all no fewer than by a committed scene.
+    fn check(&self, fewest: usize) {
+        assert!(self.joined >= fewest, "{self:?}");
+        assert!(10 * self.found >= 9 * self.joined, "{self:?}");
+        assert!(self.moving >= self.committed, "{self:?}");
+    }
+}
+
+fn hidden_from_each_other() -> ([SourcePose; 3], [Vec3; 3]) {
+    let sources = [
+        source(0, Vec3::new(4.8, 1.5, 3.2)),
+        source(1, Vec3::new(6.1, 1.2, 1.4)),
+        source(2, Vec3::new(5.3, 1.7, 5.1)),
+    ];
+    let ears = [
+        Vec3::new(9.92, 1.65, 1.89),
+        Vec3::new(11.3, 1.7, 4.4),
+        Vec3::new(10.1, 1.6, 5.2),
+    ];
+    (sources, ears)
+}
+
+fn with_a_door(settings: PropagationSettings) -> (Propagator, InstanceId) {
+    let mut rooms = Propagator::new(commit(&rooms()), settings).expect("settings");
+    let open = swung(InstanceId::default(), 0.0);
+    let id = rooms.scene_mut().add_instance(commit(&door()), &open);
+    (rooms, id.expect("a door"))
+}
+
+#[test]
+fn a_door_and_its_frame_are_bent_around_like_a_scene_committed_with_it() {
+    let (sources, ears) = hidden_from_each_other();
+    let (mut moving, id) = with_a_door(bending(2));
+    let mut doubles = Doubles::default();
+    let mut set = PathSet::default();
+    for step in 0..45 {
+        let degrees = 0.3 + 2.0 * step as f32;
+        let pose = swung(id, degrees);
+        moving.scene_mut().set_instance_pose(&pose).expect("rigid");
+        let fresh = commit(&joined(&rooms(), &door(), &pose));
+        let mut fresh = Propagator::new(fresh, bending(2)).expect("settings");
+        for place in ears {
+            let ear = ear(place + Vec3::X * 0.004 * step as f32);
+            let mut expected = PathSet::default();
+            moving.update(&ear, &sources, 0.0, &mut set);
+            fresh.update(&ear, &sources, 0.0, &mut expected);
+            let what = format!("{degrees}°, {place}");
+            doubles.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
+        }
+    }
+    doubles.check(400);
+}
+
+#[test]
+fn two_parts_are_bent_around_like_a_scene_committed_with_them() {
+    let fixed = procedural::shoebox(Vec3::new(9.0, 4.0, 7.0), "concrete");
+    let part = block(Vec3::new(-1.1, -1.5, -0.1), Vec3::new(1.1, 0.9, 0.1));
+    let mut moving = Propagator::new(commit(&fixed), bending(2)).expect("settings");
+    let at = |id, x: f64, degrees: f32| InstancePose {
+        id,
+        position: DVec3::new(x, 1.55 - 0.03 * x, 3.4),
+        rotation: Quat::from_rotation_y(degrees.to_radians()),
+    };
+    let part_scene = commit(&part);
+    let ids = [3.6, 5.4].map(|x| {
+        let pose = at(InstanceId::default(), x, 90.0);
+        let added = moving.scene_mut().add_instance(part_scene.clone(), &pose);
+        added.expect("a screen")
+    });
+    let sources = [source(0, Vec3::new(1.6, 1.1, 3.3))];
+    let (mut doubles, mut set) = (Doubles::default(), PathSet::default());
+    for step in 0..30 {
+        let turned = 2.3 * step as f32;
+        let poses = [
+            at(ids[0], 3.6, 61.0 + turned),
+            at(ids[1], 5.4, 104.0 - turned),
+        ];
+        assert_eq!(moving.scene_mut().set_instance_poses(&poses), 2);
+        let mesh = joined(&joined(&fixed, &part, &poses[0]), &part, &poses[1]);
+        let fresh = commit(&mesh);
+        let mut fresh = Propagator::new(fresh, bending(2)).expect("settings");
+        let ear = ear(Vec3::new(7.3, 1.2, 3.6 + 0.01 * step as f32));
+        let mut expected = PathSet::default();
+        moving.update(&ear, &sources, 0.0, &mut set);
+        fresh.update(&ear, &sources, 0.0, &mut expected);
+        let what = format!("step {step}");
+        doubles.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
+    }
+    doubles.check(25);
+}
+
+/// Sound pressure of all that comes directly or bends, at the centres of the lowest three bands.
+fn pressure(set: &PathSet) -> [Vec2; 3] {
+    std::array::from_fn(|band| {
+        let wavenumber = std::f32::consts::TAU * [63.0, 125.0, 250.0][band] / 343.0;
+        let comes = set.paths.iter().filter(|p| p.order == 0 || p.bends > 0);
+        comes
+            .map(|p| p.amplitude[band] * Vec2::from_angle(-wavenumber * p.length_m))
+            .sum()
+    })
+}
+
+/// How restless sound pressure is as a door swings: the sum of its squared steps.
+#[derive(Default)]
+struct Restless {
+    last: Option<[Vec2; 3]>,
+    steps: f32,
+}
+
+impl Restless {
+    fn see(&mut self, set: &PathSet) {
+        let now = pressure(set);
+        if let Some(last) = self.last.replace(now) {
+            let step = |(a, b): (&Vec2, &Vec2)| a.distance_squared(*b);
+            self.steps += last.iter().zip(&now).map(step).sum::<f32>();
+        }
+    }
+}
+
+#[test]
+fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
+    let (sources, ears) = hidden_from_each_other();
+    for (source, place) in sources.into_iter().zip(ears) {
+        let (source, ear) = ([source], ear(place));
+        let mut restless: [Restless; 3] = Default::default();
+        let (mut once, first) = with_a_door(bending(1));
+        let (mut twice, second) = with_a_door(bending(2));
+        let (mut set, mut before) = (PathSet::default(), PathSet::default());
+        let (mut kept, mut all) = (0, 0);
+        for step in 0..220 {
+            let degrees = 0.1 + 0.4 * step as f32;
+            let pose = swung(second, degrees);
+            let hear = |propagator: &mut Propagator, set: &mut PathSet, restless: &mut Restless| {
+                propagator.update(&ear, &source, 0.0, set);
+                restless.see(set);
+            };
+            once.scene_mut()
+                .set_instance_pose(&swung(first, degrees))
+                .expect("rigid");
+            twice.scene_mut().set_instance_pose(&pose).expect("rigid");
+            let fresh = commit(&joined(&rooms(), &door(), &pose));
+            let mut fresh = Propagator::new(fresh, bending(2)).expect("settings");
+            hear(&mut once, &mut set, &mut restless[0]);
+            hear(&mut fresh, &mut set, &mut restless[1]);
+            hear(&mut twice, &mut set, &mut restless[2]);
+            // A way that goes on keeps its name, and moves little.
+            for path in before.paths.iter().filter(|path| is_joined(path)) {
+                if let Some(next) = set.paths.iter().find(|p| p.id == path.id) {
+                    assert_eq!(next.edges, path.edges);
+                    let moved_m = (next.length_m - path.length_m).abs();
+                    assert!(moved_m < 0.02, "{degrees}°: {moved_m} m");
+                }
+                let goes_on = |p: &&Path| p.bends == 2 && p.edges == path.edges;
+                if let Some(next) = set.paths.iter().find(goes_on) {
+                    all += 1;
+                    kept += usize::from(next.id == path.id);
+                }
+            }
+            std::mem::swap(&mut before, &mut set);
+        }
+        let [once, committed, moving] = restless.map(|r| r.steps);
+        assert!(all > 100 && kept == all, "{kept} of {all} kept their names");
+        assert!(
+            moving < 1.1 * committed.max(once),
+            "{moving} {committed} {once}"
+        );
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit_of_ways_around_a_door() {
+    let (sources, ears) = hidden_from_each_other();
+    let run = |count: usize| {
+        let threads = Threads::start(count).expect("threads start");
+        let (mut rooms, id) = with_a_door(bending(2));
+        let hear = |step: usize| {
+            let pose = swung(id, 7.0 * step as f32);
+            rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
+            let mut set = PathSet::default();
+            let ear: ListenerPose = ear(ears[step % 3]);
+            rooms.update_with(&threads, &ear, &sources, 0.0, &mut set);
+            set
+        };
+        (0..13).map(hear).collect::<Vec<_>>()
+    };
+    let one = run(1);
+    let joined = one
+        .iter()
+        .flat_map(|set| &set.paths)
+        .filter(|p| is_joined(p));
+    assert!(joined.count() > 20);
+    for count in [2, 3] {
+        assert_eq!(one, run(count), "{count} threads");
+    }
+}
+
+/// Between updates extrapolation asks for a path anew where the door is by then: the update's own answer.
+#[test]
+fn a_way_that_is_followed_is_the_updates_own() {
+    let (sources, ears) = hidden_from_each_other();
+    let nearest_m = f64::from(bending(2).nearest_m);
+    let (mut rooms, id) = with_a_door(bending(2));
+    let (mut before, mut set) = (PathSet::default(), PathSet::default());
+    let mut followed = 0;
+    for step in 0..60 {
+        let pose = swung(id, 5.0 + 0.5 * step as f32);
+        rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
+        let ear = ear(ears[0]);
+        rooms.update(&ear, &sources, 0.0, &mut set);
+        for path in before.paths.iter().filter(|path| is_joined(path)) {
+            let Some(now) = set.paths.iter().find(|p| p.id == path.id) else {
+                continue;
+            };
+            let source = sources.iter().find(|s| s.id == path.source).expect("one");
+            let spot = Spot::of(source, ear.position, nearest_m);
+            let course = BentCourse::of(rooms.scene(), path).expect("bends");
+            let way = course.way(rooms.scene(), &spot).expect("a way");
+            assert!(way.is_clear(rooms.scene(), &spot, &mut 0));
+            assert_eq!(way.path(rooms.scene(), &spot).as_ref(), Some(now));
+            followed += 1;
+        }
+        std::mem::swap(&mut before, &mut set);
+    }
+    assert!(followed > 100, "{followed}");
+}
+
+#[test]
+fn source_and_listener_change_places() {
+    let (sources, ears) = hidden_from_each_other();
+    let (mut rooms, id) = with_a_door(bending(2));
+    let (mut there, mut back) = (PathSet::default(), PathSet::default());
+    let mut compared = 0;
+    for step in 0..24 {
+        let pose = swung(id, 1.0 + 3.7 * step as f32);
+        rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
+        for (from, to) in sources.iter().zip(ears) {
+            rooms.update(&ear(to), &[*from], 0.0, &mut there);
+            rooms.update(&ear(from.position), &[source(0, to)], 0.0, &mut back);
+            for path in there.paths.iter().filter(|path| is_joined(path)) {
+                let ways = back.paths.iter().filter(|p| p.bends == 2);
+                let is_back =
+                    |p: &&Path| p.edges[0] == path.edges[1] && p.edges[1] == path.edges[0];
+                match ways.clone().find(is_back) {
+                    Some(other) => {
+                        assert!((other.length_m - path.length_m).abs() < 1e-4);
+                        let loudest = energy(path).sqrt();
+                        for (a, b) in path.amplitude.iter().zip(other.amplitude) {
+                            assert!((a - b).abs() < 1e-3 * loudest, "{path:?} {other:?}");
+                        }
+                        compared += 1;
+                    }
+                    // Ways over edges of one thing are found from one end only, and may be louder.
+                    None => {
+                        let louder = ways.filter(|p| energy(p) > 0.999 * energy(path));
+                        assert_eq!(louder.count(), MOST_DOUBLE, "{path:?}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(compared > 60, "{compared}");
+}
