@@ -211,6 +211,12 @@ pub struct Commutation {
 }
 
 impl Commutation {
+    /// Of an empty list.
+    pub(super) const NONE: Self = Self {
+        behind: [0; MAX_ORDER],
+        order: 0,
+    };
+
     /// Puts a surface before all others; `normals` are the list's unit normals, the new one first.
     #[inline]
     pub fn put_first(&mut self, normals: &[DVec3]) {

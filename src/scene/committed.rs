@@ -233,10 +233,16 @@ impl Scene {
         self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize])
     }
 
+    /// Where it is kept which corners a triangle has, if it is the fixed part's.
+    #[inline]
+    pub(crate) fn kept_triangle(&self, triangle: u32) -> Option<&[u32; 3]> {
+        self.mesh.triangles.get(triangle as usize)
+    }
+
     /// Where the corners of a triangle are kept that [`Self::blocks`] reads, if it is the fixed part's.
     #[inline]
     pub(crate) fn kept_corners(&self, triangle: u32) -> Option<[&Vec3; 3]> {
-        let corners = self.mesh.triangles.get(triangle as usize)?;
+        let corners = self.kept_triangle(triangle)?;
         Some(corners.map(|v| &self.mesh.vertices[v as usize]))
     }
 
