@@ -25,6 +25,12 @@ const REFLECTION: u64 = 0;
 const EDGE: u64 = 1;
 
 impl Sequence {
+    /// No surface.
+    pub(super) const NONE: Self = Self {
+        surfaces: [0; MAX_ORDER],
+        order: 0,
+    };
+
     /// The canonical form of surfaces given from source to listener; at most [`MAX_ORDER`] count.
     pub fn canonical(scene: &Scene, surfaces: &[u32]) -> Self {
         let surfaces = &surfaces[..surfaces.len().min(MAX_ORDER)];

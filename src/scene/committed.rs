@@ -179,6 +179,12 @@ impl Scene {
         }
     }
 
+    /// A surface of the fixed part by its index.
+    #[inline]
+    pub(crate) fn kept_surface(&self, index: u32) -> Option<&Surface> {
+        self.mesh.surfaces.surfaces.get(index as usize)
+    }
+
     /// Whether a surface can reflect like a mirror at a point of its plane, in local coordinates.
     #[inline]
     pub fn reflects_at(&self, surface: u32, point: DVec3) -> bool {

@@ -17,10 +17,10 @@ use super::decay::DecayCurve;
 use super::ray_log::RayLog;
 use super::viewpoints::Viewpoints;
 use crate::acoustics::{BANDS, BandArray};
-use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Hit, Ray};
 use crate::scene::{Directivity, Scene, SourcePose};
-use crate::simd::{LaneSet, kernel};
+use crate::simd::{LaneSet, kernel, prefetch};
 
 /// Band whose scattering coefficient decides whether a ray bounces diffusely: the one around 1 kHz.
 const SCATTERING_BAND: usize = 4;
@@ -194,10 +194,7 @@ kernel! {
                 }
             }
             for step in 0..depth {
-                for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
-                    *rays += 1;
-                    ray.follow(scene, from, bounces, step);
-                }
+                bounce_all(scene, from, bounces, together, step, rays);
             }
             for ray in together {
                 if let Some(number) = ray.far {
@@ -207,14 +204,34 @@ kernel! {
         }
         let far = &mut far[..far_count];
         for step in depth..FAR_BOUNCES {
-            for ray in far.iter_mut().filter(|ray| !ray.has_ended) {
-                *rays += 1;
-                ray.follow(scene, from, bounces, step);
-            }
+            bounce_all(scene, from, bounces, far, step, rays);
         }
         for ray in far.iter().filter(|ray| !ray.has_escaped) {
             bounces.log.leave(ray.index, &ray.share, ray.time_s(scene));
         }
+    }
+}
+
+/// Bounce number `step` of some rays, into the lists: all are cast before what they met is looked at, which has come by then.
+#[inline(always)]
+fn bounce_all(
+    scene: &Scene,
+    from: &SourceRays<'_>,
+    bounces: &mut Bounces,
+    together: &mut [SourceRay],
+    step: usize,
+    rays: &mut u64,
+) {
+    for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
+        *rays += 1;
+        ray.hit = scene.closest_hit(&ray.ray, [ray.last, NO_GROUP]);
+        if let Some(surface) = ray.hit.and_then(|hit| scene.kept_surface(hit.group)) {
+            prefetch(surface);
+            prefetch(&surface.material);
+        }
+    }
+    for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
+        ray.follow(scene, from, bounces, step);
     }
 }
 
@@ -227,6 +244,8 @@ struct SourceRay {
     has_ended: bool,
     has_escaped: bool,
     ray: Ray,
+    /// What it met last of all, and the surface that it starts from.
+    hit: Option<Hit>,
     last: u32,
     length_m: f32,
     /// The source's directivity along it.
@@ -258,6 +277,7 @@ impl SourceRay {
             t_min: 0.0,
             t_max: 0.0,
         },
+        hit: None,
         last: NO_GROUP,
         length_m: 0.0,
         factor: [1.0; BANDS],
@@ -291,7 +311,7 @@ impl SourceRay {
         f64::from(self.length_m) / scene.speed_of_sound_m_s()
     }
 
-    /// Bounce number `step`, into the lists.
+    /// Away from what it has met as bounce number `step`, into the lists.
     #[inline(always)]
     fn follow(&mut self, scene: &Scene, from: &SourceRays<'_>, bounces: &mut Bounces, step: usize) {
         let Some(mut bounce) = self.advance(scene, from, &mut bounces.log, step) else {
@@ -320,7 +340,7 @@ impl SourceRay {
         list.put(place, bounce, from.origin.as_vec3());
     }
 
-    /// To the next surface and away from it; `None` where the ray ends.
+    /// Away from the surface that it has met; `None` where the ray ends.
     #[inline(always)]
     fn advance(
         &mut self,
@@ -329,7 +349,7 @@ impl SourceRay {
         log: &mut RayLog,
         step: usize,
     ) -> Option<Bounce> {
-        let Some(hit) = scene.closest_hit(&self.ray, [self.last, NO_GROUP]) else {
+        let Some(hit) = self.hit else {
             self.has_escaped = true;
             return None;
         };
