@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use super::few_sources::Looks;
+use super::few_sources::{FEW, Looks};
 use super::image_source::{MARGIN_M, mirror_listener};
 use super::path::MAX_ORDER;
 use super::sequence::{Order, Sequence};
@@ -204,6 +204,12 @@ impl Pack {
         windows: [Windows::OPEN; MAX_ORDER],
     };
 
+    /// Every line passes.
+    fn clear(&mut self) {
+        self.windows[..self.depth].fill(Windows::OPEN);
+        self.depth = 0;
+    }
+
     fn set(
         &mut self,
         scene: &Scene,
@@ -270,9 +276,22 @@ impl Pack {
 pub(super) struct Candidates {
     first: usize,
     ready: Vec<Ready>,
-    packs: Vec<Pack>,
+    /// The eight at hand: large, and looked at from everywhere before the next.
+    pack: Pack,
+    /// Which of each eight may have a path, one a bit; source after source.
+    seen: Vec<u8>,
     /// What the sources have seen already, where they are few.
     few: Looks,
+}
+
+/// Places that look at candidates.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Onlookers<'a> {
+    /// The listener, and by how many metres paths to it may miss their surfaces, if they may.
+    pub(super) ear: DVec3,
+    pub(super) reach_m: Option<f64>,
+    /// The sources.
+    pub(super) sources: &'a [DVec3],
 }
 
 /// What of a sequence is the same for every source.
@@ -301,58 +320,58 @@ impl Candidates {
         Self {
             first: 0,
             ready: Vec::with_capacity(capacity),
-            packs: Vec::with_capacity(capacity.div_ceil(LANES)),
+            pack: Pack::EMPTY,
+            seen: Vec::new(),
             few: Looks::with_capacity(capacity),
         }
     }
 
-    /// Makes sequences ready, the first of which is number `first` of all, for paths to `ear` that miss their surfaces by
-    /// `reach_m` at most. `few` are the places that will look, if they are few and miss nothing.
+    /// Makes sequences ready, the first of which is number `first` of all, and looks at them from every source.
     pub(super) fn prepare(
         &mut self,
         scene: &Scene,
         sequences: &[Sequence],
         first: usize,
-        (ear, reach_m): (DVec3, f64),
-        few: Option<&[DVec3]>,
+        from: &Onlookers<'_>,
     ) {
         self.first = first;
         self.ready.clear();
-        self.packs.clear();
         self.few.clear();
-        if let Some(sources) = few {
+        let (ear, sources) = (from.ear, from.sources);
+        if sources.len() <= FEW && from.reach_m.is_none() {
             self.few.look(scene, sequences, ear, sources);
             return;
         }
-        for eight in sequences.chunks(LANES) {
-            // Made where it stays: it is large.
-            self.packs.push(Pack::EMPTY);
-            let Some(pack) = self.packs.last_mut() else {
-                return;
-            };
+        let packs = sequences.len().div_ceil(LANES);
+        self.seen.clear();
+        let most = self.ready.capacity().div_ceil(LANES) * sources.len();
+        self.seen.reserve(most);
+        self.seen.resize(packs * sources.len(), 0);
+        for (number, eight) in sequences.chunks(LANES).enumerate() {
+            self.pack.clear();
             for (lane, sequence) in eight.iter().enumerate() {
-                self.ready
-                    .push(pack.set(scene, lane, sequence, (ear, reach_m)));
+                let goal = (ear, from.reach_m.unwrap_or(0.0));
+                self.ready.push(self.pack.set(scene, lane, sequence, goal));
             }
+            look(
+                LaneSet::best(),
+                &self.pack,
+                sources,
+                &mut self.seen,
+                number,
+                packs,
+            );
         }
     }
 
     /// Calls `give` with the number of every sequence that may have a path from source number `place`, and what is ready of
-    /// it. `seen` is memory for what is seen.
+    /// it.
     #[inline]
-    pub(super) fn seen_from(
-        &self,
-        place: usize,
-        source: DVec3,
-        seen: &mut Vec<u8>,
-        mut give: impl FnMut(usize, &Ready),
-    ) {
+    pub(super) fn seen_from(&self, place: usize, mut give: impl FnMut(usize, &Ready)) {
         self.few
             .of(place, |number, ready| give(self.first + number, ready));
-        // Of each eight, one a bit.
-        seen.resize(self.packs.len(), 0);
-        let from = source.as_vec3().to_array();
-        look(LaneSet::best(), &self.packs, from, size_m(source), seen);
+        let packs = self.ready.len().div_ceil(LANES);
+        let seen = &self.seen[place * packs..][..packs];
         for (number, (seen, ready)) in seen.iter().zip(self.ready.chunks(LANES)).enumerate() {
             let mut left = u32::from(*seen) & ((1 << ready.len()) - 1);
             while left != 0 {
@@ -365,12 +384,12 @@ impl Candidates {
 }
 
 kernel! {
-    /// Looks at all packs from one place. Arrays of eight lanes are the machine's own registers here too; every product
-    /// is rounded, so all machines give the same bits.
+    /// Looks at pack `number` of `packs` from all places. Arrays of eight lanes are the machine's own registers here too; every
+    /// product is rounded, so all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn look<L>(packs: &[Pack], source: [f32; 3], size: f32, seen: &mut [u8]) {
-        for (pack, seen) in packs.iter().zip(seen) {
-            *seen = pack.seen_from(source, size) as u8;
+    fn look<L>(pack: &Pack, sources: &[DVec3], seen: &mut [u8], number: usize, packs: usize) {
+        for (source, seen) in sources.iter().zip(seen.chunks_mut(packs)) {
+            seen[number] = pack.seen_from(source.as_vec3().to_array(), size_m(*source)) as u8;
         }
     }
 }

@@ -9,6 +9,7 @@ use super::sampling::ROTATIONS;
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use crate::scene::Scene;
+use crate::simd::prefetch;
 
 /// Updates for which a sequence is tried again that rays have met: as many as there are rotations at least.
 const AGE_UPDATES: u64 = 4 * ROTATIONS;
@@ -18,6 +19,9 @@ const SHELVES: usize = 2 * GuideMemory::MOST;
 
 /// Slots of the table, a power of two: at most half of them are taken.
 const SLOTS: usize = 2 * SHELVES;
+
+/// Sequences between one that is looked up and one that is asked for.
+const AHEAD: usize = 8;
 
 /// A remembered sequence.
 #[derive(Debug, Clone, Copy, Default)]
@@ -65,7 +69,9 @@ impl GuideMemory {
     /// Adds what is remembered to `guide`, which holds what rays have met now, and remembers that.
     pub fn turn(&mut self, scene: &Scene, update: u64, is_wide: bool, guide: &mut SequenceSet) {
         let met = guide.entries();
-        for sequence in &met[..met.len().min(Self::MOST)] {
+        let met = &met[..met.len().min(Self::MOST)];
+        for (place, sequence) in met.iter().enumerate() {
+            self.prefetch(met, place);
             let shelf = self.put(sequence, update);
             self.next.push(shelf);
         }
@@ -101,6 +107,21 @@ impl GuideMemory {
             }
         }
         self.order = std::mem::replace(&mut self.next, order);
+    }
+
+    /// Asks for what sequences further on in the list will be looked up in: shelves lie in no order that they come in.
+    #[inline(always)]
+    fn prefetch(&self, met: &[Sequence], place: usize) {
+        if let Some(sequence) = met.get(place + 2 * AHEAD) {
+            prefetch(&self.table[sequence.hash() as usize % SLOTS]);
+        }
+        if let Some(sequence) = met.get(place + AHEAD) {
+            let shelf = self.table[sequence.hash() as usize % SLOTS].wrapping_sub(1) as usize;
+            if let (Some(shelf), Some(seen)) = (self.shelves.get(shelf), self.seen.get(shelf)) {
+                prefetch(shelf);
+                prefetch(seen);
+            }
+        }
     }
 
     /// The shelf of a sequence that was met now.

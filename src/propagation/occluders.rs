@@ -37,13 +37,14 @@ impl Default for Occluders {
 }
 
 impl Occluders {
-    /// Asks for all slots: candidates come in no order that they lie in.
-    pub(super) fn prefetch(&self) {
-        const A_LINE: usize = 64 / size_of::<Slot>();
-        self.slots.iter().step_by(A_LINE).for_each(prefetch);
+    /// Asks for the slot of a candidate's hash.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, hash: u64) {
+        prefetch(&self.slots[hash as usize % SLOTS]);
     }
 
     /// What blocked the candidate of this hash, if that is remembered.
+    #[inline(always)]
     pub(super) fn recall(&self, hash: u64) -> Option<Blocked> {
         let slot = self.slots[hash as usize % SLOTS];
         let leg = slot.tag & LEG_BITS as u32;
@@ -88,9 +89,17 @@ pub(super) struct Blocked {
 }
 
 impl Blocked {
+    /// Asks for where it is said which corners the triangle has.
+    #[inline(always)]
+    pub(super) fn prefetch_triangle(&self, scene: &Scene) {
+        if let Some(triangle) = scene.kept_triangle(self.triangle) {
+            prefetch(triangle);
+        }
+    }
+
     /// Asks for the triangle's corners, which lie anywhere.
-    #[inline]
-    pub(super) fn prefetch(&self, scene: &Scene) {
+    #[inline(always)]
+    pub(super) fn prefetch_corners(&self, scene: &Scene) {
         let corners = scene.kept_corners(self.triangle);
         corners.into_iter().flatten().for_each(prefetch);
     }

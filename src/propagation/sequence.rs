@@ -25,6 +25,12 @@ const REFLECTION: u64 = 0;
 const EDGE: u64 = 1;
 
 impl Sequence {
+    /// No surface.
+    pub(super) const NONE: Self = Self {
+        surfaces: [0; MAX_ORDER],
+        order: 0,
+    };
+
     /// The canonical form of surfaces given from source to listener; at most [`MAX_ORDER`] count.
     pub fn canonical(scene: &Scene, surfaces: &[u32]) -> Self {
         let surfaces = &surfaces[..surfaces.len().min(MAX_ORDER)];
@@ -211,6 +217,12 @@ pub struct Commutation {
 }
 
 impl Commutation {
+    /// Of an empty list.
+    pub(super) const NONE: Self = Self {
+        behind: [0; MAX_ORDER],
+        order: 0,
+    };
+
     /// Puts a surface before all others; `normals` are the list's unit normals, the new one first.
     #[inline]
     pub fn put_first(&mut self, normals: &[DVec3]) {

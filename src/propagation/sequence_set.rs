@@ -70,17 +70,29 @@ impl SequenceSet {
 
     /// Whether the set has a sequence.
     pub fn contains(&self, sequence: &Sequence) -> bool {
-        self.find(sequence).is_ok()
+        self.find(sequence, sequence.hash()).is_ok()
+    }
+
+    /// The same of a sequence whose hash is known.
+    #[inline]
+    pub(super) fn contains_hashed(&self, sequence: &Sequence, hash: u64) -> bool {
+        self.find(sequence, hash).is_ok()
     }
 
     /// The place of a sequence in [`Self::entries`].
     pub fn place(&self, sequence: &Sequence) -> Option<usize> {
-        self.find(sequence).ok()
+        self.find(sequence, sequence.hash()).ok()
     }
 
     /// Adds a sequence; gives whether it is new.
+    #[inline]
     pub fn insert(&mut self, sequence: Sequence) -> bool {
-        match self.find(&sequence) {
+        self.insert_hashed(sequence, sequence.hash())
+    }
+
+    /// The same of a sequence whose hash is known.
+    pub(super) fn insert_hashed(&mut self, sequence: Sequence, hash: u64) -> bool {
+        match self.find(&sequence, hash) {
             Ok(_) => false,
             Err(_) if self.entries.len() == self.capacity => {
                 self.refused += 1;
@@ -118,9 +130,9 @@ impl SequenceSet {
 
     /// The entry's index, or the free slot where it would go. What is in use is about half full at most, so the probe ends.
     #[inline(always)]
-    fn find(&self, sequence: &Sequence) -> Result<usize, usize> {
+    fn find(&self, sequence: &Sequence, hash: u64) -> Result<usize, usize> {
         let mask = self.in_use - 1;
-        let mut slot = sequence.hash() as usize & mask;
+        let mut slot = hash as usize & mask;
         loop {
             match self.table[slot] {
                 0 => return Err(slot),

@@ -34,6 +34,20 @@ const PATHS_AT_FIRST: usize = 256;
 /// Most paths nearby that an update names of one source.
 const MOST_NEARBY: usize = 256;
 
+/// Candidates that wait for their turn together, so that what is remembered of them has come by then.
+const TRIED_TOGETHER: usize = 64;
+
+/// Candidates between one that is tried and one whose blocker is asked for.
+const AHEAD: usize = 2;
+
+/// A sequence to be tried.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    sequence: Sequence,
+    ready: Ready,
+    hash: u64,
+}
+
 /// Another place where the listener may be.
 #[derive(Debug, Default)]
 pub(super) struct WayPlace {
@@ -98,8 +112,8 @@ pub(super) struct SourceTask {
     rotation: Option<u64>,
     /// Sequences that this source alone tries.
     own: SequenceSet,
-    /// Which candidates the first look has left over.
-    seen: Vec<u8>,
+    /// Candidates whose turn comes next.
+    next: Vec<Candidate>,
     /// Where the points of the candidate at hand lie.
     unfolded: Unfolded,
     /// Valid paths in no order that means anything.
@@ -118,7 +132,7 @@ pub(super) struct SourceTask {
 
 impl SourceTask {
     /// Nothing is known yet of this source.
-    pub(super) fn new(id: SourceId, settings: &PropagationSettings, candidates: usize) -> Self {
+    pub(super) fn new(id: SourceId, settings: &PropagationSettings) -> Self {
         let own = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
         Self {
             id,
@@ -129,7 +143,7 @@ impl SourceTask {
             occluders: Occluders::default(),
             rotation: None,
             own: SequenceSet::with_capacity(own),
-            seen: Vec::with_capacity(candidates),
+            next: Vec::with_capacity(TRIED_TOGETHER),
             unfolded: Unfolded::default(),
             paths: Vec::with_capacity(PATHS_AT_FIRST),
             nearby: Vec::new(),
@@ -198,8 +212,9 @@ impl SourceTask {
         let own = &mut self.own;
         own.clear();
         let mut add = |sequence: Sequence| {
-            if sequence.len() <= settings.depth && !shared.guide.contains(&sequence) {
-                own.insert(sequence);
+            let hash = sequence.hash();
+            if sequence.len() <= settings.depth && !shared.guide.contains_hashed(&sequence, hash) {
+                own.insert_hashed(sequence, hash);
             }
         };
         if let Some(rotation) = self.rotation {
@@ -303,36 +318,90 @@ impl SourceTask {
     }
 
     fn validate(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose, origin: DVec3) {
-        self.occluders.prefetch();
-        let mut seen = std::mem::take(&mut self.seen);
+        let mut next = std::mem::take(&mut self.next);
+        let guide = shared.guide.entries();
         for share in shared.candidates {
-            share.seen_from(place, origin, &mut seen, |number, ready| {
-                let sequence = &shared.guide.entries()[number];
-                self.try_candidate(shared, sequence, pose, origin, ready);
+            share.seen_from(place, |number, ready| {
+                self.put(shared, &mut next, (guide[number], *ready), pose, origin);
             });
         }
-        self.seen = seen;
+        self.try_all(shared, &mut next, pose, origin);
         self.own.prefetch();
         self.gather_own(shared);
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
             let ready = Ready::of(shared.moment.scene, &sequence, shared.moment.ear);
-            self.try_candidate(shared, &sequence, pose, origin, &ready);
+            self.put(shared, &mut next, (sequence, ready), pose, origin);
         }
+        self.try_all(shared, &mut next, pose, origin);
+        self.next = next;
+    }
+
+    /// Has a candidate wait for its turn, and asks for what will be remembered of it: candidates come in no order that this lies
+    /// in.
+    #[inline(always)]
+    fn put(
+        &mut self,
+        shared: &Shared<'_>,
+        next: &mut Vec<Candidate>,
+        (sequence, ready): (Sequence, Ready),
+        pose: &SourcePose,
+        origin: DVec3,
+    ) {
+        let hash = sequence.hash();
+        self.occluders.prefetch(hash);
+        next.push(Candidate {
+            sequence,
+            ready,
+            hash,
+        });
+        if next.len() == TRIED_TOGETHER {
+            self.try_all(shared, next, pose, origin);
+        }
+    }
+
+    /// Tries the candidates whose turn has come; what blocked later ones is asked for meanwhile.
+    fn try_all(
+        &mut self,
+        shared: &Shared<'_>,
+        next: &mut Vec<Candidate>,
+        pose: &SourcePose,
+        origin: DVec3,
+    ) {
+        let scene = shared.moment.scene;
+        let blocked = |occluders: &Occluders, place: usize| {
+            let candidate: Option<&Candidate> = next.get(place);
+            candidate.and_then(|candidate| occluders.recall(candidate.hash))
+        };
+        for place in 0..2 * AHEAD {
+            if let Some(blocked) = blocked(&self.occluders, place) {
+                blocked.prefetch_triangle(scene);
+            }
+        }
+        for (place, candidate) in next.iter().enumerate() {
+            if let Some(blocked) = blocked(&self.occluders, place + 2 * AHEAD) {
+                blocked.prefetch_triangle(scene);
+            }
+            if let Some(blocked) = blocked(&self.occluders, place + AHEAD) {
+                blocked.prefetch_corners(scene);
+            }
+            self.try_candidate(shared, candidate, pose, origin);
+        }
+        next.clear();
     }
 
     /// Adds the path along a sequence if there is one, or to those nearby.
     fn try_candidate(
         &mut self,
         shared: &Shared<'_>,
-        sequence: &Sequence,
+        candidate: &Candidate,
         pose: &SourcePose,
         origin: DVec3,
-        ready: &Ready,
     ) {
         let moment = &shared.moment;
         let scene = moment.scene;
-        if let Some(path) = self.open(moment, sequence, origin, ready) {
+        let (sequence, ready) = (&candidate.sequence, &candidate.ready);
+        if let Some(path) = self.open(moment, candidate, origin) {
             self.cache.renew(*sequence, moment.update);
             let level = amplitude::reflected;
             self.paths
@@ -353,21 +422,21 @@ impl SourceTask {
     fn open(
         &mut self,
         moment: &Moment<'_>,
-        sequence: &Sequence,
+        candidate: &Candidate,
         origin: DVec3,
-        ready: &Ready,
     ) -> Option<ImagePath> {
         let scene = moment.scene;
+        let Candidate {
+            sequence,
+            ready,
+            hash,
+        } = candidate;
         let ends = [origin, moment.ear];
         let line = [origin, ready.image];
-        let hash = sequence.hash();
         let unfolded = &mut self.unfolded;
         // What was blocked most likely is again, which is sooner known than where all its points lie; and most of what is no
         // path misses some surface's bounds, which is sooner known than whether a point lies on any.
-        let blocked = self.occluders.recall(hash);
-        if let Some(blocked) = &blocked {
-            blocked.prefetch(scene);
-        }
+        let blocked = self.occluders.recall(*hash);
         let is_blocked = |legs: &ImagePath, step| {
             blocked.is_some_and(|blocked| blocked.again(scene, legs, step, ends))
         };
@@ -380,7 +449,7 @@ impl SourceTask {
         }
         let legs = unfolded.legs();
         let rays = &mut self.rays;
-        let clear = self.occluders.is_clear(scene, hash, legs, ends, rays);
+        let clear = self.occluders.is_clear(scene, *hash, legs, ends, rays);
         clear.then(|| unfolded.finish(scene, line))
     }
 }

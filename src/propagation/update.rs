@@ -7,11 +7,10 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::candidates::Candidates;
+use super::candidates::{Candidates, Onlookers};
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
 use super::effort::Effort;
-use super::few_sources::FEW;
 use super::guide_memory::GuideMemory;
 use super::late::Viewpoints;
 use super::neighbours::fill_up;
@@ -76,6 +75,8 @@ pub struct Propagator {
     /// See [`Self::set_reach`].
     reach_m: Option<f64>,
     candidates: Vec<Candidates>,
+    /// Of the update's sources, local coordinates.
+    places: Vec<DVec3>,
     /// Those of the update's sources first, in their order; then those that wait for another source.
     tasks: Vec<SourceTask>,
     /// The paths of all tasks by identity: task and place.
@@ -117,6 +118,7 @@ impl Propagator {
             candidates: (0..SHARES)
                 .map(|_| Candidates::with_capacity(capacity.div_ceil(SHARES)))
                 .collect(),
+            places: Vec::new(),
             tasks: Vec::new(),
             order: Vec::new(),
         })
@@ -253,20 +255,18 @@ impl Propagator {
         );
         merge(&moment, &self.shares, &mut self.guide, &mut self.memory);
         let sequences = self.guide.entries();
-        // Few sources look at candidates while these are made ready.
-        let mut places = [DVec3::ZERO; FEW];
-        for (place, source) in places.iter_mut().zip(sources) {
-            *place = self.scene.to_local(source.position);
-        }
-        let few = match moment.reach_m {
-            None => places.get(..sources.len()),
-            Some(_) => None,
+        self.places.clear();
+        let place = |source: &SourcePose| self.scene.to_local(source.position);
+        self.places.extend(sources.iter().map(place));
+        let onlookers = Onlookers {
+            ear,
+            reach_m: moment.reach_m,
+            sources: &self.places,
         };
         workers.for_each(&mut self.candidates, |number, candidates| {
             let range = part(number, sequences.len());
-            let goal = (ear, moment.reach_m.unwrap_or(0.0));
             let share = &sequences[range.clone()];
-            candidates.prepare(moment.scene, share, range.start, goal, few);
+            candidates.prepare(moment.scene, share, range.start, &onlookers);
         });
         let shared = Shared {
             moment,
@@ -295,8 +295,7 @@ impl Propagator {
             let wanted = |task: &SourceTask| sources[place..].iter().any(|s| task.belongs_to(s.id));
             let free = (place..self.tasks.len()).find(|&i| !wanted(&self.tasks[i]));
             let there = free.unwrap_or_else(|| {
-                let candidates = self.guide.capacity();
-                let task = SourceTask::new(pose.id, &self.settings, candidates);
+                let task = SourceTask::new(pose.id, &self.settings);
                 self.tasks.push(task);
                 self.tasks.len() - 1
             });

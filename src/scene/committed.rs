@@ -179,6 +179,12 @@ impl Scene {
         }
     }
 
+    /// A surface of the fixed part by its index.
+    #[inline]
+    pub(crate) fn kept_surface(&self, index: u32) -> Option<&Surface> {
+        self.mesh.surfaces.surfaces.get(index as usize)
+    }
+
     /// Whether a surface can reflect like a mirror at a point of its plane, in local coordinates.
     #[inline]
     pub fn reflects_at(&self, surface: u32, point: DVec3) -> bool {
@@ -233,10 +239,16 @@ impl Scene {
         self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize])
     }
 
+    /// Where it is kept which corners a triangle has, if it is the fixed part's.
+    #[inline]
+    pub(crate) fn kept_triangle(&self, triangle: u32) -> Option<&[u32; 3]> {
+        self.mesh.triangles.get(triangle as usize)
+    }
+
     /// Where the corners of a triangle are kept that [`Self::blocks`] reads, if it is the fixed part's.
     #[inline]
     pub(crate) fn kept_corners(&self, triangle: u32) -> Option<[&Vec3; 3]> {
-        let corners = self.mesh.triangles.get(triangle as usize)?;
+        let corners = self.kept_triangle(triangle)?;
         Some(corners.map(|v| &self.mesh.vertices[v as usize]))
     }
 

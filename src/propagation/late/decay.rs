@@ -8,6 +8,7 @@
 use super::super::sampling::ROTATIONS;
 use crate::acoustics::{BANDS, BandArray};
 use crate::scene::Scene;
+use crate::simd::prefetch;
 
 /// Moments at which the rays' energy is looked at, and the seconds between them: a second in all, 32 bounces in
 /// rooms up to a concert hall's size.
@@ -68,6 +69,19 @@ impl Default for CurveTree {
 }
 
 impl CurveTree {
+    /// Asks for what [`Self::renew`] reads and writes.
+    pub(super) fn prefetch(&self, number: usize) {
+        const A_LINE: usize = 64 / size_of::<BandArray>();
+        let mut place = LEAVES + number % LEAVES;
+        while place > 1 {
+            for node in [place, place ^ 1] {
+                let energy = self.nodes[node].energy.iter();
+                energy.step_by(A_LINE).for_each(prefetch);
+            }
+            place /= 2;
+        }
+    }
+
     /// Has a curve drawn anew.
     pub(super) fn renew(&mut self, number: usize, draw: impl FnOnce(&mut DecayCurve)) {
         let mut place = LEAVES + number % LEAVES;

@@ -7,6 +7,7 @@
 //! in its time less what the paths carry.
 
 use super::super::path::{LATE_STEPS, LateSource};
+use super::connection::AT_ONCE;
 use super::decay::NEPERS_OF_60_DB;
 use crate::acoustics::{BANDS, BandArray};
 
@@ -36,38 +37,48 @@ impl Spans {
         }
     }
 
-    /// Adds an arrival.
+    /// Adds the first `count` arrivals.
+    ///
+    /// Where an arrival belongs is hard to foresee, so all steps are told of all of them: of nothing, most.
     #[inline(always)]
-    pub(super) fn add(&mut self, delay_s: f64, energy: &BandArray) {
-        // From a source beyond all numbers comes nothing.
-        let mut is_finite = true;
-        for e in energy {
-            is_finite &= e.is_finite();
-        }
-        if !is_finite {
-            return;
-        }
-        let at = (delay_s - self.nearest_s) / self.free_time_s;
-        let beyond = |start: f64| ((at - start) / CHANGE_FREE_TIMES + 0.5).clamp(0.0, 1.0);
-        let mut first = 1.0;
+    pub(super) fn add(
+        &mut self,
+        delay_s: &[f64; AT_ONCE],
+        energies: &[BandArray; AT_ONCE],
+        count: usize,
+    ) {
+        let mut shares = [[0.0; AT_ONCE]; LATE_STEPS];
+        let mut first = [1.0; AT_ONCE];
         for step in 0..LATE_STEPS {
             let next = match step + 1 < LATE_STEPS {
                 true => LATE_STEPS_FREE_TIMES[step + 1],
                 false => LAST_FREE_TIME,
             };
-            let next = beyond(next);
-            let share = first - next;
-            if share > 0.0 {
-                for b in 0..BANDS {
-                    self.sums[step][b] += share * f64::from(energy[b]);
-                }
-            }
-            first = next;
-            // Steps follow each other, and so do their shares.
-            if next <= 0.0 {
-                break;
+            for l in 0..AT_ONCE {
+                let at = (delay_s[l] - self.nearest_s) / self.free_time_s;
+                let beyond = ((at - next) / CHANGE_FREE_TIMES + 0.5).clamp(0.0, 1.0);
+                let share = first[l] - beyond;
+                shares[step][l] = if share > 0.0 { share } else { 0.0 };
+                first[l] = beyond;
             }
         }
+        let mut sums = self.sums;
+        for (l, energy) in energies[..count].iter().enumerate() {
+            // From a source beyond all numbers comes nothing.
+            let mut is_finite = true;
+            for e in energy {
+                is_finite &= e.is_finite();
+            }
+            if !is_finite {
+                continue;
+            }
+            for step in 0..LATE_STEPS {
+                for b in 0..BANDS {
+                    sums[step][b] += shares[step][l] * f64::from(energy[b]);
+                }
+            }
+        }
+        self.sums = sums;
     }
 
     /// The energy of the steps of `late`; `updates` is how many updates' arrivals they are, by weight.

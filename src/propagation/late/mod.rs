@@ -21,6 +21,7 @@
 pub mod connection;
 pub mod decay;
 pub mod envelope;
+mod ray_log;
 pub mod source_rays;
 pub mod viewpoints;
 
@@ -128,6 +129,7 @@ impl LateEstimator {
         let is_new = !slot.found.is_of(from);
         if is_new {
             scratch.clear();
+            self.curves.prefetch(number);
             let bounces = &mut self.bounces;
             self.curves.renew(number, |curve| {
                 slot.found.renew(scene, from, scratch, curve, bounces, rays);
@@ -149,10 +151,16 @@ impl LateEstimator {
         viewpoints: &Viewpoints,
         rays: &mut u64,
     ) {
-        let slots = self.slots.iter_mut().enumerate();
-        for (number, slot) in slots.filter(|(_, slot)| slot.filled) {
-            let viewpoints = viewpoints.of_rotation(number);
-            slot.arrivals.look(scene, viewpoints, rays);
+        for number in 0..self.slots.len() {
+            // Sixteen rotations of as many sources are more than stays at hand from one update to the next.
+            if let Some(next) = self.slots.get(number + 1) {
+                next.arrivals.prefetch();
+            }
+            let slot = &mut self.slots[number];
+            if slot.filled {
+                let viewpoints = viewpoints.of_rotation(number);
+                slot.arrivals.look(scene, viewpoints, rays);
+            }
         }
         self.source = source;
         self.nearest_s = source.distance(listener) / scene.speed_of_sound_m_s();

@@ -14,12 +14,13 @@ use super::super::sequence::{Commutation, Sequence};
 use super::super::sequence_set::SequenceSet;
 use super::connection::{Bounce, Bounces};
 use super::decay::DecayCurve;
+use super::ray_log::RayLog;
 use super::viewpoints::Viewpoints;
 use crate::acoustics::{BANDS, BandArray};
-use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Hit, Ray};
 use crate::scene::{Directivity, Scene, SourcePose};
-use crate::simd::{LaneSet, kernel};
+use crate::simd::{LaneSet, kernel, prefetch};
 
 /// Band whose scattering coefficient decides whether a ray bounces diffusely: the one around 1 kHz.
 const SCATTERING_BAND: usize = 4;
@@ -156,78 +157,99 @@ impl Found {
         let far_rays = count.div_ceil(far_stands_for(count));
         let beyond = FAR_BOUNCES.saturating_sub(depth);
         bounces.far.renew(far_rays * beyond);
-        follow(LaneSet::best(), scene, from, set, curve, bounces, rays);
+        bounces.log.renew(count, depth, far_rays);
+        follow(LaneSet::best(), scene, from, bounces, rays);
+        bounces.log.tell(set, curve);
         self.sequences.clear();
         self.sequences.extend_from_slice(set.entries());
         self.cast = Some(Cast::of(from));
     }
 }
 
+/// Rays that are followed side by side: enough for the next one's way to begin before the last one's is worked out, few enough
+/// to stay at hand.
+const TOGETHER: usize = 16;
+
+/// Most far rays that there are of any number of rays.
+const MOST_FAR: usize = 2 * FAR_RAYS;
+
 kernel! {
     /// Follows all rays: what they carry, the energy that each bounce has for the tail, and the specular sequences they begin
     /// with. Eight bands are eight lanes; every product is rounded, so all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn follow<L>(
-        scene: &Scene,
-        from: &SourceRays<'_>,
-        found: &mut SequenceSet,
-        curve: &mut DecayCurve,
-        bounces: &mut Bounces,
-        rays: &mut u64,
-    ) {
+    fn follow<L>(scene: &Scene, from: &SourceRays<'_>, bounces: &mut Bounces, rays: &mut u64) {
         let count = from.directions.len();
-        let every = far_stands_for(count);
         let depth = from.depth.max(1);
-        let is_omni = from.pose.settings.directivity.is_omni();
-        let source = from.origin.as_vec3();
-        for index in 0..count {
-            let is_far = is_far(index, count, from.rotation);
-            let most = if is_far { FAR_BOUNCES } else { depth };
-            let mut ray = SourceRay::new(from, index, is_far);
-            let factor = match is_omni {
-                true => [1.0; BANDS],
-                false => from.pose.factor_towards(ray.ray.direction),
-            };
-            if is_far {
-                curve.begin();
-            }
-            for step in 0..most {
-                *rays += 1;
-                let Some(mut bounce) = ray.advance(scene, from, found, curve, step) else {
-                    break;
-                };
-                if !is_omni {
-                    for b in 0..BANDS {
-                        bounce.energy[b] *= factor[b] * factor[b];
-                    }
+        let mut far = [SourceRay::ENDED; MOST_FAR];
+        let mut far_count = 0;
+        for first in (0..count).step_by(TOGETHER) {
+            let mut together = [SourceRay::ENDED; TOGETHER];
+            let together = &mut together[..TOGETHER.min(count - first)];
+            for (ray, index) in together.iter_mut().zip(first..) {
+                *ray = SourceRay::new(from, index);
+                if is_far(index, count, from.rotation) && far_count < MOST_FAR {
+                    ray.far = Some(far_count);
+                    bounces.log.begin_far(index, far_count);
+                    far_count += 1;
                 }
-                let (list, stands_for) = match step < depth {
-                    true => (&mut bounces.near, 1),
-                    false => (&mut bounces.far, every),
-                };
-                let gain = 4.0 * std::f32::consts::PI * stands_for as f32 / count as f32;
-                for b in 0..BANDS {
-                    bounce.energy[b] *= gain;
+            }
+            for step in 0..depth {
+                bounce_all(scene, from, bounces, together, step, rays);
+            }
+            for ray in together {
+                if let Some(number) = ray.far {
+                    far[number] = *ray;
                 }
-                list.push(bounce, source);
             }
-            if is_far && !ray.escaped {
-                curve.leave(&ray.share, ray.time_s(scene));
-            }
+        }
+        let far = &mut far[..far_count];
+        for step in depth..FAR_BOUNCES {
+            bounce_all(scene, from, bounces, far, step, rays);
+        }
+        for ray in far.iter().filter(|ray| !ray.has_escaped) {
+            bounces.log.leave(ray.index, &ray.share, ray.time_s(scene));
         }
     }
 }
 
+/// Bounce number `step` of some rays, into the lists: all are cast before what they met is looked at, which has come by then.
+#[inline(always)]
+fn bounce_all(
+    scene: &Scene,
+    from: &SourceRays<'_>,
+    bounces: &mut Bounces,
+    together: &mut [SourceRay],
+    step: usize,
+    rays: &mut u64,
+) {
+    for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
+        *rays += 1;
+        ray.hit = scene.closest_hit(&ray.ray, [ray.last, NO_GROUP]);
+        if let Some(surface) = ray.hit.and_then(|hit| scene.kept_surface(hit.group)) {
+            prefetch(surface);
+            prefetch(&surface.material);
+        }
+    }
+    for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
+        ray.follow(scene, from, bounces, step);
+    }
+}
+
 /// A ray under way.
+#[derive(Clone, Copy)]
 struct SourceRay {
     index: usize,
-    is_far: bool,
-    escaped: bool,
+    /// Its number among the far rays.
+    far: Option<usize>,
+    has_ended: bool,
+    has_escaped: bool,
     ray: Ray,
+    /// What it met last of all, and the surface that it starts from.
+    hit: Option<Hit>,
     last: u32,
     length_m: f32,
-    /// Number of the decay curve's first moment that it has not reached.
-    moment: u32,
+    /// The source's directivity along it.
+    factor: BandArray,
     /// Energy left of what it set out with, without air.
     share: BandArray,
     /// What of it the discrete paths carry.
@@ -243,24 +265,44 @@ struct SourceRay {
 }
 
 impl SourceRay {
+    /// In place of one.
+    const ENDED: Self = Self {
+        index: 0,
+        far: None,
+        has_ended: true,
+        has_escaped: false,
+        ray: Ray {
+            origin: Vec3::ZERO,
+            direction: Vec3::X,
+            t_min: 0.0,
+            t_max: 0.0,
+        },
+        hit: None,
+        last: NO_GROUP,
+        length_m: 0.0,
+        factor: [1.0; BANDS],
+        share: [1.0; BANDS],
+        specular: [1.0; BANDS],
+        surfaces: [0; MAX_ORDER],
+        normals: [DVec3::ZERO; MAX_ORDER],
+        commutation: Commutation::NONE,
+        mirrored: true,
+        panels: true,
+    };
+
     #[inline(always)]
-    fn new(from: &SourceRays<'_>, index: usize, is_far: bool) -> Self {
-        let direction = from.turn * from.directions[index];
+    fn new(from: &SourceRays<'_>, index: usize) -> Self {
+        let ray = Ray::new(from.origin.as_vec3(), from.turn * from.directions[index]);
+        let factor = match from.pose.settings.directivity.is_omni() {
+            true => [1.0; BANDS],
+            false => from.pose.factor_towards(ray.direction),
+        };
         Self {
             index,
-            is_far,
-            escaped: false,
-            ray: Ray::new(from.origin.as_vec3(), direction),
-            last: NO_GROUP,
-            length_m: 0.0,
-            moment: 0,
-            share: [1.0; BANDS],
-            specular: [1.0; BANDS],
-            surfaces: [0; MAX_ORDER],
-            normals: [DVec3::ZERO; MAX_ORDER],
-            commutation: Commutation::default(),
-            mirrored: true,
-            panels: true,
+            has_ended: false,
+            ray,
+            factor,
+            ..Self::ENDED
         }
     }
 
@@ -269,24 +311,52 @@ impl SourceRay {
         f64::from(self.length_m) / scene.speed_of_sound_m_s()
     }
 
-    /// To the next surface and away from it; `None` where the ray ends.
+    /// Away from what it has met as bounce number `step`, into the lists.
+    #[inline(always)]
+    fn follow(&mut self, scene: &Scene, from: &SourceRays<'_>, bounces: &mut Bounces, step: usize) {
+        let Some(mut bounce) = self.advance(scene, from, &mut bounces.log, step) else {
+            self.has_ended = true;
+            return;
+        };
+        let (count, depth) = (from.directions.len(), from.depth.max(1));
+        if !from.pose.settings.directivity.is_omni() {
+            for b in 0..BANDS {
+                bounce.energy[b] *= self.factor[b] * self.factor[b];
+            }
+        }
+        let beyond = FAR_BOUNCES.saturating_sub(depth);
+        let (list, place, stands_for) = match self.far.filter(|_| step >= depth) {
+            None => (&mut bounces.near, self.index * depth + step, 1),
+            Some(far) => (
+                &mut bounces.far,
+                far * beyond + step - depth,
+                far_stands_for(count),
+            ),
+        };
+        let gain = 4.0 * std::f32::consts::PI * stands_for as f32 / count as f32;
+        for b in 0..BANDS {
+            bounce.energy[b] *= gain;
+        }
+        list.put(place, bounce, from.origin.as_vec3());
+    }
+
+    /// Away from the surface that it has met; `None` where the ray ends.
     #[inline(always)]
     fn advance(
         &mut self,
         scene: &Scene,
         from: &SourceRays<'_>,
-        found: &mut SequenceSet,
-        curve: &mut DecayCurve,
+        log: &mut RayLog,
         step: usize,
     ) -> Option<Bounce> {
-        let Some(hit) = scene.closest_hit(&self.ray, [self.last, NO_GROUP]) else {
-            self.escaped = true;
+        let Some(hit) = self.hit else {
+            self.has_escaped = true;
             return None;
         };
-        curve.leg(step == 0, f64::from(hit.t));
+        log.leg(self.index, step, hit.t);
         self.length_m += hit.t;
-        if self.is_far {
-            self.moment = curve.carry(&self.share, self.moment, self.time_s(scene));
+        if let Some(far) = self.far {
+            log.carry(far, step, &self.share, self.time_s(scene));
         }
         let surface = scene.surface(hit.group);
         let plane = surface.normal;
@@ -318,7 +388,8 @@ impl SourceRay {
             self.surfaces[step] = hit.group;
             self.normals[step] = plane;
             self.commutation.put_last(&self.normals[..=step]);
-            found.insert(self.commutation.canonical(&self.surfaces[..=step]));
+            let sequence = self.commutation.canonical(&self.surfaces[..=step]);
+            log.sequence(self.index, step, sequence);
         }
         let point = self.ray.at(hit.t);
         let draw = |k: u64| from.draw(self.index, step, k);

@@ -32,6 +32,14 @@ const FINE_CELLS: f64 = 4096.0;
 /// Bit of a cell that lies inside one triangle.
 const WHOLE: u32 = 1 << 31;
 
+/// What a cell says by itself: that nothing is there, that one triangle covers it, or that its entries have to be asked.
+const EMPTY: u64 = 0;
+const WHOLLY: u64 = 1;
+const PARTLY: u64 = 2;
+
+/// Cells whose kinds are one word.
+const KINDS_A_WORD: usize = 32;
+
 /// Most cells along an axis.
 const MOST_CELLS: f64 = 4096.0;
 
@@ -65,6 +73,8 @@ pub(super) struct Grids {
     grids: Vec<Grid>,
     /// Where each cell's entries begin, and [`WHOLE`]; one more closes each grid.
     cells: Vec<u32>,
+    /// [`EMPTY`], [`WHOLLY`] or [`PARTLY`] of each cell, two bits each: small enough to stay at hand where the cells do not.
+    kinds: Vec<u64>,
     /// Slots of the triangles that touch a cell.
     entries: Vec<u32>,
 }
@@ -100,6 +110,15 @@ impl Grids {
                 NO_GRID
             };
             result.grid_of.push(grid);
+        }
+        result.kinds = vec![0; result.cells.len().div_ceil(KINDS_A_WORD)];
+        for (cell, ends) in result.cells.windows(2).enumerate() {
+            let kind = match ends[0] & WHOLE != 0 {
+                true => WHOLLY,
+                false if ends[0] == ends[1] & !WHOLE => EMPTY,
+                false => PARTLY,
+            };
+            result.kinds[cell / KINDS_A_WORD] |= kind << (2 * (cell % KINDS_A_WORD));
         }
         result
     }
@@ -182,6 +201,7 @@ impl Grids {
             + size_of_val(self.grid_of.as_slice())
             + size_of_val(self.grids.as_slice())
             + size_of_val(self.cells.as_slice())
+            + size_of_val(self.kinds.as_slice())
             + size_of_val(self.entries.as_slice())
     }
 
@@ -202,12 +222,12 @@ impl Grids {
             return false;
         };
         let cell = (grid.first_cell + cell) as usize;
-        let begin = self.cells[cell];
-        if begin & WHOLE != 0 {
-            return true;
+        let kind = self.kinds[cell / KINDS_A_WORD] >> (2 * (cell % KINDS_A_WORD)) & 3;
+        if kind != PARTLY {
+            return kind == WHOLLY;
         }
         let end = self.cells[cell + 1] & !WHOLE;
-        self.entries[begin as usize..end as usize]
+        self.entries[self.cells[cell] as usize..end as usize]
             .iter()
             .any(|&slot| self.flat[slot as usize].holds(place))
     }
@@ -363,25 +383,20 @@ impl Grid {
     }
 }
 
-/// Index of the component of largest size.
+/// Index of the component of largest size. Without branches, and so is [`flat`]: each surface asked has another one.
 #[inline]
 fn main_axis(normal: DVec3) -> usize {
     let n = normal.abs();
-    if n.x >= n.y && n.x >= n.z {
-        0
-    } else if n.y >= n.z {
-        1
-    } else {
-        2
-    }
+    let is_x = (n.x >= n.y) & (n.x >= n.z);
+    let other = 2 - usize::from(n.y >= n.z);
+    if is_x { 0 } else { other }
 }
 
 /// A point seen along an axis.
 #[inline]
 fn flat(point: DVec3, axis: usize) -> DVec2 {
-    match axis {
-        0 => DVec2::new(point.y, point.z),
-        1 => DVec2::new(point.z, point.x),
-        _ => DVec2::new(point.x, point.y),
-    }
+    let [x, y, z] = point.to_array();
+    // What follows the axis, in turn.
+    let turn = [x, y, z, x, y];
+    DVec2::new(turn[axis + 1], turn[axis + 2])
 }

@@ -1,0 +1,124 @@
+//! What the rays of one rotation met, by ray and bounce. Rays are followed side by side, so that the processor looks for one
+//! ray's hit while it still works at another's; sums and lists that depend on an order are made afterwards, ray after ray.
+
+use super::super::sequence::Sequence;
+use super::super::sequence_set::SequenceSet;
+use super::decay::DecayCurve;
+use super::source_rays::FAR_BOUNCES;
+use crate::acoustics::BandArray;
+
+/// What a far ray brought to a bounce, and when it was there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Carried {
+    share: BandArray,
+    at_s: f64,
+}
+
+/// What one ray met.
+#[derive(Debug, Clone, Copy, Default)]
+struct Course {
+    /// Legs that met something.
+    legs: u8,
+    /// Bounces that are the ends of specular beginnings, all first ones.
+    sequences: u8,
+    /// Its number among the far rays, if it is one.
+    far: Option<u8>,
+    /// What a far ray still had at its end; nothing if it escaped.
+    left: Option<Carried>,
+}
+
+/// See the module.
+#[derive(Debug, Clone, Default)]
+pub(super) struct RayLog {
+    depth: usize,
+    courses: Vec<Course>,
+    /// Lengths in metres, `depth` a ray, and of far rays beyond.
+    legs_m: Vec<f32>,
+    far_legs_m: Vec<f32>,
+    /// Specular beginnings, `depth` a ray.
+    sequences: Vec<Sequence>,
+    /// [`FAR_BOUNCES`] a far ray.
+    carried: Vec<Carried>,
+}
+
+impl RayLog {
+    /// Makes room for `count` rays of `depth` bounces, `far` of them far ones, of which nothing is known.
+    pub(super) fn renew(&mut self, count: usize, depth: usize, far: usize) {
+        self.depth = depth;
+        self.courses.clear();
+        self.courses.resize(count, Course::default());
+        self.legs_m.resize(count * depth, 0.0);
+        self.sequences.resize(count * depth, Sequence::default());
+        self.far_legs_m.resize(far * FAR_BOUNCES, 0.0);
+        self.carried.resize(far * FAR_BOUNCES, Carried::default());
+    }
+
+    /// Ray `index` is far ray number `far`.
+    #[inline(always)]
+    pub(super) fn begin_far(&mut self, index: usize, far: usize) {
+        self.courses[index].far = Some(far as u8);
+    }
+
+    /// The next leg of a ray met something; `step` is how many did before.
+    #[inline(always)]
+    pub(super) fn leg(&mut self, index: usize, step: usize, leg_m: f32) {
+        let course = &mut self.courses[index];
+        course.legs = step as u8 + 1;
+        match (step < self.depth, course.far) {
+            (true, _) => self.legs_m[index * self.depth + step] = leg_m,
+            (false, Some(far)) => self.far_legs_m[usize::from(far) * FAR_BOUNCES + step] = leg_m,
+            (false, None) => {}
+        }
+    }
+
+    /// A far ray carried `share` there.
+    #[inline(always)]
+    pub(super) fn carry(&mut self, far: usize, step: usize, share: &BandArray, at_s: f64) {
+        self.carried[far * FAR_BOUNCES + step] = Carried {
+            share: *share,
+            at_s,
+        };
+    }
+
+    /// What a ray met up to here is a specular beginning.
+    #[inline(always)]
+    pub(super) fn sequence(&mut self, index: usize, step: usize, sequence: Sequence) {
+        self.courses[index].sequences = step as u8 + 1;
+        self.sequences[index * self.depth + step] = sequence;
+    }
+
+    /// A far ray is followed no further.
+    #[inline(always)]
+    pub(super) fn leave(&mut self, index: usize, share: &BandArray, at_s: f64) {
+        self.courses[index].left = Some(Carried {
+            share: *share,
+            at_s,
+        });
+    }
+
+    /// Sums everything up, in the order of the rays.
+    pub(super) fn tell(&self, found: &mut SequenceSet, curve: &mut DecayCurve) {
+        for (index, course) in self.courses.iter().enumerate() {
+            let (legs, near) = (usize::from(course.legs), index * self.depth);
+            for step in 0..legs.min(self.depth) {
+                curve.leg(step == 0, f64::from(self.legs_m[near + step]));
+            }
+            for sequence in &self.sequences[near..near + usize::from(course.sequences)] {
+                found.insert(*sequence);
+            }
+            let Some(far) = course.far else { continue };
+            let first = usize::from(far) * FAR_BOUNCES;
+            curve.begin();
+            for step in self.depth..legs {
+                curve.leg(step == 0, f64::from(self.far_legs_m[first + step]));
+            }
+            let mut moment = 0;
+            for carried in &self.carried[first..first + legs] {
+                moment = curve.carry(&carried.share, moment, carried.at_s);
+            }
+            if let Some(left) = &course.left {
+                curve.leave(&left.share, left.at_s);
+            }
+        }
+    }
+}
