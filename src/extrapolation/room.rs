@@ -1,7 +1,7 @@
 //! Room for a list, whose memory is there before the sound thread writes to it.
 //!
-//! Control side; allocates. A system gives memory page by page when it is written for the first time, and whoever writes
-//! waits for it: thousands of candidates are some hundred pages, each as long as a dozen of them take.
+//! Control side; allocates. A system gives memory page by page when it is first written to, and whoever writes waits for
+//! it: thousands of candidates are some hundred pages, each as long as a dozen of them take.
 
 use std::hint::black_box;
 use std::mem::MaybeUninit;
