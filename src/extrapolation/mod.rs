@@ -13,6 +13,7 @@ pub mod level;
 pub mod linear;
 pub mod posed;
 pub mod predictor;
+mod room;
 pub mod tracking;
 
 pub use best::{BestSettings, Groundwork, Lead};

@@ -10,6 +10,7 @@ use super::groundwork::Groundwork;
 use super::history::Word;
 use super::{BestSettings, Now};
 use crate::extrapolation::effort::{Effort, cost};
+use crate::extrapolation::room::make_room;
 use crate::propagation::{Path, PathSet};
 
 /// Candidates kept at most, over all sources: a full memory drops what comes last by identity.
@@ -35,10 +36,10 @@ impl Memory {
         let capacity = candidates.min(CAPACITY);
         self.next.capacity = capacity;
         for list in [&mut self.candidates, &mut self.next.candidates] {
-            list.reserve_exact(capacity);
+            make_room(list, capacity);
         }
         for list in [&mut self.marks, &mut self.next.marks] {
-            list.reserve_exact(capacity);
+            make_room(list, capacity);
         }
     }
 

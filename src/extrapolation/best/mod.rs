@@ -30,6 +30,7 @@ use super::effort::{Effort, cost};
 use super::frame::FramePath;
 use super::frame_steps::Part;
 use super::posed::has_moved;
+use super::room::make_room;
 use crate::propagation::PathSet;
 use crate::propagation::diffraction::{MOST_DOUBLE, MOST_MIRRORED, Spot};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -125,9 +126,9 @@ impl Best {
     pub(super) fn bound(&mut self, candidates: usize, sources: usize) {
         self.memory.bound(candidates);
         self.inspection.reserve(candidates);
-        self.standings.reserve(candidates);
+        make_room(&mut self.standings, candidates);
         self.shapes.reserve(candidates);
-        self.bent.reserve(candidates);
+        make_room(&mut self.bent, candidates);
         self.places.reserve(sources);
     }
 

@@ -13,6 +13,7 @@ use super::places::{Place, Places};
 use super::standing::{Shapes, Standing};
 use super::{BestSettings, Now};
 use crate::extrapolation::effort::{Effort, cost};
+use crate::extrapolation::room::make_room;
 use crate::propagation::diffraction::way;
 use crate::propagation::image_source::ImagePath;
 use crate::scene::Scene;
@@ -64,7 +65,9 @@ pub struct Inspection {
 impl Inspection {
     /// Makes room for this many candidates.
     pub(super) fn reserve(&mut self, candidates: usize) {
-        self.queue.reserve(candidates);
+        let mut queue = std::mem::take(&mut self.queue).into_vec();
+        make_room(&mut queue, candidates);
+        self.queue = BinaryHeap::from(queue);
     }
 
     /// Chooses whom up to `budget` rays of a graphics frame are for.
