@@ -21,6 +21,7 @@ pub mod neighbours;
 mod occluders;
 pub mod path;
 pub mod sampling;
+mod scene_state;
 pub mod sequence;
 pub mod sequence_set;
 pub mod settings;

@@ -70,8 +70,9 @@ pub(super) struct Moment<'a> {
     pub(super) settings: &'a PropagationSettings,
     pub(super) effort: &'a Effort,
     pub(super) update: u64,
-    /// Another one whenever the scene is.
+    /// See [`SourceRays::scene_state`] and [`SourceRays::poses_since`].
     pub(super) scene_state: u64,
+    pub(super) poses_since: u64,
     pub(super) listener: &'a ListenerPose,
     /// The listener, local coordinates.
     pub(super) ear: DVec3,
@@ -283,6 +284,7 @@ impl SourceTask {
                     depth: settings.depth,
                     seed: mix(settings.seed) ^ own_seed,
                     scene_state: moment.scene_state,
+                    poses_since: moment.poses_since,
                 };
                 let is_new = self.late.cast(scene, &source_rays, &mut self.own, rays);
                 left -= usize::from(is_new || !moves);

@@ -16,13 +16,13 @@ use super::late::Viewpoints;
 use super::neighbours::fill_up;
 use super::path::{Path, PathId, PathSet};
 use super::sampling::{ROTATIONS, lattice, renew_lattice, rotation};
+use super::scene_state::SceneState;
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
 use super::source_task::{Moment, Shared, SourceTask, WayPlace};
 use super::workers::{Serial, Workers};
 use crate::error::Result;
-use crate::scene::instances::Standing;
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// Shares that guide rays and their sequences are split into: several a thread, so that none waits long for another.
@@ -53,10 +53,9 @@ impl GuideShare {
 #[derive(Debug)]
 pub struct Propagator {
     scene: Arc<Scene>,
-    /// Whether somebody may have changed it since it was last looked at, how it stood then, and how often that was new.
+    /// Whether somebody may have changed it since it was last looked at.
     is_touched: bool,
-    standing: Standing,
-    scene_state: u64,
+    state: SceneState,
     viewpoints: Viewpoints,
     /// See [`Self::set_way`].
     way: Vec<WayPlace>,
@@ -101,8 +100,7 @@ impl Propagator {
         Ok(Self {
             scene,
             is_touched: true,
-            standing: Standing::default(),
-            scene_state: 0,
+            state: SceneState::default(),
             viewpoints: Viewpoints::default(),
             way: Vec::new(),
             settings,
@@ -213,26 +211,29 @@ impl Propagator {
         time_s: f64,
         result: &mut PathSet,
     ) {
-        if std::mem::take(&mut self.is_touched) && self.standing.renew(&self.scene) {
-            self.scene_state += 1;
+        if std::mem::take(&mut self.is_touched) {
+            self.state.look(&self.scene, self.update);
         }
+        self.state.go_on(self.update);
+        let scene_state = self.state.now();
         self.arrange(sources);
         let ear = self.scene.to_local(listener.position);
         let own_rays = self
             .viewpoints
-            .renew(&self.scene, ear.as_vec3(), self.scene_state);
+            .renew(&self.scene, ear.as_vec3(), scene_state);
         let mut way_rays = 0;
         for there in &mut self.way {
             there.ear = self.scene.to_local(there.place);
             let ear = there.ear.as_vec3();
-            way_rays += there.viewpoints.renew(&self.scene, ear, self.scene_state);
+            way_rays += there.viewpoints.renew(&self.scene, ear, scene_state);
         }
         let moment = Moment {
             scene: &self.scene,
             settings: &self.in_use,
             effort: &self.effort,
             update: self.update,
-            scene_state: self.scene_state,
+            scene_state,
+            poses_since: self.state.poses_since(),
             listener,
             ear,
             viewpoints: &self.viewpoints,

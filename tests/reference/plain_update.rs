@@ -151,6 +151,7 @@ impl PlainPropagator {
                 depth: settings.depth,
                 seed: mix(settings.seed) ^ own_seed,
                 scene_state: 0,
+                poses_since: 0,
             };
             let before = memory.origins[rays.rotation as usize].replace(rays.origin);
             let is_new = before != Some(rays.origin);

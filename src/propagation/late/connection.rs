@@ -137,6 +137,11 @@ impl Arrivals {
         self.chosen.iter().for_each(prefetch);
     }
 
+    /// Has all of them looked at again.
+    pub(super) fn forget_sight(&mut self) {
+        self.seen_from = [None; VIEWS];
+    }
+
     /// Chooses among a rotation's bounces.
     pub(super) fn choose(&mut self, scene: &Scene, bounces: &mut Bounces) {
         self.chosen.clear();

@@ -6,6 +6,7 @@ use super::super::sequence_set::SequenceSet;
 use super::decay::DecayCurve;
 use super::source_rays::FAR_BOUNCES;
 use crate::acoustics::BandArray;
+use crate::geometry::Ray;
 
 /// What a far ray brought to a bounce, and when it was there.
 #[derive(Debug, Clone, Copy, Default)]
@@ -39,6 +40,9 @@ pub(super) struct RayLog {
     sequences: Vec<Sequence>,
     /// [`FAR_BOUNCES`] a far ray.
     carried: Vec<Carried>,
+    /// Legs that were to be kept, and how many of them ended at an instance.
+    kept: Vec<Ray>,
+    kept_to_instances: usize,
 }
 
 impl RayLog {
@@ -51,6 +55,29 @@ impl RayLog {
         self.sequences.resize(count * depth, Sequence::default());
         self.far_legs_m.resize(far * FAR_BOUNCES, 0.0);
         self.carried.resize(far * FAR_BOUNCES, Carried::default());
+        self.kept.clear();
+        self.kept_to_instances = 0;
+    }
+
+    /// Room for legs to keep.
+    pub(super) fn reserve_legs(&mut self, most: usize) {
+        self.kept.reserve(most);
+    }
+
+    /// Keeps a leg as it is.
+    pub(super) fn keep(&mut self, leg: Ray, ends_at_instance: bool) {
+        self.kept.push(leg);
+        self.kept_to_instances += usize::from(ends_at_instance);
+    }
+
+    /// Legs that were kept.
+    pub(super) fn legs(&self) -> &[Ray] {
+        &self.kept
+    }
+
+    /// How many of those ended at an instance.
+    pub(super) fn legs_to_instances(&self) -> usize {
+        self.kept_to_instances
     }
 
     /// Ray `index` is far ray number `far`.

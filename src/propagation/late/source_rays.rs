@@ -32,6 +32,10 @@ pub const FAR_RAYS: usize = 8;
 /// of what is left is known.
 pub const FAR_BOUNCES: usize = 32;
 
+/// Of so many legs one may be another by now while instances move: that brings less than one rotation's rays differ from the
+/// next one's.
+const FEW_LEGS: usize = 64;
+
 /// Share of its energy below which a ray ends: −60 dB.
 const LEAST_SHARE: f32 = 1e-6;
 
@@ -58,6 +62,9 @@ pub struct SourceRays<'a> {
     pub seed: u64,
     /// A number that is another one whenever the scene is: rays find the same in a scene of the same number.
     pub scene_state: u64,
+    /// The first state from which on nothing but poses of instances has changed, while they move, and `scene_state` else:
+    /// what was found from then on stays for as long as instances touch few rays.
+    pub poses_since: u64,
 }
 
 /// Rays that one far ray of `count` stands for.
@@ -111,25 +118,68 @@ impl Cast {
     }
 }
 
+/// How much of what rays found they would find again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Known {
+    /// All of it.
+    Wholly,
+    /// All but what instances on their way have to do with, which is little.
+    Nearly,
+    /// Nothing is known.
+    Not,
+}
+
 /// What the rays of one rotation have found.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Found {
     cast: Option<Cast>,
+    /// The legs of their discrete depth, and how many of them ended at an instance; none in a scene without instances.
+    legs: Vec<Ray>,
+    legs_to_instances: usize,
     /// Specular beginnings, each once, in the order of the rays.
     sequences: Vec<Sequence>,
 }
 
 impl Found {
     /// Room for all that `from` can find.
-    pub(super) fn reserve(&mut self, from: &SourceRays<'_>) {
+    pub(super) fn reserve(&mut self, scene: &Scene, from: &SourceRays<'_>) {
         let most = from.directions.len() * from.depth.max(1);
         self.sequences
             .reserve(most - self.sequences.len().min(most));
+        if scene.has_instances() {
+            self.legs.reserve(most - self.legs.len().min(most));
+        }
     }
 
-    /// Whether it is what `from` would find again.
-    pub(super) fn is_of(&self, from: &SourceRays<'_>) -> bool {
-        self.cast == Some(Cast::of(from))
+    /// How much of it `from` would find again.
+    pub(super) fn known(&self, scene: &Scene, from: &SourceRays<'_>) -> Known {
+        let now = Cast::of(from);
+        let Some(cast) = self.cast else {
+            return Known::Not;
+        };
+        if cast == now {
+            return Known::Wholly;
+        }
+        let scene_state = now.scene_state;
+        let but_for_scene = Cast {
+            scene_state,
+            ..cast
+        };
+        if but_for_scene != now || cast.scene_state < from.poses_since {
+            return Known::Not;
+        }
+        let most = self.legs.len() / FEW_LEGS;
+        let mut touched = self.legs_to_instances;
+        for leg in &self.legs {
+            if touched > most {
+                return Known::Not;
+            }
+            touched += usize::from(scene.enters_box_of_instance(leg));
+        }
+        match touched > most {
+            true => Known::Not,
+            false => Known::Nearly,
+        }
     }
 
     /// Forgets it.
@@ -158,8 +208,14 @@ impl Found {
         let beyond = FAR_BOUNCES.saturating_sub(depth);
         bounces.far.renew(far_rays * beyond);
         bounces.log.renew(count, depth, far_rays);
+        if scene.has_instances() {
+            bounces.log.reserve_legs(count * depth);
+        }
         follow(LaneSet::best(), scene, from, bounces, rays);
         bounces.log.tell(set, curve);
+        self.legs.clear();
+        self.legs.extend_from_slice(bounces.log.legs());
+        self.legs_to_instances = bounces.log.legs_to_instances();
         self.sequences.clear();
         self.sequences.extend_from_slice(set.entries());
         self.cast = Some(Cast::of(from));
@@ -170,7 +226,7 @@ impl Found {
 /// to stay at hand.
 const TOGETHER: usize = 16;
 
-/// Most far rays that there are of any number of rays.
+/// Most far rays that there are of any number of rays: every one in `count / FAR_RAYS`, rounded down, is one.
 const MOST_FAR: usize = 2 * FAR_RAYS;
 
 kernel! {
@@ -230,7 +286,13 @@ fn bounce_all(
             prefetch(&surface.material);
         }
     }
+    let is_kept = step < from.depth.max(1) && scene.has_instances();
     for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
+        if is_kept {
+            let ends_at_instance = ray.hit.is_some_and(|hit| scene.is_of_instance(hit.group));
+            let t_max = ray.hit.map_or(ray.ray.t_max, |hit| hit.t);
+            bounces.log.keep(Ray { t_max, ..ray.ray }, ends_at_instance);
+        }
         ray.follow(scene, from, bounces, step);
     }
 }

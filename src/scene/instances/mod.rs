@@ -31,7 +31,7 @@ use placed::Placed;
 
 pub use number::{MOST_IN_A_PART, MOST_INSTANCES};
 pub use pose::{InstanceId, InstancePose};
-pub use standing::Standing;
+pub use standing::{Change, Standing};
 
 #[derive(Debug, Clone, Default)]
 struct Slot {

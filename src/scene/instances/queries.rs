@@ -70,6 +70,22 @@ impl Scene {
         self.instances.blocker(ray, ignored)
     }
 
+    /// Whether a ray comes into the box around any instance, in local coordinates.
+    pub fn enters_box_of_instance(&self, ray: &Ray) -> bool {
+        let mut enters = false;
+        self.instances.tree.walk(ray, |_, _| {
+            enters = true;
+            -1.0
+        });
+        enters
+    }
+
+    /// Whether a surface, triangle or edge is of an instance.
+    #[inline]
+    pub fn is_of_instance(&self, number: u32) -> bool {
+        number::is_instance(number)
+    }
+
     /// Whether anything in it can move.
     #[inline]
     pub fn has_instances(&self) -> bool {

@@ -5,6 +5,17 @@ use std::sync::Arc;
 use super::pose::InstancePose;
 use crate::scene::{CommittedMesh, Scene};
 
+/// What of a scene has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    /// Nothing: it answers every ray alike.
+    Nothing,
+    /// Where instances stand, and no more.
+    Poses,
+    /// More than that.
+    Everything,
+}
+
 /// A scene's fixed part, and what its instances are made of and where they are. Keeps them from being freed.
 #[derive(Debug, Clone, Default)]
 pub struct Standing {
@@ -13,28 +24,33 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Notes how a scene stands; gives whether it stood otherwise when that was last noted. Equal ones answer every ray
-    /// alike. Allocates while the number of instances is new.
-    pub fn renew(&mut self, scene: &Scene) -> bool {
-        if self.is_of(scene) {
-            return false;
+    /// Notes how a scene stands; gives what has changed since that was last noted. Allocates while the number of instances
+    /// is new.
+    pub fn renew(&mut self, scene: &Scene) -> Change {
+        let change = self.change_to(scene);
+        if change != Change::Nothing {
+            self.fixed = Some(Arc::clone(&scene.mesh));
+            self.placed.clear();
+            let placed = scene.instances.placed();
+            self.placed
+                .extend(placed.map(|placed| (placed.pose, Arc::clone(&placed.part))));
         }
-        self.fixed = Some(Arc::clone(&scene.mesh));
-        self.placed.clear();
-        let placed = scene.instances.placed();
-        self.placed
-            .extend(placed.map(|placed| (placed.pose, Arc::clone(&placed.part))));
-        true
+        change
     }
 
-    fn is_of(&self, scene: &Scene) -> bool {
+    fn change_to(&self, scene: &Scene) -> Change {
         let fixed = self.fixed.as_ref();
-        let same =
-            |(placed, (pose, part)): (&super::placed::Placed, &(InstancePose, Arc<Scene>))| {
-                placed.pose == *pose && Arc::ptr_eq(&placed.part, part)
-            };
-        fixed.is_some_and(|fixed| Arc::ptr_eq(fixed, &scene.mesh))
+        let placed = || scene.instances.placed().zip(&self.placed);
+        let is_same = fixed.is_some_and(|fixed| Arc::ptr_eq(fixed, &scene.mesh))
             && scene.instances.count == self.placed.len()
-            && scene.instances.placed().zip(&self.placed).all(same)
+            && placed()
+                .all(|(now, (pose, part))| now.pose.id == pose.id && Arc::ptr_eq(&now.part, part));
+        if !is_same {
+            return Change::Everything;
+        }
+        match placed().all(|(now, (pose, _))| now.pose == *pose) {
+            true => Change::Nothing,
+            false => Change::Poses,
+        }
     }
 }
