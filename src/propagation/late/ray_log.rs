@@ -4,7 +4,7 @@
 use super::super::sequence::Sequence;
 use super::super::sequence_set::SequenceSet;
 use super::decay::DecayCurve;
-use super::source_rays::FAR_BOUNCES;
+use super::source_rays::{FAR_BOUNCES, TOGETHER};
 use crate::acoustics::BandArray;
 use crate::geometry::Ray;
 
@@ -24,8 +24,6 @@ struct Course {
     sequences: u8,
     /// Its number among the far rays, if it is one.
     far: Option<u8>,
-    /// What a far ray still had at its end; nothing if it escaped.
-    left: Option<Carried>,
 }
 
 /// See the module.
@@ -36,10 +34,12 @@ pub(super) struct RayLog {
     /// Lengths in metres, `depth` a ray, and of far rays beyond.
     legs_m: Vec<f32>,
     far_legs_m: Vec<f32>,
-    /// Specular beginnings, `depth` a ray.
+    /// Specular beginnings of the rays at hand, `depth` a ray.
     sequences: Vec<Sequence>,
     /// [`FAR_BOUNCES`] a far ray.
     carried: Vec<Carried>,
+    /// What each far ray still had at its end; nothing if it escaped.
+    left: Vec<Option<Carried>>,
     /// Legs that were to be kept, and how many of them ended at an instance.
     kept: Vec<Ray>,
     kept_to_instances: usize,
@@ -52,9 +52,11 @@ impl RayLog {
         self.courses.clear();
         self.courses.resize(count, Course::default());
         self.legs_m.resize(count * depth, 0.0);
-        self.sequences.resize(count * depth, Sequence::default());
+        self.sequences.resize(TOGETHER * depth, Sequence::default());
         self.far_legs_m.resize(far * FAR_BOUNCES, 0.0);
         self.carried.resize(far * FAR_BOUNCES, Carried::default());
+        self.left.clear();
+        self.left.resize(far, None);
         self.kept.clear();
         self.kept_to_instances = 0;
     }
@@ -111,27 +113,34 @@ impl RayLog {
     #[inline(always)]
     pub(super) fn sequence(&mut self, index: usize, step: usize, sequence: Sequence) {
         self.courses[index].sequences = step as u8 + 1;
-        self.sequences[index * self.depth + step] = sequence;
+        self.sequences[index % TOGETHER * self.depth + step] = sequence;
+    }
+
+    /// Gives the specular beginnings of [`TOGETHER`] rays, or of the last ones, in the order of the rays.
+    pub(super) fn give_sequences(&self, first: usize, found: &mut SequenceSet) {
+        let courses = self.courses[first..].iter().take(TOGETHER);
+        for (course, near) in courses.zip(self.sequences.chunks(self.depth)) {
+            for sequence in &near[..usize::from(course.sequences)] {
+                found.insert(*sequence);
+            }
+        }
     }
 
     /// A far ray is followed no further.
     #[inline(always)]
-    pub(super) fn leave(&mut self, index: usize, share: &BandArray, at_s: f64) {
-        self.courses[index].left = Some(Carried {
+    pub(super) fn leave(&mut self, far: usize, share: &BandArray, at_s: f64) {
+        self.left[far] = Some(Carried {
             share: *share,
             at_s,
         });
     }
 
-    /// Sums everything up, in the order of the rays.
-    pub(super) fn tell(&self, found: &mut SequenceSet, curve: &mut DecayCurve) {
+    /// Sums up all but sequences, in the order of the rays.
+    pub(super) fn tell(&self, curve: &mut DecayCurve) {
         for (index, course) in self.courses.iter().enumerate() {
             let (legs, near) = (usize::from(course.legs), index * self.depth);
             for step in 0..legs.min(self.depth) {
                 curve.leg(step == 0, f64::from(self.legs_m[near + step]));
-            }
-            for sequence in &self.sequences[near..near + usize::from(course.sequences)] {
-                found.insert(*sequence);
             }
             let Some(far) = course.far else { continue };
             let first = usize::from(far) * FAR_BOUNCES;
@@ -143,7 +152,7 @@ impl RayLog {
             for carried in &self.carried[first..first + legs] {
                 moment = curve.carry(&carried.share, moment, carried.at_s);
             }
-            if let Some(left) = &course.left {
+            if let Some(left) = &self.left[usize::from(far)] {
                 curve.leave(&left.share, left.at_s);
             }
         }

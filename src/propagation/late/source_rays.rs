@@ -211,8 +211,8 @@ impl Found {
         if scene.has_instances() {
             bounces.log.reserve_legs(count * depth);
         }
-        follow(LaneSet::best(), scene, from, bounces, rays);
-        bounces.log.tell(set, curve);
+        follow(LaneSet::best(), scene, from, set, bounces, rays);
+        bounces.log.tell(curve);
         self.legs.clear();
         self.legs.extend_from_slice(bounces.log.legs());
         self.legs_to_instances = bounces.log.legs_to_instances();
@@ -224,7 +224,7 @@ impl Found {
 
 /// Rays that are followed side by side: enough for the next one's way to begin before the last one's is worked out, few enough
 /// to stay at hand.
-const TOGETHER: usize = 16;
+pub(super) const TOGETHER: usize = 16;
 
 /// Most far rays that there are of any number of rays: every one in `count / FAR_RAYS`, rounded down, is one.
 const MOST_FAR: usize = 2 * FAR_RAYS;
@@ -233,7 +233,13 @@ kernel! {
     /// Follows all rays: what they carry, the energy that each bounce has for the tail, and the specular sequences they begin
     /// with. Eight bands are eight lanes; every product is rounded, so all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn follow<L>(scene: &Scene, from: &SourceRays<'_>, bounces: &mut Bounces, rays: &mut u64) {
+    fn follow<L>(
+        scene: &Scene,
+        from: &SourceRays<'_>,
+        found: &mut SequenceSet,
+        bounces: &mut Bounces,
+        rays: &mut u64,
+    ) {
         let count = from.directions.len();
         let depth = from.depth.max(1);
         let mut far = [SourceRay::ENDED; MOST_FAR];
@@ -252,6 +258,7 @@ kernel! {
             for step in 0..depth {
                 bounce_all(scene, from, bounces, together, step, rays);
             }
+            bounces.log.give_sequences(first, found);
             for ray in together {
                 if let Some(number) = ray.far {
                     far[number] = *ray;
@@ -262,8 +269,10 @@ kernel! {
         for step in depth..FAR_BOUNCES {
             bounce_all(scene, from, bounces, far, step, rays);
         }
-        for ray in far.iter().filter(|ray| !ray.has_escaped) {
-            bounces.log.leave(ray.index, &ray.share, ray.time_s(scene));
+        for (number, ray) in far.iter().enumerate().filter(|(_, ray)| !ray.has_escaped) {
+            bounces
+                .log
+                .leave(number, &ray.share, ray.time_s(scene));
         }
     }
 }
