@@ -8,7 +8,6 @@ use super::hold::Hold;
 use super::linear::Linear;
 use super::posed::PosedScenes;
 use super::predictor::{Predictor, PredictorKind};
-use super::room::make_room;
 use super::tracking::match_by_id;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::{LateSource, PathSet};
@@ -168,7 +167,7 @@ impl Extrapolator {
     /// Makes room for updates of this many paths and for this many sources, so that [`Self::take_update`] and
     /// [`Self::frame`] need not. Control side; allocates.
     pub fn reserve(&mut self, paths: usize, sources: usize) {
-        make_room(&mut self.matches, paths);
+        self.matches.reserve(paths);
         self.shadowed.reserve(sources);
         self.late.reserve(sources);
         self.continuation.reserve(paths, sources);

@@ -13,7 +13,6 @@ pub mod level;
 pub mod linear;
 pub mod posed;
 pub mod predictor;
-mod room;
 pub mod tracking;
 
 pub use best::{BestSettings, Groundwork, Lead};

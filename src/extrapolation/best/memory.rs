@@ -10,7 +10,6 @@ use super::groundwork::Groundwork;
 use super::history::Word;
 use super::{BestSettings, Now};
 use crate::extrapolation::effort::{Effort, cost};
-use crate::extrapolation::room::make_room;
 use crate::propagation::{Path, PathSet};
 
 /// Candidates kept at most, over all sources: a full memory drops what comes last by identity.
@@ -36,10 +35,10 @@ impl Memory {
         let capacity = candidates.min(CAPACITY);
         self.next.capacity = capacity;
         for list in [&mut self.candidates, &mut self.next.candidates] {
-            make_room(list, capacity);
+            list.reserve_exact(capacity);
         }
         for list in [&mut self.marks, &mut self.next.marks] {
-            make_room(list, capacity);
+            list.reserve_exact(capacity);
         }
     }
 

@@ -30,7 +30,6 @@ use super::effort::{Effort, cost};
 use super::frame::FramePath;
 use super::frame_steps::Part;
 use super::posed::has_moved;
-use super::room::make_room;
 use crate::propagation::PathSet;
 use crate::propagation::diffraction::{MOST_DOUBLE, MOST_MIRRORED, Spot};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -126,9 +125,9 @@ impl Best {
     pub(super) fn bound(&mut self, candidates: usize, sources: usize) {
         self.memory.bound(candidates);
         self.inspection.reserve(candidates);
-        make_room(&mut self.standings, candidates);
+        self.standings.reserve(candidates);
         self.shapes.reserve(candidates);
-        make_room(&mut self.bent, candidates);
+        self.bent.reserve(candidates);
         self.places.reserve(sources);
     }
 

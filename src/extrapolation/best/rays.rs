@@ -13,7 +13,6 @@ use super::places::{Place, Places};
 use super::standing::{Shapes, Standing};
 use super::{BestSettings, Now};
 use crate::extrapolation::effort::{Effort, cost};
-use crate::extrapolation::room::make_room;
 use crate::propagation::diffraction::way;
 use crate::propagation::image_source::ImagePath;
 use crate::scene::Scene;
@@ -65,9 +64,7 @@ pub struct Inspection {
 impl Inspection {
     /// Makes room for this many candidates.
     pub(super) fn reserve(&mut self, candidates: usize) {
-        let mut queue = std::mem::take(&mut self.queue).into_vec();
-        make_room(&mut queue, candidates);
-        self.queue = BinaryHeap::from(queue);
+        self.queue.reserve(candidates);
     }
 
     /// Chooses whom up to `budget` rays of a graphics frame are for.

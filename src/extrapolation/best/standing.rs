@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use super::super::frame::FramePath;
 use crate::extrapolation::effort::cost;
-use crate::extrapolation::room::make_room;
 use crate::propagation::diffraction::BentWay;
 use crate::propagation::image_source::{ImagePath, Unfolded};
 use crate::scene::Scene;
@@ -54,9 +53,9 @@ pub(super) struct Shapes {
 impl Shapes {
     /// Makes room for this many candidates.
     pub(super) fn reserve(&mut self, candidates: usize) {
-        make_room(&mut self.images, candidates);
-        make_room(&mut self.ways, candidates);
-        make_room(&mut self.paths, candidates);
+        self.images.reserve(candidates);
+        self.ways.reserve(candidates);
+        self.paths.reserve(candidates);
     }
 
     /// Forgets a graphics frame.
