@@ -32,8 +32,8 @@ pub const FAR_RAYS: usize = 8;
 /// of what is left is known.
 pub const FAR_BOUNCES: usize = 32;
 
-/// Of so many legs one may be another by now while instances move: that brings less than one rotation's rays differ from the
-/// next one's.
+/// Of so many legs one may be another by now while instances move. Other bounces may be chosen then: a door that swings in a
+/// hall brought up to 0.6 dB of a tail's energy and 5 % of its decay (`tests/remembered_rays.rs`).
 const FEW_LEGS: usize = 64;
 
 /// Share of its energy below which a ray ends: −60 dB.
