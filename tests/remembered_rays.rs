@@ -217,6 +217,7 @@ fn whatever_rays_depend_on_has_them_cast_again() {
         seed: 1,
         scene_state: 0,
         poses_since: 0,
+        fixed_since: 0,
     };
     let mut turned = first;
     turned.pose.orientation = Quat::from_rotation_y(1.0);

@@ -23,6 +23,7 @@
 pub mod connection;
 pub mod decay;
 pub mod envelope;
+mod fixed_way;
 mod ray_log;
 pub mod source_rays;
 pub mod viewpoints;

@@ -53,6 +53,17 @@ impl Scene {
         self.instances.closest_hit(ray, ignored, found)
     }
 
+    /// [`Self::closest_hit`] for whom knows already what the ray meets in the fixed scene.
+    #[inline]
+    pub(crate) fn closest_hit_beside(
+        &self,
+        ray: &Ray,
+        ignored: [u32; 2],
+        fixed: Option<Hit>,
+    ) -> Option<Hit> {
+        self.instances.closest_hit(ray, ignored, fixed)
+    }
+
     /// Whether any triangle outside two surfaces lies on a ray, in local coordinates.
     #[inline]
     pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
