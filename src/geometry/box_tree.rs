@@ -248,15 +248,19 @@ impl BoxTree {
     /// may be met.
     #[inline]
     pub fn walk(&self, ray: &Ray, visit: impl FnMut(u32, f32) -> f32) {
-        let slabs = Slabs::of(ray);
-        if !slabs.enters(&self.whole, ray.t_max) {
-            return;
-        }
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = Avx2::detect() {
-            return enter_avx2!(avx2 => walk_avx2(self, ray, &slabs, visit));
+            return enter_avx2!(avx2 => walk_avx2(self, ray, visit));
         }
-        self.walk_nodes(ray.t_max, |node, t_max| node.entered(&slabs, t_max), visit);
+        self.walk_plainly(ray, visit);
+    }
+
+    #[inline(always)]
+    fn walk_plainly(&self, ray: &Ray, visit: impl FnMut(u32, f32) -> f32) {
+        let slabs = Slabs::of(ray);
+        if slabs.enters(&self.whole, ray.t_max) {
+            self.walk_nodes(ray.t_max, |node, t_max| node.entered(&slabs, t_max), visit);
+        }
     }
 
     /// `enter` says which boxes of a node the ray enters before a parameter, a bit each.
@@ -301,7 +305,7 @@ impl BoxTree {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-fn walk_avx2(tree: &BoxTree, ray: &Ray, slabs: &Slabs, visit: impl FnMut(u32, f32) -> f32) {
+fn walk_avx2(tree: &BoxTree, ray: &Ray, visit: impl FnMut(u32, f32) -> f32) {
     let raw = RawRay {
         origin: ray.origin.as_ref(),
         direction: ray.direction.as_ref(),
@@ -309,7 +313,7 @@ fn walk_avx2(tree: &BoxTree, ray: &Ray, slabs: &Slabs, visit: impl FnMut(u32, f3
         margin: 0.0,
     };
     let Some(ready) = Ready::of::<BOX_TREE>(raw, Near { reach: REACH_M }) else {
-        return tree.walk_nodes(ray.t_max, |node, t_max| node.entered(slabs, t_max), visit);
+        return tree.walk_plainly(ray, visit);
     };
     let slabs = Slabs8::of::<BOX_TREE>(&ready);
     tree.walk_nodes(
