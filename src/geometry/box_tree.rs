@@ -245,7 +245,7 @@ impl BoxTree {
 
     /// Calls `visit` with the number of every box that a ray enters before a parameter, `ray.t_max` at first, then what
     /// `visit` has given last: below 0 ends the walk. In no order that means anything. Of a ray that is none any box
-    /// may be met.
+    /// may be met, and of boxes that a ray only grazes machines meet others.
     #[inline]
     pub fn walk(&self, ray: &Ray, visit: impl FnMut(u32, f32) -> f32) {
         #[cfg(target_arch = "x86_64")]
@@ -253,6 +253,16 @@ impl BoxTree {
             return enter_avx2!(avx2 => walk_avx2(self, ray, visit));
         }
         self.walk_plainly(ray, visit);
+    }
+
+    /// Whether a ray enters any box up to `ray.t_max`, the same on every machine.
+    pub fn is_entered(&self, ray: &Ray) -> bool {
+        let mut is_entered = false;
+        self.walk_plainly(ray, |_, _| {
+            is_entered = true;
+            -1.0
+        });
+        is_entered
     }
 
     #[inline(always)]
@@ -388,5 +398,57 @@ mod tests {
         tree.walk(&Ray::new(Vec3::Z * 5.0, Vec3::Z), |_, _| {
             unreachable!("behind it")
         });
+        assert!(tree.is_entered(&Ray::new(Vec3::Z * 5.0, -Vec3::Z)));
+        assert!(!tree.is_entered(&Ray::new(Vec3::Z * 5.0, Vec3::Z)));
+    }
+
+    /// Lanes miss no box that plain arithmetic enters, where boxes stand off what is in them.
+    #[test]
+    fn a_walk_in_lanes_misses_no_box() {
+        let mut seed = 11;
+        let mut tree = BoxTree::default();
+        let mut point =
+            |size: f32| size * (Vec3::from_array([(); 3].map(|()| draw(&mut seed))) - 0.5);
+        let inner: Vec<Bounds> = (0..200)
+            .map(|_| {
+                let (low, size) = (point(60.0), point(2.0).abs());
+                let high = low + size;
+                Bounds { low, high }
+            })
+            .collect();
+        let boxes: Vec<Bounds> = inner
+            .iter()
+            .map(|inner| Bounds {
+                low: inner.low - 1e-4,
+                high: inner.high + 1e-4,
+            })
+            .collect();
+        tree.build(&boxes);
+        let mut met_in_all = 0;
+        for n in 0..2000 {
+            // Farther out than lanes are used, too, and along an axis.
+            let origin = point(if n % 10 == 0 { 400.0 } else { 200.0 });
+            let towards = inner[n % inner.len()];
+            let mut goal = if n % 2 == 0 {
+                towards.low
+            } else {
+                towards.high
+            };
+            if n % 7 == 0 {
+                goal.y = origin.y;
+            }
+            let ray = Ray::between(origin, goal + (goal - origin));
+            let mut met = vec![false; boxes.len()];
+            tree.walk(&ray, |number, t_max| {
+                met[number as usize] = true;
+                t_max
+            });
+            let slabs = Slabs::of(&ray);
+            for (inner, met) in inner.iter().zip(&met) {
+                assert!(*met || !slabs.enters(inner, ray.t_max), "ray {n}");
+            }
+            met_in_all += met.iter().filter(|met| **met).count();
+        }
+        assert!(met_in_all > 2000, "{met_in_all}");
     }
 }

@@ -92,12 +92,7 @@ impl Scene {
 
     /// Whether a ray comes into the box around any instance, in local coordinates.
     pub fn enters_box_of_instance(&self, ray: &Ray) -> bool {
-        let mut enters = false;
-        self.instances.tree.walk(ray, |_, _| {
-            enters = true;
-            -1.0
-        });
-        enters
+        self.instances.tree.is_entered(ray)
     }
 
     /// Whether a surface, triangle or edge is of an instance.
