@@ -429,11 +429,7 @@ mod tests {
             // Farther out than lanes are used, too, and along an axis.
             let origin = point(if n % 10 == 0 { 400.0 } else { 200.0 });
             let towards = inner[n % inner.len()];
-            let mut goal = if n % 2 == 0 {
-                towards.low
-            } else {
-                towards.high
-            };
+            let mut goal = 0.5 * (towards.low + towards.high);
             if n % 7 == 0 {
                 goal.y = origin.y;
             }
@@ -449,6 +445,6 @@ mod tests {
             }
             met_in_all += met.iter().filter(|met| **met).count();
         }
-        assert!(met_in_all > 2000, "{met_in_all}");
+        assert!(met_in_all > 1500, "{met_in_all}");
     }
 }
