@@ -217,6 +217,7 @@ fn whatever_rays_depend_on_has_them_cast_again() {
         seed: 1,
         scene_state: 0,
         poses_since: 0,
+        fixed_since: 0,
     };
     let mut turned = first;
     turned.pose.orientation = Quat::from_rotation_y(1.0);
@@ -269,5 +270,75 @@ fn whatever_rays_depend_on_has_them_cast_again() {
         let cast = trace(&mut estimator, other);
         let fresh = trace(&mut LateEstimator::default(), other);
         assert_eq!(cast, fresh, "change {number} is cast anew");
+    }
+}
+
+/// Where rays went in the fixed scene is kept while parts move: rays among them find what they would without it, and another
+/// fixed scene has another way.
+#[test]
+fn rays_among_parts_find_what_they_would_at_first() {
+    let commit = |size: Vec3, material: &str| {
+        let mesh = procedural::shoebox(size, material);
+        Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())
+            .expect("commits")
+    };
+    let part = Arc::new(commit(Vec3::new(0.8, 0.9, 0.6), "wood_panel"));
+    let pose = |id, number: usize, step: usize| InstancePose {
+        id,
+        position: glam::DVec3::new(
+            0.6 + 0.9 * (number % 5) as f64,
+            0.4 + 0.7 * (number / 5 % 2) as f64,
+            0.7 + 0.8 * (number / 10) as f64 + 0.1 * step as f64,
+        ),
+        rotation: Quat::from_rotation_y((number + step) as f32),
+    };
+    let rooms = [Vec3::new(6.0, 3.0, 5.0), Vec3::new(6.5, 3.0, 5.0)];
+    let mut kept = LateEstimator::default();
+    let directions = lattice(128);
+    for (turn, size) in rooms.into_iter().enumerate() {
+        let mut scene = commit(size, "plaster");
+        let at = |number| pose(InstanceId::default(), number, 0);
+        let parts: Vec<InstanceId> = (0..20)
+            .map(|number| {
+                scene
+                    .add_instance(Arc::clone(&part), &at(number))
+                    .expect("room")
+            })
+            .collect();
+        let (source, ear) = (Vec3::new(5.5, 2.5, 0.5), Vec3::new(3.0, 2.2, 4.6));
+        for step in 0..6 {
+            let poses: Vec<InstancePose> = parts
+                .iter()
+                .enumerate()
+                .map(|(number, &id)| pose(id, number, step))
+                .collect();
+            scene.set_instance_poses(&poses);
+            let state = (10 * turn + step) as u64;
+            let mut viewpoints = Viewpoints::default();
+            viewpoints.renew(&scene, scene.to_local(ear).as_vec3(), state);
+            let from = SourceRays {
+                origin: scene.to_local(source),
+                listener: scene.to_local(ear),
+                viewpoints: &viewpoints,
+                pose: SourcePose::at(SourceId::new(0, 0), source),
+                directions: &directions,
+                turn: rotation(0, 1),
+                rotation: 0,
+                depth: 4,
+                seed: 1,
+                scene_state: state,
+                // So that none stay.
+                poses_since: state,
+                fixed_since: 10 * turn as u64,
+            };
+            let trace = |estimator: &mut LateEstimator| {
+                let (mut scratch, mut rays) = (SequenceSet::with_capacity(1024), 0);
+                estimator.trace(&scene, &from, &mut scratch, &mut rays);
+                let late = estimator.estimate(&scene, SourceId::new(0, 0));
+                (late, estimator.sequences(0).to_vec(), rays)
+            };
+            let fresh = trace(&mut LateEstimator::default());
+            assert_eq!(trace(&mut kept), fresh, "room {turn}, step {step}");
+        }
     }
 }

@@ -10,6 +10,8 @@ pub(super) struct SceneState {
     standing: Standing,
     /// Another one whenever the scene is.
     now: u64,
+    /// The state after the last change of more than poses.
+    fixed: u64,
     /// While instances move: the state after their first move, and the last update that saw one.
     moving: Option<(u64, u64)>,
 }
@@ -19,6 +21,9 @@ impl SceneState {
     pub(super) fn look(&mut self, scene: &Scene, update: u64) {
         let change = self.standing.renew(scene);
         self.now += u64::from(change != Change::Nothing);
+        if change == Change::Everything {
+            self.fixed = self.now;
+        }
         self.moving = match (change, self.moving) {
             (Change::Nothing, moving) => moving,
             (Change::Poses, Some((since, _))) => Some((since, update)),
@@ -40,7 +45,12 @@ impl SceneState {
         self.now
     }
 
-    /// The first state from which on nothing but poses of instances has changed, while they move; the present one else.
+    /// The first state from which on nothing but poses of instances has changed.
+    pub(super) fn fixed_since(&self) -> u64 {
+        self.fixed
+    }
+
+    /// The same from their first move on, while they move; the present one else.
     pub(super) fn poses_since(&self) -> u64 {
         self.moving.map_or(self.now, |(since, _)| since)
     }

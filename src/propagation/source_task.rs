@@ -70,9 +70,10 @@ pub(super) struct Moment<'a> {
     pub(super) settings: &'a PropagationSettings,
     pub(super) effort: &'a Effort,
     pub(super) update: u64,
-    /// See [`SourceRays::scene_state`] and [`SourceRays::poses_since`].
+    /// See [`SourceRays::scene_state`], [`SourceRays::poses_since`] and [`SourceRays::fixed_since`].
     pub(super) scene_state: u64,
     pub(super) poses_since: u64,
+    pub(super) fixed_since: u64,
     pub(super) listener: &'a ListenerPose,
     /// The listener, local coordinates.
     pub(super) ear: DVec3,
@@ -285,6 +286,7 @@ impl SourceTask {
                     seed: mix(settings.seed) ^ own_seed,
                     scene_state: moment.scene_state,
                     poses_since: moment.poses_since,
+                    fixed_since: moment.fixed_since,
                 };
                 let is_new = self.late.cast(scene, &source_rays, &mut self.own, rays);
                 left -= usize::from(is_new || !moves);

@@ -234,6 +234,7 @@ impl Propagator {
             update: self.update,
             scene_state,
             poses_since: self.state.poses_since(),
+            fixed_since: self.state.fixed_since(),
             listener,
             ear,
             viewpoints: &self.viewpoints,

@@ -152,6 +152,7 @@ impl PlainPropagator {
                 seed: mix(settings.seed) ^ own_seed,
                 scene_state: 0,
                 poses_since: 0,
+                fixed_since: 0,
             };
             let before = memory.origins[rays.rotation as usize].replace(rays.origin);
             let is_new = before != Some(rays.origin);

@@ -8,7 +8,7 @@ use obvhs::bvh2::Bvh2;
 
 use super::bounds::Bounds;
 use super::collapse::{Choice, Collapsed, collapse};
-use super::node::{Block, Node, REACH, SLACK};
+use super::node::{Block, LEAST_EXTENT_M, MOST_TIMES_EXTENT, Node, REACH, SLACK};
 use super::split::{balanced_tree, binary_tree};
 use super::walk::STACK;
 use super::{Bvh, InstructionSet, Nodes};
@@ -73,6 +73,7 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
             most.max(corner.abs().max_element())
         });
     let margin = box_margin(extent);
+    let reached = extent.max(LEAST_EXTENT_M.min(extent * MOST_TIMES_EXTENT));
     let boxes: Vec<Bounds> = items
         .iter()
         .map(|item| {
@@ -88,24 +89,24 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
     let (nodes, leaves) = match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Sse2 => {
-            let (nodes, leaves) = wide::<4>(&tree, &boxes, extent * SLACK);
+            let (nodes, leaves) = wide::<4>(&tree, &boxes, reached * SLACK);
             (Nodes::Sse2(nodes), leaves)
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 if let Some(avx2) = crate::simd::x86::Avx2::detect() => {
-            let (nodes, leaves) = wide::<8>(&tree, &boxes, extent * SLACK);
+            let (nodes, leaves) = wide::<8>(&tree, &boxes, reached * SLACK);
             (Nodes::Avx2(nodes, avx2), leaves)
         }
         #[cfg(target_arch = "aarch64")]
         InstructionSet::Neon => {
-            let (mut nodes, leaves) = wide::<4>(&tree, &boxes, extent * SLACK);
+            let (mut nodes, leaves) = wide::<4>(&tree, &boxes, reached * SLACK);
             for link in nodes.iter_mut().flat_map(|node| &mut node.links) {
                 *link = crate::simd::neon::summand(*link);
             }
             (Nodes::Neon(nodes), leaves)
         }
         _ => {
-            let (nodes, leaves) = wide::<4>(&tree, &boxes, extent * SLACK);
+            let (nodes, leaves) = wide::<4>(&tree, &boxes, reached * SLACK);
             (Nodes::Portable(nodes), leaves)
         }
     };
@@ -123,7 +124,7 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         triangle_count: items.len(),
         margin,
         reach: if extent > SMALLEST {
-            f64::from(extent * REACH)
+            f64::from(reached * REACH)
         } else {
             f64::NAN
         },

@@ -24,6 +24,11 @@ pub(super) const SLACK: f32 = 1.0 / (1u32 << 17) as f32;
 /// How far out rays may start for [`SLACK`], in largest coordinates.
 pub(super) const REACH: f32 = 4.0;
 
+/// Largest coordinate in metres that a smaller scene's slack and reach are made for, if that is at most so many times its own:
+/// a part that moves is asked by rays from far outside of it. Slack for a larger coordinate is slack enough.
+pub(super) const LEAST_EXTENT_M: f32 = 32.0;
+pub(super) const MOST_TIMES_EXTENT: f32 = 64.0;
+
 /// Up to `W` children. Unused lanes have boxes that nothing enters.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]

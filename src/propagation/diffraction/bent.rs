@@ -26,7 +26,12 @@ const CLEARANCE_M: f64 = 1e-3;
 
 /// Where sight lines to a bend end.
 pub fn stand(edge: &Edge, apex: DVec3) -> DVec3 {
-    apex + CLEARANCE_M * edge.outward()
+    stand_outward(apex, edge.outward())
+}
+
+/// The same for an edge whose [`Edge::outward`] is known.
+pub fn stand_outward(apex: DVec3, outward: DVec3) -> DVec3 {
+    apex + CLEARANCE_M * outward
 }
 
 /// Whether nothing outside two surfaces lies between two points. Adds the ray to `rays`.

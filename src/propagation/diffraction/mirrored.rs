@@ -13,7 +13,7 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::path::Path;
 use crate::propagation::sequence::Stop;
 use crate::scene::Scene;
-use crate::scene::edges::{Bend, MOST_EDGE_MIRRORS, NearEdges};
+use crate::scene::edges::{Bend, Edge, MOST_EDGE_MIRRORS, NearEdges};
 
 /// Most paths of one source that bend once and are reflected.
 pub const MOST_MIRRORED: usize = 12;
@@ -70,6 +70,7 @@ pub fn find(
     let mut likely = [Likely::default(); MOST_TRIED];
     for found in near.as_slice() {
         let mirrors = scene.edge_mirrors(found.edge);
+        let around = Around::of(scene, found.edge);
         let mirrors = mirrors.as_slice();
         let mut images = [[Seen::of(scene, places[0], None); MOST_EDGE_MIRRORS + 1]; 2];
         for (end, seen) in images.iter_mut().enumerate() {
@@ -86,7 +87,7 @@ pub fn find(
                     continue;
                 }
                 let ends = [images[0][before], images[1][after]];
-                look(scene, ends, found.edge, spot, &mut likely);
+                look(scene, ends, &around, spot, &mut likely);
             }
         }
     }
@@ -106,9 +107,52 @@ pub fn find(
     }
 }
 
+/// An edge that many ways are tried over.
+struct Around {
+    number: u32,
+    line: Edge,
+    outward: DVec3,
+}
+
+impl Around {
+    fn of(scene: &Scene, number: u32) -> Self {
+        let line = scene.edge(number);
+        Self {
+            outward: line.outward(),
+            number,
+            line,
+        }
+    }
+
+    /// Whether both ends look at their mirrors from the side on which a way between them bends, if that is within the edge's
+    /// ends: sooner known than its angles, and most do not.
+    fn may_bend(&self, scene: &Scene, ends: &[Seen; 2]) -> bool {
+        let along_m = self.line.apex_m(ends[0].image, ends[1].image);
+        if !(0.0..=self.line.length_m).contains(&along_m) {
+            return false;
+        }
+        let stand = bent::stand_outward(self.line.at(along_m), self.outward);
+        ends.iter().all(|end| {
+            end.mirror.is_none_or(|surface| {
+                let plane = scene.surface(surface);
+                plane.distance_m(end.image) * plane.distance_m(stand) < 0.0
+            })
+        })
+    }
+}
+
 /// Adds the way over an edge between two ends to the likely ones, if it is there and among the loudest.
-fn look(scene: &Scene, ends: [Seen; 2], edge: u32, spot: &Spot, likely: &mut [Likely; MOST_TRIED]) {
-    let line = &scene.edge(edge);
+fn look(
+    scene: &Scene,
+    ends: [Seen; 2],
+    around: &Around,
+    spot: &Spot,
+    likely: &mut [Likely; MOST_TRIED],
+) {
+    if !around.may_bend(scene, &ends) {
+        return;
+    }
+    let (edge, line) = (around.number, &around.line);
     let Some(bend) = line.bend(ends[0].image, ends[1].image) else {
         return;
     };

@@ -19,6 +19,7 @@ use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel, prefetch};
 
 use super::envelope::Spans;
+use super::fixed_way::FixedWay;
 use super::ray_log::RayLog;
 use super::viewpoints::VIEWS;
 
@@ -97,6 +98,8 @@ pub(super) struct Bounces {
     far_roots: Vec<f64>,
     /// What else the rays met.
     pub(super) log: RayLog,
+    /// The ways of the rays at hand through the fixed scene, while they are followed among instances.
+    pub(super) way: FixedWay,
 }
 
 /// A bounce that stands for others.

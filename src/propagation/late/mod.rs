@@ -17,12 +17,13 @@
 //! does not depend on when it is looked at, nor on how often. So is what their rays found: while neither source nor scene
 //! has changed since a rotation's rays were cast, they are not cast again, and bits are the same. While instances move, rays
 //! stay as well if few of them have to do with an instance; sixteen updates after the last move everything is looked at
-//! anew. What that costs is memory, about 0.4 MB a source with 128 rays to a depth of 4 (`source_rays::Found`), and 0.25 MB
-//! in a scene with instances.
+//! anew. What that costs is memory, about 0.4 MB a source with 128 rays to a depth of 4 (`source_rays::Found`), and 0.4 MB
+//! more in a scene with instances, where it is known besides where rays go in the fixed scene (`fixed_way`).
 
 pub mod connection;
 pub mod decay;
 pub mod envelope;
+mod fixed_way;
 mod ray_log;
 pub mod source_rays;
 pub mod viewpoints;

@@ -14,6 +14,7 @@ use super::super::sequence::{Commutation, Sequence};
 use super::super::sequence_set::SequenceSet;
 use super::connection::{Bounce, Bounces};
 use super::decay::DecayCurve;
+use super::fixed_way::FixedWay;
 use super::ray_log::RayLog;
 use super::viewpoints::Viewpoints;
 use crate::acoustics::{BANDS, BandArray};
@@ -65,6 +66,8 @@ pub struct SourceRays<'a> {
     /// The first state from which on nothing but poses of instances has changed, while they move, and `scene_state` else:
     /// what was found from then on stays for as long as instances touch few rays.
     pub poses_since: u64,
+    /// The first state from which on nothing but poses of instances has changed.
+    pub fixed_since: u64,
 }
 
 /// Rays that one far ray of `count` stands for.
@@ -85,6 +88,26 @@ impl SourceRays<'_> {
     fn draw(&self, index: usize, step: usize, k: u64) -> f32 {
         let place = self.rotation << 32 | (index as u64) << 8 | (step as u64) << 2;
         unit(mix(self.seed ^ mix(place | k)))
+    }
+
+    /// Most legs of all rays.
+    fn legs(&self) -> usize {
+        let (count, depth) = (self.directions.len(), self.depth.max(1));
+        let far = count.div_ceil(far_stands_for(count));
+        count * depth + far * FAR_BOUNCES.saturating_sub(depth)
+    }
+
+    /// The place of a ray's leg among all.
+    #[inline(always)]
+    fn leg(&self, ray: &SourceRay, step: usize) -> usize {
+        let (count, depth) = (self.directions.len(), self.depth.max(1));
+        match ray.far.filter(|_| step >= depth) {
+            None => ray.index * depth + step,
+            Some(far) => {
+                let beyond = FAR_BOUNCES.saturating_sub(depth);
+                count * depth + far * beyond + step - depth
+            }
+        }
     }
 }
 
@@ -136,6 +159,9 @@ pub(super) struct Found {
     /// The legs of their discrete depth, and how many of them ended at an instance; none in a scene without instances.
     legs: Vec<Ray>,
     legs_to_instances: usize,
+    /// Where they went in the fixed scene, and whose rays those were; nothing in a scene without instances.
+    way: FixedWay,
+    way_of: Option<Cast>,
     /// Specular beginnings, each once, in the order of the rays.
     sequences: Vec<Sequence>,
 }
@@ -148,6 +174,7 @@ impl Found {
             .reserve(most - self.sequences.len().min(most));
         if scene.has_instances() {
             self.legs.reserve(most - self.legs.len().min(most));
+            self.way.reserve(from.directions.len(), from.legs());
         }
     }
 
@@ -185,6 +212,7 @@ impl Found {
     /// Forgets it.
     pub(super) fn forget(&mut self) {
         self.cast = None;
+        self.way_of = None;
     }
 
     /// Specular beginnings, each once, in the order of the rays.
@@ -210,8 +238,16 @@ impl Found {
         bounces.log.renew(count, depth, far_rays);
         if scene.has_instances() {
             bounces.log.reserve_legs(count * depth);
+            let way_of = Some(Cast {
+                scene_state: from.fixed_since,
+                ..Cast::of(from)
+            });
+            let is_known = std::mem::replace(&mut self.way_of, way_of) == way_of;
+            self.way.begin(count, from.legs(), is_known);
         }
+        std::mem::swap(&mut self.way, &mut bounces.way);
         follow(LaneSet::best(), scene, from, set, bounces, rays);
+        std::mem::swap(&mut self.way, &mut bounces.way);
         bounces.log.tell(curve);
         self.legs.clear();
         self.legs.extend_from_slice(bounces.log.legs());
@@ -287,15 +323,23 @@ fn bounce_all(
     step: usize,
     rays: &mut u64,
 ) {
+    let has_instances = scene.has_instances();
     for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
         *rays += 1;
-        ray.hit = scene.closest_hit(&ray.ray, [ray.last, NO_GROUP]);
+        ray.hit = match has_instances {
+            true => {
+                let leg = [ray.index, from.leg(ray, step)];
+                let way = &mut bounces.way;
+                way.closest_hit(scene, &ray.ray, ray.last, leg)
+            }
+            false => scene.closest_hit(&ray.ray, [ray.last, NO_GROUP]),
+        };
         if let Some(surface) = ray.hit.and_then(|hit| scene.kept_surface(hit.group)) {
             prefetch(surface);
             prefetch(&surface.material);
         }
     }
-    let is_kept = step < from.depth.max(1) && scene.has_instances();
+    let is_kept = step < from.depth.max(1) && has_instances;
     for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
         if is_kept {
             let ends_at_instance = ray.hit.is_some_and(|hit| scene.is_of_instance(hit.group));

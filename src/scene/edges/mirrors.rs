@@ -34,10 +34,16 @@ pub(crate) fn choose<'a>(
     mirrors: impl Iterator<Item = (u32, &'a Surface)>,
 ) -> EdgeMirrors {
     let mut best = [(0.0, 0); MOST_EDGE_MIRRORS];
-    for (number, surface) in mirrors.filter(|(number, _)| !edge.faces.contains(number)) {
-        let size = size(edge, surface);
-        let place = best.partition_point(|b| b.0 >= size);
-        if size > 0.0 && place < MOST_EDGE_MIRRORS {
+    let points = [0.1, 0.5, 0.9].map(|share| edge.at(share * edge.length_m));
+    for (number, surface) in mirrors {
+        let least = best[MOST_EDGE_MIRRORS - 1].0;
+        // None looks larger than it is, a metre away.
+        if surface.area_m2 <= least {
+            break;
+        }
+        let size = size(&points, surface);
+        if size > least && !edge.faces.contains(&number) && !holds(surface, points[1]) {
+            let place = best.partition_point(|b| b.0 >= size);
             best[place..].rotate_right(1);
             best[place] = (size, number);
         }
@@ -74,16 +80,18 @@ impl MirrorsOfEdges {
     }
 }
 
-/// How large a surface looks from an edge: its area over the squared distance of its nearest part.
-fn size(edge: &Edge, surface: &Surface) -> f64 {
-    if surface.distance_m(edge.at(0.5 * edge.length_m)).abs() < LEAST_DISTANCE_M {
-        return 0.0;
-    }
+/// Whether a surface's plane goes through an edge's middle.
+fn holds(surface: &Surface, middle: DVec3) -> bool {
+    surface.distance_m(middle).abs() < LEAST_DISTANCE_M
+}
+
+/// How large a surface looks from points of an edge: its area over the squared distance of its nearest part.
+#[inline(always)]
+fn size(points: &[DVec3; 3], surface: &Surface) -> f64 {
     let (low, high): (DVec3, DVec3) = (surface.bounds_min.into(), surface.bounds_max.into());
-    let away = [0.1, 0.5, 0.9].map(|share| {
-        let point = edge.at(share * edge.length_m);
-        point.distance_squared(point.clamp(low, high))
-    });
-    let nearest = away.into_iter().fold(f64::INFINITY, f64::min);
+    let mut nearest = f64::INFINITY;
+    for point in points {
+        nearest = nearest.min(point.distance_squared(point.clamp(low, high)));
+    }
     surface.area_m2 / (nearest + NEAR_M2)
 }

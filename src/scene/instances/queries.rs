@@ -46,11 +46,31 @@ impl Scene {
     /// [`crate::geometry::Bvh::closest_hit`].
     #[inline]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-        let found = self.bvh().closest_hit(ray, ignored);
         if self.instances.is_empty() {
-            return found;
+            return self.bvh().closest_hit(ray, ignored);
         }
-        self.instances.closest_hit(ray, ignored, found)
+        self.closest_hit_among_instances(ray, ignored)
+    }
+
+    /// Instances first: what the fixed scene has beyond them need not be looked at.
+    #[inline(never)]
+    fn closest_hit_among_instances(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
+        let found = self.instances.closest_hit(ray, ignored, None);
+        // One at the same parameter still counts, since its number is lower.
+        let t_max = found.map_or(ray.t_max, |hit| hit.t.next_up());
+        let fixed = self.bvh().closest_hit(&Ray { t_max, ..*ray }, ignored);
+        fixed.or(found)
+    }
+
+    /// [`Self::closest_hit`] for whom knows already what the ray meets in the fixed scene.
+    #[inline]
+    pub(crate) fn closest_hit_beside(
+        &self,
+        ray: &Ray,
+        ignored: [u32; 2],
+        fixed: Option<Hit>,
+    ) -> Option<Hit> {
+        self.instances.closest_hit(ray, ignored, fixed)
     }
 
     /// Whether any triangle outside two surfaces lies on a ray, in local coordinates.
@@ -72,12 +92,7 @@ impl Scene {
 
     /// Whether a ray comes into the box around any instance, in local coordinates.
     pub fn enters_box_of_instance(&self, ray: &Ray) -> bool {
-        let mut enters = false;
-        self.instances.tree.walk(ray, |_, _| {
-            enters = true;
-            -1.0
-        });
-        enters
+        self.instances.tree.is_entered(ray)
     }
 
     /// Whether a surface, triangle or edge is of an instance.

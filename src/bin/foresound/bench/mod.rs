@@ -2,6 +2,7 @@
 
 mod alone;
 mod blocks;
+mod boxes;
 mod dump;
 mod memory;
 mod moving;
