@@ -193,6 +193,8 @@ struct Pack {
     size: Lanes,
     /// Windows of the longest sequence.
     depth: usize,
+    /// Lanes that have a sequence, one a bit.
+    filled: u32,
     windows: [Windows; MAX_ORDER],
 }
 
@@ -201,6 +203,7 @@ impl Pack {
         image: [[0.0; LANES]; 3],
         size: [0.0; LANES],
         depth: 0,
+        filled: 0,
         windows: [Windows::OPEN; MAX_ORDER],
     };
 
@@ -208,6 +211,7 @@ impl Pack {
     fn clear(&mut self) {
         self.windows[..self.depth].fill(Windows::OPEN);
         self.depth = 0;
+        self.filled = 0;
     }
 
     fn set(
@@ -216,7 +220,7 @@ impl Pack {
         lane: usize,
         sequence: &Sequence,
         (ear, reach_m): (DVec3, f64),
-    ) -> Ready {
+    ) {
         let order = Order::of(scene, sequence);
         let aside = order.aside();
         let rounding = ROUNDING + 8.0 * order.tilt();
@@ -245,7 +249,7 @@ impl Pack {
             lanes[lane] = value as f32;
         }
         self.size[lane] = size_m(image);
-        Ready { image, order }
+        self.filled |= 1 << lane;
     }
 
     /// Sequences that may have a path from `source`, one a bit.
@@ -259,7 +263,7 @@ impl Pack {
             }
             size[l] = self.size[l] + source_size;
         }
-        let mut left = (1 << LANES) - 1;
+        let mut left = self.filled;
         for windows in &self.windows[..self.depth] {
             left &= windows.passed(&mut line, &size);
             if left == 0 {
@@ -275,7 +279,8 @@ impl Pack {
 #[repr(align(128))]
 pub(super) struct Candidates {
     first: usize,
-    ready: Vec<Ready>,
+    capacity: usize,
+    packs: usize,
     /// The eight at hand: large, and looked at from everywhere before the next.
     pack: Pack,
     /// Which of each eight may have a path, one a bit; source after source.
@@ -319,7 +324,8 @@ impl Candidates {
     pub(super) fn with_capacity(capacity: usize) -> Self {
         Self {
             first: 0,
-            ready: Vec::with_capacity(capacity),
+            capacity,
+            packs: 0,
             pack: Pack::EMPTY,
             seen: Vec::new(),
             few: Looks::with_capacity(capacity),
@@ -335,7 +341,8 @@ impl Candidates {
         from: &Onlookers<'_>,
     ) {
         self.first = first;
-        self.ready.clear();
+        self.packs = 0;
+        self.seen.clear();
         self.few.clear();
         let (ear, sources) = (from.ear, from.sources);
         if sources.len() <= FEW && from.reach_m.is_none() {
@@ -343,15 +350,15 @@ impl Candidates {
             return;
         }
         let packs = sequences.len().div_ceil(LANES);
-        self.seen.clear();
-        let most = self.ready.capacity().div_ceil(LANES) * sources.len();
+        self.packs = packs;
+        let most = self.capacity.div_ceil(LANES) * sources.len();
         self.seen.reserve(most);
         self.seen.resize(packs * sources.len(), 0);
         for (number, eight) in sequences.chunks(LANES).enumerate() {
             self.pack.clear();
             for (lane, sequence) in eight.iter().enumerate() {
                 let goal = (ear, from.reach_m.unwrap_or(0.0));
-                self.ready.push(self.pack.set(scene, lane, sequence, goal));
+                self.pack.set(scene, lane, sequence, goal);
             }
             look(
                 LaneSet::best(),
@@ -364,20 +371,17 @@ impl Candidates {
         }
     }
 
-    /// Calls `give` with the number of every sequence that may have a path from source number `place`, and what is ready of
-    /// it.
+    /// Calls `give` with the number of every sequence that may have a path from source number `place`.
     #[inline]
-    pub(super) fn seen_from(&self, place: usize, mut give: impl FnMut(usize, &Ready)) {
-        self.few
-            .of(place, |number, ready| give(self.first + number, ready));
-        let packs = self.ready.len().div_ceil(LANES);
-        let seen = &self.seen[place * packs..][..packs];
-        for (number, (seen, ready)) in seen.iter().zip(self.ready.chunks(LANES)).enumerate() {
-            let mut left = u32::from(*seen) & ((1 << ready.len()) - 1);
+    pub(super) fn seen_from(&self, place: usize, mut give: impl FnMut(usize)) {
+        self.few.of(place, |number| give(self.first + number));
+        let seen = &self.seen[place * self.packs..][..self.packs];
+        for (number, seen) in seen.iter().enumerate() {
+            let mut left = u32::from(*seen);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
-                give(self.first + number * LANES + lane, &ready[lane]);
+                give(self.first + number * LANES + lane);
             }
         }
     }

@@ -18,7 +18,7 @@ pub struct Sequence {
 }
 
 /// Planes whose normals' cosine is below this commute: 0.006°, far beyond what merging of surfaces leaves.
-const COMMUTING_COSINE: f64 = 1e-4;
+pub(super) const COMMUTING_COSINE: f64 = 1e-4;
 
 /// What a symbol of a path's identity stands for.
 const REFLECTION: u64 = 0;
@@ -166,6 +166,17 @@ impl Order {
             }
         }
         order
+    }
+
+    /// Of `count` surfaces; `behind` has of each place the earlier ones that it cannot pass, one a bit and eight bits a place,
+    /// the first place lowest.
+    #[inline(always)]
+    pub(super) fn of_bits(behind: u32, count: usize, tilt: f32) -> Self {
+        Self {
+            behind: behind.to_le_bytes(),
+            count: count as u8,
+            tilt,
+        }
     }
 
     /// Sum of the cosines between surfaces that commute.
