@@ -62,13 +62,14 @@ impl Four {
     #[inline(always)]
     pub(super) fn put(&mut self, scene: &Scene, lane: usize, sequence: &Sequence) {
         let lane = lane % LANES;
-        let planes = self.normal.iter_mut().zip(&mut self.offset_m);
-        for ((normal, offset_m), &surface) in planes.zip(sequence.surfaces()) {
-            let surface = scene.surface(surface);
+        let surfaces = sequence.surfaces();
+        for place in 0..surfaces.len().min(MAX_ORDER) {
+            let surface = scene.surface(surfaces[place]);
+            let normal = &mut self.normal[place];
             normal[0][lane] = surface.normal.x;
             normal[1][lane] = surface.normal.y;
             normal[2][lane] = surface.normal.z;
-            offset_m[lane] = surface.offset_m;
+            self.offset_m[place][lane] = surface.offset_m;
         }
     }
 
@@ -89,13 +90,18 @@ impl Four {
         self.misses[lane % LANES] == 0
     }
 
-    /// Of a step: the place of the surface, the point, and where its leg points to.
+    /// Of a step: the place of the surface, and the point.
     #[inline(always)]
-    pub(super) fn step(&self, lane: usize, step: usize) -> (usize, DVec3, DVec3) {
+    pub(super) fn step(&self, lane: usize, step: usize) -> (usize, DVec3) {
         let (lane, step) = (lane % LANES, step % MAX_ORDER);
         let place = self.places[step][lane].trailing_zeros() as usize % MAX_ORDER;
-        let (point, image) = (at(&self.points[step], lane), at(&self.images[step], lane));
-        (place, point, image)
+        (place, at(&self.points[step], lane))
+    }
+
+    /// Where the line of a step points to.
+    #[inline(always)]
+    pub(super) fn goal(&self, lane: usize, step: usize) -> DVec3 {
+        at(&self.images[step % MAX_ORDER], lane % LANES)
     }
 
     /// [`Order::of`] and [`super::image_source::mirror_listener`].

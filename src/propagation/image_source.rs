@@ -140,23 +140,24 @@ impl Unfolded {
         four: &Four,
         lane: usize,
     ) -> bool {
-        let surfaces = sequence.surfaces();
-        self.path.order = surfaces.len();
         if !four.meets(lane) {
             return false;
         }
-        for step in 0..surfaces.len().min(MAX_ORDER) {
-            let (place, point, image) = four.step(lane, step);
-            let Some(&number) = surfaces.get(place) else {
-                return false;
-            };
+        let surfaces = sequence.surfaces();
+        let order = surfaces.len().min(MAX_ORDER);
+        for step in 0..order {
+            let (place, point) = four.step(lane, step);
+            let number = sequence.surface_at(place);
             if !near_bounds(scene.surface(number), point, MARGIN_M) {
                 return false;
             }
             self.path.surfaces[step] = number;
             self.path.points[step] = point;
-            self.images[step] = image;
         }
+        for step in 0..order {
+            self.images[step] = four.goal(lane, step);
+        }
+        self.path.order = order;
         true
     }
 
@@ -313,14 +314,14 @@ fn next_plane(
 /// axis; cheap, and from [`MARGIN_M`] on never false where the surface has the point.
 #[inline]
 pub(super) fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
-    let low = surface.bounds_min.as_dvec3() - margin_m;
-    let high = surface.bounds_max.as_dvec3() + margin_m;
-    let inside = point.cmpge(low) & point.cmple(high);
-    if inside.all() {
-        return true;
-    }
-    let n = surface.normal.abs();
-    (inside | n.cmpeq(DVec3::splat(n.max_element()))).all()
+    let (low, high) = (surface.bounds_min, surface.bounds_max);
+    let within = |at: f64, low: f32, high: f32| {
+        at >= f64::from(low) - margin_m && at <= f64::from(high) + margin_m
+    };
+    let is_main = |along: f64| along.abs() == surface.normal.abs().max_element();
+    (within(point.x, low.x, high.x) || is_main(surface.normal.x))
+        && (within(point.y, low.y, high.y) || is_main(surface.normal.y))
+        && (within(point.z, low.z, high.z) || is_main(surface.normal.z))
 }
 
 /// Whether nothing stands between the points of a path. Adds the rays it cast to `rays`.

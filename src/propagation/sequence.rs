@@ -66,6 +66,12 @@ impl Sequence {
         &self.surfaces[..self.len()]
     }
 
+    /// The surface at a place below [`MAX_ORDER`]; of no meaning from [`Self::len`] on.
+    #[inline(always)]
+    pub(super) fn surface_at(&self, place: usize) -> u32 {
+        self.surfaces[place % MAX_ORDER]
+    }
+
     /// Whether the surface at `place` commutes with all before it, so that some order of the class begins with it.
     #[inline]
     pub fn can_lead(&self, scene: &Scene, place: usize) -> bool {
