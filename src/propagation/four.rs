@@ -16,7 +16,7 @@ use crate::simd::{LaneSet, kernel};
 /// Sequences at once: a register of double precision where registers are long.
 pub(super) const LANES: usize = 4;
 
-type Lanes = [f64; LANES];
+pub(super) type Lanes = [f64; LANES];
 
 /// Bits of the places that one place cannot pass.
 const PLACE_BITS: usize = 8;
@@ -28,7 +28,7 @@ const FIRST_OF_EACH: u64 = 0x0101_0101;
 const OWN: u64 = 0x0804_0201;
 
 /// The sequences, and where their points lie once they have been unfolded.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Four {
     normal: [[Lanes; 3]; MAX_ORDER],
     offset_m: [Lanes; MAX_ORDER],
@@ -37,6 +37,9 @@ pub(super) struct Four {
     /// By how much surfaces that commute are not perpendicular.
     tilt: Lanes,
     image: [Lanes; 3],
+    /// Of each place: the ear's image as it is seen there, and its signed distance from the plane.
+    seen: [[Lanes; 3]; MAX_ORDER],
+    seen_m: [Lanes; MAX_ORDER],
     /// Of each step: the point, where its leg points to and the surface's place, as a bit.
     points: [[Lanes; 3]; MAX_ORDER],
     images: [[Lanes; 3]; MAX_ORDER],
@@ -52,6 +55,8 @@ impl Four {
         behind: [0; LANES],
         tilt: [0.0; LANES],
         image: [[0.0; LANES]; 3],
+        seen: [[[0.0; LANES]; 3]; MAX_ORDER],
+        seen_m: [[0.0; LANES]; MAX_ORDER],
         points: [[[0.0; LANES]; 3]; MAX_ORDER],
         images: [[[0.0; LANES]; 3]; MAX_ORDER],
         places: [[0; LANES]; MAX_ORDER],
@@ -76,12 +81,29 @@ impl Four {
     /// What is ready of a lane whose sequence has `count` surfaces.
     #[inline(always)]
     pub(super) fn ready(&self, lane: usize, count: usize) -> Ready {
-        let lane = lane % LANES;
-        let (behind, tilt) = (self.behind[lane] as u32, self.tilt[lane] as f32);
         Ready {
-            image: at(&self.image, lane),
-            order: Order::of_bits(behind, count, tilt),
+            image: at(&self.image, lane % LANES),
+            order: self.order(lane, count),
         }
+    }
+
+    /// Of each lane: how far from perpendicular its commuting surfaces are in all, and the ear's image.
+    #[inline(always)]
+    pub(super) fn tilt_and_image(&self) -> (&Lanes, &[Lanes; 3]) {
+        (&self.tilt, &self.image)
+    }
+
+    /// Of each lane and a place: the surface's normal, the ear's image as it is seen there, and its signed distance from the
+    /// plane.
+    #[inline(always)]
+    pub(super) fn seen(&self, place: usize) -> (&[Lanes; 3], &[Lanes; 3], &Lanes) {
+        (&self.normal[place], &self.seen[place], &self.seen_m[place])
+    }
+
+    /// Which surfaces of a lane's sequence of `count` may come before others.
+    #[inline(always)]
+    pub(super) fn order(&self, lane: usize, count: usize) -> Order {
+        Order::of_bits(self.behind[lane % LANES] as u32, count)
     }
 
     /// Whether a lane's line meets all its planes.
@@ -126,11 +148,15 @@ impl Four {
         for place in (0..COUNT).rev() {
             let (n, offset_m) = (&self.normal[place], &self.offset_m[place]);
             for l in 0..LANES {
-                let twice = 2.0 * distance_m(n, offset_m, &image, l);
+                let away_m = distance_m(n, offset_m, &image, l);
+                let twice = 2.0 * away_m;
                 image[0][l] -= twice * n[0][l];
                 image[1][l] -= twice * n[1][l];
                 image[2][l] -= twice * n[2][l];
+                // Mirroring changes the side and nothing else of the distance.
+                self.seen_m[place][l] = -away_m;
             }
+            self.seen[place] = image;
         }
         (self.behind, self.tilt, self.image) = (behind, tilt, image);
     }

@@ -147,8 +147,6 @@ pub(crate) struct Order {
     /// Of each place the earlier ones that it cannot pass, one a bit.
     behind: [u8; MAX_ORDER],
     count: u8,
-    /// By how much surfaces that commute are not perpendicular.
-    tilt: f32,
 }
 
 impl Order {
@@ -163,10 +161,7 @@ impl Order {
             let normal = scene.surface(surface).normal;
             normals[place] = normal;
             for (earlier, other) in normals[..place].iter().enumerate() {
-                let cosine = other.dot(normal).abs();
-                if cosine < COMMUTING_COSINE {
-                    order.tilt += cosine as f32;
-                } else {
+                if !commute(*other, normal) {
                     order.behind[place] |= 1 << earlier;
                 }
             }
@@ -177,18 +172,11 @@ impl Order {
     /// Of `count` surfaces; `behind` has of each place the earlier ones that it cannot pass, one a bit and eight bits a place,
     /// the first place lowest.
     #[inline(always)]
-    pub(super) fn of_bits(behind: u32, count: usize, tilt: f32) -> Self {
+    pub(super) fn of_bits(behind: u32, count: usize) -> Self {
         Self {
             behind: behind.to_le_bytes(),
             count: count as u8,
-            tilt,
         }
-    }
-
-    /// Sum of the cosines between surfaces that commute.
-    #[inline]
-    pub(super) fn tilt(&self) -> f64 {
-        f64::from(self.tilt)
     }
 
     /// The places of all surfaces, one a bit.

@@ -311,7 +311,6 @@ impl SourceTask {
 
     fn validate(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose, origin: DVec3) {
         let mut waiting = std::mem::take(&mut self.waiting);
-        waiting.begin();
         let trial = Trial {
             moment: &shared.moment,
             pose,
@@ -319,13 +318,15 @@ impl SourceTask {
         };
         let guide = shared.guide.entries();
         for share in shared.candidates {
-            share.seen_from(place, |number| self.put(&trial, &mut waiting, &guide[number]));
+            share.seen_from(place, |number| {
+                self.put(&trial, &mut waiting, &guide[number], number);
+            });
         }
         self.own.prefetch();
         self.gather_own(shared);
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
-            self.put(&trial, &mut waiting, &sequence);
+            self.put(&trial, &mut waiting, &sequence, guide.len() + place);
         }
         for length in 1..=MAX_ORDER {
             self.unfold(&trial, &mut waiting, length);
@@ -340,8 +341,14 @@ impl SourceTask {
 
     /// Has a candidate wait for its turn, and those that it was waited for take theirs.
     #[inline(always)]
-    fn put(&mut self, trial: &Trial<'_>, waiting: &mut Waiting, sequence: &Sequence) {
-        if waiting.put(trial.moment.scene, sequence) {
+    fn put(
+        &mut self,
+        trial: &Trial<'_>,
+        waiting: &mut Waiting,
+        sequence: &Sequence,
+        number: usize,
+    ) {
+        if waiting.put(trial.moment.scene, sequence, number) {
             self.unfold(trial, waiting, sequence.len());
         }
     }
@@ -350,12 +357,19 @@ impl SourceTask {
     #[inline(never)]
     fn unfold(&mut self, trial: &Trial<'_>, waiting: &mut Waiting, length: usize) {
         let Trial { moment, ends, .. } = *trial;
-        let is_time = waiting.unfold(moment.scene, &self.occluders, length, ends, |sequence, ready| {
-            if let Some(reach_m) = moment.reach_m {
-                let unfolded = &mut self.unfolded;
-                self.nearby.extend(nearby(trial, unfolded, sequence, ready, reach_m));
-            }
-        });
+        let is_time = waiting.unfold(
+            moment.scene,
+            &self.occluders,
+            length,
+            ends,
+            |four, lane, sequence| {
+                if let Some(reach_m) = moment.reach_m {
+                    let (unfolded, ready) = (&mut self.unfolded, four.ready(lane, length));
+                    self.nearby
+                        .extend(nearby(trial, unfolded, sequence, &ready, reach_m));
+                }
+            },
+        );
         if is_time {
             self.try_all(trial, waiting);
         }
@@ -375,7 +389,8 @@ impl SourceTask {
             } else if let Some(reach_m) = moment.reach_m {
                 let ready = Ready::of(scene, sequence, moment.ear);
                 let unfolded = &mut self.unfolded;
-                self.nearby.extend(nearby(trial, unfolded, sequence, &ready, reach_m));
+                self.nearby
+                    .extend(nearby(trial, unfolded, sequence, &ready, reach_m));
             }
         });
     }

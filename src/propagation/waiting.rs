@@ -3,7 +3,6 @@
 
 use glam::DVec3;
 
-use super::candidates::Ready;
 use super::four::{Four, LANES, make_ready, unfold};
 use super::image_source::Unfolded;
 use super::occluders::{Blocked, Occluders};
@@ -89,8 +88,6 @@ pub(super) struct Waiting {
     /// The first `standing` of them wait.
     list: Vec<Standing>,
     standing: usize,
-    /// Number of the next candidate.
-    next: u32,
 }
 
 impl Waiting {
@@ -107,25 +104,18 @@ impl Waiting {
             // Four may join when one place is left.
             list: (0..TRIED_TOGETHER + LANES).map(|_| standing()).collect(),
             standing: 0,
-            next: 0,
         }
-    }
-
-    /// Numbers from 0 again.
-    pub(super) fn begin(&mut self) {
-        self.next = 0;
     }
 
     /// Has a sequence of at least one surface wait; gives whether as many of its length do as can be unfolded together.
     #[inline(always)]
-    pub(super) fn put(&mut self, scene: &Scene, sequence: &Sequence) -> bool {
-        let number = self.next;
-        self.next += 1;
+    pub(super) fn put(&mut self, scene: &Scene, sequence: &Sequence, number: usize) -> bool {
+        let number = number as u32;
         Bucket::of(&mut self.buckets, sequence.len())
             .is_some_and(|bucket| bucket.put(scene, sequence, number))
     }
 
-    /// Unfolds those of one length. Calls `give` with each that has no path; gives whether it is time to try those that are
+    /// Unfolds those of one length. Calls `give` with each that has no path and its lane; gives whether it is time to try those that are
     /// left. `ends` are source and listener.
     #[inline(always)]
     pub(super) fn unfold(
@@ -134,7 +124,7 @@ impl Waiting {
         occluders: &Occluders,
         length: usize,
         ends: [DVec3; 2],
-        mut give: impl FnMut(&Sequence, &Ready),
+        mut give: impl FnMut(&Four, usize, &Sequence),
     ) -> bool {
         let Some(bucket) = Bucket::of(&mut self.buckets, length) else {
             return false;
@@ -156,7 +146,7 @@ impl Waiting {
                 occluders.prefetch(there.hash);
                 self.standing += 1;
             } else {
-                give(sequence, &bucket.four.ready(lane, length));
+                give(&bucket.four, lane, sequence);
             }
         }
         self.standing >= TRIED_TOGETHER
