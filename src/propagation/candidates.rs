@@ -200,7 +200,50 @@ fn with_image(mirror: &Surface, mut low: DVec3, mut high: DVec3) -> (DVec3, DVec
     (low.min(middle - reach), high.max(middle + reach))
 }
 
-/// Eight sequences of one length.
+/// Up to eight sequences of one length, ready, and their surfaces' bounds by place.
+#[derive(Debug)]
+struct Eight {
+    count: usize,
+    length: usize,
+    fours: [Four; 2],
+    bounds: [[Bounds; 2]; MAX_ORDER],
+    /// How far outside their surfaces lines may pass, in metres.
+    margin_m: f64,
+}
+
+impl Eight {
+    const EMPTY: Self = Self {
+        count: 0,
+        length: 0,
+        fours: [Four::EMPTY; 2],
+        bounds: [[Bounds::NONE; 2]; MAX_ORDER],
+        margin_m: 0.0,
+    };
+
+    /// Becomes those of these numbers, all of one length, for paths to `ear`.
+    fn set(&mut self, scene: &Scene, sequences: &[Sequence], numbers: &[u32], ear: DVec3) {
+        let of = |number: u32| &sequences[number as usize];
+        self.count = numbers.len().min(LANES);
+        self.length = numbers.first().map_or(0, |&number| of(number).len());
+        for (lane, &number) in numbers.iter().enumerate() {
+            self.fours[lane / four::LANES % 2].put(scene, lane, of(number));
+        }
+        let halves = self.count.div_ceil(four::LANES);
+        for four in &mut self.fours[..halves] {
+            four::make_ready(four, self.length, ear);
+        }
+        for (lane, &number) in numbers.iter().enumerate() {
+            let half = lane / four::LANES % 2;
+            let aside = self.fours[half].order(lane, self.length).aside();
+            let places = self.bounds.iter_mut().zip(aside).take(self.length);
+            for (place, (bounds, aside)) in places.enumerate() {
+                bounds[half].put(scene, lane, of(number), place, aside);
+            }
+        }
+    }
+}
+
+/// Eight sequences of one length, as lines are held against them.
 #[derive(Debug, Clone)]
 struct Pack {
     image: [Lanes; 3],
@@ -222,14 +265,18 @@ impl Pack {
         windows: [Windows::OPEN; MAX_ORDER],
     };
 
-    /// Makes windows of eight ready sequences of one length and of their surfaces' bounds, place by place.
+    /// Becomes these.
     #[inline(always)]
-    fn set(&mut self, fours: &[Four; 2], bounds: &[[Bounds; 2]], margin_m: f64) {
-        for (place, (windows, bounds)) in self.windows.iter_mut().zip(bounds).enumerate() {
-            windows.set(0, &fours[0], place, &bounds[0], margin_m);
-            windows.set(four::LANES, &fours[1], place, &bounds[1], margin_m);
+    fn set(&mut self, eight: &Eight) {
+        let ([low, high], margin_m) = (&eight.fours, eight.margin_m);
+        self.depth = eight.length;
+        self.filled = (1 << eight.count) - 1;
+        for (place, bounds) in eight.bounds[..eight.length].iter().enumerate() {
+            let windows = &mut self.windows[place];
+            windows.set(0, low, place, &bounds[0], margin_m);
+            windows.set(four::LANES, high, place, &bounds[1], margin_m);
         }
-        for (half, four) in fours.iter().enumerate() {
+        for (half, four) in eight.fours.iter().enumerate() {
             let (_, [x, y, z]) = four.tilt_and_image();
             for l in 0..four::LANES {
                 let lane = half * four::LANES + l;
@@ -269,10 +316,8 @@ impl Pack {
 pub(super) struct Candidates {
     first: usize,
     capacity: usize,
-    /// Eight sequences at hand, and their surfaces' bounds by place.
-    fours: [Four; 2],
-    bounds: [[Bounds; 2]; MAX_ORDER],
     /// The eight at hand: large, and looked at from everywhere before the next.
+    eight: Eight,
     pack: Pack,
     /// Of each eight which they are, from [`Self::first`].
     numbers: Vec<[u32; LANES]>,
@@ -318,8 +363,7 @@ impl Candidates {
         Self {
             first: 0,
             capacity,
-            fours: [Four::EMPTY; 2],
-            bounds: [[Bounds::NONE; 2]; MAX_ORDER],
+            eight: Eight::EMPTY,
             pack: Pack::EMPTY,
             numbers: Vec::with_capacity(capacity.div_ceil(LANES) + MAX_ORDER),
             seen: Vec::new(),
@@ -353,92 +397,33 @@ impl Candidates {
         let most = (self.capacity.div_ceil(LANES) + MAX_ORDER) * sources.len();
         self.seen.reserve(most);
         self.seen.resize(packs * sources.len(), 0);
-        let margin_m = MARGIN_M + from.reach_m.unwrap_or(0.0);
+        self.eight.margin_m = MARGIN_M + from.reach_m.unwrap_or(0.0);
         for length in 1..=MAX_ORDER {
-            let mut lanes = [0u32; LANES];
+            let mut numbers = [0u32; LANES];
             let mut count = 0;
-            for (number, sequence) in (0..).zip(sequences) {
-                if sequence.len() != length {
-                    continue;
-                }
-                lanes[count % LANES] = number;
+            let of_length = |(_, sequence): &(u32, &Sequence)| sequence.len() == length;
+            for (number, _) in (0..).zip(sequences).filter(of_length) {
+                numbers[count] = number;
                 count += 1;
                 if count == LANES {
-                    self.look(
-                        scene,
-                        sequences,
-                        (&lanes, length),
-                        (ear, margin_m),
-                        sources,
-                        packs,
-                    );
+                    self.eight.set(scene, sequences, &numbers, ear);
+                    self.look(numbers, sources, packs);
                     count = 0;
                 }
             }
             if count > 0 {
-                let lanes = &lanes[..count];
-                self.look(
-                    scene,
-                    sequences,
-                    (lanes, length),
-                    (ear, margin_m),
-                    sources,
-                    packs,
-                );
+                self.eight.set(scene, sequences, &numbers[..count], ear);
+                self.look(numbers, sources, packs);
             }
         }
     }
 
-    /// Looks at up to eight sequences of a length from all sources.
-    fn look(
-        &mut self,
-        scene: &Scene,
-        sequences: &[Sequence],
-        (numbers, length): (&[u32], usize),
-        (ear, margin_m): (DVec3, f64),
-        sources: &[DVec3],
-        packs: usize,
-    ) {
-        for (lane, &number) in numbers.iter().enumerate() {
-            let four = &mut self.fours[lane / four::LANES % 2];
-            four.put(scene, lane, &sequences[number as usize]);
-        }
-        let halves = numbers.len().div_ceil(four::LANES);
-        for four in &mut self.fours[..halves.min(2)] {
-            four::make_ready(four, length, ear);
-        }
-        for (lane, &number) in numbers.iter().enumerate() {
-            let half = lane / four::LANES % 2;
-            let aside = self.fours[half].order(lane, length).aside();
-            for place in 0..length.min(MAX_ORDER) {
-                let bounds = &mut self.bounds[place][half];
-                bounds.put(
-                    scene,
-                    lane,
-                    &sequences[number as usize],
-                    place,
-                    aside[place],
-                );
-            }
-        }
-        (self.pack.depth, self.pack.filled) = (length, (1 << numbers.len()) - 1);
-        let bounds = &self.bounds[..length.min(MAX_ORDER)];
-        let (set, pack) = (LaneSet::best(), &mut self.pack);
+    /// Looks at the eight at hand from all sources; they are those of these numbers.
+    fn look(&mut self, numbers: [u32; LANES], sources: &[DVec3], packs: usize) {
+        let (eight, pack, seen) = (&self.eight, &mut self.pack, &mut self.seen);
         let number = self.numbers.len();
-        look(
-            set,
-            pack,
-            &self.fours,
-            bounds,
-            margin_m,
-            sources,
-            &mut self.seen,
-            number,
-            packs,
-        );
-        let mut all = [0; LANES];
-        all[..numbers.len()].copy_from_slice(numbers);
-        self.numbers.push(all);
+        look(LaneSet::best(), pack, eight, sources, seen, number, packs);
+        self.numbers.push(numbers);
     }
 
     /// Calls `give` with the number of every sequence that may have a path from source number `place`.
@@ -459,20 +444,18 @@ impl Candidates {
 }
 
 kernel! {
-    /// Makes pack `number` of `packs` of eight ready sequences and looks at it from all places. Arrays of lanes are the machine's
+    /// Makes pack `number` of `packs` and looks at it from all places. Arrays of lanes are the machine's
     /// own registers here too; every product is rounded, so all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn look<L>(
         pack: &mut Pack,
-        fours: &[Four; 2],
-        bounds: &[[Bounds; 2]],
-        margin_m: f64,
+        eight: &Eight,
         sources: &[DVec3],
         seen: &mut [u8],
         number: usize,
         packs: usize,
     ) {
-        pack.set(fours, bounds, margin_m);
+        pack.set(eight);
         for (source, seen) in sources.iter().zip(seen.chunks_mut(packs)) {
             seen[number] = pack.seen_from(source.as_vec3().to_array(), size_m(*source)) as u8;
         }

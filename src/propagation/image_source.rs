@@ -143,21 +143,24 @@ impl Unfolded {
         if !four.meets(lane) {
             return false;
         }
-        let surfaces = sequence.surfaces();
-        let order = surfaces.len().min(MAX_ORDER);
-        for step in 0..order {
-            let (place, point) = four.step(lane, step);
-            let number = sequence.surface_at(place);
-            if !near_bounds(scene.surface(number), point, MARGIN_M) {
+        let order = sequence.len().min(MAX_ORDER);
+        let path = &mut self.path;
+        let points = path.surfaces.iter_mut().zip(&mut path.points);
+        for (step, (number, point)) in points.enumerate() {
+            if step == order {
+                break;
+            }
+            let (place, at) = four.step(lane, step);
+            *number = sequence.surface_at(place);
+            *point = at;
+            if !near_bounds(scene.surface(*number), at, MARGIN_M) {
                 return false;
             }
-            self.path.surfaces[step] = number;
-            self.path.points[step] = point;
         }
-        for step in 0..order {
-            self.images[step] = four.goal(lane, step);
+        path.order = order;
+        for (step, image) in self.images.iter_mut().enumerate() {
+            *image = four.goal(lane, step);
         }
-        self.path.order = order;
         true
     }
 
