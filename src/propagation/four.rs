@@ -296,3 +296,75 @@ pub(super) fn make_ready(four: &mut Four, count: usize, ear: DVec3) {
 pub(super) fn unfold(four: &mut Four, count: usize, source: DVec3) {
     unfold_by(LaneSet::best(), four, count, &source.to_array());
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::propagation::image_source::{Unfolded, mirror_listener};
+    use crate::propagation::sampling::mix;
+    use crate::scene::{MaterialTable, SceneSettings, procedural};
+
+    /// Sequences of surfaces that a path could have, anywhere in a scene: most have none.
+    fn sequences(scene: &Scene, length: usize, count: u64) -> Vec<Sequence> {
+        let surfaces = scene.surfaces().len() as u64;
+        let surface = |seed: u64| {
+            // The largest commute most often.
+            let draw = |n: u64| (mix(seed.wrapping_mul(8) + n) % surfaces) as u32;
+            let larger = |a: &u32, b: &u32| {
+                let area = |s: u32| scene.surface(s).area_m2;
+                area(*a).total_cmp(&area(*b))
+            };
+            (0..8).map(draw).max_by(larger).expect("eight")
+        };
+        let of = |number: u64| {
+            let surfaces: Vec<u32> = (0..4).map(|n| surface(4 * number + n)).collect();
+            Sequence::canonical(scene, &surfaces[..length])
+        };
+        (0..count).map(of).collect()
+    }
+
+    #[test]
+    fn lanes_have_the_bits_of_one_sequence_at_a_time() {
+        for name in procedural::NAMES {
+            let benchmark = procedural::by_name(name).expect("a name of the list");
+            let settings = SceneSettings::default();
+            let table = MaterialTable::built_in();
+            let scene = Scene::commit(&benchmark.mesh, &table, &settings).expect("commits");
+            let scene = Arc::new(scene);
+            let source = scene.to_local(benchmark.sources[0].1);
+            let ear = scene.to_local(benchmark.walk.from);
+            let sets = LaneSet::vector_units()
+                .into_iter()
+                .chain([LaneSet::Portable]);
+            for (set, length) in sets.flat_map(|set| (1..=MAX_ORDER).map(move |n| (set, n))) {
+                let (mut met, mut four) = (0, Four::EMPTY);
+                for some in sequences(&scene, length, 4000).chunks(LANES) {
+                    for (lane, sequence) in some.iter().enumerate() {
+                        four.put(&scene, lane, sequence);
+                    }
+                    ready_by(set, &mut four, length, &ear.to_array());
+                    unfold_by(set, &mut four, length, &source.to_array());
+                    for (lane, sequence) in some.iter().enumerate() {
+                        let (order, ready) =
+                            (Order::of(&scene, sequence), four.ready(lane, length));
+                        assert_eq!(ready.image, mirror_listener(&scene, sequence, ear));
+                        assert_eq!(format!("{:?}", ready.order), format!("{order:?}"));
+                        let (mut one, mut taken) = (Unfolded::default(), Unfolded::default());
+                        let line = [source, ready.image];
+                        let is_there = one.along(&scene, sequence, &order, line);
+                        let meets = taken.take(&scene, sequence, &four, lane);
+                        assert_eq!(is_there, meets && taken.lies_on_surfaces(&scene));
+                        if is_there {
+                            assert_eq!(one.finish(&scene, line), taken.finish(&scene, line));
+                            assert_eq!(taken.goal(), ready.image);
+                            met += 1;
+                        }
+                    }
+                }
+                assert!(met > 0 || length > 2, "{name}: {length} surfaces, no path");
+            }
+        }
+    }
+}
