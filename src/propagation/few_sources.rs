@@ -1,7 +1,7 @@
 //! Candidates that few sources look at: each is tried as far as it can be without a ray.
 //!
 //! Windows that eight candidates are seen through at once ([`super::candidates`]) cost more to make than a few sources spare
-//! by them. Here a candidate's line is followed at once in double precision, plane after plane, until it misses one:
+//! by them. Here candidates' lines are followed at once in double precision, four together, until all their planes are met:
 //! the very steps that [`super::image_source::unfold`] takes, without a look whether a point of a surface's bounds lies on
 //! the surface. Own.
 
