@@ -9,6 +9,7 @@
 use glam::DVec3;
 
 use super::few_sources::{FEW, Looks};
+use super::four::{self, Four};
 use super::image_source::{MARGIN_M, mirror_listener};
 use super::path::MAX_ORDER;
 use super::sequence::{Order, Sequence};
@@ -85,51 +86,65 @@ impl Windows {
         passes.iter().fold(0, |all, bit| all | bit)
     }
 
-    /// Puts in a surface whose image stands at a signed distance from it.
-    #[inline]
-    fn set(&mut self, lane: usize, window: &Window<'_>) {
-        let Window {
-            surface,
-            image,
-            margin_m,
-            ..
-        } = *window;
-        let away_m = window.distance_m.abs().max(LEAST_DISTANCE_M);
-        let mut widest = 1.0f64;
-        let main = main_axis(surface.normal);
-        let (low, high) = (
-            (image - window.low + margin_m).to_array(),
-            (image - window.high - margin_m).to_array(),
-        );
+    /// Puts in a surface of each lane from `first` on, seen from four sequences' images of the ear; `margin_m` is how far outside
+    /// a line may pass.
+    #[inline(always)]
+    fn set(&mut self, first: usize, four: &Four, place: usize, bounds: &Bounds, margin_m: f64) {
+        let (normal, image, distance_m) = four.seen(place);
+        let (tilt, _) = four.tilt_and_image();
+        let mut widest = [1.0f64; four::LANES];
         for axis in 0..3 {
-            self.normal[axis][lane] = surface.normal[axis] as f32;
-            if axis == main {
-                self.low[axis][lane] = ENDLESS_M as f32;
-                self.high[axis][lane] = -ENDLESS_M as f32;
-            } else {
-                self.low[axis][lane] = low[axis] as f32;
-                self.high[axis][lane] = high[axis] as f32;
-                widest += low[axis].abs() + high[axis].abs();
+            for l in 0..four::LANES {
+                let low = image[axis][l] - bounds.low[axis][l] + margin_m;
+                let high = image[axis][l] - bounds.high[axis][l] - margin_m;
+                self.normal[axis][first + l] = normal[axis][l] as f32;
+                self.low[axis][first + l] = low as f32;
+                self.high[axis][first + l] = high as f32;
+                widest[l] += bounds.counts[axis][l] * (low.abs() + high.abs());
             }
         }
-        self.nearness[lane] = (1.0 / away_m.copysign(window.distance_m)) as f32;
-        self.slack[lane] = (window.rounding * (1.0 + widest / away_m)) as f32;
+        for l in 0..four::LANES {
+            let away_m = distance_m[l].abs().max(LEAST_DISTANCE_M);
+            let rounding = ROUNDING + 8.0 * tilt[l];
+            self.nearness[first + l] = (1.0 / away_m.copysign(distance_m[l])) as f32;
+            self.slack[first + l] = (rounding * (1.0 + widest[l] / away_m)) as f32;
+        }
     }
 }
 
-/// A window of one sequence.
-struct Window<'a> {
-    surface: &'a Surface,
-    /// The listener's image as it is seen there.
-    image: DVec3,
-    /// Its signed distance from the plane.
-    distance_m: f64,
-    /// The surface's bounds, and those of its images in mirrors that may come before or after it.
-    low: DVec3,
-    high: DVec3,
-    rounding: f64,
-    /// How far outside a line may pass, in metres.
-    margin_m: f64,
+/// Four surfaces' bounds, and those of their images in mirrors that may come before or after them; endless along the axis that
+/// a surface is seen along.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    low: [four::Lanes; 3],
+    high: [four::Lanes; 3],
+    /// 0 along that axis, 1 else.
+    counts: [four::Lanes; 3],
+}
+
+impl Bounds {
+    const NONE: Self = Self {
+        low: [[0.0; four::LANES]; 3],
+        high: [[0.0; four::LANES]; 3],
+        counts: [[0.0; four::LANES]; 3],
+    };
+
+    /// Puts in the surface at a place of a sequence; `aside` says which others may come on its other side.
+    #[inline(always)]
+    fn put(&mut self, scene: &Scene, lane: usize, sequence: &Sequence, place: usize, aside: u8) {
+        let lane = lane % four::LANES;
+        let (low, high) = hull(scene, sequence, place, aside);
+        let main = main_axis(scene.surface(sequence.surface_at(place)).normal);
+        let (low, high) = (low.to_array(), high.to_array());
+        for axis in 0..3 {
+            self.low[axis][lane] = low[axis];
+            self.high[axis][lane] = high[axis];
+            self.counts[axis][lane] = 1.0;
+        }
+        self.low[main][lane] = -ENDLESS_M;
+        self.high[main][lane] = ENDLESS_M;
+        self.counts[main][lane] = 0.0;
+    }
 }
 
 /// Hull of a surface's bounds and its images in mirrors that may as well come on its other side.
@@ -185,14 +200,59 @@ fn with_image(mirror: &Surface, mut low: DVec3, mut high: DVec3) -> (DVec3, DVec
     (low.min(middle - reach), high.max(middle + reach))
 }
 
-/// Eight sequences.
+/// Up to eight sequences of one length, ready, and their surfaces' bounds by place.
+#[derive(Debug)]
+struct Eight {
+    count: usize,
+    length: usize,
+    fours: [Four; 2],
+    bounds: [[Bounds; 2]; MAX_ORDER],
+    /// How far outside their surfaces lines may pass, in metres.
+    margin_m: f64,
+}
+
+impl Eight {
+    const EMPTY: Self = Self {
+        count: 0,
+        length: 0,
+        fours: [Four::EMPTY; 2],
+        bounds: [[Bounds::NONE; 2]; MAX_ORDER],
+        margin_m: 0.0,
+    };
+
+    /// Becomes those of these numbers, all of one length, for paths to `ear`.
+    fn set(&mut self, scene: &Scene, sequences: &[Sequence], numbers: &[u32], ear: DVec3) {
+        let of = |number: u32| &sequences[number as usize];
+        self.count = numbers.len().min(LANES);
+        self.length = numbers.first().map_or(0, |&number| of(number).len());
+        for (lane, &number) in numbers.iter().enumerate() {
+            self.fours[lane / four::LANES % 2].put(scene, lane, of(number));
+        }
+        let halves = self.count.div_ceil(four::LANES);
+        for four in &mut self.fours[..halves] {
+            four::make_ready(four, self.length, ear);
+        }
+        for (lane, &number) in numbers.iter().enumerate() {
+            let half = lane / four::LANES % 2;
+            let aside = self.fours[half].order(lane, self.length).aside();
+            let places = self.bounds.iter_mut().zip(aside).take(self.length);
+            for (place, (bounds, aside)) in places.enumerate() {
+                bounds[half].put(scene, lane, of(number), place, aside);
+            }
+        }
+    }
+}
+
+/// Eight sequences of one length, as lines are held against them.
 #[derive(Debug, Clone)]
 struct Pack {
     image: [Lanes; 3],
     /// The image's distance from the centre, roughly.
     size: Lanes,
-    /// Windows of the longest sequence.
+    /// Length of the sequences.
     depth: usize,
+    /// Lanes that have a sequence, one a bit.
+    filled: u32,
     windows: [Windows; MAX_ORDER],
 }
 
@@ -201,51 +261,31 @@ impl Pack {
         image: [[0.0; LANES]; 3],
         size: [0.0; LANES],
         depth: 0,
+        filled: 0,
         windows: [Windows::OPEN; MAX_ORDER],
     };
 
-    /// Every line passes.
-    fn clear(&mut self) {
-        self.windows[..self.depth].fill(Windows::OPEN);
-        self.depth = 0;
-    }
-
-    fn set(
-        &mut self,
-        scene: &Scene,
-        lane: usize,
-        sequence: &Sequence,
-        (ear, reach_m): (DVec3, f64),
-    ) -> Ready {
-        let order = Order::of(scene, sequence);
-        let aside = order.aside();
-        let rounding = ROUNDING + 8.0 * order.tilt();
-        self.depth = self.depth.max(sequence.len());
-        let mut image = ear;
-        for (place, &surface) in sequence.surfaces().iter().enumerate().rev() {
-            let surface = scene.surface(surface);
-            // Mirroring changes the side and nothing else of the distance.
-            let distance_m = -surface.distance_m(image);
-            image = surface.mirror(image);
-            let (low, high) = hull(scene, sequence, place, aside[place]);
-            self.windows[place].set(
-                lane,
-                &Window {
-                    surface,
-                    image,
-                    distance_m,
-                    low,
-                    high,
-                    rounding,
-                    margin_m: MARGIN_M + reach_m,
-                },
-            );
+    /// Becomes these.
+    #[inline(always)]
+    fn set(&mut self, eight: &Eight) {
+        let ([low, high], margin_m) = (&eight.fours, eight.margin_m);
+        self.depth = eight.length;
+        self.filled = (1 << eight.count) - 1;
+        for (place, bounds) in eight.bounds[..eight.length].iter().enumerate() {
+            let windows = &mut self.windows[place];
+            windows.set(0, low, place, &bounds[0], margin_m);
+            windows.set(four::LANES, high, place, &bounds[1], margin_m);
         }
-        for (lanes, value) in self.image.iter_mut().zip(image.to_array()) {
-            lanes[lane] = value as f32;
+        for (half, four) in eight.fours.iter().enumerate() {
+            let (_, [x, y, z]) = four.tilt_and_image();
+            for l in 0..four::LANES {
+                let lane = half * four::LANES + l;
+                self.image[0][lane] = x[l] as f32;
+                self.image[1][lane] = y[l] as f32;
+                self.image[2][lane] = z[l] as f32;
+                self.size[lane] = 1.0 + (x[l].abs() + y[l].abs() + z[l].abs()) as f32;
+            }
         }
-        self.size[lane] = size_m(image);
-        Ready { image, order }
     }
 
     /// Sequences that may have a path from `source`, one a bit.
@@ -259,7 +299,7 @@ impl Pack {
             }
             size[l] = self.size[l] + source_size;
         }
-        let mut left = (1 << LANES) - 1;
+        let mut left = self.filled;
         for windows in &self.windows[..self.depth] {
             left &= windows.passed(&mut line, &size);
             if left == 0 {
@@ -275,9 +315,12 @@ impl Pack {
 #[repr(align(128))]
 pub(super) struct Candidates {
     first: usize,
-    ready: Vec<Ready>,
+    capacity: usize,
     /// The eight at hand: large, and looked at from everywhere before the next.
+    eight: Eight,
     pack: Pack,
+    /// Of each eight which they are, from [`Self::first`].
+    numbers: Vec<[u32; LANES]>,
     /// Which of each eight may have a path, one a bit; source after source.
     seen: Vec<u8>,
     /// What the sources have seen already, where they are few.
@@ -319,8 +362,10 @@ impl Candidates {
     pub(super) fn with_capacity(capacity: usize) -> Self {
         Self {
             first: 0,
-            ready: Vec::with_capacity(capacity),
+            capacity,
+            eight: Eight::EMPTY,
             pack: Pack::EMPTY,
+            numbers: Vec::with_capacity(capacity.div_ceil(LANES) + MAX_ORDER),
             seen: Vec::new(),
             few: Looks::with_capacity(capacity),
         }
@@ -335,59 +380,82 @@ impl Candidates {
         from: &Onlookers<'_>,
     ) {
         self.first = first;
-        self.ready.clear();
+        self.numbers.clear();
+        self.seen.clear();
         self.few.clear();
         let (ear, sources) = (from.ear, from.sources);
         if sources.len() <= FEW && from.reach_m.is_none() {
             self.few.look(scene, sequences, ear, sources);
             return;
         }
-        let packs = sequences.len().div_ceil(LANES);
-        self.seen.clear();
-        let most = self.ready.capacity().div_ceil(LANES) * sources.len();
+        let mut counts = [0usize; MAX_ORDER + 1];
+        for sequence in sequences {
+            counts[sequence.len() % counts.len()] += 1;
+        }
+        let packs = counts[1..].iter().map(|count| count.div_ceil(LANES));
+        let packs: usize = packs.sum();
+        let most = (self.capacity.div_ceil(LANES) + MAX_ORDER) * sources.len();
         self.seen.reserve(most);
         self.seen.resize(packs * sources.len(), 0);
-        for (number, eight) in sequences.chunks(LANES).enumerate() {
-            self.pack.clear();
-            for (lane, sequence) in eight.iter().enumerate() {
-                let goal = (ear, from.reach_m.unwrap_or(0.0));
-                self.ready.push(self.pack.set(scene, lane, sequence, goal));
+        self.eight.margin_m = MARGIN_M + from.reach_m.unwrap_or(0.0);
+        for length in 1..=MAX_ORDER {
+            let mut numbers = [0u32; LANES];
+            let mut count = 0;
+            let of_length = |(_, sequence): &(u32, &Sequence)| sequence.len() == length;
+            for (number, _) in (0..).zip(sequences).filter(of_length) {
+                numbers[count] = number;
+                count += 1;
+                if count == LANES {
+                    self.eight.set(scene, sequences, &numbers, ear);
+                    self.look(numbers, sources, packs);
+                    count = 0;
+                }
             }
-            look(
-                LaneSet::best(),
-                &self.pack,
-                sources,
-                &mut self.seen,
-                number,
-                packs,
-            );
+            if count > 0 {
+                self.eight.set(scene, sequences, &numbers[..count], ear);
+                self.look(numbers, sources, packs);
+            }
         }
     }
 
-    /// Calls `give` with the number of every sequence that may have a path from source number `place`, and what is ready of
-    /// it.
+    /// Looks at the eight at hand from all sources; they are those of these numbers.
+    fn look(&mut self, numbers: [u32; LANES], sources: &[DVec3], packs: usize) {
+        let (eight, pack, seen) = (&self.eight, &mut self.pack, &mut self.seen);
+        let number = self.numbers.len();
+        look(LaneSet::best(), pack, eight, sources, seen, number, packs);
+        self.numbers.push(numbers);
+    }
+
+    /// Calls `give` with the number of every sequence that may have a path from source number `place`.
     #[inline]
-    pub(super) fn seen_from(&self, place: usize, mut give: impl FnMut(usize, &Ready)) {
-        self.few
-            .of(place, |number, ready| give(self.first + number, ready));
-        let packs = self.ready.len().div_ceil(LANES);
+    pub(super) fn seen_from(&self, place: usize, mut give: impl FnMut(usize)) {
+        self.few.of(place, |number| give(self.first + number));
+        let packs = self.numbers.len();
         let seen = &self.seen[place * packs..][..packs];
-        for (number, (seen, ready)) in seen.iter().zip(self.ready.chunks(LANES)).enumerate() {
-            let mut left = u32::from(*seen) & ((1 << ready.len()) - 1);
+        for (seen, numbers) in seen.iter().zip(&self.numbers) {
+            let mut left = u32::from(*seen);
             while left != 0 {
-                let lane = left.trailing_zeros() as usize;
+                let lane = left.trailing_zeros() as usize % LANES;
                 left &= left - 1;
-                give(self.first + number * LANES + lane, &ready[lane]);
+                give(self.first + numbers[lane] as usize);
             }
         }
     }
 }
 
 kernel! {
-    /// Looks at pack `number` of `packs` from all places. Arrays of eight lanes are the machine's own registers here too; every
-    /// product is rounded, so all machines give the same bits.
+    /// Makes pack `number` of `packs` and looks at it from all places. Arrays of lanes are the machine's
+    /// own registers here too; every product is rounded, so all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn look<L>(pack: &Pack, sources: &[DVec3], seen: &mut [u8], number: usize, packs: usize) {
+    fn look<L>(
+        pack: &mut Pack,
+        eight: &Eight,
+        sources: &[DVec3],
+        seen: &mut [u8],
+        number: usize,
+        packs: usize,
+    ) {
+        pack.set(eight);
         for (source, seen) in sources.iter().zip(seen.chunks_mut(packs)) {
             seen[number] = pack.seen_from(source.as_vec3().to_array(), size_m(*source)) as u8;
         }

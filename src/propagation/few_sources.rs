@@ -1,34 +1,29 @@
 //! Candidates that few sources look at: each is tried as far as it can be without a ray.
 //!
 //! Windows that eight candidates are seen through at once ([`super::candidates`]) cost more to make than a few sources spare
-//! by them. Here a candidate's line is followed at once in double precision, plane after plane, until it misses one:
+//! by them. Here candidates' lines are followed at once in double precision, four together, until all their planes are met:
 //! the very steps that [`super::image_source::unfold`] takes, without a look whether a point of a surface's bounds lies on
 //! the surface. Own.
 
 use glam::DVec3;
 
-use super::candidates::Ready;
+use super::four::{make_ready, unfold};
 use super::image_source::Unfolded;
+use super::path::MAX_ORDER;
 use super::sequence::Sequence;
+use super::waiting::Bucket;
 use crate::scene::Scene;
 
-/// Sources that are few, at most the bits of [`Seen::from`]: with more of them windows are cheaper (instructions of an update
+/// Sources that are few, at most the bits of [`Looks::seen`]: with more of them windows are cheaper (instructions of an update
 /// in the concert hall).
 pub(super) const FEW: usize = 3;
-
-/// A candidate that may have a path.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    number: u32,
-    /// From which sources, one a bit.
-    from: u8,
-    ready: Ready,
-}
 
 /// What few sources have seen of a share of the candidates.
 #[derive(Debug)]
 pub(super) struct Looks {
-    seen: Vec<Seen>,
+    /// From which sources each candidate may have a path, one a bit.
+    seen: Vec<u8>,
+    buckets: Vec<Bucket>,
     unfolded: Unfolded,
 }
 
@@ -37,6 +32,7 @@ impl Looks {
     pub(super) fn with_capacity(capacity: usize) -> Self {
         Self {
             seen: Vec::with_capacity(capacity),
+            buckets: Bucket::all(),
             unfolded: Unfolded::default(),
         }
     }
@@ -54,31 +50,44 @@ impl Looks {
         ear: DVec3,
         sources: &[DVec3],
     ) {
-        for (number, sequence) in sequences.iter().enumerate() {
-            let ready = Ready::of(scene, sequence, ear);
-            let mut from = 0;
-            for (place, &source) in sources.iter().enumerate() {
-                let (line, order) = ([source, ready.image], &ready.order);
-                let unfolded = &mut self.unfolded;
-                let sees = unfolded.along_clear(scene, sequence, order, line, |_, _| true);
-                from |= u8::from(sees) << place;
+        self.seen.resize(sequences.len(), 0);
+        for (number, sequence) in (0..).zip(sequences) {
+            let bucket = Bucket::of(&mut self.buckets, sequence.len());
+            if bucket.is_some_and(|bucket| bucket.put(scene, sequence, number)) {
+                self.unfold(scene, sequence.len(), ear, sources);
             }
-            if from != 0 {
-                self.seen.push(Seen {
-                    number: number as u32,
-                    from,
-                    ready,
-                });
+        }
+        for length in 1..=MAX_ORDER {
+            self.unfold(scene, length, ear, sources);
+        }
+    }
+
+    /// Unfolds the sequences of one length that wait, from every source.
+    fn unfold(&mut self, scene: &Scene, length: usize, ear: DVec3, sources: &[DVec3]) {
+        let Some(bucket) = Bucket::of(&mut self.buckets, length) else {
+            return;
+        };
+        let count = bucket.take();
+        if count == 0 {
+            return;
+        }
+        make_ready(&mut bucket.four, length, ear);
+        for (place, &source) in sources.iter().enumerate() {
+            unfold(&mut bucket.four, length, source);
+            for lane in 0..count {
+                let (sequence, number) = bucket.lane(lane);
+                let sees = self.unfolded.take(scene, sequence, &bucket.four, lane);
+                self.seen[number as usize] |= u8::from(sees) << place;
             }
         }
     }
 
-    /// Calls `give` with the number of every sequence that is seen from source number `place`, and what is ready of it.
+    /// Calls `give` with the number of every sequence that is seen from source number `place`.
     #[inline]
-    pub(super) fn of(&self, place: usize, mut give: impl FnMut(usize, &Ready)) {
-        for seen in &self.seen {
-            if seen.from >> place & 1 == 1 {
-                give(seen.number as usize, &seen.ready);
+    pub(super) fn of(&self, place: usize, mut give: impl FnMut(usize)) {
+        for (number, from) in self.seen.iter().enumerate() {
+            if from >> place & 1 == 1 {
+                give(number);
             }
         }
     }

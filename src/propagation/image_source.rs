@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::four::Four;
 use super::path::MAX_ORDER;
 use super::sequence::{Order, Sequence};
 use crate::geometry::Ray;
@@ -13,7 +14,7 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::scene::{Scene, Surface};
 
 /// Distance from a plane below which a point counts as lying in it, in metres.
-const ON_PLANE_M: f64 = 1e-6;
+pub(super) const ON_PLANE_M: f64 = 1e-6;
 
 /// How far outside a surface's bounds a point still counts, in metres: ten times
 /// [`crate::scene::surface::INSIDE_TOLERANCE_M`], so that a first look refuses nothing that the exact test accepts.
@@ -123,6 +124,46 @@ impl Unfolded {
         &self.path
     }
 
+    /// The listener's image that it was unfolded to; of a path with a reflection.
+    pub(super) fn goal(&self) -> DVec3 {
+        self.images[0]
+    }
+
+    /// Becomes lane number `lane` of four sequences that have been unfolded, which is of `sequence`, as far as its points are
+    /// within their surfaces' bounds; gives whether all are, so whether the sequence has a path if its points lie
+    /// on its surfaces.
+    #[inline(always)]
+    pub(super) fn take(
+        &mut self,
+        scene: &Scene,
+        sequence: &Sequence,
+        four: &Four,
+        lane: usize,
+    ) -> bool {
+        if !four.meets(lane) {
+            return false;
+        }
+        let order = sequence.len().min(MAX_ORDER);
+        let path = &mut self.path;
+        let points = path.surfaces.iter_mut().zip(&mut path.points);
+        for (step, (number, point)) in points.enumerate() {
+            if step == order {
+                break;
+            }
+            let (place, at) = four.step(lane, step);
+            *number = sequence.surface_at(place);
+            *point = at;
+            if !near_bounds(scene.surface(*number), at, MARGIN_M) {
+                return false;
+            }
+        }
+        path.order = order;
+        for (step, image) in self.images.iter_mut().enumerate() {
+            *image = four.goal(lane, step);
+        }
+        true
+    }
+
     /// Whether its points lie on their surfaces, not only within their bounds.
     pub(super) fn lies_on_surfaces(&self, scene: &Scene) -> bool {
         (0..self.path.order)
@@ -162,21 +203,7 @@ impl Unfolded {
         let accepts = |number, surface: &Surface, point| {
             near_bounds(surface, point, MARGIN_M) && scene.reflects_at(number, point)
         };
-        self.along_where(scene, sequence, order, line, accepts, |_, _| true)
-    }
-
-    /// The same without a look whether points lie on their surfaces, ended by a leg that is not clear: `is_clear` is asked of
-    /// each leg before a reflection as soon as it is known.
-    pub(super) fn along_clear(
-        &mut self,
-        scene: &Scene,
-        sequence: &Sequence,
-        order: &Order,
-        line: [DVec3; 2],
-        is_clear: impl FnMut(&ImagePath, usize) -> bool,
-    ) -> bool {
-        let accepts = |_, surface: &Surface, point| near_bounds(surface, point, MARGIN_M);
-        self.along_where(scene, sequence, order, line, accepts, is_clear)
+        self.along_where(scene, sequence, order, line, accepts)
     }
 
     /// The same for a path that may miss its surfaces by `reach_m` metres: one that may be there for a listener nearby.
@@ -190,7 +217,7 @@ impl Unfolded {
     ) -> bool {
         let margin_m = reach_m + MARGIN_M;
         let accepts = |_, surface: &Surface, point| near_bounds(surface, point, margin_m);
-        self.along_where(scene, sequence, order, line, accepts, |_, _| true)
+        self.along_where(scene, sequence, order, line, accepts)
     }
 
     #[inline(always)]
@@ -201,7 +228,6 @@ impl Unfolded {
         order: &Order,
         [source, listener_image]: [DVec3; 2],
         mut accepts: impl FnMut(u32, &Surface, DVec3) -> bool,
-        mut goes_on: impl FnMut(&ImagePath, usize) -> bool,
     ) -> bool {
         self.path.order = sequence.len();
         let surfaces = sequence.surfaces();
@@ -227,9 +253,6 @@ impl Unfolded {
             self.path.surfaces[step] = number;
             self.path.points[step] = point;
             self.images[step] = image;
-            if !goes_on(&self.path, step) {
-                return false;
-            }
             from = point;
             image -= 2.0 * next.there * surface.normal;
             rest &= !(1 << next.place);
@@ -293,15 +316,15 @@ fn next_plane(
 /// Whether a point of a surface's plane is inside its bounds or within `margin_m` metres, as seen along the surface's main
 /// axis; cheap, and from [`MARGIN_M`] on never false where the surface has the point.
 #[inline]
-fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
-    let low = surface.bounds_min.as_dvec3() - margin_m;
-    let high = surface.bounds_max.as_dvec3() + margin_m;
-    let inside = point.cmpge(low) & point.cmple(high);
-    if inside.all() {
-        return true;
-    }
-    let n = surface.normal.abs();
-    (inside | n.cmpeq(DVec3::splat(n.max_element()))).all()
+pub(super) fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
+    let (low, high) = (surface.bounds_min, surface.bounds_max);
+    let within = |at: f64, low: f32, high: f32| {
+        at >= f64::from(low) - margin_m && at <= f64::from(high) + margin_m
+    };
+    let is_main = |along: f64| along.abs() == surface.normal.abs().max_element();
+    (within(point.x, low.x, high.x) || is_main(surface.normal.x))
+        && (within(point.y, low.y, high.y) || is_main(surface.normal.y))
+        && (within(point.z, low.z, high.z) || is_main(surface.normal.z))
 }
 
 /// Whether nothing stands between the points of a path. Adds the rays it cast to `rays`.

@@ -14,6 +14,7 @@ pub mod discovery;
 pub mod effort;
 mod few_sources;
 pub mod finite_panel;
+mod four;
 pub mod guide_memory;
 pub mod image_source;
 pub mod late;
@@ -27,6 +28,7 @@ pub mod sequence_set;
 pub mod settings;
 mod source_task;
 pub mod update;
+mod waiting;
 pub mod workers;
 
 pub use effort::Effort;

@@ -104,22 +104,14 @@ impl Blocked {
         corners.into_iter().flatten().for_each(prefetch);
     }
 
-    /// Whether leg `step` of the candidate's path is the one, and blocked again.
-    #[inline]
-    pub(super) fn again(
-        &self,
-        scene: &Scene,
-        path: &ImagePath,
-        step: usize,
-        ends: [DVec3; 2],
-    ) -> bool {
-        step == self.step && self.blocks(scene, path, ends)
-    }
-
+    /// Whether it blocks the candidate's path again. `ends` are source and listener.
     #[inline(never)]
-    fn blocks(&self, scene: &Scene, path: &ImagePath, ends: [DVec3; 2]) -> bool {
-        let step = self.step;
-        let (leg, ignored) = path.leg(ends, step);
+    pub(super) fn again(&self, scene: &Scene, path: &ImagePath, ends: [DVec3; 2]) -> bool {
+        // Another candidate of the same tag may be longer.
+        if self.step > path.order {
+            return false;
+        }
+        let (leg, ignored) = path.leg(ends, self.step);
         let group = scene.surface_of(self.triangle);
         !ignored.contains(&group) && scene.blocks(self.triangle, &leg)
     }

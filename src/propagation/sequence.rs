@@ -18,7 +18,7 @@ pub struct Sequence {
 }
 
 /// Planes whose normals' cosine is below this commute: 0.006°, far beyond what merging of surfaces leaves.
-const COMMUTING_COSINE: f64 = 1e-4;
+pub(super) const COMMUTING_COSINE: f64 = 1e-4;
 
 /// What a symbol of a path's identity stands for.
 const REFLECTION: u64 = 0;
@@ -64,6 +64,12 @@ impl Sequence {
     #[inline]
     pub fn surfaces(&self) -> &[u32] {
         &self.surfaces[..self.len()]
+    }
+
+    /// The surface at a place below [`MAX_ORDER`]; of no meaning from [`Self::len`] on.
+    #[inline(always)]
+    pub(super) fn surface_at(&self, place: usize) -> u32 {
+        self.surfaces[place % MAX_ORDER]
     }
 
     /// Whether the surface at `place` commutes with all before it, so that some order of the class begins with it.
@@ -141,8 +147,6 @@ pub(crate) struct Order {
     /// Of each place the earlier ones that it cannot pass, one a bit.
     behind: [u8; MAX_ORDER],
     count: u8,
-    /// By how much surfaces that commute are not perpendicular.
-    tilt: f32,
 }
 
 impl Order {
@@ -157,10 +161,7 @@ impl Order {
             let normal = scene.surface(surface).normal;
             normals[place] = normal;
             for (earlier, other) in normals[..place].iter().enumerate() {
-                let cosine = other.dot(normal).abs();
-                if cosine < COMMUTING_COSINE {
-                    order.tilt += cosine as f32;
-                } else {
+                if !commute(*other, normal) {
                     order.behind[place] |= 1 << earlier;
                 }
             }
@@ -168,10 +169,14 @@ impl Order {
         order
     }
 
-    /// Sum of the cosines between surfaces that commute.
-    #[inline]
-    pub(super) fn tilt(&self) -> f64 {
-        f64::from(self.tilt)
+    /// Of `count` surfaces; `behind` has of each place the earlier ones that it cannot pass, one a bit and eight bits a place,
+    /// the first place lowest.
+    #[inline(always)]
+    pub(super) fn of_bits(behind: u32, count: usize) -> Self {
+        Self {
+            behind: behind.to_le_bytes(),
+            count: count as u8,
+        }
     }
 
     /// The places of all surfaces, one a bit.

@@ -10,12 +10,13 @@ use super::diffraction::{self, DirectEdges, Spot};
 use super::effort::Effort;
 use super::image_source::{ImagePath, Unfolded};
 use super::late::{LateEstimator, SourceRays, Viewpoints, still_place};
-use super::occluders::Occluders;
-use super::path::{LateSource, MAX_BENDS, Path};
+use super::occluders::{Blocked, Occluders};
+use super::path::{LateSource, MAX_BENDS, MAX_ORDER, Path};
 use super::sampling::{ROTATIONS, mix, rotation};
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
+use super::waiting::{Standing, Waiting};
 use crate::acoustics::BandArray;
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -33,20 +34,6 @@ const PATHS_AT_FIRST: usize = 256;
 
 /// Most paths nearby that an update names of one source.
 const MOST_NEARBY: usize = 256;
-
-/// Candidates that wait for their turn together, so that what is remembered of them has come by then.
-const TRIED_TOGETHER: usize = 64;
-
-/// Candidates between one that is tried and one whose blocker is asked for.
-const AHEAD: usize = 2;
-
-/// A sequence to be tried.
-#[derive(Debug, Clone, Copy)]
-struct Candidate {
-    sequence: Sequence,
-    ready: Ready,
-    hash: u64,
-}
 
 /// Another place where the listener may be.
 #[derive(Debug, Default)]
@@ -115,8 +102,10 @@ pub(super) struct SourceTask {
     /// Sequences that this source alone tries.
     own: SequenceSet,
     /// Candidates whose turn comes next.
-    next: Vec<Candidate>,
-    /// Where the points of the candidate at hand lie.
+    waiting: Waiting,
+    /// Those that have a path, by number.
+    valid: Vec<(u32, Sequence)>,
+    /// Where the points of what is nearby lie.
     unfolded: Unfolded,
     /// Valid paths in no order that means anything.
     pub(super) paths: Vec<Path>,
@@ -145,7 +134,8 @@ impl SourceTask {
             occluders: Occluders::default(),
             rotation: None,
             own: SequenceSet::with_capacity(own),
-            next: Vec::with_capacity(TRIED_TOGETHER),
+            waiting: Waiting::new(),
+            valid: Vec::with_capacity(PATHS_AT_FIRST),
             unfolded: Unfolded::default(),
             paths: Vec::with_capacity(PATHS_AT_FIRST),
             nearby: Vec::new(),
@@ -322,140 +312,137 @@ impl SourceTask {
     }
 
     fn validate(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose, origin: DVec3) {
-        let mut next = std::mem::take(&mut self.next);
+        let mut waiting = std::mem::take(&mut self.waiting);
+        let trial = Trial {
+            moment: &shared.moment,
+            pose,
+            ends: [origin, shared.moment.ear],
+        };
         let guide = shared.guide.entries();
         for share in shared.candidates {
-            share.seen_from(place, |number, ready| {
-                self.put(shared, &mut next, (guide[number], *ready), pose, origin);
+            share.seen_from(place, |number| {
+                self.put(&trial, &mut waiting, &guide[number], number);
             });
         }
-        self.try_all(shared, &mut next, pose, origin);
         self.own.prefetch();
         self.gather_own(shared);
         for place in 0..self.own.entries().len() {
             let sequence = self.own.entries()[place];
-            let ready = Ready::of(shared.moment.scene, &sequence, shared.moment.ear);
-            self.put(shared, &mut next, (sequence, ready), pose, origin);
+            self.put(&trial, &mut waiting, &sequence, guide.len() + place);
         }
-        self.try_all(shared, &mut next, pose, origin);
-        self.next = next;
+        for length in 1..=MAX_ORDER {
+            self.unfold(&trial, &mut waiting, length);
+        }
+        self.try_all(&trial, &mut waiting);
+        self.waiting = waiting;
+        self.valid.sort_unstable_by_key(|(number, _)| *number);
+        for (_, sequence) in self.valid.drain(..) {
+            self.cache.renew(sequence, shared.moment.update);
+        }
     }
 
-    /// Has a candidate wait for its turn, and asks for what will be remembered of it: candidates come in no order that this lies
-    /// in.
+    /// Has a candidate wait for its turn, and those that it was waited for take theirs.
     #[inline(always)]
     fn put(
         &mut self,
-        shared: &Shared<'_>,
-        next: &mut Vec<Candidate>,
-        (sequence, ready): (Sequence, Ready),
-        pose: &SourcePose,
-        origin: DVec3,
+        trial: &Trial<'_>,
+        waiting: &mut Waiting,
+        sequence: &Sequence,
+        number: usize,
     ) {
-        let hash = sequence.hash();
-        self.occluders.prefetch(hash);
-        next.push(Candidate {
-            sequence,
-            ready,
-            hash,
-        });
-        if next.len() == TRIED_TOGETHER {
-            self.try_all(shared, next, pose, origin);
+        if waiting.put(trial.moment.scene, sequence, number) {
+            self.unfold(trial, waiting, sequence.len());
         }
     }
 
-    /// Tries the candidates whose turn has come; what blocked later ones is asked for meanwhile.
-    fn try_all(
-        &mut self,
-        shared: &Shared<'_>,
-        next: &mut Vec<Candidate>,
-        pose: &SourcePose,
-        origin: DVec3,
-    ) {
-        let scene = shared.moment.scene;
-        let blocked = |occluders: &Occluders, place: usize| {
-            let candidate: Option<&Candidate> = next.get(place);
-            candidate.and_then(|candidate| occluders.recall(candidate.hash))
-        };
-        for place in 0..2 * AHEAD {
-            if let Some(blocked) = blocked(&self.occluders, place) {
-                blocked.prefetch_triangle(scene);
-            }
+    /// Unfolds the candidates of one length that wait.
+    #[inline(never)]
+    fn unfold(&mut self, trial: &Trial<'_>, waiting: &mut Waiting, length: usize) {
+        let Trial { moment, ends, .. } = *trial;
+        let is_time = waiting.unfold(
+            moment.scene,
+            &self.occluders,
+            length,
+            ends,
+            |four, lane, sequence| {
+                if let Some(reach_m) = moment.reach_m {
+                    let (unfolded, ready) = (&mut self.unfolded, four.ready(lane, length));
+                    self.nearby
+                        .extend(nearby(trial, unfolded, sequence, &ready, reach_m));
+                }
+            },
+        );
+        if is_time {
+            self.try_all(trial, waiting);
         }
-        for (place, candidate) in next.iter().enumerate() {
-            if let Some(blocked) = blocked(&self.occluders, place + 2 * AHEAD) {
-                blocked.prefetch_triangle(scene);
-            }
-            if let Some(blocked) = blocked(&self.occluders, place + AHEAD) {
-                blocked.prefetch_corners(scene);
-            }
-            self.try_candidate(shared, candidate, pose, origin);
-        }
-        next.clear();
     }
 
-    /// Adds the path along a sequence if there is one, or to those nearby.
-    fn try_candidate(
-        &mut self,
-        shared: &Shared<'_>,
-        candidate: &Candidate,
-        pose: &SourcePose,
-        origin: DVec3,
-    ) {
-        let moment = &shared.moment;
+    /// Adds the paths along the candidates that are left, or has them nearby.
+    fn try_all(&mut self, trial: &Trial<'_>, waiting: &mut Waiting) {
+        let Trial { moment, pose, .. } = *trial;
         let scene = moment.scene;
-        let (sequence, ready) = (&candidate.sequence, &candidate.ready);
-        if let Some(path) = self.open(moment, candidate, origin) {
-            self.cache.renew(*sequence, moment.update);
-            let level = amplitude::reflected;
-            self.paths
-                .push(reflected_path(moment, sequence, pose, &path, level));
-        } else if let Some(reach_m) = moment.reach_m {
-            let line = [origin, ready.image];
-            let unfolded = &mut self.unfolded;
-            if unfolded.along_nearby(scene, sequence, &ready.order, line, reach_m) {
-                let path = unfolded.finish(scene, line);
-                let level = amplitude::unbounded;
-                self.nearby
+        waiting.try_all(scene, &mut self.occluders, |occluders, standing, last| {
+            let sequence = &standing.sequence;
+            if let Some(path) = open(trial, standing, last, occluders, &mut self.rays) {
+                self.valid.push((standing.number, *sequence));
+                let level = amplitude::reflected;
+                self.paths
                     .push(reflected_path(moment, sequence, pose, &path, level));
+            } else if let Some(reach_m) = moment.reach_m {
+                let ready = Ready::of(scene, sequence, moment.ear);
+                let unfolded = &mut self.unfolded;
+                self.nearby
+                    .extend(nearby(trial, unfolded, sequence, &ready, reach_m));
             }
-        }
+        });
     }
+}
 
-    /// The geometry of the path along a sequence, if there is one and nothing blocks it.
-    fn open(
-        &mut self,
-        moment: &Moment<'_>,
-        candidate: &Candidate,
-        origin: DVec3,
-    ) -> Option<ImagePath> {
-        let scene = moment.scene;
-        let Candidate {
-            sequence,
-            ready,
-            hash,
-        } = candidate;
-        let ends = [origin, moment.ear];
-        let line = [origin, ready.image];
-        let unfolded = &mut self.unfolded;
-        // What was blocked most likely is again, which is sooner known than where all its points lie; and most of what is no
-        // path misses some surface's bounds, which is sooner known than whether a point lies on any.
-        let blocked = self.occluders.recall(*hash);
-        let is_blocked = |legs: &ImagePath, step| {
-            blocked.is_some_and(|blocked| blocked.again(scene, legs, step, ends))
-        };
-        let is_free = |legs: &ImagePath, step| !is_blocked(legs, step);
-        if !unfolded.along_clear(scene, sequence, &ready.order, line, is_free)
-            || is_blocked(unfolded.legs(), sequence.len())
-            || !unfolded.lies_on_surfaces(scene)
-        {
-            return None;
-        }
-        let legs = unfolded.legs();
-        let rays = &mut self.rays;
-        let clear = self.occluders.is_clear(scene, *hash, legs, ends, rays);
-        clear.then(|| unfolded.finish(scene, line))
+/// What all candidates of a source are tried with.
+#[derive(Debug, Clone, Copy)]
+struct Trial<'a> {
+    moment: &'a Moment<'a>,
+    pose: &'a SourcePose,
+    /// Source and listener, local coordinates.
+    ends: [DVec3; 2],
+}
+
+/// The geometry of the path along a candidate that is left, if nothing blocks it and its points lie on its surfaces.
+///
+/// What was blocked most likely is again, which is sooner known than whether a point lies on any surface.
+fn open(
+    trial: &Trial<'_>,
+    standing: &Standing,
+    last: Option<Blocked>,
+    occluders: &mut Occluders,
+    rays: &mut u64,
+) -> Option<ImagePath> {
+    let (scene, ends, unfolded) = (trial.moment.scene, trial.ends, &standing.unfolded);
+    let legs = unfolded.legs();
+    if last.is_some_and(|blocked| blocked.again(scene, legs, ends))
+        || !unfolded.lies_on_surfaces(scene)
+        || !occluders.is_clear(scene, standing.hash, legs, ends, rays)
+    {
+        return None;
     }
+    Some(unfolded.finish(scene, [ends[0], unfolded.goal()]))
+}
+
+/// The path along a candidate that is not there, but may be for a listener within `reach_m` metres.
+fn nearby(
+    trial: &Trial<'_>,
+    unfolded: &mut Unfolded,
+    sequence: &Sequence,
+    ready: &Ready,
+    reach_m: f64,
+) -> Option<Path> {
+    let Trial { moment, pose, ends } = *trial;
+    let (scene, line) = (moment.scene, [ends[0], ready.image]);
+    let is_there = unfolded.along_nearby(scene, sequence, &ready.order, line, reach_m);
+    is_there.then(|| {
+        let path = unfolded.finish(scene, line);
+        reflected_path(moment, sequence, pose, &path, amplitude::unbounded)
+    })
 }
 
 /// Whether source and listener are where sound is followed.

@@ -20,6 +20,18 @@ use crate::acoustics::BANDS;
 const POINTS: usize = 8;
 const STEP: f64 = 0.45;
 
+/// The points' τ = sinh u and cosh u.
+const AT_POINTS: [(f64, f64); POINTS] = [
+    (0.22690324871624368, 1.0254194674756207),
+    (0.727438277681149, 1.2365946982886982),
+    (1.3777821907798407, 1.7024346581381904),
+    (2.311867032714563, 2.5188745853957153),
+    (3.7220585507245074, 3.8540523939123377),
+    (5.898772061421044, 5.982935051678355),
+    (9.290280678993138, 9.343945370905868),
+    (14.595032831461635, 14.629250949773304),
+];
+
 /// ε from which on a pole is far enough from the points to be left in the rest: towards π it would meet the root's branch
 /// point, where both shares grow beyond bounds, and beyond it is on another sheet of y(v).
 const FARTHEST_POLE: f64 = 0.6 * PI;
@@ -78,10 +90,8 @@ impl NearEdge {
             rest: [[Complex::ZERO; 3]; POINTS],
             decay: [0.0; POINTS],
         };
-        for point in 0..POINTS {
-            let u = (point as f64 + 0.5) * STEP;
-            let tau = u.sinh();
-            let weight = outside * (STEP * u.cosh());
+        for (point, (tau, cosh)) in AT_POINTS.into_iter().enumerate() {
+            let weight = outside * (STEP * cosh);
             let sigma = Complex::new(0.0, -tau * tau);
             let longer = Complex::ONE + sigma * q;
             let v = sigma * longer;
@@ -142,5 +152,20 @@ impl NearEdge {
             field.second_face += rest[2] * left;
         }
         field
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_where_they_are_said_to_be() {
+        for (point, (tau, cosh)) in AT_POINTS.into_iter().enumerate() {
+            let u = (point as f64 + 0.5) * STEP;
+            // Libraries differ in the last bit.
+            assert!((tau / u.sinh() - 1.0).abs() < 1e-15, "{point}");
+            assert!((cosh / u.cosh() - 1.0).abs() < 1e-15, "{point}");
+        }
     }
 }

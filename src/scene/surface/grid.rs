@@ -2,7 +2,7 @@
 //!
 //! Each surface is seen along the axis its normal is nearest to. Up to [`FEW_TRIANGLES`] triangles are tested one after
 //! the other; more get a uniform grid over their bounds, all grids in the same flat lists. A cell that one triangle
-//! covers whole answers without a test.
+//! covers whole, or several that meet in it do, answers without a test.
 
 use std::ops::Range;
 
@@ -29,10 +29,13 @@ const LEAST_CELLS_A_TRIANGLE: f64 = 2.0;
 /// Number of cells up to which a grid is fine.
 const FINE_CELLS: f64 = 4096.0;
 
-/// Bit of a cell that lies inside one triangle.
+/// Height of a triangle below which it is not said to cover anything, in metres: of a sliver rounding may change the side.
+const SLIVER_M: f64 = 1e-4;
+
+/// Bit of a cell that triangles cover whole.
 const WHOLE: u32 = 1 << 31;
 
-/// What a cell says by itself: that nothing is there, that one triangle covers it, or that its entries have to be asked.
+/// What a cell says by itself: that nothing is there, that triangles cover it, or that its entries have to be asked.
 const EMPTY: u64 = 0;
 const WHOLLY: u64 = 1;
 const PARTLY: u64 = 2;
@@ -169,6 +172,7 @@ impl Grids {
             columns = (columns / 2.0).ceil();
             rows = (rows / 2.0).ceil();
         }
+        grid.cover_together(members, &mut whole);
         let mut next = self.entries.len() as u32;
         for (count, &whole) in counts.iter_mut().zip(&whole) {
             let begin = next;
@@ -282,6 +286,23 @@ impl FlatTriangle {
         (a.min(b).min(c), a.max(b).max(c))
     }
 
+    /// From which corner to which each edge leads, as bits that are the same for the same places.
+    fn edges(&self) -> [[u32; 4]; 3] {
+        // A zero has two signs.
+        let [a, b, c] = self
+            .corners
+            .map(|corner| corner.map(|x| (x + 0.0).to_bits()));
+        [[a, b], [b, c], [c, a]].map(|[from, to]| [from[0], from[1], to[0], to[1]])
+    }
+
+    /// Whether it is lower than [`SLIVER_M`], or may be.
+    fn is_sliver(&self) -> bool {
+        let [a, b, c] = [self.corner(0), self.corner(1), self.corner(2)];
+        let longest_m = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let twice_m2 = (b - a).perp_dot(c - a);
+        twice_m2 <= SLIVER_M * longest_m
+    }
+
     /// Whether a point is inside the bounds or within the tolerance of them.
     #[inline]
     fn bounds_hold(&self, point: DVec2) -> bool {
@@ -348,6 +369,38 @@ impl Grid {
     fn row(&self, y: f64) -> u32 {
         let at = (y - self.origin.y) * self.cells_a_metre.y;
         (at.max(0.0) as u32).min(self.rows - 1)
+    }
+
+    /// Adds the cells that several triangles cover to those that one does. Where no triangle ends without another one on the
+    /// other side of the very same edge, all is covered or nothing; the middle says which.
+    fn cover_together(&self, members: &[FlatTriangle], whole: &mut [bool]) {
+        let mut edges: Vec<[u32; 4]> = members.iter().flat_map(FlatTriangle::edges).collect();
+        edges.sort_unstable();
+        let count = |edge: &[u32; 4]| {
+            let from = edges.partition_point(|other| other < edge);
+            edges[from..]
+                .iter()
+                .take_while(|other| *other == edge)
+                .count()
+        };
+        let mut ends = vec![false; whole.len()];
+        for triangle in members {
+            let is_sliver = triangle.is_sliver();
+            for (side, edge) in triangle.edges().iter().enumerate() {
+                let [ax, ay, bx, by] = *edge;
+                if is_sliver || count(edge) != 1 || count(&[bx, by, ax, ay]) != 1 {
+                    let corners = [side, (side + 1) % 3, side].map(|i| triangle.corners[i]);
+                    self.cover(&FlatTriangle { corners }, |cell| ends[cell as usize] = true);
+                }
+            }
+        }
+        for triangle in members {
+            self.cover(triangle, |cell| {
+                let [low, .., high] = self.corners(cell);
+                let cell = cell as usize;
+                whole[cell] |= !ends[cell] && triangle.spans(0.5 * (low + high));
+            });
+        }
     }
 
     /// Visits the cells that a triangle, grown by twice the tolerance, touches: row by row, from the leftmost to the
