@@ -20,9 +20,11 @@
 //! anew. What that costs is memory, about 0.4 MB a source with 128 rays to a depth of 4 (`source_rays::Found`), and 0.25 MB
 //! in a scene with instances.
 
+mod bounces;
 pub mod connection;
 pub mod decay;
 pub mod envelope;
+mod follow;
 mod ray_log;
 pub mod source_rays;
 pub mod viewpoints;
@@ -38,7 +40,8 @@ use super::sampling::ROTATIONS;
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use crate::scene::{Scene, SourceId};
-use connection::{Arrivals, Bounces};
+use bounces::Bounces;
+use connection::Arrivals;
 use decay::{CurveTree, Decay};
 use envelope::Spans;
 use source_rays::{Found, Known};
