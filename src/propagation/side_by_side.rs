@@ -166,11 +166,12 @@ impl Rays {
             }
             self.direction[axis] = direction;
         }
-        let mut are_usable = true;
+        // Bits of what is above zero and finite are a range of numbers, and lanes find the greatest number.
+        let mut most = 0;
         for l in 0..TOGETHER {
-            are_usable &= (factor[l] > 0.0) & (factor[l] < f32::INFINITY);
+            most = most.max(factor[l].to_bits().wrapping_sub(1));
         }
-        if !are_usable {
+        if most >= f32::INFINITY.to_bits() - 1 {
             self.go_along(&factor, normal);
         }
     }

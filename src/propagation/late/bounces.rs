@@ -117,8 +117,8 @@ pub(super) struct Bounces {
     pub(super) near: Weighed,
     /// Beyond, of far rays.
     pub(super) far: Weighed,
-    /// Roots of the weights of those beyond.
-    pub(super) far_roots: Vec<f64>,
+    /// Sums of weights up to each bounce, while some are chosen.
+    pub(super) sums: Vec<f64>,
     /// What else the rays met.
     pub(super) log: RayLog,
 }

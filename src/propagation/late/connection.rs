@@ -84,10 +84,7 @@ impl Arrivals {
         self.seen.clear();
         self.seen_from = [None; VIEWS];
         let Bounces {
-            near,
-            far,
-            far_roots,
-            ..
+            near, far, sums, ..
         } = bounces;
         let has_near = near.weights.iter().any(|weight| *weight > 0.0);
         let count = if has_near {
@@ -95,43 +92,52 @@ impl Arrivals {
         } else {
             0.0
         };
-        self.choose_among(scene, near, &near.weights, count);
+        self.choose_among(scene, near, f64::from, count, sums);
         // The root beyond: what comes last has little energy, but nothing else is heard by then.
-        far_roots.clear();
-        far_roots.reserve(far.weights.capacity());
-        far_roots.extend(far.weights.iter().map(|weight| f64::from(*weight).sqrt()));
         let rest = SHADOW_RAYS as f64 - count;
-        self.choose_among(scene, far, far_roots, rest);
+        self.choose_among(scene, far, |weight| f64::from(weight).sqrt(), rest, sums);
     }
 
-    /// Chooses `count` of them in proportion to their weights, or fewer that stand for more.
-    fn choose_among<W: Copy + Into<f64>>(
+    /// Chooses `count` of them in proportion to what weights are taken for, or fewer that stand for more. `sums` is memory.
+    fn choose_among(
         &mut self,
         scene: &Scene,
         bounces: &Weighed,
-        weights: &[W],
+        taken_for: impl Fn(f32) -> f64,
         count: f64,
+        sums: &mut Vec<f64>,
     ) {
-        let stride = weights.iter().map(|w| (*w).into()).sum::<f64>() / count;
+        let mut sum = 0.0;
+        sums.clear();
+        sums.extend(bounces.weights.iter().map(|weight| {
+            sum += taken_for(*weight);
+            sum
+        }));
+        let stride = sum / count;
         if !(stride > 0.0 && stride.is_finite()) {
             return;
         }
         // Marks stand at (n + ½) strides along the sum of weights.
         let mut mark = 0.5 * stride;
-        let mut sum = 0.0;
-        for (place, &weight) in weights.iter().enumerate() {
-            let weight: f64 = weight.into();
-            sum += weight;
-            if mark >= sum {
-                continue;
+        let mut place = 0;
+        loop {
+            // Most have none: as many are passed over at once as may be.
+            const PASSED: usize = 8;
+            let is_passed = |place| sums.get(place).is_some_and(|sum: &f64| mark >= *sum);
+            while is_passed(place + PASSED - 1) {
+                place += PASSED;
             }
+            while is_passed(place) {
+                place += 1;
+            }
+            let Some(&sum) = sums.get(place) else { break };
             let mut marks = 0.0;
             while mark < sum {
                 mark += stride;
                 marks += 1.0;
             }
             let bounce = bounces.bounce(place);
-            let gain = (marks * stride / weight) as f32;
+            let gain = (marks * stride / taken_for(bounces.weights[place])) as f32;
             let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
             self.chosen.push(Chosen {
                 point: bounce.point,
@@ -141,6 +147,7 @@ impl Arrivals {
                 energy: std::array::from_fn(|b| bounce.energy[b] * gain * air[b]),
                 is_seen: false,
             });
+            place += 1;
         }
     }
 

@@ -198,10 +198,9 @@ impl DecayCurve {
     }
 
     fn set_sum(&mut self, a: &Self, b: &Self) {
-        for (sum, (a, b)) in self.energy.iter_mut().zip(a.energy.iter().zip(&b.energy)) {
-            for band in 0..BANDS {
-                sum[band] = a[band] + b[band];
-            }
+        let parts = a.energy.as_flattened().iter().zip(b.energy.as_flattened());
+        for (sum, (a, b)) in self.energy.as_flattened_mut().iter_mut().zip(parts) {
+            *sum = a + b;
         }
         self.count = a.count + b.count;
         self.legs_m = a.legs_m + b.legs_m;

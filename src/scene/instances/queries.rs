@@ -46,10 +46,16 @@ impl Scene {
     /// [`crate::geometry::Bvh::closest_hit`].
     #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-        let found = self.bvh().closest_hit(ray, ignored);
-        if self.instances.is_empty() {
-            return found;
+        // Apart, so that without instances the hit stays in registers.
+        match self.instances.is_empty() {
+            true => self.bvh().closest_hit(ray, ignored),
+            false => self.closest_hit_of_all(ray, ignored),
         }
+    }
+
+    #[inline(never)]
+    fn closest_hit_of_all(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
+        let found = self.bvh().closest_hit(ray, ignored);
         self.instances.closest_hit(ray, ignored, found)
     }
 
