@@ -7,7 +7,13 @@ pub(super) const NONE_YET: u32 = 0;
 /// A slot that is free. No key is like it, since no surface has the highest number.
 const FREE: u64 = u64::MAX;
 
-/// A tree of lists, by what each goes on from and its last surface. Fixed memory.
+/// Slots for so many lists: half of them are free at least.
+fn slots(most: usize) -> usize {
+    (2 * most.max(1)).next_power_of_two()
+}
+
+/// A tree of lists, by what each goes on from and its last surface. Memory grows only when it is
+/// renewed for more.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Beginnings {
     /// A power of two; a list's number is its slot's plus one.
@@ -15,11 +21,17 @@ pub(super) struct Beginnings {
 }
 
 impl Beginnings {
+    /// None, and memory for so many.
+    pub(super) fn with_capacity(most: usize) -> Self {
+        Self {
+            keys: Vec::with_capacity(slots(most)),
+        }
+    }
+
     /// Forgets all, and makes room for `most` lists.
     pub(super) fn renew(&mut self, most: usize) {
         self.keys.clear();
-        self.keys
-            .resize((2 * most.max(1)).next_power_of_two(), FREE);
+        self.keys.resize(slots(most), FREE);
     }
 
     /// The number of the list that goes on from another one with a surface, and whether it is new.

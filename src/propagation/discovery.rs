@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Mat3, Vec3};
 
+use super::beginnings::{Beginnings, NONE_YET};
 use super::path::MAX_ORDER;
 use super::sequence::Sequence;
 use super::side_by_side::{Met, Rays, TOGETHER, lanes, put_vector};
@@ -27,15 +28,23 @@ pub struct GuideRays<'a> {
 
 impl GuideRays<'_> {
     /// Traces some of the rays by specular reflection and gives `found` every sequence they meet, and each of its
-    /// beginnings, turned round so that it runs from source to listener. Gives the number of rays cast.
-    pub fn trace(
+    /// beginnings, turned round so that it runs from source to listener; what is met again need not be told again. Gives the
+    /// number of rays cast. Allocates.
+    pub fn trace(&self, scene: &Scene, range: Range<usize>, found: impl FnMut(Sequence)) -> u64 {
+        self.trace_with(&mut Beginnings::default(), scene, range, found)
+    }
+
+    /// The same in memory that is there.
+    pub(super) fn trace_with(
         &self,
+        met_before: &mut Beginnings,
         scene: &Scene,
         range: Range<usize>,
         mut found: impl FnMut(Sequence),
     ) -> u64 {
         let depth = self.depth.min(MAX_ORDER);
         let origin = self.origin.as_vec3();
+        met_before.renew(range.len() * depth);
         let mut rays = 0;
         let mut mets = [Met::NONE; MAX_ORDER];
         let mets = &mut mets[..depth];
@@ -50,7 +59,7 @@ impl GuideRays<'_> {
                 mirror(scene, &mut together, met);
             }
             for lane in 0..directions.len() {
-                give_sequences(scene, mets, lane, &mut found);
+                give_sequences(scene, mets, lane, met_before, &mut found);
             }
         }
         rays
@@ -74,16 +83,27 @@ fn mirror(scene: &Scene, together: &mut Rays, met: &mut Met) {
     together.under_way = met.rays;
 }
 
-/// Gives what a ray has met, and each of its beginnings.
+/// Gives what a ray has met, and each of its beginnings, unless rays have met them before.
 #[inline(always)]
-fn give_sequences(scene: &Scene, mets: &[Met], lane: usize, found: &mut impl FnMut(Sequence)) {
+fn give_sequences(
+    scene: &Scene,
+    mets: &[Met],
+    lane: usize,
+    met_before: &mut Beginnings,
+    found: &mut impl FnMut(Sequence),
+) {
     // Filled from the end, so that what is there always runs from source to listener.
     let mut surfaces = [0; MAX_ORDER];
+    let mut list = NONE_YET;
     for (met, first) in mets.iter().zip((0..MAX_ORDER).rev()) {
         if met.rays >> lane & 1 == 0 {
             break;
         }
+        let is_new;
         surfaces[first] = met.surface[lane];
-        found(Sequence::canonical(scene, &surfaces[first..]));
+        (list, is_new) = met_before.go_on(list, surfaces[first]);
+        if is_new {
+            found(Sequence::canonical(scene, &surfaces[first..]));
+        }
     }
 }

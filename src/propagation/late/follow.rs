@@ -62,7 +62,7 @@ kernel! {
         }
         let far_lanes = (1 << log.far_count()) - 1;
         let beyond = FAR_BOUNCES.saturating_sub(depth);
-        if beyond > 0 {
+        if beyond > 0 && far_lanes != 0 {
             let (blocks, weights) = far.from_ray(0);
             let gain = gain(far_stands_for(count), count);
             for step in depth..FAR_BOUNCES {
