@@ -81,7 +81,7 @@ impl Weighed {
 
     /// The blocks of the rays from `first` on, by steps, and the weights of these.
     #[inline(always)]
-    pub(super) fn from_ray(&mut self, first: usize) -> (&mut [Block], &mut [f32]) {
+    pub(super) fn together_from(&mut self, first: usize) -> (&mut [Block], &mut [f32]) {
         let block = first / TOGETHER * self.steps;
         (
             &mut self.blocks[block..][..self.steps],

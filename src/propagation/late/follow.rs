@@ -49,7 +49,7 @@ kernel! {
                     far_lanes |= 1 << lane;
                 }
             }
-            let (blocks, weights) = near.from_ray(first);
+            let (blocks, weights) = near.together_from(first);
             let gain = gain(1, count);
             for step in 0..depth {
                 let own = Step { step, stands_for_gain: gain, far_lanes, weights: &mut weights[step..], stride: depth };
@@ -63,7 +63,7 @@ kernel! {
         let far_lanes = (1 << log.far_count()) - 1;
         let beyond = FAR_BOUNCES.saturating_sub(depth);
         if beyond > 0 && far_lanes != 0 {
-            let (blocks, weights) = far.from_ray(0);
+            let (blocks, weights) = far.together_from(0);
             let gain = gain(far_stands_for(count), count);
             for step in depth..FAR_BOUNCES {
                 let place = step - depth;

@@ -199,8 +199,11 @@ mod tests {
             let legs: Vec<f32> = (0..count).map(|step| (1 + ray + step) as f32).collect();
             for (step, leg_m) in legs.iter().enumerate() {
                 let (blocks, lane) = match step < DEPTH {
-                    true => (near.from_ray(ray / TOGETHER * TOGETHER).0, ray % TOGETHER),
-                    false => (far.from_ray(0).0, far_number.unwrap_or_default()),
+                    true => (
+                        near.together_from(ray / TOGETHER * TOGETHER).0,
+                        ray % TOGETHER,
+                    ),
+                    false => (far.together_from(0).0, far_number.unwrap_or_default()),
                 };
                 let block = &mut blocks[if step < DEPTH { step } else { step - DEPTH }];
                 block.met.rays |= 1 << lane;
