@@ -6,12 +6,12 @@ use std::ops::Range;
 
 use glam::{DVec3, Mat3, Vec3};
 
+use super::beginnings::{Beginnings, NONE_YET};
 use super::path::MAX_ORDER;
-use super::sequence::{Commutation, Sequence};
-use crate::geometry::bvh::NO_GROUP;
-use crate::geometry::{Hit, Ray};
+use super::sequence::Sequence;
+use super::side_by_side::{Met, Rays, TOGETHER, lanes, put_vector};
+use crate::geometry::Ray;
 use crate::scene::Scene;
-use crate::simd::prefetch;
 
 /// Where guide rays start, where they go and how far they are followed.
 #[derive(Debug, Clone, Copy)]
@@ -28,102 +28,82 @@ pub struct GuideRays<'a> {
 
 impl GuideRays<'_> {
     /// Traces some of the rays by specular reflection and gives `found` every sequence they meet, and each of its
-    /// beginnings, turned round so that it runs from source to listener. Gives the number of rays cast.
-    pub fn trace(
+    /// beginnings, turned round so that it runs from source to listener; what is met again need not be told again. Gives the
+    /// number of rays cast. Allocates.
+    pub fn trace(&self, scene: &Scene, range: Range<usize>, found: impl FnMut(Sequence)) -> u64 {
+        self.trace_with(&mut Beginnings::default(), scene, range, found)
+    }
+
+    /// The same in memory that is there.
+    pub(super) fn trace_with(
         &self,
+        met_before: &mut Beginnings,
         scene: &Scene,
         range: Range<usize>,
         mut found: impl FnMut(Sequence),
     ) -> u64 {
         let depth = self.depth.min(MAX_ORDER);
+        let origin = self.origin.as_vec3();
+        met_before.renew(range.len() * depth);
         let mut rays = 0;
+        let mut mets = [Met::NONE; MAX_ORDER];
+        let mets = &mut mets[..depth];
         for directions in self.directions[range].chunks(TOGETHER) {
-            let mut together = [GuideRay::ENDED; TOGETHER];
-            let together = &mut together[..directions.len()];
-            for (ray, direction) in together.iter_mut().zip(directions) {
-                ray.ray = Ray::new(self.origin.as_vec3(), self.turn * *direction);
-                ray.has_ended = false;
+            let mut together = Rays::NONE;
+            for (lane, direction) in directions.iter().enumerate() {
+                together.begin(lane, &Ray::new(origin, self.turn * *direction));
             }
-            for step in 0..depth {
-                for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
-                    rays += 1;
-                    ray.cast(scene);
-                }
-                for ray in together.iter_mut().filter(|ray| !ray.has_ended) {
-                    ray.mirror(scene, step);
-                }
+            for met in mets.iter_mut() {
+                rays += u64::from(together.under_way.count_ones());
+                together.cast(scene, met);
+                mirror(scene, &mut together, met);
             }
-            let met = together.iter().flat_map(|ray| &ray.met[..ray.count]);
-            met.for_each(|sequence| found(*sequence));
+            for lane in 0..directions.len() {
+                give_sequences(scene, mets, lane, met_before, &mut found);
+            }
         }
         rays
     }
 }
 
-/// Rays that are followed side by side, so that the next one's way begins before the last one's is worked out.
-const TOGETHER: usize = 16;
-
-/// A guide ray under way.
-#[derive(Clone, Copy)]
-struct GuideRay {
-    ray: Ray,
-    hit: Option<Hit>,
-    last: u32,
-    has_ended: bool,
-    /// Filled from the end, so that what is there always runs from source to listener.
-    surfaces: [u32; MAX_ORDER],
-    normals: [DVec3; MAX_ORDER],
-    commutation: Commutation,
-    /// What it has found so far.
-    met: [Sequence; MAX_ORDER],
-    count: usize,
-}
-
-impl GuideRay {
-    /// In place of one.
-    const ENDED: Self = Self {
-        ray: Ray {
-            origin: Vec3::ZERO,
-            direction: Vec3::X,
-            t_min: 0.0,
-            t_max: 0.0,
-        },
-        hit: None,
-        last: NO_GROUP,
-        has_ended: true,
-        surfaces: [0; MAX_ORDER],
-        normals: [DVec3::ZERO; MAX_ORDER],
-        commutation: Commutation::NONE,
-        met: [Sequence::NONE; MAX_ORDER],
-        count: 0,
-    };
-
-    /// To the next surface; ends where there is none, or one that is no mirror.
-    #[inline(always)]
-    fn cast(&mut self, scene: &Scene) {
-        let hit = scene.closest_hit(&self.ray, [self.last, NO_GROUP]);
-        self.hit = hit.filter(|hit| scene.is_panel(hit.triangle));
-        self.has_ended = self.hit.is_none();
-        if let Some(surface) = self.hit.and_then(|hit| scene.kept_surface(hit.group)) {
-            prefetch(surface);
+/// Away from panels; where a ray has met something else, or nothing, it ends.
+#[inline(always)]
+fn mirror(scene: &Scene, together: &mut Rays, met: &mut Met) {
+    let mut normal = [[0.0; TOGETHER]; 3];
+    for lane in lanes(met.rays) {
+        if scene.is_panel(met.triangle[lane]) {
+            let surface = scene.surface(met.surface[lane]);
+            put_vector(&mut normal, lane, surface.normal.as_vec3());
+        } else {
+            met.rays &= !(1 << lane);
         }
     }
+    together.mirror(met, &mut normal);
+    together.last = met.surface;
+    together.under_way = met.rays;
+}
 
-    /// Away from it, as reflection number `step`.
-    #[inline(always)]
-    fn mirror(&mut self, scene: &Scene, step: usize) {
-        let Some(hit) = self.hit else { return };
-        let first = MAX_ORDER - 1 - step;
-        let normal = scene.surface(hit.group).normal;
-        self.surfaces[first] = hit.group;
-        self.normals[first] = normal;
-        self.commutation.put_first(&self.normals[first..]);
-        self.met[step] = self.commutation.canonical(&self.surfaces[first..]);
-        self.count = step + 1;
-        let normal = normal.as_vec3();
-        let direction = self.ray.direction;
-        let onward = direction - 2.0 * normal.dot(direction) * normal;
-        self.ray = Ray::new(self.ray.at(hit.t), onward);
-        self.last = hit.group;
+/// Gives what a ray has met, and each of its beginnings, unless rays have met them before.
+#[inline(always)]
+fn give_sequences(
+    scene: &Scene,
+    mets: &[Met],
+    lane: usize,
+    met_before: &mut Beginnings,
+    found: &mut impl FnMut(Sequence),
+) {
+    // Filled from the end, so that what is there always runs from source to listener.
+    let mut surfaces = [0; MAX_ORDER];
+    let mut list = NONE_YET;
+    for (met, first) in mets.iter().zip((0..MAX_ORDER).rev()) {
+        if met.rays >> lane & 1 == 0 {
+            break;
+        }
+        let is_new;
+        surfaces[first] = met.surface[lane];
+        (list, is_new) = met_before.go_on(list, surfaces[first]);
+        if is_new {
+            found(Sequence::canonical(scene, &surfaces[first..]));
+        }
     }
 }

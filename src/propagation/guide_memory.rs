@@ -174,10 +174,9 @@ impl GuideMemory {
 mod tests {
     use std::collections::HashSet;
 
-    use glam::{DVec3, Vec3};
+    use glam::Vec3;
 
     use super::super::sampling::mix;
-    use super::super::sequence::Commutation;
     use super::*;
     use crate::scene::{MaterialTable, SceneSettings, procedural};
 
@@ -189,12 +188,9 @@ mod tests {
 
     /// Surfaces in the order in which they come, for none commute.
     fn sequence(surfaces: &[u32]) -> Sequence {
-        let normals = [DVec3::X; 2];
-        let mut commutation = Commutation::default();
-        for count in 1..=surfaces.len() {
-            commutation.put_last(&normals[..count]);
-        }
-        commutation.canonical(surfaces)
+        let mut sequence = Sequence::NONE;
+        surfaces.iter().for_each(|surface| sequence.push(*surface));
+        sequence
     }
 
     /// A plain list remembers the same in the same order, past age and capacity.

@@ -6,6 +6,7 @@
 //! surfaces and named by canonical sequences, and that valid sequences are remembered for sixteen updates.
 
 pub mod amplitude;
+mod beginnings;
 mod cache;
 mod candidates;
 pub mod diffraction;
@@ -26,6 +27,7 @@ mod scene_state;
 pub mod sequence;
 pub mod sequence_set;
 pub mod settings;
+mod side_by_side;
 mod source_task;
 pub mod update;
 mod waiting;

@@ -63,7 +63,8 @@ pub fn mix(counter: u64) -> u64 {
 /// A number from 0 to below 1 of 24 high bits.
 #[inline]
 pub fn unit(bits: u64) -> f32 {
-    (bits >> 40) as f32 * (1.0 / 16_777_216.0)
+    // By way of 32 bits with a sign, which lanes convert.
+    (bits >> 40) as i32 as f32 * (1.0 / 16_777_216.0)
 }
 
 /// A direction about `normal` with density proportional to the cosine (Lambert), from two numbers in 0 … 1.

@@ -32,19 +32,44 @@ impl Sequence {
     };
 
     /// The canonical form of surfaces given from source to listener; at most [`MAX_ORDER`] count.
+    #[inline]
     pub fn canonical(scene: &Scene, surfaces: &[u32]) -> Self {
-        let surfaces = &surfaces[..surfaces.len().min(MAX_ORDER)];
-        let mut normals = [DVec3::ZERO; MAX_ORDER];
-        let mut commutation = Commutation::default();
-        for (place, &surface) in surfaces.iter().enumerate().rev() {
-            normals[place] = scene.surface(surface).normal;
-            commutation.put_first(&normals[place..surfaces.len()]);
+        let mut result = Self::NONE;
+        for &surface in surfaces.iter().take(MAX_ORDER) {
+            result.put_last(scene, surface);
         }
-        commutation.canonical(surfaces)
+        result
     }
 
+    /// Puts a surface behind all others of a canonical sequence that has room for it, which stays canonical: of what it may
+    /// pass it passes all from the first one on that has a higher number. What comes out before it in the lexicographic
+    /// normal form is what would come out without it, since nothing waits for the last surface.
     #[inline]
-    fn push(&mut self, surface: u32) {
+    pub(super) fn put_last(&mut self, scene: &Scene, surface: u32) {
+        let last = self.len();
+        let mut place = last;
+        if last > 0 {
+            let normal = scene.surface(surface).normal;
+            for earlier in (0..last).rev() {
+                let other = self.surfaces[earlier];
+                if !commute(scene.surface(other).normal, normal) {
+                    break;
+                }
+                if surface < other {
+                    place = earlier;
+                }
+            }
+        }
+        for place in (place..last).rev() {
+            self.surfaces[place + 1] = self.surfaces[place];
+        }
+        self.surfaces[place] = surface;
+        self.order += 1;
+    }
+
+    /// Puts a surface behind all others as it comes.
+    #[inline]
+    pub(super) fn push(&mut self, surface: u32) {
         self.surfaces[self.len()] = surface;
         self.order += 1;
     }
@@ -209,70 +234,5 @@ impl Order {
             }
         }
         aside
-    }
-}
-
-/// Which surfaces of a list may change places. Grows at the front, as a ray from the listener meets surfaces, or at the
-/// end, as one from a source does, so that every beginning of the ray costs the new surface's products only.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Commutation {
-    /// Of each place the earlier ones that it cannot pass, one a bit.
-    behind: [u8; MAX_ORDER],
-    order: usize,
-}
-
-impl Commutation {
-    /// Of an empty list.
-    pub(super) const NONE: Self = Self {
-        behind: [0; MAX_ORDER],
-        order: 0,
-    };
-
-    /// Puts a surface before all others; `normals` are the list's unit normals, the new one first.
-    #[inline]
-    pub fn put_first(&mut self, normals: &[DVec3]) {
-        for place in (0..self.order).rev() {
-            let passes = commute(normals[0], normals[place + 1]);
-            self.behind[place + 1] = self.behind[place] << 1 | u8::from(!passes);
-        }
-        self.behind[0] = 0;
-        self.order += 1;
-    }
-
-    /// Puts a surface behind all others; `normals` are the list's unit normals, the new one last.
-    #[inline]
-    pub fn put_last(&mut self, normals: &[DVec3]) {
-        let last = self.order;
-        self.behind[last] = 0;
-        for earlier in 0..last {
-            let passes = commute(normals[earlier], normals[last]);
-            self.behind[last] |= u8::from(!passes) << earlier;
-        }
-        self.order += 1;
-    }
-
-    /// Whether the surface at `place` can move to the front of those of `rest`, one a bit.
-    #[inline]
-    fn leads(&self, place: usize, rest: u8) -> bool {
-        self.behind[place] & rest == 0
-    }
-
-    /// The canonical form of the list: the smallest surface that can move to the front goes first, and so on.
-    #[inline]
-    pub fn canonical(&self, surfaces: &[u32]) -> Sequence {
-        let mut result = Sequence::default();
-        let mut rest = (1u8 << self.order) - 1;
-        while rest != 0 {
-            let mut best = rest.trailing_zeros() as usize;
-            for place in best + 1..self.order {
-                let leads = rest >> place & 1 == 1 && self.leads(place, rest);
-                if leads && surfaces[place] < surfaces[best] {
-                    best = place;
-                }
-            }
-            result.push(surfaces[best]);
-            rest &= !(1 << best);
-        }
-        result
     }
 }

@@ -144,3 +144,52 @@ impl SequenceSet {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::propagation::sampling::mix;
+
+    fn sequence(number: u64) -> Sequence {
+        let mut sequence = Sequence::NONE;
+        let bits = mix(number);
+        for step in 0..1 + bits % 3 {
+            sequence.push((bits >> (16 * step + 8)) as u32 % 50);
+        }
+        sequence
+    }
+
+    /// Few first, then more than the table in use begins with, then few again: a list says the same.
+    #[test]
+    fn a_table_that_widens_finds_what_a_list_does() {
+        let mut set = SequenceSet::with_capacity(3000);
+        for (round, many) in [40, 6000, 900, 0, 200].into_iter().enumerate() {
+            set.clear();
+            let mut list: Vec<Sequence> = Vec::new();
+            for number in 0..many {
+                let next = sequence(10_000 * round as u64 + number);
+                let is_new = !list.contains(&next);
+                if is_new && list.len() < set.capacity() {
+                    list.push(next);
+                    assert!(set.insert(next), "{next:?}");
+                } else {
+                    assert!(!set.insert(next), "{next:?}");
+                }
+            }
+            assert!(set.entries() == list, "round {round}");
+            for (place, sequence) in list.iter().enumerate() {
+                assert_eq!(set.place(sequence), Some(place), "round {round}");
+            }
+            assert!(!set.contains(&Sequence::NONE), "round {round}");
+        }
+    }
+
+    #[test]
+    fn a_full_set_refuses_and_counts() {
+        let mut set = SequenceSet::with_capacity(2);
+        let numbers = [7, 8, 7, 9, 10].map(sequence);
+        let taken = numbers.map(|sequence| set.insert(sequence));
+        assert_eq!(taken, [true, true, false, false, false]);
+        assert_eq!((set.entries(), set.refused()), (&numbers[..2], 2));
+    }
+}

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use super::beginnings::Beginnings;
 use super::candidates::{Candidates, Onlookers};
 use super::diffraction::MOST_DIRECT_EDGES;
 use super::discovery::GuideRays;
@@ -33,6 +34,7 @@ const SHARES: usize = 16;
 #[derive(Debug)]
 #[repr(align(128))]
 struct GuideShare {
+    met: Beginnings,
     found: Vec<Sequence>,
     rays: u64,
 }
@@ -42,7 +44,7 @@ impl GuideShare {
         self.found.clear();
         let range = part(number, rays.directions.len());
         let found = &mut self.found;
-        self.rays = rays.trace(scene, range, |sequence| found.push(sequence));
+        self.rays = rays.trace_with(&mut self.met, scene, range, |sequence| found.push(sequence));
     }
 }
 
@@ -94,6 +96,7 @@ impl Propagator {
         let sequences = rays_a_share * settings.depth;
         let capacity = (SHARES * sequences).max(GuideMemory::MOST);
         let share = |_| GuideShare {
+            met: Beginnings::with_capacity(sequences),
             found: Vec::with_capacity(sequences),
             rays: 0,
         };

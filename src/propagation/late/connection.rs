@@ -18,9 +18,8 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel, prefetch};
 
+use super::bounces::{Bounces, Weighed};
 use super::envelope::Spans;
-use super::fixed_way::FixedWay;
-use super::ray_log::RayLog;
 use super::viewpoints::VIEWS;
 
 /// Bounces that stand for one source's rays of one rotation: half of them for bounces within the depth of discrete paths,
@@ -35,72 +34,6 @@ pub(super) const AT_ONCE: usize = 16;
 
 /// Radius in metres over which a bounce is spread, so that a listener who stands beside one does not hear it alone.
 const SPREAD_M: f32 = 0.7;
-
-/// Metres from the source within which bounces are chosen by their energy alone: a listener is taken to be thereabouts.
-const CHOICE_SPREAD_M: f32 = 20.0;
-
-/// Energy that a bounce has for the tail.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Bounce {
-    pub(super) point: Vec3,
-    /// Unit normal on the side that sound leaves to.
-    pub(super) normal: Vec3,
-    pub(super) surface: u32,
-    /// Way from the source.
-    pub(super) length_m: f32,
-    /// Energy leaving, without air.
-    pub(super) energy: BandArray,
-}
-
-impl Bounce {
-    /// What it may send to a listener, over all bands.
-    #[inline(always)]
-    fn weight(&self, source: Vec3) -> f32 {
-        let spread = self.point.distance_squared(source) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
-        let e = &self.energy;
-        let sum = ((e[0] + e[4]) + (e[2] + e[6])) + ((e[1] + e[5]) + (e[3] + e[7]));
-        sum / spread
-    }
-}
-
-/// Bounces and their weights, in the order of the rays: a place for each that there may be.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Weighed {
-    /// Those of no weight are anything.
-    bounces: Vec<Bounce>,
-    weights: Vec<f32>,
-}
-
-impl Weighed {
-    /// Places without a bounce, which weigh nothing.
-    pub(super) fn renew(&mut self, count: usize) {
-        self.bounces.resize(count, Bounce::default());
-        self.weights.clear();
-        self.weights.resize(count, 0.0);
-    }
-
-    /// Puts in a bounce of a source's ray, weighed while it is at hand.
-    #[inline(always)]
-    pub(super) fn put(&mut self, place: usize, bounce: Bounce, source: Vec3) {
-        self.weights[place] = bounce.weight(source);
-        self.bounces[place] = bounce;
-    }
-}
-
-/// All bounces of one rotation's rays.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Bounces {
-    /// Within the depth of discrete paths.
-    pub(super) near: Weighed,
-    /// Beyond.
-    pub(super) far: Weighed,
-    /// Roots of the weights of those beyond.
-    far_roots: Vec<f64>,
-    /// What else the rays met.
-    pub(super) log: RayLog,
-    /// The ways of the rays at hand through the fixed scene, while they are followed among instances.
-    pub(super) way: FixedWay,
-}
 
 /// A bounce that stands for others.
 #[derive(Debug, Clone, Copy)]
@@ -151,10 +84,7 @@ impl Arrivals {
         self.seen.clear();
         self.seen_from = [None; VIEWS];
         let Bounces {
-            near,
-            far,
-            far_roots,
-            ..
+            near, far, sums, ..
         } = bounces;
         let has_near = near.weights.iter().any(|weight| *weight > 0.0);
         let count = if has_near {
@@ -162,43 +92,52 @@ impl Arrivals {
         } else {
             0.0
         };
-        self.choose_among(scene, &near.bounces, &near.weights, count);
+        self.choose_among(scene, near, f64::from, count, sums);
         // The root beyond: what comes last has little energy, but nothing else is heard by then.
-        far_roots.clear();
-        far_roots.reserve(far.weights.capacity());
-        far_roots.extend(far.weights.iter().map(|weight| f64::from(*weight).sqrt()));
         let rest = SHADOW_RAYS as f64 - count;
-        self.choose_among(scene, &far.bounces, far_roots, rest);
+        self.choose_among(scene, far, |weight| f64::from(weight).sqrt(), rest, sums);
     }
 
-    /// Chooses `count` of them in proportion to their weights, or fewer that stand for more.
-    fn choose_among<W: Copy + Into<f64>>(
+    /// Chooses `count` of them in proportion to what weights are taken for, or fewer that stand for more. `sums` is memory.
+    fn choose_among(
         &mut self,
         scene: &Scene,
-        bounces: &[Bounce],
-        weights: &[W],
+        bounces: &Weighed,
+        taken_for: impl Fn(f32) -> f64,
         count: f64,
+        sums: &mut Vec<f64>,
     ) {
-        let stride = weights.iter().map(|w| (*w).into()).sum::<f64>() / count;
+        let mut sum = 0.0;
+        sums.clear();
+        sums.extend(bounces.weights.iter().map(|weight| {
+            sum += taken_for(*weight);
+            sum
+        }));
+        let stride = sum / count;
         if !(stride > 0.0 && stride.is_finite()) {
             return;
         }
         // Marks stand at (n + ½) strides along the sum of weights.
         let mut mark = 0.5 * stride;
-        let mut sum = 0.0;
-        for (place, &weight) in weights.iter().enumerate() {
-            let weight: f64 = weight.into();
-            sum += weight;
-            if mark >= sum {
-                continue;
+        let mut place = 0;
+        loop {
+            // Most have none: as many are passed over at once as may be.
+            const PASSED: usize = 8;
+            let is_passed = |place| sums.get(place).is_some_and(|sum: &f64| mark >= *sum);
+            while is_passed(place + PASSED - 1) {
+                place += PASSED;
             }
+            while is_passed(place) {
+                place += 1;
+            }
+            let Some(&sum) = sums.get(place) else { break };
             let mut marks = 0.0;
             while mark < sum {
                 mark += stride;
                 marks += 1.0;
             }
-            let bounce = &bounces[place];
-            let gain = (marks * stride / weight) as f32;
+            let bounce = bounces.bounce(place);
+            let gain = (marks * stride / taken_for(bounces.weights[place])) as f32;
             let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
             self.chosen.push(Chosen {
                 point: bounce.point,
@@ -208,6 +147,7 @@ impl Arrivals {
                 energy: std::array::from_fn(|b| bounce.energy[b] * gain * air[b]),
                 is_seen: false,
             });
+            place += 1;
         }
     }
 

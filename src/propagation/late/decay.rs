@@ -110,6 +110,30 @@ pub(super) struct Decay {
     pub(super) decay_time_s: BandArray,
 }
 
+/// Sums of legs, as in [`DecayCurve`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Legs {
+    rest_m: f64,
+    rest: u32,
+    first_m: f64,
+    first: u32,
+}
+
+impl Legs {
+    /// A leg that met something.
+    #[inline(always)]
+    pub(super) fn add(&mut self, is_first: bool, leg_m: f32) {
+        let leg_m = f64::from(leg_m);
+        if is_first {
+            self.first_m += leg_m;
+            self.first += 1;
+        } else {
+            self.rest_m += leg_m;
+            self.rest += 1;
+        }
+    }
+}
+
 impl Default for DecayCurve {
     fn default() -> Self {
         Self {
@@ -124,16 +148,20 @@ impl Default for DecayCurve {
 }
 
 impl DecayCurve {
-    /// A leg that met something.
-    #[inline(always)]
-    pub(super) fn leg(&mut self, is_first: bool, leg_m: f64) {
-        if is_first {
-            self.first_m += leg_m;
-            self.first += 1;
-        } else {
-            self.legs_m += leg_m;
-            self.legs += 1;
+    /// What is known of legs, to be added to.
+    pub(super) fn legs(&self) -> Legs {
+        Legs {
+            rest_m: self.legs_m,
+            rest: self.legs,
+            first_m: self.first_m,
+            first: self.first,
         }
+    }
+
+    /// Puts it back.
+    pub(super) fn set_legs(&mut self, legs: Legs) {
+        (self.legs_m, self.legs) = (legs.rest_m, legs.rest);
+        (self.first_m, self.first) = (legs.first_m, legs.first);
     }
 
     /// A far ray sets out.
@@ -170,10 +198,9 @@ impl DecayCurve {
     }
 
     fn set_sum(&mut self, a: &Self, b: &Self) {
-        for (sum, (a, b)) in self.energy.iter_mut().zip(a.energy.iter().zip(&b.energy)) {
-            for band in 0..BANDS {
-                sum[band] = a[band] + b[band];
-            }
+        let parts = a.energy.as_flattened().iter().zip(b.energy.as_flattened());
+        for (sum, (a, b)) in self.energy.as_flattened_mut().iter_mut().zip(parts) {
+            *sum = a + b;
         }
         self.count = a.count + b.count;
         self.legs_m = a.legs_m + b.legs_m;

@@ -20,10 +20,12 @@
 //! anew. What that costs is memory, about 0.4 MB a source with 128 rays to a depth of 4 (`source_rays::Found`), and 0.4 MB
 //! more in a scene with instances, where it is known besides where rays go in the fixed scene (`fixed_way`).
 
+mod bounces;
 pub mod connection;
 pub mod decay;
 pub mod envelope;
 mod fixed_way;
+mod follow;
 mod ray_log;
 pub mod source_rays;
 pub mod viewpoints;
@@ -39,7 +41,8 @@ use super::sampling::ROTATIONS;
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use crate::scene::{Scene, SourceId};
-use connection::{Arrivals, Bounces};
+use bounces::Bounces;
+use connection::Arrivals;
 use decay::{CurveTree, Decay};
 use envelope::Spans;
 use source_rays::{Found, Known};

@@ -1,12 +1,17 @@
-//! What the rays of one rotation met, by ray and bounce. Rays are followed side by side, so that the processor looks for one
-//! ray's hit while it still works at another's; sums and lists that depend on an order are made afterwards, ray after ray.
+//! What the far rays of one rotation carried, and sums over all rays. Rays are followed side by side; sums and lists that depend
+//! on an order are made afterwards, ray after ray.
 
+use super::super::beginnings::{Beginnings, NONE_YET};
+use super::super::path::MAX_ORDER;
 use super::super::sequence::Sequence;
 use super::super::sequence_set::SequenceSet;
+use super::super::side_by_side::TOGETHER;
+use super::bounces::{Block, Weighed};
 use super::decay::DecayCurve;
-use super::source_rays::{FAR_BOUNCES, TOGETHER};
+use super::source_rays::FAR_BOUNCES;
 use crate::acoustics::BandArray;
 use crate::geometry::Ray;
+use crate::scene::Scene;
 
 /// What a far ray brought to a bounce, and when it was there.
 #[derive(Debug, Clone, Copy, Default)]
@@ -15,31 +20,17 @@ struct Carried {
     at_s: f64,
 }
 
-/// What one ray met.
-#[derive(Debug, Clone, Copy, Default)]
-struct Course {
-    /// Legs that met something.
-    legs: u8,
-    /// Bounces that are the ends of specular beginnings, all first ones.
-    sequences: u8,
-    /// Its number among the far rays, if it is one.
-    far: Option<u8>,
-}
-
 /// See the module.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RayLog {
-    depth: usize,
-    courses: Vec<Course>,
-    /// Lengths in metres, `depth` a ray, and of far rays beyond.
-    legs_m: Vec<f32>,
-    far_legs_m: Vec<f32>,
-    /// Specular beginnings of the rays at hand, `depth` a ray.
-    sequences: Vec<Sequence>,
+    /// The far rays' numbers among all.
+    far: Vec<usize>,
     /// [`FAR_BOUNCES`] a far ray.
     carried: Vec<Carried>,
     /// What each far ray still had at its end; nothing if it escaped.
     left: Vec<Option<Carried>>,
+    /// What rays at hand began with.
+    beginnings: Beginnings,
     /// Legs that were to be kept, and how many of them ended at an instance.
     kept: Vec<Ray>,
     kept_to_instances: usize,
@@ -48,15 +39,12 @@ pub(super) struct RayLog {
 impl RayLog {
     /// Makes room for `count` rays of `depth` bounces, `far` of them far ones, of which nothing is known.
     pub(super) fn renew(&mut self, count: usize, depth: usize, far: usize) {
-        self.depth = depth;
-        self.courses.clear();
-        self.courses.resize(count, Course::default());
-        self.legs_m.resize(count * depth, 0.0);
-        self.sequences.resize(TOGETHER * depth, Sequence::default());
-        self.far_legs_m.resize(far * FAR_BOUNCES, 0.0);
+        self.far.clear();
+        self.far.reserve(far);
         self.carried.resize(far * FAR_BOUNCES, Carried::default());
         self.left.clear();
         self.left.resize(far, None);
+        self.beginnings.renew(count * depth);
         self.kept.clear();
         self.kept_to_instances = 0;
     }
@@ -82,48 +70,26 @@ impl RayLog {
         self.kept_to_instances
     }
 
-    /// Ray `index` is far ray number `far`.
+    /// Ray `index` is the next far ray; gives its number among these. Rays come in their order.
     #[inline(always)]
-    pub(super) fn begin_far(&mut self, index: usize, far: usize) {
-        self.courses[index].far = Some(far as u8);
+    pub(super) fn begin_far(&mut self, index: usize) -> usize {
+        self.far.push(index);
+        self.far.len() - 1
     }
 
-    /// The next leg of a ray met something; `step` is how many did before.
+    /// How many far rays there are so far.
     #[inline(always)]
-    pub(super) fn leg(&mut self, index: usize, step: usize, leg_m: f32) {
-        let course = &mut self.courses[index];
-        course.legs = step as u8 + 1;
-        match (step < self.depth, course.far) {
-            (true, _) => self.legs_m[index * self.depth + step] = leg_m,
-            (false, Some(far)) => self.far_legs_m[usize::from(far) * FAR_BOUNCES + step] = leg_m,
-            (false, None) => {}
-        }
+    pub(super) fn far_count(&self) -> usize {
+        self.far.len()
     }
 
-    /// A far ray carried `share` there.
+    /// A far ray carried `share` to bounce number `step`.
     #[inline(always)]
     pub(super) fn carry(&mut self, far: usize, step: usize, share: &BandArray, at_s: f64) {
         self.carried[far * FAR_BOUNCES + step] = Carried {
             share: *share,
             at_s,
         };
-    }
-
-    /// What a ray met up to here is a specular beginning.
-    #[inline(always)]
-    pub(super) fn sequence(&mut self, index: usize, step: usize, sequence: Sequence) {
-        self.courses[index].sequences = step as u8 + 1;
-        self.sequences[index % TOGETHER * self.depth + step] = sequence;
-    }
-
-    /// Gives the specular beginnings of [`TOGETHER`] rays, or of the last ones, in the order of the rays.
-    pub(super) fn give_sequences(&self, first: usize, found: &mut SequenceSet) {
-        let courses = self.courses[first..].iter().take(TOGETHER);
-        for (course, near) in courses.zip(self.sequences.chunks(self.depth)) {
-            for sequence in &near[..usize::from(course.sequences)] {
-                found.insert(*sequence);
-            }
-        }
     }
 
     /// A far ray is followed no further.
@@ -135,26 +101,167 @@ impl RayLog {
         });
     }
 
-    /// Sums up all but sequences, in the order of the rays.
-    pub(super) fn tell(&self, curve: &mut DecayCurve) {
-        for (index, course) in self.courses.iter().enumerate() {
-            let (legs, near) = (usize::from(course.legs), index * self.depth);
-            for step in 0..legs.min(self.depth) {
-                curve.leg(step == 0, f64::from(self.legs_m[near + step]));
+    /// Gives the specular beginnings of rays that were followed side by side, in the order of the rays.
+    #[inline(always)]
+    pub(super) fn give_sequences(
+        &mut self,
+        scene: &Scene,
+        blocks: &[Block],
+        found: &mut SequenceSet,
+    ) {
+        let depth = blocks.len().min(MAX_ORDER);
+        let blocks = &blocks[..depth];
+        for lane in 0..TOGETHER {
+            let mut list = NONE_YET;
+            let mut sequence = Sequence::NONE;
+            for (step, block) in blocks.iter().enumerate() {
+                if block.mirrored >> lane & 1 == 0 {
+                    break;
+                }
+                let is_new;
+                (list, is_new) = self.beginnings.go_on(list, block.met.surface[lane]);
+                if is_new {
+                    for block in &blocks[sequence.len()..=step] {
+                        sequence.put_last(scene, block.met.surface[lane]);
+                    }
+                    found.insert(sequence);
+                }
             }
-            let Some(far) = course.far else { continue };
-            let first = usize::from(far) * FAR_BOUNCES;
+        }
+    }
+
+    /// Sums up `count` rays in their order.
+    pub(super) fn tell(&self, count: usize, near: &Weighed, far: &Weighed, curve: &mut DecayCurve) {
+        let mut next_far = 0;
+        let mut legs = curve.legs();
+        for index in 0..count {
+            let (blocks, lane) = near.of_ray(index);
+            let mut met = 0;
+            for block in blocks {
+                if block.met.rays >> lane & 1 == 0 {
+                    break;
+                }
+                legs.add(met == 0, block.met.leg_m[lane]);
+                met += 1;
+            }
+            if self.far.get(next_far) != Some(&index) {
+                continue;
+            }
+            let number = next_far;
+            next_far += 1;
             curve.begin();
-            for step in self.depth..legs {
-                curve.leg(step == 0, f64::from(self.far_legs_m[first + step]));
+            if met == blocks.len() {
+                let (blocks, lane) = far.of_ray(number);
+                for block in blocks {
+                    if block.met.rays >> lane & 1 == 0 {
+                        break;
+                    }
+                    legs.add(false, block.met.leg_m[lane]);
+                    met += 1;
+                }
             }
             let mut moment = 0;
-            for carried in &self.carried[first..first + legs] {
+            for carried in &self.carried[number * FAR_BOUNCES..][..met] {
                 moment = curve.carry(&carried.share, moment, carried.at_s);
             }
-            if let Some(left) = &self.left[usize::from(far)] {
+            if let Some(left) = &self.left[number] {
                 curve.leave(&left.share, left.at_s);
             }
         }
+        curve.set_legs(legs);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::propagation::sampling::mix;
+    use crate::scene::{MaterialTable, SceneSettings, procedural};
+
+    const RAYS: usize = 37;
+    const DEPTH: usize = 3;
+
+    fn room() -> Scene {
+        let mesh = procedural::shoebox(Vec3::new(4.0, 2.5, 3.0), "concrete");
+        Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())
+            .expect("commits")
+    }
+
+    /// Rays that end at some bounce, the far ones beyond the first ones, too. Gives their legs.
+    fn courses(near: &mut Weighed, far: &mut Weighed, far_rays: &[usize]) -> Vec<Vec<f32>> {
+        let mut all = Vec::new();
+        for ray in 0..RAYS {
+            let far_number = far_rays.iter().position(|far| *far == ray);
+            let most = if far_number.is_some() { 9 } else { DEPTH };
+            let count = mix(ray as u64) as usize % (most + 1);
+            let legs: Vec<f32> = (0..count).map(|step| (1 + ray + step) as f32).collect();
+            for (step, leg_m) in legs.iter().enumerate() {
+                let (blocks, lane) = match step < DEPTH {
+                    true => (
+                        near.together_from(ray / TOGETHER * TOGETHER).0,
+                        ray % TOGETHER,
+                    ),
+                    false => (far.together_from(0).0, far_number.unwrap_or_default()),
+                };
+                let block = &mut blocks[if step < DEPTH { step } else { step - DEPTH }];
+                block.met.rays |= 1 << lane;
+                block.met.leg_m[lane] = *leg_m;
+            }
+            all.push(legs);
+        }
+        all
+    }
+
+    #[test]
+    fn legs_are_those_that_met_something() {
+        let scene = room();
+        let far_rays = [0, 5, 20, 36];
+        let (mut near, mut far) = (Weighed::default(), Weighed::default());
+        near.renew(RAYS, DEPTH);
+        far.renew(far_rays.len(), FAR_BOUNCES - DEPTH);
+        let legs = courses(&mut near, &mut far, &far_rays);
+        let mut log = RayLog::default();
+        log.renew(RAYS, DEPTH, far_rays.len());
+        for (number, ray) in far_rays.into_iter().enumerate() {
+            assert_eq!(log.begin_far(ray), number);
+        }
+        let mut curve = DecayCurve::default();
+        log.tell(RAYS, &near, &far, &mut curve);
+        let later: Vec<f64> = legs
+            .iter()
+            .flat_map(|legs| legs.iter().skip(1))
+            .map(|leg| f64::from(*leg))
+            .collect();
+        assert!(legs.iter().any(|legs| legs.len() > DEPTH + 1));
+        let expected_s =
+            later.iter().sum::<f64>() / later.len() as f64 / scene.speed_of_sound_m_s();
+        let decay = curve.decay(&scene).expect("rays met something");
+        assert_eq!(decay.mean_free_time_s, expected_s);
+    }
+
+    #[test]
+    fn sequences_come_in_the_order_of_the_rays() {
+        let scene = room();
+        let mut log = RayLog::default();
+        log.renew(2 * TOGETHER, DEPTH, 0);
+        let mut found = SequenceSet::with_capacity(2 * TOGETHER * DEPTH);
+        let mut expected = SequenceSet::with_capacity(2 * TOGETHER * DEPTH);
+        for round in 0..2 {
+            let mut blocks = std::array::from_fn::<_, DEPTH, _>(|_| Block::default());
+            for lane in 0..TOGETHER {
+                let bits = mix((round * TOGETHER + lane) as u64);
+                let surfaces = [0, 1, 2].map(|step| (bits >> (8 * step)) as u32 % 6);
+                for step in 0..bits as usize % (DEPTH + 1) {
+                    blocks[step].mirrored |= 1 << lane;
+                    blocks[step].met.surface[lane] = surfaces[step];
+                    expected.insert(Sequence::canonical(&scene, &surfaces[..=step]));
+                }
+            }
+            log.give_sequences(&scene, &blocks, &mut found);
+        }
+        assert!(found.entries().len() > TOGETHER);
+        assert!(found.entries() == expected.entries());
     }
 }

@@ -44,7 +44,7 @@ const NO_EDGE: Edge = Edge {
 impl Scene {
     /// The first triangle a ray meets, of the fixed scene or an instance, in local coordinates; otherwise as
     /// [`crate::geometry::Bvh::closest_hit`].
-    #[inline]
+    #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
         if self.instances.is_empty() {
             return self.bvh().closest_hit(ray, ignored);
