@@ -8,9 +8,8 @@ mod plain_update;
 use std::sync::Arc;
 
 use foresound::propagation::late::connection::SHADOW_RAYS;
-use foresound::propagation::late::{LateEstimator, SourceRays, Viewpoints};
+use foresound::propagation::late::{LateEstimator, RayScratch, SourceRays, Viewpoints};
 use foresound::propagation::sampling::{lattice, rotation};
-use foresound::propagation::sequence_set::SequenceSet;
 use foresound::propagation::{LateSource, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     Directivity, InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings,
@@ -248,7 +247,7 @@ fn whatever_rays_depend_on_has_them_cast_again() {
     ];
     let id = SourceId::new(0, 0);
     let trace = |estimator: &mut LateEstimator, from: &SourceRays<'_>| {
-        let (mut scratch, mut rays) = (SequenceSet::with_capacity(1024), 0);
+        let (mut scratch, mut rays) = (RayScratch::with_capacity(1024), 0);
         estimator.trace(&scene, from, &mut scratch, &mut rays);
         let late = estimator.estimate(&scene, id);
         (late, estimator.sequences(from.rotation).to_vec(), rays)
@@ -332,7 +331,7 @@ fn rays_among_parts_find_what_they_would_at_first() {
                 fixed_since: 10 * turn as u64,
             };
             let trace = |estimator: &mut LateEstimator| {
-                let (mut scratch, mut rays) = (SequenceSet::with_capacity(1024), 0);
+                let (mut scratch, mut rays) = (RayScratch::with_capacity(1024), 0);
                 estimator.trace(&scene, &from, &mut scratch, &mut rays);
                 let late = estimator.estimate(&scene, SourceId::new(0, 0));
                 (late, estimator.sequences(0).to_vec(), rays)

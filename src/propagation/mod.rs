@@ -37,4 +37,4 @@ pub use effort::Effort;
 pub use path::{LATE_STEPS, LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
 pub use settings::PropagationSettings;
 pub use update::Propagator;
-pub use workers::{Serial, Workers};
+pub use workers::{MOST_WORKERS, Serial, Workers};

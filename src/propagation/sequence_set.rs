@@ -1,7 +1,6 @@
 //! Sets of sequences in fixed memory.
 
 use super::sequence::Sequence;
-use crate::simd::prefetch;
 
 /// Slots of the table that are in use at least, a power of two.
 const FEWEST_SLOTS: usize = 256;
@@ -49,13 +48,6 @@ impl SequenceSet {
     /// The sequences in the order of insertion.
     pub fn entries(&self) -> &[Sequence] {
         &self.entries
-    }
-
-    /// Asks for what a search reads first.
-    pub(super) fn prefetch(&self) {
-        const A_LINE: usize = 64 / size_of::<u32>();
-        let table = self.table[..self.in_use].iter();
-        table.step_by(A_LINE).for_each(prefetch);
     }
 
     /// How many sequences there is room for.

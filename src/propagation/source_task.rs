@@ -9,7 +9,7 @@ use super::candidates::{Candidates, Ready};
 use super::diffraction::{self, DirectEdges, Spot};
 use super::effort::Effort;
 use super::image_source::{ImagePath, Unfolded};
-use super::late::{LateEstimator, SourceRays, Viewpoints, still_place};
+use super::late::{LateEstimator, RayScratch, SourceRays, Viewpoints, still_place};
 use super::occluders::{Blocked, Occluders};
 use super::path::{LateSource, MAX_BENDS, MAX_ORDER, Path};
 use super::sampling::{ROTATIONS, mix, rotation};
@@ -84,6 +84,33 @@ pub(super) struct Shared<'a> {
     pub(super) candidates: &'a [Candidates],
 }
 
+/// What a source's part of an update is done in, and then another one's: nothing of it is remembered.
+#[derive(Debug)]
+#[repr(align(128))]
+pub(super) struct Scratch {
+    /// Also sequences that a source alone tries.
+    rays: RayScratch,
+    /// Candidates whose turn comes next.
+    waiting: Waiting,
+    /// Those that have a path, by number.
+    valid: Vec<(u32, Sequence)>,
+    /// Where the points of what is nearby lie.
+    unfolded: Unfolded,
+}
+
+impl Scratch {
+    /// Room for what settings ask for.
+    pub(super) fn new(settings: &PropagationSettings) -> Self {
+        let own = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
+        Self {
+            rays: RayScratch::with_capacity(own),
+            waiting: Waiting::new(),
+            valid: Vec::with_capacity(PATHS_AT_FIRST),
+            unfolded: Unfolded::default(),
+        }
+    }
+}
+
 /// What is remembered of one source between updates, and what the last update gave. Far enough from the next one that two
 /// threads write to no common cache line, nor to two that are fetched together.
 #[derive(Debug)]
@@ -99,14 +126,6 @@ pub(super) struct SourceTask {
     occluders: Occluders,
     /// Rotation of the rays that were cast in this update, or found what they would find again.
     rotation: Option<u64>,
-    /// Sequences that this source alone tries.
-    own: SequenceSet,
-    /// Candidates whose turn comes next.
-    waiting: Waiting,
-    /// Those that have a path, by number.
-    valid: Vec<(u32, Sequence)>,
-    /// Where the points of what is nearby lie.
-    unfolded: Unfolded,
     /// Valid paths in no order that means anything.
     pub(super) paths: Vec<Path>,
     /// Those that are not there, in no order either.
@@ -124,7 +143,6 @@ pub(super) struct SourceTask {
 impl SourceTask {
     /// Nothing is known yet of this source.
     pub(super) fn new(id: SourceId, settings: &PropagationSettings) -> Self {
-        let own = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
         Self {
             id,
             place: None,
@@ -133,10 +151,6 @@ impl SourceTask {
             cache: SequenceCache::with_capacity(settings.cache_capacity),
             occluders: Occluders::default(),
             rotation: None,
-            own: SequenceSet::with_capacity(own),
-            waiting: Waiting::new(),
-            valid: Vec::with_capacity(PATHS_AT_FIRST),
-            unfolded: Unfolded::default(),
             paths: Vec::with_capacity(PATHS_AT_FIRST),
             nearby: Vec::new(),
             near: NearEdges::default(),
@@ -163,7 +177,13 @@ impl SourceTask {
     }
 
     /// First half, which does not wait for guide rays: casts the source's own, and finds the direct path and bent ones.
-    pub(super) fn trace(&mut self, moment: &Moment<'_>, number: usize, pose: &SourcePose) {
+    pub(super) fn trace(
+        &mut self,
+        moment: &Moment<'_>,
+        number: usize,
+        pose: &SourcePose,
+        scratch: &mut Scratch,
+    ) {
         self.rays = 0;
         let place = pose.id.slot() as u64;
         let turn = match self.late_source {
@@ -173,7 +193,7 @@ impl SourceTask {
         };
         self.rotation = turn.map(|turn| turn % ROTATIONS);
         match turn {
-            Some(turn) => self.cast(moment, number, pose, turn),
+            Some(turn) => self.cast(moment, number, pose, turn, &mut scratch.rays),
             None => self.late_on_way.clear(),
         }
         self.bend(moment, pose);
@@ -196,12 +216,11 @@ impl SourceTask {
     }
 
     /// What this source's rays have found and what was valid before, and guide rays have not met: its own list.
-    fn gather_own(&mut self, shared: &Shared<'_>) {
+    fn gather_own(&mut self, shared: &Shared<'_>, own: &mut SequenceSet) {
         let Moment {
             scene, settings, ..
         } = shared.moment;
         let moves = scene.has_instances();
-        let own = &mut self.own;
         own.clear();
         let mut add = |sequence: Sequence| {
             let hash = sequence.hash();
@@ -241,7 +260,14 @@ impl SourceTask {
 
     /// Casts the source's rays by rotation number `turn` and renews the late field; it is number `place` of all. A moving source's
     /// rays start at places near it that stand still, so that its tail depends on where it is and not on how it came there.
-    fn cast(&mut self, moment: &Moment<'_>, place: usize, pose: &SourcePose, turn: u64) {
+    fn cast(
+        &mut self,
+        moment: &Moment<'_>,
+        place: usize,
+        pose: &SourcePose,
+        turn: u64,
+        scratch: &mut RayScratch,
+    ) {
         let Moment {
             scene, settings, ..
         } = *moment;
@@ -278,7 +304,7 @@ impl SourceTask {
                     poses_since: moment.poses_since,
                     fixed_since: moment.fixed_since,
                 };
-                let is_new = self.late.cast(scene, &source_rays, &mut self.own, rays);
+                let is_new = self.late.cast(scene, &source_rays, scratch, rays);
                 left -= usize::from(is_new || !moves);
                 if left == 0 {
                     break;
@@ -301,18 +327,30 @@ impl SourceTask {
     }
 
     /// Second half: reflected paths. It is number `place` of all.
-    pub(super) fn find(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose) {
+    pub(super) fn find(
+        &mut self,
+        shared: &Shared<'_>,
+        place: usize,
+        pose: &SourcePose,
+        scratch: &mut Scratch,
+    ) {
         let moment = &shared.moment;
         if pose.settings.effects.reflections && is_within_reach(moment, pose) {
-            self.validate(shared, place, pose, moment.scene.to_local(pose.position));
+            self.validate(shared, place, pose, scratch);
             keep_loudest(&mut self.nearby);
         }
         let most = moment.settings.cache_updates;
         self.cache.turn(moment.update, most);
     }
 
-    fn validate(&mut self, shared: &Shared<'_>, place: usize, pose: &SourcePose, origin: DVec3) {
-        let mut waiting = std::mem::take(&mut self.waiting);
+    fn validate(
+        &mut self,
+        shared: &Shared<'_>,
+        place: usize,
+        pose: &SourcePose,
+        scratch: &mut Scratch,
+    ) {
+        let origin = shared.moment.scene.to_local(pose.position);
         let trial = Trial {
             moment: &shared.moment,
             pose,
@@ -321,22 +359,20 @@ impl SourceTask {
         let guide = shared.guide.entries();
         for share in shared.candidates {
             share.seen_from(place, |number| {
-                self.put(&trial, &mut waiting, &guide[number], number);
+                self.put(&trial, scratch, &guide[number], number);
             });
         }
-        self.own.prefetch();
-        self.gather_own(shared);
-        for place in 0..self.own.entries().len() {
-            let sequence = self.own.entries()[place];
-            self.put(&trial, &mut waiting, &sequence, guide.len() + place);
+        self.gather_own(shared, &mut scratch.rays.sequences);
+        for place in 0..scratch.rays.sequences.entries().len() {
+            let sequence = scratch.rays.sequences.entries()[place];
+            self.put(&trial, scratch, &sequence, guide.len() + place);
         }
         for length in 1..=MAX_ORDER {
-            self.unfold(&trial, &mut waiting, length);
+            self.unfold(&trial, scratch, length);
         }
-        self.try_all(&trial, &mut waiting);
-        self.waiting = waiting;
-        self.valid.sort_unstable_by_key(|(number, _)| *number);
-        for (_, sequence) in self.valid.drain(..) {
+        self.try_all(&trial, scratch);
+        scratch.valid.sort_unstable_by_key(|(number, _)| *number);
+        for (_, sequence) in scratch.valid.drain(..) {
             self.cache.renew(sequence, shared.moment.update);
         }
     }
@@ -346,19 +382,21 @@ impl SourceTask {
     fn put(
         &mut self,
         trial: &Trial<'_>,
-        waiting: &mut Waiting,
+        scratch: &mut Scratch,
         sequence: &Sequence,
         number: usize,
     ) {
+        let waiting = &mut scratch.waiting;
         if waiting.put(trial.moment.scene, sequence, number) {
-            self.unfold(trial, waiting, sequence.len());
+            self.unfold(trial, scratch, sequence.len());
         }
     }
 
     /// Unfolds the candidates of one length that wait.
     #[inline(never)]
-    fn unfold(&mut self, trial: &Trial<'_>, waiting: &mut Waiting, length: usize) {
+    fn unfold(&mut self, trial: &Trial<'_>, scratch: &mut Scratch, length: usize) {
         let Trial { moment, ends, .. } = *trial;
+        let (waiting, unfolded) = (&mut scratch.waiting, &mut scratch.unfolded);
         let is_time = waiting.unfold(
             moment.scene,
             &self.occluders,
@@ -366,31 +404,36 @@ impl SourceTask {
             ends,
             |four, lane, sequence| {
                 if let Some(reach_m) = moment.reach_m {
-                    let (unfolded, ready) = (&mut self.unfolded, four.ready(lane, length));
+                    let ready = four.ready(lane, length);
                     self.nearby
                         .extend(nearby(trial, unfolded, sequence, &ready, reach_m));
                 }
             },
         );
         if is_time {
-            self.try_all(trial, waiting);
+            self.try_all(trial, scratch);
         }
     }
 
     /// Adds the paths along the candidates that are left, or has them nearby.
-    fn try_all(&mut self, trial: &Trial<'_>, waiting: &mut Waiting) {
+    fn try_all(&mut self, trial: &Trial<'_>, scratch: &mut Scratch) {
         let Trial { moment, pose, .. } = *trial;
+        let Scratch {
+            waiting,
+            valid,
+            unfolded,
+            ..
+        } = scratch;
         let scene = moment.scene;
         waiting.try_all(scene, &mut self.occluders, |occluders, standing, last| {
             let sequence = &standing.sequence;
             if let Some(path) = open(trial, standing, last, occluders, &mut self.rays) {
-                self.valid.push((standing.number, *sequence));
+                valid.push((standing.number, *sequence));
                 let level = amplitude::reflected;
                 self.paths
                     .push(reflected_path(moment, sequence, pose, &path, level));
             } else if let Some(reach_m) = moment.reach_m {
                 let ready = Ready::of(scene, sequence, moment.ear);
-                let unfolded = &mut self.unfolded;
                 self.nearby
                     .extend(nearby(trial, unfolded, sequence, &ready, reach_m));
             }

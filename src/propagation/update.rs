@@ -21,7 +21,7 @@ use super::scene_state::SceneState;
 use super::sequence::Sequence;
 use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
-use super::source_task::{Moment, Shared, SourceTask, WayPlace};
+use super::source_task::{Moment, Scratch, Shared, SourceTask, WayPlace};
 use super::workers::{Serial, Workers};
 use crate::error::Result;
 use crate::scene::{ListenerPose, Scene, SourcePose};
@@ -80,6 +80,8 @@ pub struct Propagator {
     places: Vec<DVec3>,
     /// Those of the update's sources first, in their order; then those that wait for another source.
     tasks: Vec<SourceTask>,
+    /// What they are worked in, one a thread.
+    scratch: Vec<Scratch>,
     /// The paths of all tasks by identity: task and place.
     order: Vec<(PathId, u32, u32)>,
 }
@@ -121,6 +123,7 @@ impl Propagator {
                 .collect(),
             places: Vec::new(),
             tasks: Vec::new(),
+            scratch: Vec::new(),
             order: Vec::new(),
         })
     }
@@ -220,6 +223,9 @@ impl Propagator {
         self.state.go_on(self.update);
         let scene_state = self.state.now();
         self.arrange(sources);
+        while self.scratch.len() < workers.count() {
+            self.scratch.push(Scratch::new(&self.settings));
+        }
         let ear = self.scene.to_local(listener.position);
         let own_rays = self
             .viewpoints
@@ -255,8 +261,9 @@ impl Propagator {
         // All rays at once: a source's are a larger piece than a share of the guide rays, so they come first.
         workers.for_both(
             (tasks, &mut self.shares),
-            |place, task| task.trace(&moment, place, &sources[place]),
-            |number, share| share.trace(moment.scene, &guide_rays, number),
+            &mut self.scratch,
+            |place, task, scratch| task.trace(&moment, place, &sources[place], scratch),
+            |number, share, _| share.trace(moment.scene, &guide_rays, number),
         );
         merge(&moment, &self.shares, &mut self.guide, &mut self.memory);
         let sequences = self.guide.entries();
@@ -278,9 +285,12 @@ impl Propagator {
             guide: &self.guide,
             candidates: &self.candidates,
         };
-        workers.for_each(&mut self.tasks[..sources.len()], |place, task| {
-            task.find(&shared, place, &sources[place]);
-        });
+        workers.for_both(
+            (&mut self.tasks[..sources.len()], &mut [(); 0]),
+            &mut self.scratch,
+            |place, task, scratch| task.find(&shared, place, &sources[place], scratch),
+            |_, (), _| (),
+        );
         self.gather(sources, result);
         result.rays += own_rays + way_rays;
         result.update = self.update;

@@ -19,18 +19,21 @@ use std::thread::{Builder, JoinHandle};
 
 use super::flush_to_zero::{FlushToZero, flushes};
 use crate::error::{Error, Result};
-use crate::propagation::{Serial, Workers};
+use crate::propagation::{MOST_WORKERS, Serial, Workers};
 
 /// Most threads that are started.
-pub const MOST_THREADS: usize = 64;
+pub const MOST_THREADS: usize = MOST_WORKERS;
 
 /// Turns that a helper waits awake for the next phase before it sleeps, and the caller for a helper's last job: some tens
 /// of microseconds, about what the caller needs between two phases of an update.
 const SPINS: u32 = if cfg!(miri) { 4 } else { 4000 };
 
-/// A job for one index, with its lifetime taken off.
+/// A job for a thread and an index: threads have numbers, the caller's is 0.
+type Task<'a> = dyn Fn(usize, usize) + Sync + 'a;
+
+/// A job with its lifetime taken off.
 #[derive(Clone, Copy)]
-struct Job(*const (dyn Fn(usize) + Sync));
+struct Job(*const Task<'static>);
 
 // SAFETY: what it points to is `Sync`, and `Threads::share_out` keeps it alive until no helper holds it.
 unsafe impl Send for Job {}
@@ -96,21 +99,21 @@ impl Floor {
         Gate(self.gate.load(Ordering::Acquire))
     }
 
-    /// Takes index after index until none is left.
-    fn work(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
+    /// Takes index after index until none is left, on thread number `thread`.
+    fn work(&self, thread: usize, count: usize, job: &Task<'_>) {
         loop {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             if index >= count {
                 return;
             }
-            if let Err(panic) = catch_unwind(AssertUnwindSafe(|| job(index))) {
+            if let Err(panic) = catch_unwind(AssertUnwindSafe(|| job(thread, index))) {
                 self.round().panic.get_or_insert(panic);
             }
         }
     }
 
-    /// Life of a helper.
-    fn help(&self) {
+    /// Life of helper number `thread`.
+    fn help(&self, thread: usize) {
         let mut seen = 0;
         loop {
             let gate = self.wait_for_round(seen);
@@ -127,7 +130,7 @@ impl Floor {
                 if let Some(Job(job)) = job {
                     // SAFETY: this helper is inside the gate, and the caller keeps the job until nobody is.
                     let job = unsafe { &*job };
-                    self.work(count, job);
+                    self.work(thread, count, job);
                 }
                 drop(flush);
                 self.leave();
@@ -245,7 +248,7 @@ impl Threads {
             let floor = Arc::clone(&threads.floor);
             let helper = Builder::new()
                 .name(format!("propagation-{number}"))
-                .spawn(move || floor.help())
+                .spawn(move || floor.help(number))
                 .map_err(|error| {
                     Error::setting("threads", error.to_string(), "choose fewer threads")
                 })?;
@@ -254,11 +257,11 @@ impl Threads {
         Ok(threads)
     }
 
-    fn share_out(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
+    fn share_out(&self, count: usize, job: &Task<'_>) {
         // SAFETY: only the lifetime changes; `close` does not return before every helper has left the round, and nothing before it unwinds.
-        let lasting: *const (dyn Fn(usize) + Sync) = unsafe { std::mem::transmute(job) };
+        let lasting: *const Task<'static> = unsafe { std::mem::transmute(job) };
         self.floor.open(Some(Job(lasting)), count);
-        self.floor.work(count, job);
+        self.floor.work(0, count, job);
         self.floor.close();
         let mut round = self.floor.round();
         round.job = None;
@@ -273,7 +276,7 @@ impl Threads {
 /// The first item of a list that threads take items of.
 struct First<T>(*mut T);
 
-// SAFETY: every index is handed out once, so no two threads have the same item; items may change threads.
+// SAFETY: every index is handed out once, so no two threads have the same item, and each thread has its own scratch; both may change threads.
 unsafe impl<T: Send> Sync for First<T> {}
 
 impl<T> First<T> {
@@ -281,7 +284,7 @@ impl<T> First<T> {
     /// `index` is below the list's length, and nobody else has that item.
     #[expect(
         clippy::mut_from_ref,
-        reason = "each index is asked for once, so no two references meet"
+        reason = "who asks for an index has it alone, so no two references meet"
     )]
     unsafe fn item(&self, index: usize) -> &mut T {
         // SAFETY: the index lies in the list, as the caller promises.
@@ -296,26 +299,31 @@ impl Workers for Threads {
         self.helpers.len() + 1
     }
 
-    fn for_both<A: Send, B: Send>(
+    fn for_both<A: Send, B: Send, S: Send>(
         &self,
         (a, b): (&mut [A], &mut [B]),
-        first: impl Fn(usize, &mut A) + Sync,
-        second: impl Fn(usize, &mut B) + Sync,
+        scratch: &mut [S],
+        first: impl Fn(usize, &mut A, &mut S) + Sync,
+        second: impl Fn(usize, &mut B, &mut S) + Sync,
     ) {
+        assert!(scratch.len() >= self.count(), "scratch for every thread");
         let busy = self.caller.try_lock();
         let (middle, count) = (a.len(), a.len() + b.len());
         if busy.is_err() || self.helpers.is_empty() || count < 2 {
-            Serial.for_both((a, b), first, second);
+            Serial.for_both((a, b), scratch, first, second);
             return;
         }
         let (a, b) = (First(a.as_mut_ptr()), First(b.as_mut_ptr()));
-        self.share_out(count, &|index| {
+        let scratch = First(scratch.as_mut_ptr());
+        self.share_out(count, &|thread, index| {
+            // SAFETY: threads have different numbers below `count`, and each does one job at a time.
+            let scratch = unsafe { scratch.item(thread) };
             if index < middle {
                 // SAFETY: `Floor::work` hands out each index below the sum of lengths once.
-                first(index, unsafe { a.item(index) });
+                first(index, unsafe { a.item(index) }, scratch);
             } else {
                 // SAFETY: as above; what is beyond the first list lies in the second.
-                second(index - middle, unsafe { b.item(index - middle) });
+                second(index - middle, unsafe { b.item(index - middle) }, scratch);
             }
         });
     }
@@ -374,13 +382,22 @@ mod tests {
     fn two_lists_are_worked_off_as_one() {
         let threads = Threads::start(2).unwrap();
         let (mut a, mut b) = ([0; 5], vec![String::new(); 9]);
+        let mut counts = [0; 2];
         for _ in 0..200 {
             threads.for_both(
                 (&mut a, &mut b),
-                |index, item| *item += index,
-                |index, item| *item = index.to_string(),
+                &mut counts,
+                |index, item, count| {
+                    *count += 1;
+                    *item += index;
+                },
+                |index, item, count| {
+                    *count += 1;
+                    *item = index.to_string();
+                },
             );
         }
+        assert_eq!(counts.iter().sum::<usize>(), 200 * 14);
         assert_eq!(a, [0, 200, 400, 600, 800]);
         assert!((0..9).all(|index| b[index] == index.to_string()));
     }

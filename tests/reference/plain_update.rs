@@ -8,7 +8,9 @@ use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::diffraction::{self, Spot};
 use foresound::propagation::guide_memory::GuideMemory;
 use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
-use foresound::propagation::late::{LateEstimator, SourceRays, Viewpoints, still_place};
+use foresound::propagation::late::{
+    LateEstimator, RayScratch, SourceRays, Viewpoints, still_place,
+};
 use foresound::propagation::neighbours::fill_up;
 use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, lattice, mix, rotation};
 use foresound::propagation::sequence::Sequence;
@@ -135,7 +137,7 @@ impl PlainPropagator {
             .replace(origin)
             .is_some_and(|last| last != origin);
         let directions = lattice(settings.source_rays);
-        let mut met = SequenceSet::with_capacity(1 << 16);
+        let mut scratch = RayScratch::with_capacity(1 << 16);
         for turn in update..update + ROTATIONS {
             let rays = SourceRays {
                 origin: match moves {
@@ -157,7 +159,7 @@ impl PlainPropagator {
             let before = memory.origins[rays.rotation as usize].replace(rays.origin);
             let is_new = before != Some(rays.origin);
             memory.late.forget_rays();
-            memory.late.cast(&scene, &rays, &mut met, &mut 0);
+            memory.late.cast(&scene, &rays, &mut scratch, &mut 0);
             if is_new || !moves {
                 break;
             }

@@ -53,8 +53,9 @@ kernel! {
             let (blocks, weights) = near.together_from(first);
             let gain = gain(1, count);
             for step in 0..depth {
-                let own = Step { step, stands_for_gain: gain, far_lanes, weights: &mut weights[step..], stride: depth };
-                together.bounce(scene, from, log, way, own, &mut blocks[step], rays);
+                let weights = &mut weights[step..];
+                let own = Step { step, stands_for_gain: gain, far_lanes, weights, stride: depth, log, way };
+                together.bounce(scene, from, own, &mut blocks[step], rays);
             }
             log.give_sequences(scene, blocks, found);
             for lane in lanes(far_lanes) {
@@ -68,8 +69,9 @@ kernel! {
             let gain = gain(far_stands_for(count), count);
             for step in depth..FAR_BOUNCES {
                 let place = step - depth;
-                let own = Step { step, stands_for_gain: gain, far_lanes, weights: &mut weights[place..], stride: beyond };
-                far_rays.bounce(scene, from, log, way, own, &mut blocks[place], rays);
+                let weights = &mut weights[place..];
+                let own = Step { step, stands_for_gain: gain, far_lanes, weights, stride: beyond, log, way };
+                far_rays.bounce(scene, from, own, &mut blocks[place], rays);
             }
         }
         for lane in lanes(far_lanes & !far_rays.escaped) {
@@ -93,6 +95,8 @@ struct Step<'a> {
     /// Weights of the rays' bounces, `stride` apart.
     weights: &'a mut [f32],
     stride: usize,
+    log: &'a mut RayLog,
+    way: &'a mut FixedWay,
 }
 
 /// Rays under way, a ray a lane.
@@ -172,17 +176,15 @@ impl Following {
         &mut self,
         scene: &Scene,
         from: &SourceRays<'_>,
-        log: &mut RayLog,
-        way: &mut FixedWay,
         own: Step<'_>,
         block: &mut Block,
         rays: &mut u64,
     ) {
         *rays += u64::from(self.rays.under_way.count_ones());
         if scene.has_instances() {
-            self.cast_among_instances(scene, from, way, own.step, block);
+            self.cast_among_instances(scene, from, own.way, own.step, block);
             if own.step < from.depth.max(1) {
-                self.keep_legs(scene, block, log);
+                self.keep_legs(scene, block, own.log);
             }
         } else {
             self.rays.cast(scene, &mut block.met);
@@ -200,7 +202,8 @@ impl Following {
         }
         for lane in lanes(block.met.rays & own.far_lanes) {
             let far = usize::from(self.far[lane]);
-            log.carry(far, own.step, &self.share[lane], self.time_s(scene, lane));
+            own.log
+                .carry(far, own.step, &self.share[lane], self.time_s(scene, lane));
         }
         let cosines = self.rays.mirror(&block.met, &mut block.normal);
         block.point = self.rays.origin;

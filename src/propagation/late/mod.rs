@@ -72,6 +72,25 @@ struct Slot {
     arrivals: Arrivals,
 }
 
+/// Memory that rays are followed in: whose they were nobody asks again, so one does for all sources that take turns.
+#[derive(Debug, Clone)]
+pub struct RayScratch {
+    /// What rays begin with, each sequence once.
+    pub(super) sequences: SequenceSet,
+    /// All bounces of one rotation, while some are chosen.
+    bounces: Bounces,
+}
+
+impl RayScratch {
+    /// Room for so many sequences; it grows where rays find more.
+    pub fn with_capacity(sequences: usize) -> Self {
+        Self {
+            sequences: SequenceSet::with_capacity(sequences),
+            bounces: Bounces::default(),
+        }
+    }
+}
+
 /// Running estimate of one source's late field.
 #[derive(Debug, Clone)]
 pub struct LateEstimator {
@@ -79,8 +98,6 @@ pub struct LateEstimator {
     curves: CurveTree,
     /// What the curves say, unless they have been drawn anew since.
     decay: Option<Option<Decay>>,
-    /// All bounces of one rotation, while some are chosen.
-    bounces: Bounces,
     /// The newest place of the source, local coordinates.
     source: DVec3,
     /// The newest straight line's time.
@@ -95,7 +112,6 @@ impl Default for LateEstimator {
             slots: vec![Slot::default(); ROTATIONS as usize],
             curves: CurveTree::default(),
             decay: None,
-            bounces: Bounces::default(),
             source: DVec3::ZERO,
             nearest_s: 0.0,
             listener: Vec3::ZERO,
@@ -105,12 +121,12 @@ impl Default for LateEstimator {
 
 impl LateEstimator {
     /// Traces source rays with diffuse bounces, or knows still what they found ([`Self::sequences`]), and connects them to
-    /// the listener. `scratch` is memory for as many sequences as rays may find. Adds the rays it cast to `rays`.
+    /// the listener. Adds the rays it cast to `rays`.
     pub fn trace(
         &mut self,
         scene: &Scene,
         from: &SourceRays<'_>,
-        scratch: &mut SequenceSet,
+        scratch: &mut RayScratch,
         rays: &mut u64,
     ) {
         self.cast(scene, from, scratch, rays);
@@ -123,7 +139,7 @@ impl LateEstimator {
         &mut self,
         scene: &Scene,
         from: &SourceRays<'_>,
-        scratch: &mut SequenceSet,
+        scratch: &mut RayScratch,
         rays: &mut u64,
     ) -> bool {
         let number = (from.rotation % ROTATIONS) as usize;
@@ -138,11 +154,12 @@ impl LateEstimator {
             slot.arrivals.forget_sight();
         }
         if is_new {
-            scratch.clear();
+            let RayScratch { sequences, bounces } = scratch;
+            sequences.clear();
             self.curves.prefetch(number);
-            let bounces = &mut self.bounces;
             self.curves.renew(number, |curve| {
-                slot.found.renew(scene, from, scratch, curve, bounces, rays);
+                slot.found
+                    .renew(scene, from, sequences, curve, bounces, rays);
             });
             self.decay = None;
             slot.arrivals.choose(scene, bounces);
