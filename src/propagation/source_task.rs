@@ -84,7 +84,8 @@ pub(super) struct Shared<'a> {
     pub(super) candidates: &'a [Candidates],
 }
 
-/// What a source's part of an update is done in, and then another one's: nothing of it is remembered.
+/// What a thread does a source's part of an update in, and then another one's: nothing of it is remembered, and no two threads
+/// write to one line of it.
 #[derive(Debug)]
 #[repr(align(128))]
 pub(super) struct Scratch {

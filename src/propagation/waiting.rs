@@ -1,5 +1,5 @@
 //! One source's candidates while they wait: for three more of their length, to be unfolded together, then for what blocked
-//! them last, which is asked for meanwhile. Memory that is used again; part of a source's task. Own.
+//! them last, which is asked for meanwhile. Memory of a thread, used for source after source. Own.
 
 use glam::DVec3;
 
@@ -115,8 +115,8 @@ impl Waiting {
             .is_some_and(|bucket| bucket.put(scene, sequence, number))
     }
 
-    /// Unfolds those of one length. Calls `give` with each that has no path and its lane; gives whether it is time to try those that are
-    /// left. `ends` are source and listener.
+    /// Unfolds those of one length. Calls `give` with each that has no path and its lane; gives whether it is time to try those
+    /// that are left. `ends` are source and listener, local coordinates.
     #[inline(always)]
     pub(super) fn unfold(
         &mut self,

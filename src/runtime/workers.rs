@@ -276,7 +276,8 @@ impl Threads {
 /// The first item of a list that threads take items of.
 struct First<T>(*mut T);
 
-// SAFETY: every index is handed out once, so no two threads have the same item, and each thread has its own scratch; both may change threads.
+// SAFETY: every index is handed out once, so no two threads have the same item, and each thread has its own scratch; both may
+// change threads.
 unsafe impl<T: Send> Sync for First<T> {}
 
 impl<T> First<T> {
