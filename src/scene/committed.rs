@@ -19,6 +19,8 @@ use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material, Medium};
 use crate::error::{Error, Result};
+#[cfg(feature = "cli")]
+use crate::geometry::bvh::record::Record;
 use crate::geometry::triangle::PreparedRay;
 use crate::geometry::{Bvh, Ray};
 
@@ -157,6 +159,18 @@ impl Scene {
     #[inline]
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// The same scene, and a record of all that is asked of its fixed part's tree from now on: for measurements. Control
+    /// side; allocates.
+    #[cfg(feature = "cli")]
+    pub fn recorded(&self) -> (Self, Record) {
+        let (bvh, record) = self.bvh.recorded();
+        let scene = Self {
+            bvh: Arc::new(bvh),
+            ..self.clone()
+        };
+        (scene, record)
     }
 
     /// The fixed part's edges that sound bends around, in local coordinates.

@@ -12,6 +12,8 @@ mod collapse;
 mod instruction_set;
 mod node;
 mod portable;
+#[cfg(feature = "cli")]
+pub mod record;
 mod split;
 mod walk;
 #[cfg(target_arch = "x86_64")]
@@ -54,6 +56,9 @@ enum Nodes {
     Avx2(Vec<Node<8>>, crate::simd::x86::Avx2),
     #[cfg(target_arch = "aarch64")]
     Neon(Vec<Node<4>>),
+    /// Another tree, which is asked in this one's place.
+    #[cfg(feature = "cli")]
+    Recorded(Box<record::Recorder>),
 }
 
 impl Default for Nodes {
@@ -125,6 +130,8 @@ impl Bvh {
             Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, self, ray, ignored),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => aarch64::closest(nodes, self, ray, ignored),
+            #[cfg(feature = "cli")]
+            Nodes::Recorded(recorder) => recorder.closest_hit(ray, ignored),
         };
         nearest.hit()
     }
@@ -147,6 +154,8 @@ impl Bvh {
             Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, self, ray, ignored),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => aarch64::any(nodes, self, ray, ignored),
+            #[cfg(feature = "cli")]
+            Nodes::Recorded(recorder) => recorder.blocker(ray, ignored),
         }
     }
 
@@ -195,6 +204,8 @@ impl Bvh {
             Nodes::Avx2(..) => InstructionSet::Avx2,
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(_) => InstructionSet::Neon,
+            #[cfg(feature = "cli")]
+            Nodes::Recorded(recorder) => recorder.tree().instruction_set(),
         }
     }
 
@@ -208,6 +219,8 @@ impl Bvh {
             Nodes::Avx2(nodes, _) => size_of_val(nodes.as_slice()),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => size_of_val(nodes.as_slice()),
+            #[cfg(feature = "cli")]
+            Nodes::Recorded(recorder) => return recorder.tree().memory_bytes(),
         };
         nodes + size_of_val(self.blocks.as_slice())
     }

@@ -55,6 +55,18 @@ impl Nearest {
         }
     }
 
+    /// Of a hit, or of none.
+    #[cfg(feature = "cli")]
+    pub(super) fn of_hit(hit: Option<Hit>) -> Self {
+        hit.map_or_else(Self::none, |hit| {
+            Self::of(Best {
+                t: hit.t.to_bits(),
+                triangle: hit.triangle,
+                group: hit.group,
+            })
+        })
+    }
+
     /// As a hit, if it is one.
     #[inline(always)]
     pub(super) fn hit(self) -> Option<Hit> {

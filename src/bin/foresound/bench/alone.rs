@@ -1,9 +1,10 @@
 //! Of `bench speed`: one propagation update on one thread and on two, beside its own rays cast alone.
 //!
 //! The listener walks at 1.4 m/s, 20 updates a second. Sources rest, so that their rays of a rotation are cast once and
-//! remembered; beside that the same with sources that move a millimetre in every update, so that all rays are cast
-//! anew. Rays alone are those of the latter. The measurements alternate, update by update, so that whatever else the
-//! machine does falls on all of them alike.
+//! remembered; beside that the same with sources that leap in every update, so that all rays are cast anew. Rays alone are
+//! those of the latter, ray for ray and in their order: another propagator computes the same updates in a scene whose tree
+//! writes down what it is asked, and the tree is asked the same again. The measurements alternate, update by update, so that
+//! whatever else the machine does falls on all of them alike.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -16,7 +17,6 @@ use foresound::runtime::Threads;
 use foresound::scene::SourcePose;
 use serde_json::{Value, json};
 
-use super::own_rays::OwnRays;
 use super::share;
 use super::walk::Walk;
 
@@ -48,7 +48,15 @@ pub(super) fn measure(
     let mut two = Propagator::new(Arc::clone(scene), settings)?;
     let mut one_moving = Propagator::new(Arc::clone(scene), settings)?;
     let mut two_moving = Propagator::new(Arc::clone(scene), settings)?;
-    for propagator in [&mut one, &mut two, &mut one_moving, &mut two_moving] {
+    let (recorded, record) = scene.recorded();
+    let mut asking = Propagator::new(Arc::new(recorded), settings)?;
+    for propagator in [
+        &mut one,
+        &mut two,
+        &mut one_moving,
+        &mut two_moving,
+        &mut asking,
+    ] {
         propagator.warm_up(&walk.ear(0), sources);
     }
     let mut moved = sources.to_vec();
@@ -75,11 +83,14 @@ pub(super) fn measure(
         let time = Instant::now();
         two_moving.update_with(&threads, &ear, &moved, 0.0, &mut other);
         times.moving[1].push(ms(time.elapsed()));
-        let rays = OwnRays::of(scene, &settings, &set);
+        record.take();
+        asking.update(&ear, &moved, 0.0, &mut set);
+        let rays = record.take();
         let time = Instant::now();
-        std::hint::black_box(rays.cast(scene));
+        let hits = rays.iter().filter(|asked| asked.again(scene.bvh()));
+        std::hint::black_box(hits.count());
         times.alone.push(ms(time.elapsed()));
-        times.rays.push(set.rays as f64);
+        times.rays.push(rays.len() as f64);
     }
     Ok(times)
 }

@@ -6,7 +6,6 @@ mod boxes;
 mod dump;
 mod memory;
 mod moving;
-mod own_rays;
 mod ray_sets;
 mod rays;
 mod schedules;
