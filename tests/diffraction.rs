@@ -98,7 +98,7 @@ fn behind_a_door_s_jamb_the_bass_is_loudest() {
     let scene = commit(&doorway);
     let source = Vec3::new(4.8, 1.5, 1.5);
     // In the other room, beside the door, and in front of it.
-    let (dark, open) = (Vec3::new(10.5, 1.65, 5.4), Vec3::new(10.5, 1.65, 3.6));
+    let (dark, open) = (Vec3::new(10.5, 1.65, 5.9), Vec3::new(10.5, 1.65, 3.6));
     let set = hear(&scene, source, dark, 2);
     let bent: Vec<_> = set.paths.iter().filter(|p| p.bends > 0).collect();
     assert!(!bent.is_empty());
@@ -108,7 +108,8 @@ fn behind_a_door_s_jamb_the_bass_is_loudest() {
         .expect("one at least");
     let gains = first.amplitude.map(|a| a * first.length_m);
     println!("{} bent paths, first {first:?}", bent.len());
-    assert!(gains[0] > 0.05 && gains[0] < 0.6, "{gains:?}");
+    // Half of the wave, and what goes on of its reflection in the jamb.
+    assert!(gains[0] > 0.5 && gains[0] < 0.8, "{gains:?}");
     assert!(gains.windows(2).all(|g| g[0] > g[1]), "{gains:?}");
     // From where the door is, not from where the source is.
     let door = (first.points()[first.points().len() - 1] - dark).normalize();

@@ -143,6 +143,15 @@ impl OneBend {
 }
 
 impl OneWave {
+    /// Share of the faces' part in a band that goes where the incident wave's goes: all of it where that is near its own
+    /// boundary, a half of the direct path, and nothing where only the faces' is near its own, since there it continues a
+    /// reflection.
+    fn faces_follow(&self, band: usize) -> f64 {
+        let near = |wave: Complex| (2.0 * wave.abs()).min(1.0).powi(2);
+        let (incident, faces) = (near(self.incident[band]), near(self.reflected[band]));
+        incident + (1.0 - incident) * (1.0 - faces)
+    }
+
     fn is_audible(&self, reaches: f64) -> bool {
         (0..BANDS).any(|b| (self.incident[b].abs() + self.reflected[b].abs()) * reaches > WEAKEST)
     }
@@ -201,24 +210,33 @@ pub fn direct_field(
             continue;
         }
         found.edges.push(edge);
+        let detour_m = wave.bend.detour_m;
         let bent_free = free_field(scene, length_m, spot.nearest_m);
-        let mut gains: BandArray = [0.0; BANDS];
+        let (mut together, mut apart) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let joined = if joins {
                 wave.bend.joined(wavenumber)
             } else {
                 0.0
             };
-            let reach = f64::from(bent_free[b]) / f64::from(free[b]).max(1e-30);
-            // The faces' part follows as far as the incident wave is near its own boundary, where it is a half.
-            let near = (2.0 * wave.incident[b].abs()).min(1.0);
-            let follows = joined * near * near;
-            let together = wave.incident[b] * joined + wave.reflected[b] * follows;
-            gain[b] += together * Complex::turn(-wavenumber * wave.bend.detour_m) * reach;
-            let apart = wave.incident[b] * (1.0 - joined) + wave.reflected[b] * (1.0 - follows);
-            gains[b] = bent::signed(apart) as f32;
+            let follows = joined * wave.faces_follow(b);
+            together[b] = wave.incident[b] * joined + wave.reflected[b] * follows;
+            apart[b] = wave.incident[b] * (1.0 - joined) + wave.reflected[b] * (1.0 - follows);
         }
-        if gains.iter().any(|g| f64::from(g.abs()) * reaches > WEAKEST) {
+        let gains: BandArray = apart.map(|wave| bent::signed(wave) as f32);
+        let is_heard = |gain: &f32| f64::from(gain.abs()) * reaches > WEAKEST;
+        let is_apart = gains.iter().any(is_heard);
+        for (b, &wavenumber) in wavenumbers.iter().enumerate() {
+            // What is too weak for a path of its own is not lost.
+            let wave = if is_apart {
+                together[b]
+            } else {
+                together[b] + apart[b]
+            };
+            let reach = f64::from(bent_free[b]) / f64::from(free[b]).max(1e-30);
+            gain[b] += wave * Complex::turn(-wavenumber * detour_m) * reach;
+        }
+        if is_apart {
             let course = Course {
                 stops: &[Stop::Edge(edge)],
                 points: &[wave.bend.bend.apex],

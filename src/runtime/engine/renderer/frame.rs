@@ -35,7 +35,9 @@ impl Renderer {
         }
         let block = self.parts.settings.block_frames as f64;
         let share = block_frames as f64 / block;
-        let mut effort = self.pace.effort(share, self.voices);
+        // Those that wait may all start in this block.
+        let voices = self.voices.saturating_add(self.waiting as u32);
+        let mut effort = self.pace.effort(share, voices);
         self.start_voices(&mut effort);
         if !self.is_under_way {
             return;
