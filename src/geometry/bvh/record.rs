@@ -2,6 +2,11 @@
 //!
 //! For measurements on a desktop; a question takes a lock and may allocate.
 
+#![expect(
+    clippy::disallowed_types,
+    reason = "no scene that sound is made in has such a tree"
+)]
+
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::walk::Nearest;

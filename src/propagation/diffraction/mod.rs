@@ -12,7 +12,8 @@
 //! the shadow, and a reflection that ends at an edge is handed over in the same way. A real amplitude cannot say the
 //! phase that the bent wave has besides (up to 45° far from the boundary); where the detour is below half a wavelength
 //! and both arrive as one, the bent wave is therefore added to the direct path's gain, as complex numbers, and taken off
-//! the bent path. The two shares change over gradually, band by band.
+//! the bent path. The two shares change over gradually, band by band. What an edge's faces reflect goes along, but where it
+//! continues a reflection: that is a path of its own, beside which the bent one has to stay.
 //!
 //! A wall that lets sound through throws half a shadow: the bent wave is what the wall takes away, 1 − T of it, so the
 //! transmitted direct path, which is a path of its own, counts once.
