@@ -43,9 +43,27 @@ const SEARCH_ROUNDS: usize = 4;
 /// How near to the middle of a level's range a load is near enough, in graphics frames.
 const NEAR: f64 = 0.15;
 /// Most measurements of a cell until one has the level that its load was chosen for.
-const TRIES: usize = 3;
+const TRIES: usize = 4;
 /// Spans that a thread may record in a round.
 const SPANS: usize = 1 << 16;
+
+/// Whose propagation is so many graphics frames long at a level L: the asynchronous schedule's, on one thread, of which Eq. 1
+/// tells what is extrapolated, or the baseline's, on two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum LevelOf {
+    Asynchronous,
+    Synchronous,
+}
+
+impl LevelOf {
+    /// The level that a row has.
+    pub(super) fn found(self, row: &Value) -> Option<f64> {
+        match self {
+            Self::Asynchronous => row["level"]["p50"].as_f64(),
+            Self::Synchronous => row["sync_level"].as_f64().map(f64::floor),
+        }
+    }
+}
 
 /// What is measured.
 pub(super) struct Cell<'a> {
@@ -149,26 +167,34 @@ impl Cell<'_> {
         }
     }
 
-    /// Measures both schedules at the load that gives the asynchronous one a level L, `most` at the most; a measurement
-    /// whose middle update had another level is made again with a load in proportion.
+    /// Measures both schedules at the load that gives one of them a level L, `most` at the most; a measurement whose middle
+    /// update had another level is made again with a load in proportion.
     pub(super) fn measure_at(
         &self,
         level: u32,
+        of: LevelOf,
         most: f64,
         log: &mut TraceLog,
     ) -> Result<Map<String, Value>> {
-        let mut load = self.load_for(level, most)?;
-        let mut row = self.measure(load, log)?;
+        let mut load = match of {
+            LevelOf::Asynchronous => self.load_for(level, most)?,
+            // Two threads take about half the time.
+            LevelOf::Synchronous => self.load_for(2 * level, most)?,
+        };
+        let mut row = Value::from(self.measure(load, log)?);
         for _ in 1..TRIES {
-            let found = row.get("level").and_then(|level| level["p50"].as_f64());
+            let found = of.found(&row);
             let Some(found) = found.filter(|&found| found != f64::from(level)) else {
                 break;
             };
             let factor = (f64::from(level) + 0.5) / (found + 0.5);
             load = (load * factor).clamp(LEAST_LOAD, most);
-            row = self.measure(load, log)?;
+            row = Value::from(self.measure(load, log)?);
         }
-        Ok(row)
+        match row {
+            Value::Object(row) => Ok(row),
+            _ => Ok(Map::new()),
+        }
     }
 
     /// The load at which the asynchronous schedule has a level L, by halving.

@@ -11,7 +11,7 @@ use foresound::runtime::{Budget, Tier, TierChoice, TraceLog};
 use foresound::{Error, Result};
 use serde_json::{Value, json};
 
-use super::schedules::{Cell, loaded};
+use super::schedules::{Cell, LevelOf, loaded};
 use super::walk::Walk;
 use super::{alone, moving};
 use crate::inputs::predictor_named;
@@ -42,6 +42,9 @@ pub(crate) struct Arguments {
     /// Chooses the load that gives this level L: a number, or `workstation` or `mobile` for the paper's of each cell.
     #[arg(long, value_name = "L")]
     level: Option<String>,
+    /// Whose T_SPS is L graphics frames long then.
+    #[arg(long, value_enum, default_value_t = LevelOf::Asynchronous, requires = "level")]
+    level_of: LevelOf,
     /// Predictor of the asynchronous schedule: hold, linear or best.
     #[arg(long, default_value = "linear")]
     predictor: String,
@@ -123,7 +126,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 trace: arguments.trace.is_some(),
             };
             let engine = match wanted_level(arguments, name, count)? {
-                Some(level) => cell.measure_at(level, 64.0, &mut log)?,
+                Some(level) => cell.measure_at(level, arguments.level_of, 64.0, &mut log)?,
                 None => cell.measure(arguments.load, &mut log)?,
             };
             let load = engine.get("load").and_then(Value::as_f64);
@@ -156,7 +159,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             rows.push(row);
         }
     }
-    let summary = summary(&rows);
+    let summary = summary(&rows, arguments.level_of);
     if let (Some(summary), false) = (&summary, arguments.json) {
         print_summary(summary);
     }
@@ -200,13 +203,13 @@ fn printed_cell(arguments: &Arguments, scene: &str, sources: usize) -> Option<Va
 }
 
 /// Means over the rows that the paper has too.
-fn summary(rows: &[Value]) -> Option<Value> {
+fn summary(rows: &[Value], of: LevelOf) -> Option<Value> {
     let cells: Vec<&Value> = rows.iter().filter(|row| row["paper"].is_object()).collect();
     let mean = |key: &str| {
         let figures = cells.iter().filter_map(|row| row.pointer(key)?.as_f64());
         figures.sum::<f64>() / cells.len() as f64
     };
-    let at_level = |row: &&&Value| row["level"]["p50"].as_f64() == row["paper"]["level"].as_f64();
+    let at_level = |row: &&&Value| of.found(row) == row["paper"]["level"].as_f64();
     (!cells.is_empty()).then(|| {
         json!({
             "cells": cells.len(),
@@ -214,6 +217,7 @@ fn summary(rows: &[Value]) -> Option<Value> {
             "speedup_mean": mean("/speedup"),
             "paper_speedup_mean": mean("/paper/speedup"),
             "level_mean": mean("/level/p50"),
+            "sync_level_mean": mean("/sync_level"),
             "paper_level_mean": mean("/paper/level"),
         })
     })
@@ -222,11 +226,12 @@ fn summary(rows: &[Value]) -> Option<Value> {
 fn print_summary(summary: &Value) {
     let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
     println!(
-        "mean of {} cells: {:.2} x (the paper {:.2} x), L {:.1} ({:.1}); {} cells have the paper's L",
+        "mean of {} cells: {:.2} x (the paper {:.2} x), L {:.1}, of the synchronous schedule {:.1} ({:.1}); {} cells have the paper's",
         summary["cells"],
         number("speedup_mean"),
         number("paper_speedup_mean"),
         number("level_mean"),
+        number("sync_level_mean"),
         number("paper_level_mean"),
         summary["cells_at_paper_level"],
     );
