@@ -32,6 +32,9 @@ const SETTLED_M: f64 = 1e-6;
 /// Rounds that find them where those do not: a part in 10¹² of an edge.
 const MOST_PARTINGS: usize = 40;
 
+/// Slope of a length that rounding cannot make of none.
+const LEAST_SLOPE: f64 = 1e-6;
+
 /// Ends of edges within so many metres of each other are one corner.
 const MEET_M: f64 = 1e-6;
 
@@ -133,6 +136,9 @@ impl Way {
         }
         a.angle_of(from)?;
         b.angle_of(to)?;
+        if leaves_an_edge([a, b], from, to) {
+            return None;
+        }
         let [first, second] = shortest([a, b], from, to);
         if first.distance(second) < LEAST_LEG_M {
             return None;
@@ -211,6 +217,26 @@ fn runs_through_corner([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool {
     let cosine = a.direction.dot(b.direction);
     let square = along_a * along_a - 2.0 * cosine * along_a * along_b + along_b * along_b;
     square <= 1.0 - cosine * cosine
+}
+
+/// Whether the shortest way over two edges' lines passes one of them beyond its ends, as far as a look at the end tells that a
+/// first guess passes by.
+fn leaves_an_edge([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool {
+    let of_b_m = b.apex_m(from, to);
+    let of_a_m = a.apex_m(from, b.at(of_b_m));
+    leaves([a, b], of_a_m, from, to) || leaves([b, a], of_b_m, to, from)
+}
+
+/// The same for the first edge, passed at `guess_m`. For each place on it there is a best one on the other; over both the length
+/// is convex, so where it grows away from an end, its least is beyond.
+fn leaves([a, b]: [&Edge; 2], guess_m: f64, from: DVec3, to: DVec3) -> bool {
+    let slope = |first_m: f64| {
+        let first = a.at(first_m);
+        let second = b.at(b.apex_m(first, to));
+        ((first - from).normalize_or_zero() - (second - first).normalize_or_zero()).dot(a.direction)
+    };
+    guess_m < 0.0 && slope(0.0) > LEAST_SLOPE
+        || guess_m > a.length_m && slope(a.length_m) < -LEAST_SLOPE
 }
 
 /// Where the shortest way over two edges crosses their lines; anywhere outside one's ends if not within them.
