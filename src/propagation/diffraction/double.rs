@@ -77,7 +77,7 @@ pub fn find(
             let other = scene.edge(second);
             let alone = other.at(other.apex_m(from, to).clamp(0.0, other.length_m));
             if from.distance(alone) + alone.distance(to) < longest_m
-                && other.angle_of(to).is_some()
+                && other.is_outside(to)
                 && let Some(way) = Way::over(scene, [found.edge, second], spot)
             {
                 insert(&mut tried, way);
@@ -134,9 +134,7 @@ impl Way {
         if runs_through_corner([a, b], from, to) {
             return None;
         }
-        a.angle_of(from)?;
-        b.angle_of(to)?;
-        if leaves_an_edge([a, b], from, to) {
+        if !a.is_outside(from) || !b.is_outside(to) || leaves_an_edge([a, b], from, to) {
             return None;
         }
         let [first, second] = shortest([a, b], from, to);

@@ -111,8 +111,8 @@ impl Edge {
         (along * along + across * across).sqrt() * (1.0 - LENGTH_ROUNDING)
     }
 
-    /// Whether a point has an angle around the edge, mostly without asking which.
-    fn is_outside(&self, point: DVec3) -> bool {
+    /// Whether a point has an angle around the edge ([`Self::angle_of`]), mostly without asking which.
+    pub fn is_outside(&self, point: DVec3) -> bool {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
         // In front of the first face, or beside a sheet: all but the line itself.

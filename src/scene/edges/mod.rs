@@ -208,10 +208,9 @@ impl EdgeSet {
         number: impl Fn(u32) -> u32,
     ) {
         self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
-            if edge.least_way_m(from, to) > bound_m {
+            if edge.least_way_m(from, to) > bound_m || !edge.is_outside(from) {
                 return None;
             }
-            edge.angle_of(from)?;
             let at = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
             Some(from.distance(at) + at.distance(to))
         });
