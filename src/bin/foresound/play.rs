@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, poll, read};
-use crossterm::terminal::{disable_raw_mode, enable_raw_mode};
+use crossterm::terminal::{disable_raw_mode, enable_raw_mode, size};
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
 use foresound::runtime::device::{CpalBackend, DeviceState, StandIn, Supervisor};
@@ -278,8 +278,8 @@ impl Session {
         let settings = self.controller.settings();
         let period_s = settings.block_frames as f64 / f64::from(settings.generation.rate_hz);
         let Vec3 { x, y, z } = listener.position;
-        eprint!(
-            "\r\x1b[K{:5.1} FPS  T_SPS {:6.2} ms  L {:2}  tier {}  {:4} paths  block {:3.0} % (worst {:3.0} %)  {} missed  {:6}  at {x:.1} {y:.1} {z:.1}",
+        let meter = format!(
+            "{:5.1} FPS  T_SPS {:6.2} ms  L {:2}  tier {}  {:4} paths  block {:3.0} % (worst {:3.0} %)  {} missed  {:6}  at {x:.1} {y:.1} {z:.1}",
             1.0 / told.graphics_frame_s.max(1e-3),
             1e3 * told.propagation_s,
             told.level,
@@ -290,6 +290,10 @@ impl Session {
             told.missed_deadlines,
             settings.predictor.name(),
         );
+        // A line that wraps would be a new one at every turn.
+        let columns = size().map_or(80, |(columns, _)| usize::from(columns));
+        let shown: String = meter.chars().take(columns.saturating_sub(1)).collect();
+        eprint!("\r\x1b[K{shown}");
         let _drawn = stderr().flush();
     }
 }
