@@ -7,7 +7,7 @@ use foresound::evaluation::listener_path::ListenerPath;
 use foresound::evaluation::si_snr::si_snr_ears_db;
 use foresound::evaluation::spectrogram_figure::SpectrogramFigure;
 use foresound::evaluation::top_view::{TopView, path_lines};
-use foresound::extrapolation::PredictorKind;
+use foresound::extrapolation::{BestSettings, PredictorKind};
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
 use foresound::propagation::PropagationSettings;
@@ -25,6 +25,7 @@ const RATE_HZ: u32 = 44_100;
 /// Graphics frames a second and level L: the paper's concert hall with sixteen sources on a workstation.
 const GRAPHICS_RATE_HZ: f64 = 74.6;
 const LEVEL: u32 = 12;
+const PREDICTOR: PredictorKind = PredictorKind::Best(BestSettings::FULL);
 
 /// Height at which the top view cuts the hall open: above the last row of seats.
 const HALL_CUT_M: f32 = 3.2;
@@ -145,7 +146,7 @@ fn settings(schedule: Schedule) -> OfflineSettings {
         graphics_rate_hz: GRAPHICS_RATE_HZ,
         block_frames: 1024,
         schedule,
-        predictor: PredictorKind::Linear,
+        predictor: PREDICTOR,
         propagation: PropagationSettings::default(),
         generation: GeneratorSettings {
             rate_hz: RATE_HZ,
@@ -164,8 +165,10 @@ fn draw(
     si_snr_db: f64,
 ) -> Result<[PathBuf; 2]> {
     let spectrograms = arguments.out.join("spectrograms.png");
-    let caption =
-        format!("concert_hall, {SOURCES} sources, L = {LEVEL}, linear: SI-SNR {si_snr_db:.1} dB");
+    let predictor = PREDICTOR.name();
+    let caption = format!(
+        "concert_hall, {SOURCES} sources, L = {LEVEL}, {predictor}: SI-SNR {si_snr_db:.1} dB"
+    );
     SpectrogramFigure {
         title: "A walk through the hall, both ways",
         caption: &caption,
@@ -274,7 +277,10 @@ fn print_findings(
         stage_ms(&reports[1].extrapolation),
         stage_ms(&reports[0].generation)
     );
-    println!("  alike          SI-SNR {si_snr_db:.2} dB between the two");
+    let predictor = PREDICTOR.name();
+    println!(
+        "  alike          SI-SNR {si_snr_db:.2} dB between the two, by the predictor {predictor}"
+    );
     for file in files {
         println!("  written        {}", file.display());
     }
