@@ -217,7 +217,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
 }
 
 /// Worst deviation in an octave's energy on the lit side, where direct and bent wave part and amplitudes are real, which a bent
-/// wave is not: a tone may be off by three times as much.
+/// wave is not.
 fn lit_side_db(scene: &mut EdgeScene, boundary: f64) -> f64 {
     let mut off_db = 0f64;
     for before_deg in (2..=60).step_by(2) {

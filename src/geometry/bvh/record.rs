@@ -35,7 +35,7 @@ impl Asked {
     }
 }
 
-/// What a tree was asked, in order.
+/// What a tree was asked, in order, in its coordinates. Any thread but the audio side's: it locks and allocates.
 #[derive(Debug, Clone, Default)]
 pub struct Record(Arc<Mutex<Vec<Asked>>>);
 

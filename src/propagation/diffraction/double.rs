@@ -134,10 +134,14 @@ impl Way {
         if runs_through_corner([a, b], from, to) {
             return None;
         }
-        if !a.is_outside(from) || !b.is_outside(to) || leaves_an_edge([a, b], from, to) {
+        if !a.is_outside(from) || !b.is_outside(to) {
             return None;
         }
-        let [first, second] = shortest([a, b], from, to);
+        let guess_m = first_guess([a, b], from, to);
+        if leaves([a, b], guess_m[0], from, to) || leaves([b, a], guess_m[1], to, from) {
+            return None;
+        }
+        let [first, second] = shortest([a, b], guess_m, from, to);
         if first.distance(second) < LEAST_LEG_M {
             return None;
         }
@@ -217,16 +221,15 @@ fn runs_through_corner([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool {
     square <= 1.0 - cosine * cosine
 }
 
-/// Whether the shortest way over two edges' lines passes one of them beyond its ends, as far as a look at the end tells that a
-/// first guess passes by.
-fn leaves_an_edge([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool {
+/// About where the shortest way over two edges crosses their lines, in metres from their beginnings.
+fn first_guess([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [f64; 2] {
     let of_b_m = b.apex_m(from, to);
-    let of_a_m = a.apex_m(from, b.at(of_b_m));
-    leaves([a, b], of_a_m, from, to) || leaves([b, a], of_b_m, to, from)
+    [a.apex_m(from, b.at(of_b_m)), of_b_m]
 }
 
-/// The same for the first edge, passed at `guess_m`. For each place on it there is a best one on the other; over both the length
-/// is convex, so where it grows away from an end, its least is beyond.
+/// Whether the shortest way over two edges' lines passes the first beyond its ends, as far as a look at the end tells that
+/// `guess_m` lies behind. For each place on it there is a best one on the other; over both the length is convex, so where it
+/// falls beyond an end, its least is there.
 fn leaves([a, b]: [&Edge; 2], guess_m: f64, from: DVec3, to: DVec3) -> bool {
     let slope = |first_m: f64| {
         let first = a.at(first_m);
@@ -238,15 +241,18 @@ fn leaves([a, b]: [&Edge; 2], guess_m: f64, from: DVec3, to: DVec3) -> bool {
 }
 
 /// Where the shortest way over two edges crosses their lines; anywhere outside one's ends if not within them.
-fn shortest(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
-    by_steps(lines, from, to).unwrap_or_else(|| by_parting(lines, from, to))
+fn shortest(lines: [&Edge; 2], guess_m: [f64; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
+    by_steps(lines, guess_m, from, to).unwrap_or_else(|| by_parting(lines, from, to))
 }
 
 /// By Newton's steps on the length, which is convex in both places. They may not settle where the lines all but meet: there the
 /// length bends sharply.
-fn by_steps([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> Option<[DVec3; 2]> {
-    let mut second_m = b.apex_m(from, to);
-    let mut first_m = a.apex_m(from, b.at(second_m));
+fn by_steps(
+    [a, b]: [&Edge; 2],
+    [mut first_m, mut second_m]: [f64; 2],
+    from: DVec3,
+    to: DVec3,
+) -> Option<[DVec3; 2]> {
     for _ in 0..MOST_ROUNDS {
         let (first, second) = (a.at(first_m), b.at(second_m));
         let legs = [first - from, second - first, to - second];

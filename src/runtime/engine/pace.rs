@@ -78,7 +78,8 @@ impl Pace {
         self.is_even
     }
 
-    /// What a block with so many voices, those that wait for their start among them, may do, or a piece of one that takes this share of it.
+    /// What a block with so many voices, those that wait for their start among them, may do, or a piece of one that takes this
+    /// share of it.
     pub(super) fn effort(&self, share: f64, voices: u32) -> Effort {
         if !self.is_even || self.blocks == 1 {
             return Effort::boundless();
