@@ -19,7 +19,7 @@ use foresound::scene::{
 };
 use glam::{Quat, Vec3};
 
-#[path = "../src/bin/foresound/counting.rs"]
+#[path = "../tools/src/command_line/counting.rs"]
 mod counting;
 
 #[global_allocator]

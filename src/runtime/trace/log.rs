@@ -154,7 +154,7 @@ mod tests {
         for track in Track::ALL {
             assert!(text.contains(&format!("\"args\":{{\"name\":\"{}\"}}", track.name())));
         }
-        #[cfg(feature = "cli")]
+        #[cfg(feature = "testing")]
         assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok());
     }
 }
