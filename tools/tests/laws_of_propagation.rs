@@ -5,12 +5,12 @@ mod reference;
 
 use std::sync::Arc;
 
-use foresound_tools::validate;
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     Directivity, Effects, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose,
     procedural,
 };
+use foresound_tools::validate;
 use glam::Vec3;
 use reference::{shoebox, visibility};
 

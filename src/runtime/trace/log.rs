@@ -59,7 +59,7 @@ impl SpanKind {
 
 impl TraceLog {
     /// Takes what a ring holds.
-    pub(in crate::runtime) fn collect(&mut self, reader: &mut SpanReader) {
+    pub(crate) fn collect(&mut self, reader: &mut SpanReader) {
         while let Some(span) = reader.take() {
             self.spans.push((reader.track, span));
         }
@@ -127,7 +127,7 @@ impl TraceLog {
 mod tests {
     use super::super::span::spans;
     use super::*;
-    use crate::runtime::clock::now;
+    use crate::runtime::threads::clock::now;
     use std::time::Duration;
 
     #[test]

@@ -3,10 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound_tools::listener_path::ListenerPath;
-use foresound_tools::si_snr::si_snr_ears_db;
-use foresound_tools::spectrogram_figure::SpectrogramFigure;
-use foresound_tools::top_view::{TopView, path_lines};
 use foresound::extrapolation::{BestSettings, PredictorKind};
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
@@ -14,6 +10,10 @@ use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::scene::SourceId;
 use foresound::{Error, Result};
+use foresound_tools::listener_path::ListenerPath;
+use foresound_tools::si_snr::si_snr_ears_db;
+use foresound_tools::spectrogram_figure::SpectrogramFigure;
+use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
 use crate::inputs::{LoadedScene, SceneArguments, asset, load_scene, load_sound, tell};

@@ -13,7 +13,7 @@ use super::shoebox::oracle as shoebox;
 use super::{Row, rooms};
 use foresound::acoustics::{BANDS, Material};
 use foresound::error::Result;
-use foresound::propagation::late::tail_steps;
+use foresound::propagation::diffuse::tail_steps;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 

@@ -5,9 +5,9 @@ use glam::Vec3;
 use super::Row;
 use foresound::acoustics::BANDS;
 use foresound::error::Result;
-use foresound::propagation::image_source::{is_clear, mirror_listener, unfold};
-use foresound::propagation::sampling::{mix, unit};
-use foresound::propagation::sequence::Sequence;
+use foresound::propagation::image_source::image_path::{is_clear, mirror_listener, unfold};
+use foresound::propagation::image_source::sequence::Sequence;
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{PathSet, PropagationSettings, Propagator, amplitude};
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,

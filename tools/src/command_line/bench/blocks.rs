@@ -11,8 +11,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use foresound_tools::cells::{Platform, pace};
-use foresound_tools::clip::Clip;
 use foresound::extrapolation::{BestSettings, FramePaths, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PropagationSettings;
@@ -20,6 +18,8 @@ use foresound::runtime::engine::ramp_frames;
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 use foresound::{Error, Result};
+use foresound_tools::cells::{Platform, pace};
+use foresound_tools::clip::Clip;
 use serde_json::{Value, json};
 
 use super::share;

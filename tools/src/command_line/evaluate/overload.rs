@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use foresound::Result;
+use foresound::extrapolation::BestSettings;
+use foresound::output::wav::{WavFormat, WavSink};
+use foresound::runtime::Latency;
 use foresound_tools::cells::{Condition, printed_speed};
 use foresound_tools::playback::{AHEAD, Playback, play};
 use foresound_tools::report::{Figure, Listening, OverloadRow};
 use foresound_tools::scores::SKIP_S;
 use foresound_tools::si_snr::si_snr_ears_db;
 use foresound_tools::spectrogram_figure::SpectrogramFigure;
-use foresound::extrapolation::BestSettings;
-use foresound::output::wav::{WavFormat, WavSink};
-use foresound::runtime::Latency;
 
 use super::figures::{figure, read_ears};
 use super::plan::{Part, Unit};
