@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use foresound::extrapolation::{
-    Effort, Extrapolator, FramePath, FramePaths, GeometricSettings, PredictorKind,
+    Extrapolator, FramePath, FramePaths, GeometricSettings, PredictorKind, WorkBudget,
 };
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
@@ -83,7 +83,7 @@ fn where_a_frame_is_cut_changes_none_of_its_bits() {
                 }
                 // Parts of all sizes, down to one piece of work.
                 for part in 1.. {
-                    let mut effort = Effort::of(1 + (part * part * 7) % 13);
+                    let mut effort = WorkBudget::of(1 + (part * part * 7) % 13);
                     let sources = &place.sources;
                     let direct = extrapolator.direct_part(ear, sources, &mut effort, frame);
                     if !direct.is_done {
@@ -117,7 +117,7 @@ fn an_update_taken_in_the_middle_of_a_frame_begins_it_anew() {
     whole.store_update(update.clone(), 4);
     whole.frame(&ear, &place.sources, &mut frames[0]);
     let [before, after] = &mut frames;
-    let direct = parts.direct_part(&ear, &place.sources, &mut Effort::of(1), after);
+    let direct = parts.direct_part(&ear, &place.sources, &mut WorkBudget::of(1), after);
     assert!(!direct.is_done);
     parts.store_update(update, 4);
     parts.frame(&ear, &place.sources, after);
