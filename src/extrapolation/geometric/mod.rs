@@ -31,7 +31,8 @@ use crate::extrapolation::frame_steps::Part;
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::PathSet;
-use crate::propagation::diffraction::{Endpoints, MOST_DOUBLE, MOST_MIRRORED};
+use crate::propagation::diffraction::{MOST_DOUBLE, MOST_MIRRORED};
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 pub(crate) use crate::extrapolation::geometric::late_energy::late_now;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::extrapolation::geometric::Now;
 use crate::propagation::Path;
-use crate::propagation::diffraction::Endpoints;
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::SourceId;
 
 /// A source as it is in the present graphics frame.

@@ -3,9 +3,9 @@
 //! Between two updates extrapolation asks for each bent path anew; the geometry, the wave and the sight lines are those of
 //! the update itself, so that a path at rest has the same bits either way.
 
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::second_order::Way;
 use crate::propagation::diffraction::with_reflections::Mirrored;
+use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::{Stop, bent_path_id};
 use crate::propagation::path::Path;
 use crate::scene::Scene;
