@@ -7,10 +7,10 @@ use crate::extrapolation::geometric::line_extrapolation::Trend;
 use crate::extrapolation::geometric::source_poses::Place;
 use crate::extrapolation::geometric::{GeometricSettings, Now};
 use crate::extrapolation::predictor::{as_of_update, heard_from};
-use crate::propagation::amplitude::{direct_by_source, free_field, reflected};
+use crate::propagation::amplitude::{apply_directivity, free_field, reflected};
 use crate::propagation::diffraction::DiffractionSequence;
 use crate::propagation::image_source::image_path::{ImagePath, mirror_listener, unfold};
-use crate::propagation::image_source::sequence::{Order, Sequence};
+use crate::propagation::image_source::sequence::{Precedence, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
 use crate::scene::{ListenerPose, Scene};
 use glam::DVec3;
@@ -28,7 +28,7 @@ pub struct Candidate {
     /// What the path can be computed from.
     pub course: Course,
     /// Which of its surfaces change places, in a scene in which nothing moves.
-    order: Order,
+    order: Precedence,
     /// The number of the update in or after which it was last valid.
     pub valid_in: u64,
     /// What was heard of it when that was worked out last; `None` where every frame works it out.
@@ -73,7 +73,7 @@ pub enum Course {
 pub(crate) struct Grounds {
     pub(crate) id: PathId,
     course: Course,
-    order: Order,
+    order: Precedence,
 }
 
 impl Grounds {
@@ -82,7 +82,7 @@ impl Grounds {
         Self {
             id,
             course: Course::Unknown,
-            order: Order::default(),
+            order: Precedence::default(),
         }
     }
 
@@ -97,7 +97,7 @@ impl Grounds {
         Self {
             id,
             course: Course::Mirrors(sequence),
-            order: Order::of(scene, &sequence),
+            order: Precedence::of(scene, &sequence),
         }
     }
 
@@ -204,11 +204,11 @@ impl Candidate {
         };
         let [from, ear] = place.ends;
         let order = match now.scene.has_instances() {
-            true => &Order::of(now.scene, sequence),
+            true => &Precedence::of(now.scene, sequence),
             false => &self.order,
         };
         let line = [from, mirror_listener(now.scene, sequence, ear)];
-        if shapes.unfolded.along(now.scene, sequence, order, line) {
+        if shapes.unfolded.unfold(now.scene, sequence, order, line) {
             shapes.line = line;
             return Standing::Legs;
         }
@@ -250,7 +250,7 @@ impl Candidate {
     fn exact(&self, image: &ImagePath, place: &Place, now: &Now<'_>) -> FramePath {
         let mut amplitude = reflected(now.scene, image, place.spot.min_distance_m);
         let departure = (image.points[0] - place.ends[0]).as_vec3();
-        direct_by_source(&mut amplitude, &place.spot.source, departure);
+        apply_directivity(&mut amplitude, &place.spot.source, departure);
         // Rounded the way an update's paths are, so that a path at rest has the same bits either way.
         let (seen_at, length_m) = (now.scene.to_world(image.image), image.length_m as f32);
         FramePath {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::work_budget::cost;
 use crate::propagation::diffraction::DiffractionPath;
-use crate::propagation::image_source::image_path::{ImagePath, Unfolded};
+use crate::propagation::image_source::image_path::{ImagePath, UnfoldedPath};
 use crate::scene::Scene;
 
 /// How a candidate stands in one graphics frame; numbers are those of [`Shapes`].
@@ -43,7 +43,7 @@ impl Standing {
 #[derive(Debug, Default)]
 pub(crate) struct Shapes {
     /// The reflected path that was unfolded last, and along which line.
-    pub(crate) unfolded: Unfolded,
+    pub(crate) unfolded: UnfoldedPath,
     pub(crate) line: [DVec3; 2],
     images: Vec<ImagePath>,
     ways: Vec<DiffractionPath>,

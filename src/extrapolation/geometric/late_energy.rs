@@ -112,7 +112,7 @@ fn of_update(update: &PathSet) -> impl Iterator<Item = Estimates<'_>> {
     let count = update.late.len().max(1);
     let late = update.predicted_late.chunks_exact(count);
     let sources = update.predicted_sources.chunks_exact(count);
-    let each = update.way.iter().zip(late.zip(sources));
+    let each = update.predicted_positions.iter().zip(late.zip(sources));
     let way = each.map(|(place, (late, sources))| Estimates {
         place: *place,
         late,

@@ -7,13 +7,13 @@
 use std::f64::consts::PI;
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::edge_wave::{Course, Wave};
 use crate::propagation::diffraction::{WEAKEST, fade_out, smooth};
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
@@ -213,7 +213,7 @@ pub fn direct_field(
         }
         if is_apart {
             let course = Course {
-                stops: &[Stop::Edge(edge)],
+                stops: &[Interaction::Edge(edge)],
                 points: &[wave.bend.bend.apex],
                 length_m,
                 heard_at: wave.bend.bend.apex,
@@ -228,7 +228,7 @@ pub fn direct_field(
                 *value = (*value * factor.abs() as f32).min(1.0 / spot.min_distance_m as f32);
             }
         }
-        direct_by_source(&mut path.amplitude, &spot.source, spot.to - spot.from);
+        apply_directivity(&mut path.amplitude, &spot.source, spot.to - spot.from);
         give(*path);
     }
     found
