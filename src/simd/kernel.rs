@@ -35,9 +35,10 @@ impl LaneSet {
 
     /// The vector unit of this machine, which gives the bits of [`Self::Fused`]; empty if it has none.
     #[cfg(test)]
-    pub(crate) fn vector_units() -> Option<Self> {
+    pub(crate) fn vector_units() -> Vec<Self> {
         let best = Self::best();
-        (!matches!(best, Self::Portable)).then_some(best)
+        let is_vector_unit = !matches!(best, Self::Portable);
+        is_vector_unit.then_some(best).into_iter().collect()
     }
 }
 

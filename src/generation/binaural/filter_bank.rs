@@ -1,0 +1,259 @@
+//! Sums every arrival into a few buses an ear and filters each bus once.
+//!
+//! Audio side; wait-free, bounded by the chunk; allocates at birth only. Takes ear signals with weights, gives two
+//! ears of sound without latency.
+//!
+//! An ear's response to a direction is a weighted sum of shared filters ([`Hrtf`]), so the weights may be applied
+//! before the filters: an arrival costs one multiplication a component and sample, and the filters cost the same for
+//! one arrival as for a thousand.
+
+use crate::simd::{F32x8, LaneSet, kernel};
+
+use crate::generation::{CHUNK, Hrtf};
+
+/// What one arrival adds to one group of an ear's buses.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Contribution<'a> {
+    /// The ear signal.
+    pub(crate) signal: &'a [f32],
+    /// Weights at the end of the ramp.
+    pub(crate) target: F32x8,
+    /// Their growth a frame until then.
+    pub(crate) growth: F32x8,
+}
+
+/// A ramp of weights.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ramp {
+    /// Frames of it still to come before the first, at least as many as are added.
+    pub(crate) left: u32,
+    /// Frames, counted from the ramp's end, for which weights stay as they are in the middle.
+    pub(crate) hold: u32,
+}
+
+impl Ramp {
+    fn resting(frames: usize) -> Self {
+        Self {
+            left: frames as u32,
+            hold: frames.max(1) as u32,
+        }
+    }
+}
+
+/// Stretches after which growing weights are worked out afresh: roundings of a steady growth all go the same way, and 32
+/// of them stay below 2e-6 of the weight.
+const RUN: u32 = 32;
+
+/// Arrivals added at once: their weights take half of the registers, and the buses are walked through once.
+pub(crate) const TOGETHER: usize = 8;
+
+impl Contribution<'static> {
+    /// `frames` of silence at weights of zero.
+    pub(crate) fn silence(frames: usize) -> Self {
+        static SILENT: [f32; CHUNK] = [0.0; CHUNK];
+        Self {
+            signal: &SILENT[..frames],
+            target: F32x8::ZERO,
+            growth: F32x8::ZERO,
+        }
+    }
+}
+
+/// The buses of both ears and the filters behind them.
+#[derive(Debug)]
+pub(crate) struct Binaural {
+    set: LaneSet,
+    groups: usize,
+    /// Tap after tap of group after group.
+    basis: Vec<F32x8>,
+    taps: usize,
+    /// Frames of the past that the filters need.
+    history: usize,
+    /// Ear after ear, group after group: the past, then the present chunk.
+    buses: Vec<F32x8>,
+    /// Filtered frames of all groups, not yet summed over the lanes.
+    filtered: Vec<F32x8>,
+    /// Frames since something was added.
+    quiet_frames: usize,
+}
+
+impl Binaural {
+    pub(crate) fn new(hrtf: &Hrtf) -> Self {
+        let (taps, groups) = (hrtf.taps(), hrtf.groups());
+        let history = taps - 1;
+        let mut basis = vec![F32x8::ZERO; groups * taps];
+        for (group, basis) in basis.chunks_exact_mut(taps).enumerate() {
+            for (tap, &value) in basis.iter_mut().zip(hrtf.basis(group)) {
+                *tap = value;
+            }
+        }
+        Self {
+            set: LaneSet::best(),
+            groups,
+            basis,
+            taps,
+            history,
+            buses: vec![F32x8::ZERO; 2 * groups * (history + CHUNK)],
+            filtered: vec![F32x8::ZERO; CHUNK],
+            quiet_frames: history,
+        }
+    }
+
+    /// Whether buses and filters hold nothing but silence.
+    fn is_silent(&self) -> bool {
+        self.quiet_frames >= self.history.max(1)
+    }
+
+    /// Adds arrivals of the same length to one group of an ear's buses; without a ramp at weights that rest.
+    pub(crate) fn add(
+        &mut self,
+        ear: usize,
+        group: usize,
+        arrivals: &[Contribution; TOGETHER],
+        ramp: Option<Ramp>,
+    ) {
+        self.quiet_frames = 0;
+        let frames = arrivals[0].signal.len();
+        let length = self.history + CHUNK;
+        let start = (ear * self.groups + group) * length + self.history;
+        let bus = &mut self.buses[start..start + frames];
+        let ramp = ramp.unwrap_or(Ramp::resting(frames));
+        add_arrivals(self.set, bus, arrivals, ramp);
+    }
+
+    /// Filters what was added and overwrites `frames` of each ear, then moves on by as many.
+    pub(crate) fn finish(&mut self, ears: [&mut [f32]; 2]) {
+        let length = self.history + CHUNK;
+        let frames = ears[0].len();
+        if self.is_silent() {
+            for out in ears {
+                out.fill(0.0);
+            }
+            return;
+        }
+        for (out, buses) in ears
+            .into_iter()
+            .zip(self.buses.chunks_exact_mut(self.groups * length))
+        {
+            let filtered = &mut self.filtered[..frames];
+            filtered.fill(F32x8::ZERO);
+            let bases = self.basis.chunks_exact(self.taps);
+            for (bus, basis) in buses.chunks_exact_mut(length).zip(bases) {
+                filter(self.set, basis, bus, filtered);
+                bus.copy_within(frames..frames + self.history, 0);
+                bus[self.history..].fill(F32x8::ZERO);
+            }
+            for (frame, lanes) in out.iter_mut().zip(filtered) {
+                *frame = lanes.sum();
+            }
+        }
+        self.quiet_frames += frames;
+    }
+}
+
+kernel! {
+    /// Adds arrivals to one group; weights are constant for a stretch of the ramp each.
+    fn add_arrivals<L>(bus: &mut [F32x8], arrivals: &[Contribution; TOGETHER], ramp: Ramp) {
+        let [a, b, c, d, e, f, g, h] = arrivals;
+        let frames = bus.len();
+        let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
+        let (of_c, of_d) = (&c.signal[..frames], &d.signal[..frames]);
+        let (of_e, of_f) = (&e.signal[..frames], &f.signal[..frames]);
+        let (of_g, of_h) = (&g.signal[..frames], &h.signal[..frames]);
+        let Ramp { left, hold } = ramp;
+        let growths = L::splat(hold as f32);
+        let steps: [F32x8; TOGETHER] = [
+            growths.mul(L::from_array(a.growth)).to_array(),
+            growths.mul(L::from_array(b.growth)).to_array(),
+            growths.mul(L::from_array(c.growth)).to_array(),
+            growths.mul(L::from_array(d.growth)).to_array(),
+            growths.mul(L::from_array(e.growth)).to_array(),
+            growths.mul(L::from_array(f.growth)).to_array(),
+            growths.mul(L::from_array(g.growth)).to_array(),
+            growths.mul(L::from_array(h.growth)).to_array(),
+        ];
+        let mut start = 0;
+        while start < frames {
+            // Stretches are counted from the ramp's end.
+            let first = (left - 1 - start as u32) / hold;
+            let to_come = (first * hold) as f32 + 0.5 * (hold - 1) as f32;
+            let to_come = L::splat(to_come);
+            let mut wa = L::from_array(a.growth).neg_mul_add(to_come, L::from_array(a.target));
+            let mut wb = L::from_array(b.growth).neg_mul_add(to_come, L::from_array(b.target));
+            let mut wc = L::from_array(c.growth).neg_mul_add(to_come, L::from_array(c.target));
+            let mut wd = L::from_array(d.growth).neg_mul_add(to_come, L::from_array(d.target));
+            let mut we = L::from_array(e.growth).neg_mul_add(to_come, L::from_array(e.target));
+            let mut wf = L::from_array(f.growth).neg_mul_add(to_come, L::from_array(f.target));
+            let mut wg = L::from_array(g.growth).neg_mul_add(to_come, L::from_array(g.target));
+            let mut wh = L::from_array(h.growth).neg_mul_add(to_come, L::from_array(h.target));
+            let mut stretch = first;
+            loop {
+                let end = frames.min((left - stretch * hold) as usize);
+                for frame in start..end {
+                    let sum = wa.mul_add(L::splat(of_a[frame]), L::from_array(bus[frame]));
+                    let sum = wb.mul_add(L::splat(of_b[frame]), sum);
+                    let sum = wc.mul_add(L::splat(of_c[frame]), sum);
+                    let sum = wd.mul_add(L::splat(of_d[frame]), sum);
+                    let sum = we.mul_add(L::splat(of_e[frame]), sum);
+                    let sum = wf.mul_add(L::splat(of_f[frame]), sum);
+                    let sum = wg.mul_add(L::splat(of_g[frame]), sum);
+                    bus[frame] = wh.mul_add(L::splat(of_h[frame]), sum).to_array();
+                }
+                start = end;
+                if start == frames || stretch == 0 || first - stretch == RUN - 1 {
+                    break;
+                }
+                stretch -= 1;
+                wa = wa.add(L::from_array(steps[0]));
+                wb = wb.add(L::from_array(steps[1]));
+                wc = wc.add(L::from_array(steps[2]));
+                wd = wd.add(L::from_array(steps[3]));
+                we = we.add(L::from_array(steps[4]));
+                wf = wf.add(L::from_array(steps[5]));
+                wg = wg.add(L::from_array(steps[6]));
+                wh = wh.add(L::from_array(steps[7]));
+            }
+        }
+    }
+}
+
+kernel! {
+    /// Adds `Σ_tap basis[tap] · bus[now − tap]` to every frame of `out`, lane by lane.
+    ///
+    /// The bus begins a filter's length less one before the first frame.
+    fn filter<L>(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
+        let taps = basis.len();
+        let mut start = 0;
+        while let Some([a, b, c, d]) = out[start..].first_chunk_mut() {
+            let zero = L::splat(0.0);
+            let (mut sum_a, mut sum_b, mut sum_c, mut sum_d) = (zero, zero, zero, zero);
+            let window = &bus[start..start + taps + 3];
+            let (mut in_a, mut in_b) = (L::from_array(window[0]), L::from_array(window[1]));
+            let mut in_c = L::from_array(window[2]);
+            for (next, tap) in window[3..].iter().zip(basis.iter().rev()) {
+                let (in_d, tap) = (L::from_array(*next), L::from_array(*tap));
+                sum_a = in_a.mul_add(tap, sum_a);
+                sum_b = in_b.mul_add(tap, sum_b);
+                sum_c = in_c.mul_add(tap, sum_c);
+                sum_d = in_d.mul_add(tap, sum_d);
+                (in_a, in_b, in_c) = (in_b, in_c, in_d);
+            }
+            *a = L::from_array(*a).add(sum_a).to_array();
+            *b = L::from_array(*b).add(sum_b).to_array();
+            *c = L::from_array(*c).add(sum_c).to_array();
+            *d = L::from_array(*d).add(sum_d).to_array();
+            start += 4;
+        }
+        for frame in start..out.len() {
+            let mut sum = L::splat(0.0);
+            for (value, tap) in bus[frame..frame + taps].iter().zip(basis.iter().rev()) {
+                sum = L::from_array(*value).mul_add(L::from_array(*tap), sum);
+            }
+            out[frame] = L::from_array(out[frame]).add(sum).to_array();
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "filter_bank_tests.rs"]
+mod tests;

@@ -1,0 +1,124 @@
+//! `bench update`: a fixed number of propagation updates and nothing else, for counters of instructions.
+//!
+//! No clock is read: measure at N and at 2 N updates and subtract, and what is left is N updates.
+
+use std::sync::Arc;
+
+use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::runtime::Threads;
+use foresound::{Error, Result};
+use serde_json::json;
+
+use super::alone::step_aside;
+use super::boxes::Boxes;
+use super::walk::Walk;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Benchmark scene by name, or `million`.
+    #[arg(long, default_value = "concert_hall")]
+    scene: String,
+    /// Number of sources.
+    #[arg(long, default_value_t = 16)]
+    sources: usize,
+    /// Number of updates after warm-up.
+    #[arg(long, default_value_t = 16)]
+    updates: usize,
+    /// Threads that share an update.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Have the sources move a millimetre in every update, so that nothing their rays found stays true.
+    #[arg(long)]
+    moving_sources: bool,
+    /// Moving instances: a door, or so many boxes.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    instances: usize,
+    /// Most edges that one path bends around.
+    #[arg(long, default_value_t = PropagationSettings::default().diffraction_order)]
+    diffraction_order: usize,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.updates == 0 {
+        let problem = "0 updates show nothing".to_owned();
+        return Err(Error::setting("--updates", problem, "give 1 or more"));
+    }
+    let walk = Walk::through(&arguments.scene)?;
+    let sources = walk.sources(arguments.sources)?;
+    let settings = PropagationSettings {
+        diffraction_order: arguments.diffraction_order,
+        ..PropagationSettings::default()
+    };
+    let threads = Threads::start(arguments.threads)?;
+    let mut propagator = Propagator::new(Arc::clone(&walk.scene), settings)?;
+    let mut boxes = Boxes::add(&mut propagator, &walk, &sources, arguments.instances)?;
+    propagator.warm_up(&walk.ear(0), &sources);
+    let mut set = PathSet::default();
+    let (mut paths, mut rays, mut digest) = (0, 0, 0);
+    let mut moved = sources.clone();
+    for step in 0..arguments.updates {
+        if arguments.moving_sources {
+            step_aside(&mut moved, &sources, step);
+        }
+        boxes.go_on(&mut propagator, step);
+        propagator.update_with(&threads, &walk.ear(step), &moved, 0.0, &mut set);
+        digest = digested(digest, &set);
+        paths += set.paths.len();
+        rays += set.rays;
+    }
+    let updates = arguments.updates as f64;
+    let (paths, rays) = (paths as f64 / updates, rays as f64 / updates);
+    if arguments.json {
+        let row = json!({
+            "scene": arguments.scene,
+            "sources": arguments.sources,
+            "updates": arguments.updates,
+            "threads": arguments.threads,
+            "moving_sources": arguments.moving_sources,
+            "instances": arguments.instances,
+            "bends": arguments.diffraction_order,
+            "paths_an_update": paths,
+            "rays_an_update": rays,
+            "digest": format!("{digest:016x}"),
+        });
+        println!("{}", json!({ "rows": [row] }));
+    } else {
+        println!(
+            "{:14} {:4} sources: {} updates of {rays:.0} rays and {paths:.0} paths, digest {digest:016x}",
+            arguments.scene, arguments.sources, arguments.updates
+        );
+    }
+    Ok(())
+}
+
+/// A number made of every bit of an update's answer but how many rays it took, and of those before it.
+fn digested(before: u64, set: &PathSet) -> u64 {
+    let mut hash = before;
+    let mut add = |value: u64| {
+        hash = (hash.rotate_left(5) ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        hash ^= hash >> 29;
+    };
+    for path in &set.paths {
+        add(path.id.0);
+        add(u64::from(path.length_m.to_bits()));
+        path.surfaces().iter().for_each(|s| add(u64::from(*s)));
+        path.edges.iter().for_each(|e| add(u64::from(*e)));
+        let points = path.points().iter().chain([&path.image]);
+        let places = points.flat_map(|p| p.to_array());
+        let numbers = places.chain(path.amplitude);
+        numbers.for_each(|n| add(u64::from(n.to_bits())));
+    }
+    for (_, edge) in &set.direct_edges {
+        add(u64::from(*edge));
+    }
+    for late in &set.late {
+        let numbers = late.energy.iter().flatten().chain(&late.decay_time_s);
+        numbers.for_each(|n| add(u64::from(n.to_bits())));
+        add(u64::from(late.start_s.to_bits()));
+        add(u64::from(late.mean_free_time_s.to_bits()));
+    }
+    hash
+}

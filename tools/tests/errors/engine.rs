@@ -1,0 +1,129 @@
+//! Settings out of range, and an engine that is asked for what it has not.
+
+use std::sync::Arc;
+
+use foresound::extrapolation::PredictorKind;
+use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::propagation::PropagationSettings;
+use foresound::runtime::{
+    AffinityPolicy, Budget, Engine, EngineSettings, FrameTime, NullDevice, OfflineRenderer,
+    OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,
+};
+use foresound::scene::{
+    InstanceId, InstancePose, ListenerPose, SceneSettings, SourceId, SourcePose,
+};
+use glam::{DVec3, Quat, Vec3};
+
+use crate::Errors;
+use crate::meshes::{commit, committed, room};
+
+pub(crate) fn small() -> EngineSettings {
+    EngineSettings {
+        generation: GeneratorSettings {
+            rate_hz: 16_000,
+            max_sources: 1,
+            max_delay_s: 0.05,
+            ..GeneratorSettings::default()
+        },
+        hrtf: Some(head()),
+        affinity: AffinityPolicy::None,
+        ..EngineSettings::default()
+    }
+}
+
+fn head() -> Arc<Hrtf> {
+    Arc::new(Hrtf::omnidirectional(16_000).expect("a head"))
+}
+
+pub(crate) fn make(errors: &mut Errors) {
+    settings(errors);
+    offline(errors);
+    at_work(errors);
+}
+
+fn settings(errors: &mut Errors) {
+    let mut with = |what: &str, change: &dyn Fn(&mut EngineSettings)| {
+        let mut settings = small();
+        change(&mut settings);
+        errors.of(what, Engine::new(settings).map(drop));
+    };
+    with("a block of one", &|s| s.block_frames = 1);
+    with("no voices", &|s| s.generation.max_voices = 0);
+    with("no distance", &|s| s.propagation.min_distance_m = 0.0);
+    with("nine seconds", &|s| s.frame_time = FrameTime::Fixed(9.0));
+    with("another head", &|s| s.generation.rate_hz = 48_000);
+    with("a ceiling", &|s| s.generation.ceiling_db = 3.0);
+    with("no limit of time", &|s| {
+        s.budget.update_s = Some(f64::NAN);
+    });
+    with("no tier", &|s| {
+        s.budget = Budget {
+            tiers: QualityChoice::AtLeast(QualityLevel(200)),
+            ..Budget::default()
+        };
+    });
+    errors.of(
+        "a limiter",
+        foresound::generation::Limiter::new(16_000, 3.0),
+    );
+    errors.of("no such head", Hrtf::builtin(8000));
+    errors.of("no head", Hrtf::parse(b"no head", "a head"));
+    errors.of("a rate of 1 Hz", Hrtf::omnidirectional(1));
+    errors.of("no threads", Threads::start(0));
+    let device = NullDevice::start(0, 0, AffinityPolicy::None, |_| ());
+    errors.of("a device of nothing", device);
+}
+
+fn offline(errors: &mut Errors) {
+    let good = OfflineSettings {
+        graphics_rate_hz: 50.0,
+        block_frames: 64,
+        schedule: Schedule::Synchronous,
+        predictor: PredictorKind::Hold,
+        propagation: PropagationSettings::default(),
+        generation: small().generation,
+    };
+    let mut with = |what: &str, change: &dyn Fn(&mut OfflineSettings)| {
+        let mut settings = good.clone();
+        change(&mut settings);
+        let renderer = OfflineRenderer::new(committed(&room()), head(), settings);
+        errors.of(what, renderer.map(drop));
+    };
+    with("no frames", &|s| s.graphics_rate_hz = 0.0);
+    with("a block of one", &|s| s.block_frames = 1);
+    with("a level of ages", &|s| {
+        s.schedule = Schedule::Asynchronous {
+            level: 5000,
+            latency: foresound::runtime::Latency::default(),
+        };
+    });
+}
+
+fn at_work(errors: &mut Errors) {
+    let (mut controller, renderer) = Engine::new(small()).expect("an engine");
+    errors.of("no blocks ahead", SoundThread::start(renderer, 0).map(drop));
+    let id = controller.add_source(Vec3::ONE).expect("a slot");
+    errors.of("a second source", controller.add_source(Vec3::ONE));
+    let stale = SourceId::new(7, 7);
+    errors.of("a stale source", controller.remove_source(stale));
+    errors.of("a gain", controller.set_source_gain(id, -1.0));
+    errors.of("no place", controller.move_source(id, Vec3::NAN));
+    errors.of("an empty stream", controller.stream(id, 0).map(drop));
+    let flat = ListenerPose {
+        orientation: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
+        ..ListenerPose::default()
+    };
+    errors.of("no orientation", controller.tick(flat, &[]));
+    let pose = SourcePose {
+        orientation: Quat::from_xyzw(f32::NAN, 0.0, 0.0, 0.0),
+        ..SourcePose::at(id, Vec3::ONE)
+    };
+    let ticked = controller.tick(ListenerPose::default(), &[pose]);
+    errors.of("a source's orientation", ticked);
+    let at = InstancePose::at(InstanceId::default(), DVec3::ONE);
+    let removed = controller.remove_instance(InstanceId::default());
+    errors.of("no instance", removed);
+    let mut scene = commit(&room(), &SceneSettings::default()).expect("a scene");
+    scene.add_instance(committed(&room()), &at).expect("a part");
+    errors.of("a scene with parts", controller.set_scene(Arc::new(scene)));
+}
