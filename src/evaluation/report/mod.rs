@@ -2,7 +2,6 @@
 //!
 //! Host only. Takes finished rows and pictures, gives the text of `index.html`: style inside, pictures as data.
 
-mod base64;
 mod figures_of_merit;
 mod listed;
 mod overload;
@@ -14,7 +13,8 @@ mod tables;
 
 use std::fmt::Write;
 
-pub use self::base64::data_uri;
+use base64::prelude::{BASE64_STANDARD, Engine};
+
 pub use self::overload::OverloadRow;
 pub use self::similarity_map::SimilarityMap;
 pub use self::speed::{Middle, SpeedRow, SpeedTable};
@@ -104,6 +104,11 @@ pub struct Report {
     pub listening: Vec<Listening>,
     /// Name and value of each condition, such as the machine.
     pub conditions: Vec<(String, String)>,
+}
+
+/// Bytes of a media type (such as image/png) as a data URI.
+pub fn data_uri(media_type: &str, bytes: &[u8]) -> String {
+    format!("data:{media_type};base64,{}", BASE64_STANDARD.encode(bytes))
 }
 
 impl Report {

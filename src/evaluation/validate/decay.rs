@@ -29,8 +29,8 @@ const ROOMS: [([f32; 3], BandArray, f32); 5] = [
 pub struct Case {
     /// Size and scattering.
     pub name: String,
-    /// As propagation tells them, in seconds.
-    pub told_s: BandArray,
+    /// From propagation, in seconds.
+    pub ours_s: BandArray,
     /// Eyring's, with air.
     pub eyring_s: BandArray,
 }
@@ -73,7 +73,7 @@ fn case(size: [f32; 3], absorption: BandArray, scattering: f32) -> Result<Case> 
     });
     Ok(Case {
         name: format!("{x} x {y} x {z} m, scattering {scattering}"),
-        told_s: set.late[0].decay_time_s,
+        ours_s: set.late[0].decay_time_s,
         eyring_s,
     })
 }
@@ -84,7 +84,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     for case in cases()? {
         for b in 0..BANDS {
             let law = format!("decay: {} at {:.0} Hz", case.name, CENTRES_HZ[b]);
-            let off = f64::from(case.told_s[b] / case.eyring_s[b] - 1.0).abs();
+            let off = f64::from(case.ours_s[b] / case.eyring_s[b] - 1.0).abs();
             rows.push(Row::at_most(law, 100.0 * off, 10.0, "%"));
         }
     }

@@ -6,7 +6,7 @@ use foresound::evaluation::cells::Condition;
 use foresound::evaluation::report::{Figure, Listening, Report, Row, SimilarityMap, data_uri};
 use foresound::evaluation::spectrogram_figure::SpectrogramFigure;
 use foresound::evaluation::talk::{PAUSE_S, TALK_S};
-use foresound::evaluation::{Canvas, si_snr};
+use foresound::evaluation::{Picture, si_snr};
 use foresound::runtime::Latency;
 use foresound::{Error, Result};
 
@@ -186,12 +186,12 @@ fn worst_window(reference: &[Vec<f32>; 2], estimate: &[Vec<f32>; 2]) -> std::ops
 pub(super) fn figure(
     out: &Path,
     name: &str,
-    canvas: &Canvas,
+    picture: &Picture,
     title: &str,
     caption: String,
 ) -> Result<Figure> {
     let file = out.join("figures").join(format!("{name}.png"));
-    canvas.save_png(&file)?;
+    picture.save_png(&file)?;
     let bytes = std::fs::read(&file).map_err(|e| Error::file(&file, e, "try again"))?;
     Ok(Figure {
         title: title.to_owned(),
