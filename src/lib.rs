@@ -6,8 +6,6 @@
 pub mod acoustics;
 pub mod bridge;
 pub mod error;
-#[cfg(feature = "cli")]
-pub mod evaluation;
 pub mod extrapolation;
 pub mod generation;
 pub mod geometry;

@@ -8,7 +8,7 @@ use foresound::extrapolation::{
 };
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::propagation::diffraction::MOST_DIRECT_EDGES;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{

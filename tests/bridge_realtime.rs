@@ -12,7 +12,7 @@ use foresound::bridge::session::{ENGINES, SourceOptions};
 use foresound::bridge::sound::{RENDERERS, RenderInfo};
 use foresound::bridge::{Options, Pose, Status};
 
-#[path = "../src/bin/foresound/counting.rs"]
+#[path = "../tools/src/command_line/counting.rs"]
 mod counting;
 
 #[global_allocator]

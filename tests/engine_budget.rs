@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::budget::{MOST_TIER, TIERS};
 use foresound::runtime::trace::{SpanKind, Track};
 use foresound::runtime::{

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use foresound::Error;
 use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose, procedural};

@@ -7,9 +7,9 @@ mod plain_update;
 
 use std::sync::Arc;
 
-use foresound::propagation::late::connection::SHADOW_RAYS;
-use foresound::propagation::late::{LateEstimator, RayScratch, SourceRays, Viewpoints};
-use foresound::propagation::sampling::{lattice, rotation};
+use foresound::propagation::diffuse::next_event::SHADOW_RAYS;
+use foresound::propagation::diffuse::{LateEstimator, RayScratch, SourceRays, Viewpoints};
+use foresound::propagation::rays::directions::{lattice, rotation};
 use foresound::propagation::{LateSource, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     Directivity, InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings,

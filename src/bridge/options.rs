@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::fault::{Fault, Status};
 use super::numbers::Numbers;
 use crate::extrapolation::PredictorKind;
-use crate::extrapolation::best::BestSettings;
+use crate::extrapolation::geometric::BestSettings;
 use crate::generation::Hrtf;
 use crate::runtime::{AffinityPolicy, EngineSchedule, EngineSettings, FrameTime};
 

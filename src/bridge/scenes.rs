@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::fault::{Fault, Status};
 use super::table::{Kind, Table};
-use crate::scene::obj::{ObjOptions, UpAxis, load_obj};
+use crate::scene::io::obj::{ObjOptions, UpAxis, load_obj};
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 /// All scenes.

@@ -5,7 +5,7 @@
 
 use super::fault::{Fault, Status};
 use super::table::{Kind, Table};
-use crate::runtime::device_output::{DeviceOutput, DeviceReport};
+use crate::runtime::device::output::{DeviceOutput, DeviceReport};
 use crate::runtime::{RenderReport, Renderer, StreamWriter};
 
 /// A renderer, with a block to render into where the caller's memory is not its own.
@@ -148,7 +148,7 @@ pub fn start_output(renderer: u64, blocks_ahead: usize) -> Result<u64, Fault> {
         return Err(Fault::new(Status::BadArgument, text));
     }
     let voice = RENDERERS.remove(renderer)?;
-    let device = crate::runtime::device_output::system_device();
+    let device = crate::runtime::device::output::system_device();
     OUTPUTS.insert(DeviceOutput::start(voice.renderer, blocks_ahead, device)?)
 }
 

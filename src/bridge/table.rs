@@ -14,7 +14,7 @@ use std::time::Duration;
 use crossbeam_utils::Backoff;
 
 use super::fault::{Fault, Status, guarded};
-use crate::runtime::slot;
+use crate::runtime::handover::slot;
 
 /// Most objects of one kind.
 const MOST: usize = 4096;

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::best::{Best, Groundwork};
 use super::frame_steps::Step;
 use super::hold::Hold;
 use super::linear::Linear;
-use super::posed::PosedScenes;
 use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
 use crate::acoustics::{BANDS, BandArray};
+use crate::extrapolation::geometric::{Best, Groundwork};
+use crate::extrapolation::scene_pair::PosedScenes;
 use crate::propagation::{LateSource, PathSet};
 use crate::scene::{InstancePose, Scene};
 

@@ -31,7 +31,7 @@ pub struct LateSend {
     /// The source.
     pub source: SourceId,
     /// Energy a second of the diffuse impulse response, extrapolated back to emission, in 1/s; see
-    /// [`crate::propagation::late::TailStep::energy_per_s`].
+    /// [`crate::propagation::diffuse::TailStep::energy_per_s`].
     pub energy_per_s: BandArray,
     /// Seconds from emission to this start.
     pub start_s: f32,

@@ -3,13 +3,13 @@
 //! Audio side. First the direct paths, source by source, then everything else; each part ends when its effort is spent
 //! and the next one goes on from there. Where a frame is cut changes none of its bits.
 
-use super::best::{Now, late_now};
-use super::effort::{Effort, cost};
 use super::extrapolator::{Extrapolator, Rule};
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::predictor::{FrameContext, TrackedPath};
+use crate::extrapolation::geometric::{Now, late_now};
+use crate::extrapolation::work_budget::{Effort, cost};
 use crate::propagation::diffraction::{Spot, direct_field};
-use crate::propagation::late::{common_decay, tail_steps};
+use crate::propagation::diffuse::{common_decay, tail_steps};
 use crate::propagation::{LateSource, Path};
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};

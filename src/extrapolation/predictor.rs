@@ -1,7 +1,7 @@
 //! What a predictor is: the rule by which a path is continued between two updates.
 
-use super::best::{BestSettings, Lead};
 use super::frame::FramePath;
+use crate::extrapolation::geometric::{BestSettings, Lead};
 use crate::propagation::Path;
 use crate::scene::{ListenerPose, Scene};
 
@@ -46,7 +46,7 @@ pub enum PredictorKind {
     /// The paper, literally: amplitudes by Eq. 2 to 4.
     #[default]
     Linear,
-    /// Ours: exact geometry in every graphics frame, visibility by a few rays. See [`super::best`].
+    /// Ours: exact geometry in every graphics frame, visibility by a few rays. See [`crate::extrapolation::geometric`].
     Best(BestSettings),
 }
 

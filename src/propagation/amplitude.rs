@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::finite_panel;
-use super::image_source::ImagePath;
 use crate::acoustics::bands::fading;
 use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::image_source::finite_panel;
+use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::{Scene, SourcePose};
 
 /// Spherical spreading and air: the pressure ratio of the free field at a distance, relative to 1 m without air.

@@ -79,7 +79,7 @@ pub struct LateSource {
     /// The source.
     pub source: SourceId,
     /// Energy of the diffuse impulse response in each step of time, relative to the free field at 1 m, one a band. Steps
-    /// start at [`crate::propagation::late::envelope::LATE_STEPS_FREE_TIMES`]; the last one has no end.
+    /// start at [`crate::propagation::diffuse::envelope::LATE_STEPS_FREE_TIMES`]; the last one has no end.
     pub energy: [BandArray; LATE_STEPS],
     /// Reverberation time T60 in seconds around this source, one a band.
     pub decay_time_s: BandArray,

@@ -4,20 +4,20 @@
 use glam::{DVec3, Vec3};
 
 use super::amplitude;
-use super::cache::SequenceCache;
-use super::candidates::{Candidates, Ready};
 use super::diffraction::{self, DirectEdges, Spot};
-use super::effort::Effort;
-use super::image_source::{ImagePath, Unfolded};
-use super::late::{LateEstimator, RayScratch, SourceRays, Viewpoints, still_place};
-use super::occluders::{Blocked, Occluders};
 use super::path::{LateSource, MAX_BENDS, MAX_ORDER, Path};
-use super::sampling::{ROTATIONS, mix, rotation};
-use super::sequence::Sequence;
-use super::sequence_set::SequenceSet;
 use super::settings::PropagationSettings;
-use super::waiting::{Standing, Waiting};
 use crate::acoustics::BandArray;
+use crate::propagation::diffuse::{LateEstimator, RayScratch, SourceRays, Viewpoints, still_place};
+use crate::propagation::image_source::image_path::{ImagePath, Unfolded};
+use crate::propagation::image_source::occluder_cache::{Blocked, Occluders};
+use crate::propagation::image_source::sequence::Sequence;
+use crate::propagation::image_source::sequence_set::SequenceSet;
+use crate::propagation::image_source::valid_cache::SequenceCache;
+use crate::propagation::image_source::validation_queue::{Standing, Waiting};
+use crate::propagation::image_source::window_cull::{Candidates, Ready};
+use crate::propagation::quality_level::Effort;
+use crate::propagation::rays::directions::{ROTATIONS, mix, rotation};
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 

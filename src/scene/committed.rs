@@ -19,7 +19,7 @@ use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material, Medium};
 use crate::error::{Error, Result};
-#[cfg(feature = "cli")]
+#[cfg(feature = "testing")]
 use crate::geometry::bvh::record::Record;
 use crate::geometry::triangle::PreparedRay;
 use crate::geometry::{Bvh, Ray};
@@ -163,7 +163,7 @@ impl Scene {
 
     /// The same scene, and a record of all that is asked of its fixed part's tree from now on: for measurements. Control
     /// side; allocates.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "testing")]
     pub fn recorded(&self) -> (Self, Record) {
         let (bvh, record) = self.bvh.recorded();
         let scene = Self {

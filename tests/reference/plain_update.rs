@@ -6,15 +6,17 @@ use std::sync::Arc;
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::diffraction::{self, Spot};
-use foresound::propagation::guide_memory::GuideMemory;
-use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
-use foresound::propagation::late::{
+use foresound::propagation::diffuse::{
     LateEstimator, RayScratch, SourceRays, Viewpoints, still_place,
 };
-use foresound::propagation::neighbours::fill_up;
-use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, lattice, mix, rotation};
-use foresound::propagation::sequence::Sequence;
-use foresound::propagation::sequence_set::SequenceSet;
+use foresound::propagation::image_source::discovery_history::GuideMemory;
+use foresound::propagation::image_source::expansion::fill_up;
+use foresound::propagation::image_source::image_path::{ImagePath, is_clear, mirror_listener};
+use foresound::propagation::image_source::sequence::Sequence;
+use foresound::propagation::image_source::sequence_set::SequenceSet;
+use foresound::propagation::rays::directions::{
+    ROTATIONS, fibonacci_direction, lattice, mix, rotation,
+};
 use foresound::propagation::{MAX_BENDS, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
 use glam::DVec3;
 

@@ -12,7 +12,7 @@ mod collapse;
 mod instruction_set;
 mod node;
 mod portable;
-#[cfg(feature = "cli")]
+#[cfg(feature = "testing")]
 pub mod record;
 mod split;
 mod walk;
@@ -57,7 +57,7 @@ enum Nodes {
     #[cfg(target_arch = "aarch64")]
     Neon(Vec<Node<4>>),
     /// Another tree, which is asked in this one's place.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "testing")]
     Recorded(Box<record::Recorder>),
 }
 
@@ -130,7 +130,7 @@ impl Bvh {
             Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, self, ray, ignored),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => aarch64::closest(nodes, self, ray, ignored),
-            #[cfg(feature = "cli")]
+            #[cfg(feature = "testing")]
             Nodes::Recorded(recorder) => recorder.closest_hit(ray, ignored),
         };
         nearest.hit()
@@ -154,7 +154,7 @@ impl Bvh {
             Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, self, ray, ignored),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => aarch64::any(nodes, self, ray, ignored),
-            #[cfg(feature = "cli")]
+            #[cfg(feature = "testing")]
             Nodes::Recorded(recorder) => recorder.blocker(ray, ignored),
         }
     }
@@ -204,7 +204,7 @@ impl Bvh {
             Nodes::Avx2(..) => InstructionSet::Avx2,
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(_) => InstructionSet::Neon,
-            #[cfg(feature = "cli")]
+            #[cfg(feature = "testing")]
             Nodes::Recorded(recorder) => recorder.tree().instruction_set(),
         }
     }
@@ -219,7 +219,7 @@ impl Bvh {
             Nodes::Avx2(nodes, _) => size_of_val(nodes.as_slice()),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => size_of_val(nodes.as_slice()),
-            #[cfg(feature = "cli")]
+            #[cfg(feature = "testing")]
             Nodes::Recorded(recorder) => return recorder.tree().memory_bytes(),
         };
         nodes + size_of_val(self.blocks.as_slice())

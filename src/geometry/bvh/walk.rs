@@ -56,7 +56,7 @@ impl Nearest {
     }
 
     /// Of a hit, or of none.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "testing")]
     pub(super) fn of_hit(hit: Option<Hit>) -> Self {
         hit.map_or_else(Self::none, |hit| {
             Self::of(Best {

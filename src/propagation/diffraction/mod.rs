@@ -18,28 +18,30 @@
 //! A wall that lets sound through throws half a shadow: the bent wave is what the wall takes away, 1 − T of it, so the
 //! transmitted direct path, which is a path of its own, counts once.
 
-pub mod bent;
+pub mod biot_tolstoy;
 pub mod complex;
-pub mod direct;
-pub mod double;
-pub mod joined;
-pub mod mirrored;
-pub mod near_edge;
+pub mod edge_wave;
+pub mod first_order;
+pub mod moving_edge_pairs;
+pub mod revalidate;
+pub mod second_order;
 pub mod transition;
-pub mod way;
-pub mod wedge;
+pub mod utd;
+pub mod with_reflections;
 
-pub use direct::{DirectEdges, DirectField, MOST_DIRECT_EDGES, Spot, direct_field};
-pub use double::MOST_DOUBLE;
-pub use mirrored::MOST_MIRRORED;
-pub use way::{BentCourse, BentWay};
+pub use crate::propagation::diffraction::first_order::{
+    DirectEdges, DirectField, MOST_DIRECT_EDGES, Spot, direct_field,
+};
+pub use crate::propagation::diffraction::revalidate::{BentCourse, BentWay};
+pub use crate::propagation::diffraction::second_order::MOST_DOUBLE;
+pub use crate::propagation::diffraction::with_reflections::MOST_MIRRORED;
 
 use std::f64::consts::PI;
 
 use super::path::Path;
+use crate::propagation::diffraction::utd::WedgeAngles;
 use crate::scene::Scene;
 use crate::scene::edges::{Bend, NearEdges};
-use wedge::WedgeAngles;
 
 /// Longest detour over an edge in metres: 36 wavelengths at 1 kHz, where less than 5 % of the wave is left behind a
 /// screen. Paths fade out over the last quarter of it.
@@ -81,10 +83,10 @@ pub fn update(
     let longest_m = from.distance(to) + LONGEST_DETOUR_M;
     let near = scene.first_bends(from, to, longest_m);
     if effects.reflections {
-        mirrored::find(scene, spot, &near, rays, give);
+        with_reflections::find(scene, spot, &near, rays, give);
     }
     if bends > 1 {
-        double::find(scene, spot, &near, rays, give);
+        second_order::find(scene, spot, &near, rays, give);
     }
     edges
 }
@@ -102,9 +104,9 @@ fn rough_gain(scene: &Scene, edge: u32, bend: &Bend) -> f64 {
         incoming: bend.incoming,
         outgoing: bend.outgoing,
     };
-    let wavenumber = bent::wavenumbers(scene)[ROUGH_BAND];
+    let wavenumber = edge_wave::wavenumbers(scene)[ROUGH_BAND];
     // The transition function's size, 1 at the boundary and 1/√(πx) far from it.
-    0.5 / (1.0 + PI * angles.bend(wavenumber, bent::distance_m(bend))).sqrt()
+    0.5 / (1.0 + PI * angles.bend(wavenumber, edge_wave::distance_m(bend))).sqrt()
 }
 
 /// 0 below 0, 1 above 1, and a cubic between.

@@ -7,7 +7,7 @@ use crate::propagation::{MAX_ORDER, PathSet};
 use crate::runtime::budget::Budget;
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
-use super::feed::Feed;
+use crate::runtime::engine::sample_source::Feed;
 
 /// A slot that is none: the source is not heard.
 pub(super) const NO_SLOT: u16 = u16::MAX;

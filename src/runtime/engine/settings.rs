@@ -6,10 +6,10 @@ use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::generation::{GeneratorSettings, Hrtf};
 use crate::propagation::PropagationSettings;
-use crate::runtime::affinity::AffinityPolicy;
 use crate::runtime::budget::Budget;
 use crate::runtime::phone::MannersSettings;
-use crate::runtime::workers::MOST_THREADS;
+use crate::runtime::threads::affinity::AffinityPolicy;
+use crate::runtime::threads::workers::MOST_THREADS;
 
 /// Most sources of an engine.
 pub const MOST_SOURCES: usize = 4096;

@@ -6,10 +6,10 @@
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU64, Ordering};
 
 use super::histogram::{Histogram, Percentiles};
-use crate::runtime::affinity::Placement;
 use crate::runtime::budget::Tier;
+use crate::runtime::handover::seqlock::Published;
 use crate::runtime::phone::{MannersReport, SoundLoad};
-use crate::runtime::published::Published;
+use crate::runtime::threads::affinity::Placement;
 
 /// Counters and times that the engine's threads share.
 #[derive(Default)]

@@ -13,13 +13,13 @@ use super::statistics::{Meters, add};
 use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
 use crate::propagation::{Path, Propagator};
 use crate::runtime::budget::{Detail, Governor, Spent};
-use crate::runtime::clock::{nanoseconds, now};
-use crate::runtime::handover::{Receiver, Sender};
+use crate::runtime::handover::newest::{Receiver, Sender};
+use crate::runtime::handover::slot::Slot;
 use crate::runtime::phone::Manners;
-use crate::runtime::slot::Slot;
-use crate::runtime::system_trace::section;
+use crate::runtime::threads::clock::{nanoseconds, now};
+use crate::runtime::threads::workers::Threads;
+use crate::runtime::trace::system_trace::section;
 use crate::runtime::trace::{SpanKind, SpanWriter};
-use crate::runtime::workers::Threads;
 use crate::scene::Scene;
 
 /// The newest propagator that the controller wants used: for another scene, or with other settings.

@@ -6,13 +6,15 @@
 //! take ([`HintSession`]). All calls are the system's and may wait for another process: propagation's thread only, never
 //! the audio side, whose part is one number in an atomic.
 
+mod device_hints;
 mod hints;
-mod manners;
 mod symbols;
 mod thermal;
 
+pub use crate::runtime::phone::device_hints::{
+    Manners, MannersReport, MannersSettings, SoundLoad, this_thread,
+};
 pub use hints::HintSession;
-pub use manners::{Manners, MannersReport, MannersSettings, SoundLoad, this_thread};
 pub use symbols::{Handle, HintSymbols, Lookup, Symbols, ThermalSymbols};
 pub use thermal::{ThermalPolicy, ThermalReading, ThermalWatch};
 

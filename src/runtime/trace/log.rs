@@ -59,7 +59,7 @@ impl SpanKind {
 
 impl TraceLog {
     /// Takes what a ring holds.
-    pub(in crate::runtime) fn collect(&mut self, reader: &mut SpanReader) {
+    pub(crate) fn collect(&mut self, reader: &mut SpanReader) {
         while let Some(span) = reader.take() {
             self.spans.push((reader.track, span));
         }
@@ -127,7 +127,7 @@ impl TraceLog {
 mod tests {
     use super::super::span::spans;
     use super::*;
-    use crate::runtime::clock::now;
+    use crate::runtime::threads::clock::now;
     use std::time::Duration;
 
     #[test]
@@ -154,7 +154,7 @@ mod tests {
         for track in Track::ALL {
             assert!(text.contains(&format!("\"args\":{{\"name\":\"{}\"}}", track.name())));
         }
-        #[cfg(feature = "cli")]
+        #[cfg(feature = "testing")]
         assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok());
     }
 }

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use foresound::extrapolation::best::BestSettings;
+use foresound::extrapolation::geometric::BestSettings;
 use foresound::extrapolation::tracking::match_by_id;
 use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};

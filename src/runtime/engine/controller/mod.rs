@@ -13,12 +13,9 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::feed::Feed;
 use super::messages::{AudioFrame, FeedChange, FeedPlace, WorldFrame};
 use super::propagation_thread::Propagation;
-use super::rest::{Heard, rest_s};
 use super::scene_builder::SceneBuilder;
-use super::seating::{Guest, Seating};
 use super::settings::{EngineSettings, FrameTime};
 use super::shown_paths::{Picture, ShownPath};
 use super::source_table::{SourceTable, check_place};
@@ -27,8 +24,11 @@ use super::worker::{Orders, Worker};
 use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::runtime::budget::Budget;
-use crate::runtime::clock::now;
-use crate::runtime::handover::{Receiver, Sender};
+use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::engine::slot_release::{Heard, rest_s};
+use crate::runtime::engine::source_virtualization::{Guest, Seating};
+use crate::runtime::handover::newest::{Receiver, Sender};
+use crate::runtime::threads::clock::now;
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
 use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
 

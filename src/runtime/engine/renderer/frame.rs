@@ -1,18 +1,18 @@
 //! A graphics frame on its way through the renderer: taken, described by extrapolation in parts, handed to generation.
 //!
-//! Audio side, as all of [`Renderer`]; how much of it a block does is [`super::super::pace`]'s to say.
+//! Audio side, as all of [`Renderer`]; how much of it a block does is [`crate::runtime::engine::block_pacing`]'s to say.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::{Parts, RenderReport, Renderer};
-use crate::extrapolation::effort::{Effort, cost};
 use crate::extrapolation::extrapolation_level;
+use crate::extrapolation::work_budget::{Effort, cost};
 use crate::propagation::MAX_ORDER;
-use crate::runtime::clock::now;
-use crate::runtime::engine::pace::ramp_frames;
+use crate::runtime::engine::block_pacing::ramp_frames;
 use crate::runtime::engine::settings::FrameTime;
 use crate::runtime::engine::statistics::add;
+use crate::runtime::threads::clock::now;
 use crate::runtime::trace::SpanKind;
 
 /// Longest ramp of a graphics frame, in seconds.

@@ -1,0 +1,419 @@
+//! The dry sound of a source, from a WAV file.
+//!
+//! Control side. Takes a WAV file of any usual sample rate, gives samples at the rate that was asked for. A source has one
+//! channel: other files are refused ([`load_clip`]) or mixed down ([`load_recording`]).
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use hound::{SampleFormat, WavReader, WavSpec};
+use rubato::audioadapter_buffers::direct::InterleavedSlice;
+use rubato::{Fft, FixedSync, Resampler};
+
+use foresound::{Error, Result};
+
+/// Sample rates a file may have, in Hz. Below is no audible speech; above no recorder.
+const RATES_HZ: std::ops::RangeInclusive<u32> = 1_000..=768_000;
+
+/// Channels of a recording that are mixed down: as many as microphone arrays have.
+pub const MOST_CHANNELS: u16 = 64;
+
+/// Most samples of a file, all channels together, that are read unless [`load_clip_within`] says otherwise: 25 minutes of
+/// one channel at 44.1 kHz, 256 MiB. A longer file is refused by its header, before anything of it is in memory.
+/// Converting another rate takes five times as much for its time.
+pub const MOST_SAMPLES: usize = 1 << 26;
+
+/// Loudest sample of a file of floats, whose full scale is 1: whole numbers of 32 bits that somebody wrote as floats. Of
+/// louder ones the resampler makes infinity.
+const LOUDEST_SAMPLE: f32 = 2_147_483_648.0;
+
+/// Audio frames the resampler takes at once. Its filter is at least as long: 4096 taps keep the transition band
+/// below 1 % of the lower rate and still fit a cache.
+const RESAMPLER_CHUNK: usize = 4096;
+
+/// A mono sound, full scale ±1, never empty and all finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clip {
+    /// Sample rate in Hz.
+    pub rate_hz: u32,
+    /// The samples.
+    pub samples: Vec<f32>,
+}
+
+impl Clip {
+    /// Length in seconds.
+    pub fn duration_s(&self) -> f64 {
+        self.samples.len() as f64 / f64::from(self.rate_hz)
+    }
+
+    /// Fills `out` with the clip from sample `start` on, over and over. `start` may lie beyond the end.
+    pub fn looped(&self, start: usize, out: &mut [f32]) {
+        let length = self.samples.len();
+        if length == 0 {
+            out.fill(0.0);
+            return;
+        }
+        let (mut at, mut done) = (start % length, 0);
+        while done < out.len() {
+            let count = (length - at).min(out.len() - done);
+            out[done..done + count].copy_from_slice(&self.samples[at..at + count]);
+            done += count;
+            at = 0;
+        }
+    }
+}
+
+/// Reads a mono WAV file (PCM of 16, 24 or 32 bits, or 32-bit float) and brings it to `rate_hz`.
+///
+/// The notes say, one line each, what is worth telling the user: that the file was resampled, is silent or exceeds
+/// full scale.
+///
+/// # Errors
+/// [`Error::File`] if the file cannot be opened, [`Error::Format`] if it is no WAV file, is not mono, has another
+/// sample format, is empty, longer than [`MOST_SAMPLES`], ends early or holds a sample that is not a number. The text says how to convert it.
+pub fn load_clip(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
+    load_clip_within(path, rate_hz, MOST_SAMPLES)
+}
+
+/// [`load_clip`] with a limit of one's own instead of [`MOST_SAMPLES`].
+///
+/// # Errors
+/// As [`load_clip`].
+pub fn load_clip_within(
+    path: impl AsRef<Path>,
+    rate_hz: u32,
+    most_samples: usize,
+) -> Result<(Clip, Vec<String>)> {
+    let path = path.as_ref();
+    let (spec, samples) = read_samples(path, 1, most_samples)?;
+    finished(path, rate_hz, spec, samples, Vec::new())
+}
+
+/// [`load_clip`] for a file of up to [`MOST_CHANNELS`] channels, whose mean is taken. A note says so.
+///
+/// # Errors
+/// As [`load_clip`], more channels instead of one.
+pub fn load_recording(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
+    let path = path.as_ref();
+    let (spec, samples) = read_samples(path, MOST_CHANNELS, MOST_SAMPLES)?;
+    let channels = usize::from(spec.channels);
+    if channels == 1 {
+        return finished(path, rate_hz, spec, samples, Vec::new());
+    }
+    let mean = |frame: &[f32]| frame.iter().sum::<f32>() / channels as f32;
+    let mixed: Vec<f32> = samples.chunks_exact(channels).map(mean).collect();
+    let note = format!("{}: {channels} channels mixed to one", path.display());
+    finished(path, rate_hz, spec, mixed, vec![note])
+}
+
+/// Adds notes on what was read, and resamples it if need be.
+fn finished(
+    path: &Path,
+    rate_hz: u32,
+    spec: WavSpec,
+    samples: Vec<f32>,
+    mut notes: Vec<String>,
+) -> Result<(Clip, Vec<String>)> {
+    if !RATES_HZ.contains(&rate_hz) {
+        return Err(Error::setting(
+            "sample rate",
+            format!("{rate_hz} Hz"),
+            "choose 44100 or 48000",
+        ));
+    }
+    let peak = samples.iter().fold(0.0f32, |p, s| p.max(s.abs()));
+    if peak == 0.0 {
+        notes.push(format!("{}: is silent", path.display()));
+    } else if peak > 1.0 {
+        notes.push(format!(
+            "{}: peaks at {}, above full scale",
+            path.display(),
+            if peak < 1e4 {
+                format!("{peak:.2}")
+            } else {
+                format!("{peak:.1e}")
+            }
+        ));
+    }
+    let samples = if spec.sample_rate == rate_hz {
+        samples
+    } else {
+        notes.push(format!(
+            "{}: resampled from {} Hz to {rate_hz} Hz",
+            path.display(),
+            spec.sample_rate
+        ));
+        resample(&samples, spec.sample_rate, rate_hz)
+            .map_err(|e| Error::format(path, None, e, &conversion(path, "")))?
+    };
+    Ok((Clip { rate_hz, samples }, notes))
+}
+
+/// Resamples by a windowed sinc filter in the frequency domain; the filter's delay is cut off, so that an event
+/// keeps its time. The length is that of the input times the ratio, rounded up.
+///
+/// # Errors
+/// The resampler's own words; none is known for rates above zero.
+pub fn resample(
+    samples: &[f32],
+    from_hz: u32,
+    to_hz: u32,
+) -> std::result::Result<Vec<f32>, String> {
+    if from_hz == to_hz || samples.is_empty() {
+        return Ok(samples.to_vec());
+    }
+    let input: Vec<f64> = samples.iter().copied().map(f64::from).collect();
+    let input = InterleavedSlice::new(&input, 1, samples.len()).map_err(|e| e.to_string())?;
+    let (from, to) = (from_hz as usize, to_hz as usize);
+    // The filter is centred on a sample, and the delay a whole number, only if its length is even.
+    let step = from / greatest_common_divisor(from, to);
+    let chunk = step * RESAMPLER_CHUNK.div_ceil(step).next_multiple_of(2);
+    let mut resampler =
+        Fft::<f64>::new(from, to, chunk, 1, FixedSync::Both).map_err(|e| e.to_string())?;
+    let output = resampler
+        .process_all(&input, samples.len(), None)
+        .map_err(|e| e.to_string())?;
+    // Integers, because the resampler's own length is a rounded product.
+    let length = (samples.len() * to).div_ceil(from);
+    let resampled = output.take_data().into_iter().take(length);
+    Ok(resampled.map(|s| s as f32).collect())
+}
+
+fn greatest_common_divisor(a: usize, b: usize) -> usize {
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
+    }
+}
+
+/// Interleaved samples of a file with at most `most_channels` channels.
+fn read_samples(
+    path: &Path,
+    most_channels: u16,
+    most_samples: usize,
+) -> Result<(WavSpec, Vec<f32>)> {
+    let wrong = |problem: String, advice: &str| Error::format(path, None, problem, advice);
+    let file = File::open(path)
+        .map_err(|e| Error::file(path, e, "check the name and that the file may be read"))?;
+    let mut reader = WavReader::new(BufReader::new(file)).map_err(|e| read_error(path, e))?;
+    let spec = reader.spec();
+    if !(1..=most_channels).contains(&spec.channels) {
+        let problem = match most_channels {
+            1 => format!("has {} channels, a source needs one", spec.channels),
+            most => format!("has {} channels, not 1 to {most}", spec.channels),
+        };
+        return Err(wrong(problem, &conversion(path, " -c 1")));
+    }
+    if !RATES_HZ.contains(&spec.sample_rate) {
+        return Err(wrong(
+            format!("has a sample rate of {} Hz", spec.sample_rate),
+            &conversion(path, " -r 44100"),
+        ));
+    }
+    if reader.len() as usize > most_samples {
+        let problem = format!("has {} samples, more than {most_samples}", reader.len());
+        return Err(wrong(problem, "cut it into shorter files"));
+    }
+    let samples: hound::Result<Vec<f32>> = match (spec.sample_format, spec.bits_per_sample) {
+        (SampleFormat::Float, 32) => reader.samples::<f32>().collect(),
+        (SampleFormat::Int, bits @ (16 | 24 | 32)) => {
+            let scale = 1.0 / 2f64.powi(i32::from(bits) - 1);
+            let to_float = |code: i32| (f64::from(code) * scale) as f32;
+            reader.samples::<i32>().map(|s| s.map(to_float)).collect()
+        }
+        (_, bits) => {
+            return Err(wrong(
+                format!("has {bits}-bit samples, not 16, 24, 32 or float"),
+                &conversion(path, " -b 16"),
+            ));
+        }
+    };
+    let samples = samples.map_err(|e| read_error(path, e))?;
+    if samples.is_empty() {
+        return Err(wrong(
+            "holds no samples".into(),
+            "choose a file with sound in it",
+        ));
+    }
+    let is_none = |s: &f32| s.is_nan() || s.abs() > LOUDEST_SAMPLE;
+    if let Some(i) = samples.iter().position(is_none) {
+        return Err(wrong(
+            format!("sample {i} is {}", samples[i]),
+            "export the file again from its origin",
+        ));
+    }
+    Ok((spec, samples))
+}
+
+fn read_error(path: &Path, error: hound::Error) -> Error {
+    match error {
+        hound::Error::IoError(e) => Error::format(
+            path,
+            None,
+            format!("ends too early or cannot be read ({e})"),
+            &conversion(path, ""),
+        ),
+        other => Error::format(
+            path,
+            None,
+            format!("is no WAV file Foresound reads ({other})"),
+            &conversion(path, " -b 16"),
+        ),
+    }
+}
+
+/// The command that makes a readable file of this one.
+fn conversion(path: &Path, options: &str) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let bits = if options.contains("-b") { "" } else { " -b 16" };
+    format!("convert it, e.g. `sox {name}{options}{bits} out.wav`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use foresound::output::WavSink;
+    use std::f64::consts::TAU;
+    use std::path::PathBuf;
+
+    fn sine(rate_hz: u32, hz: f64, length: usize) -> Vec<f32> {
+        (0..length)
+            .map(|i| (0.5 * (TAU * hz * i as f64 / f64::from(rate_hz)).sin()) as f32)
+            .collect()
+    }
+
+    fn write(path: &Path, rate_hz: u32, channels: u16, samples: &[f32]) {
+        let mut sink = WavSink::create(path, rate_hz, channels).unwrap();
+        sink.write(samples).unwrap();
+        sink.finish().unwrap();
+    }
+
+    fn write_int(path: &Path, bits: u16, codes: &[i32]) {
+        let spec = WavSpec {
+            channels: 1,
+            sample_rate: 44_100,
+            bits_per_sample: bits,
+            sample_format: SampleFormat::Int,
+        };
+        let mut writer = hound::WavWriter::create(path, spec).unwrap();
+        codes.iter().for_each(|&c| writer.write_sample(c).unwrap());
+        writer.finalize().unwrap();
+    }
+
+    #[test]
+    fn every_word_length_has_the_same_full_scale() {
+        let folder = tempfile::tempdir().unwrap();
+        for bits in [16u16, 24, 32] {
+            let path = folder.path().join(format!("{bits}.wav"));
+            let half = 1i32 << (bits - 2);
+            write_int(&path, bits, &[0, half, -half, half.wrapping_mul(-2)]);
+            let (clip, notes) = load_clip(&path, 44_100).unwrap();
+            assert_eq!(clip.samples, [0.0, 0.5, -0.5, -1.0], "{bits}");
+            assert!(notes.is_empty());
+        }
+    }
+
+    #[test]
+    fn resampling_keeps_tone_time_and_length() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tone.wav");
+        for (from_hz, to_hz) in [
+            (16_000, 44_100),
+            (48_000, 44_100),
+            (22_050, 48_000),
+            (44_101, 44_100),
+        ] {
+            let length = from_hz as usize;
+            write(&path, from_hz, 1, &sine(from_hz, 997.0, length));
+            let (clip, notes) = load_clip(&path, to_hz).unwrap();
+            assert_eq!(clip.rate_hz, to_hz);
+            assert_eq!(clip.samples.len(), to_hz as usize);
+            assert!(notes[0].contains("resampled"), "{notes:?}");
+            // The abrupt ends spread over half the filter; between them only the filter's stop band remains.
+            let exact = sine(to_hz, 997.0, clip.samples.len());
+            let margin = to_hz as usize / 5;
+            let worst = (margin..exact.len() - margin)
+                .map(|i| (clip.samples[i] - exact[i]).abs())
+                .fold(0.0, f32::max);
+
+            assert!(worst < 1e-5, "{from_hz} to {to_hz}: {worst}");
+        }
+    }
+
+    #[test]
+    fn looping_wraps_around_from_any_start() {
+        let clip = Clip {
+            rate_hz: 44_100,
+            samples: vec![0.0, 1.0, 2.0],
+        };
+        let mut out = [9.0; 8];
+        clip.looped(5, &mut out);
+        assert_eq!(out, [2.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0]);
+        clip.looped(1, &mut out[..1]);
+        assert_eq!(out[0], 1.0);
+    }
+
+    #[test]
+    fn unusable_files_are_refused_by_name_with_advice() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| -> PathBuf { folder.path().join(name) };
+        write(&file("stereo.wav"), 44_100, 2, &[0.1; 8]);
+        write(&file("empty.wav"), 44_100, 1, &[]);
+        write_int(&file("eight.wav"), 8, &[1, 2, 3]);
+        std::fs::write(file("text.wav"), "this is no sound at all").unwrap();
+        std::fs::write(file("nothing.wav"), "").unwrap();
+        write(&file("cut.wav"), 44_100, 1, &[0.1; 1000]);
+        let whole = std::fs::read(file("cut.wav")).unwrap();
+        std::fs::write(file("cut.wav"), &whole[..whole.len() / 2]).unwrap();
+        write(&file("nan.wav"), 44_100, 1, &[0.25, 0.5]);
+        let mut bytes = std::fs::read(file("nan.wav")).unwrap();
+        let end = bytes.len();
+        bytes[end - 4..].copy_from_slice(&f32::NAN.to_le_bytes());
+        std::fs::write(file("nan.wav"), bytes).unwrap();
+        for (name, words) in [
+            ("stereo.wav", "2 channels"),
+            ("empty.wav", "no samples"),
+            ("eight.wav", "8-bit"),
+            ("text.wav", "no WAV"),
+            ("nothing.wav", "too early"),
+            ("cut.wav", "too early"),
+            ("nan.wav", "sample 1 is NaN"),
+            ("missing.wav", "check the name"),
+        ] {
+            let text = load_clip(file(name), 44_100).unwrap_err().to_string();
+            assert!(text.contains(name) && text.contains(words), "{text}");
+        }
+        let text = load_clip(file("stereo.wav"), 44_100)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            text.ends_with("`sox stereo.wav -c 1 -b 16 out.wav`"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn recordings_of_several_channels_become_their_mean() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("stereo.wav");
+        write(&path, 44_100, 2, &[0.5, 0.25, -0.5, 0.5]);
+        let (clip, notes) = load_recording(&path, 44_100).unwrap();
+        assert_eq!(clip.samples, [0.375, 0.0]);
+        assert!(notes[0].contains("2 channels mixed"), "{notes:?}");
+        write(&path, 44_100, 65, &[0.0; 65]);
+        let text = load_recording(&path, 44_100).unwrap_err().to_string();
+        assert!(text.contains("65 channels, not 1 to 64"), "{text}");
+    }
+
+    #[test]
+    fn silence_and_overload_are_noted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.wav");
+        write(&path, 44_100, 1, &[0.0; 4]);
+        assert!(load_clip(&path, 44_100).unwrap().1[0].contains("silent"));
+        write(&path, 44_100, 1, &[1.5; 4]);
+        assert!(load_clip(&path, 44_100).unwrap().1[0].contains("1.50"));
+    }
+}

@@ -1,0 +1,266 @@
+//! `bench blocks`: what generation alone takes of a core, block by block.
+//!
+//! The scene's own paths of a walking listener, as extrapolation gives them at the paper's rate and level, are kept
+//! first; then the walk is generated several times over. A block counts with the fastest of its times: what the machine
+//! does besides differs from round to round, what a block has to do does not. A block that takes a graphics frame counts
+//! with taking it.
+
+#![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use foresound::extrapolation::{BestSettings, FramePaths, PredictorKind};
+use foresound::generation::{Generator, GeneratorSettings, Hrtf};
+use foresound::propagation::PropagationSettings;
+use foresound::runtime::engine::ramp_frames;
+use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
+use foresound::scene::{ListenerPose, SourceId, SourcePose};
+use foresound::{Error, Result};
+use foresound_tools::cells::{Platform, pace};
+use foresound_tools::clip::Clip;
+use serde_json::{Value, json};
+
+use super::share;
+use crate::inputs::{LoadedScene, SceneArguments, asset, load_scene, load_sound};
+
+/// Voices that speak in turn.
+const VOICES: usize = 16;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Benchmark scene by name.
+    #[arg(long, default_value = "concert_hall")]
+    scene: String,
+    /// Number of sources, up to the scene's own.
+    #[arg(long, default_value_t = 16)]
+    sources: usize,
+    /// Audio frames of a block, 32 to 4096.
+    #[arg(long, default_value_t = 256)]
+    block: usize,
+    /// Sample rate in Hz: 44100 or 48000.
+    #[arg(long, default_value_t = 44_100)]
+    rate: u32,
+    /// Seconds of the walk.
+    #[arg(long, default_value_t = 4.0)]
+    seconds: f64,
+    /// How often the walk is generated.
+    #[arg(long, default_value_t = 7)]
+    rounds: usize,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A walk ready to be generated.
+struct Walked {
+    settings: GeneratorSettings,
+    graphics_rate_hz: f64,
+    level: u32,
+    frames: Vec<FramePaths>,
+    /// Each source's sound from the walk's beginning, as long as the walk.
+    sounds: Vec<Vec<f32>>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    check(arguments)?;
+    let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
+    let walked = walk(arguments, &hrtf)?;
+    let mut best_us: Vec<f64> = Vec::new();
+    let mut most_voices = 0;
+    for _ in 0..arguments.rounds {
+        let mut generator = Generator::new(walked.settings.clone(), Arc::clone(&hrtf))?;
+        let (us, voices) = walked.generate(&mut generator, arguments.block);
+        most_voices = most_voices.max(voices);
+        if best_us.is_empty() {
+            best_us = us;
+        } else {
+            for (best, us) in best_us.iter_mut().zip(us) {
+                *best = best.min(us);
+            }
+        }
+    }
+    let row = row(arguments, &walked, &best_us, most_voices);
+    if arguments.json {
+        println!("{}", json!({ "rows": [row] }));
+    } else {
+        print(&row);
+    }
+    Ok(())
+}
+
+fn check(arguments: &Arguments) -> Result<()> {
+    if !(32..=4096).contains(&arguments.block) {
+        let problem = format!("{} audio frames", arguments.block);
+        return Err(Error::setting("--block", problem, "choose 32 to 4096"));
+    }
+    if !(0.5..=60.0).contains(&arguments.seconds) {
+        let problem = format!("{} s", arguments.seconds);
+        return Err(Error::setting("--seconds", problem, "choose 0.5 to 60"));
+    }
+    if arguments.rounds == 0 {
+        let advice = "choose at least 1";
+        return Err(Error::setting(
+            "--rounds",
+            "no round measures nothing",
+            advice,
+        ));
+    }
+    Ok(())
+}
+
+/// Walks through the scene once and keeps every graphics frame's paths.
+fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
+    let LoadedScene { scene, layout, .. } =
+        load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
+    let layout = layout.filter(|layout| layout.sources.len() >= arguments.sources);
+    let (Some(layout), 1..) = (layout, arguments.sources) else {
+        let problem = format!("{} of {}", arguments.sources, arguments.scene);
+        let advice = "choose 1 to as many as the scene's .toml file lists";
+        return Err(Error::setting("--sources", problem, advice));
+    };
+    let Some(path) = layout.listener else {
+        let problem = format!("{} has no walk", arguments.scene);
+        return Err(Error::setting(
+            "--scene",
+            problem,
+            "choose a benchmark scene",
+        ));
+    };
+    let pace = pace(Platform::Workstation, &arguments.scene, arguments.sources);
+    let clips = (0..arguments.sources.min(VOICES))
+        .map(|n| {
+            let file = asset(&format!("speech/voice{:02}.wav", n + 1))?;
+            load_sound(&file, arguments.rate)
+        })
+        .collect::<Result<Vec<Clip>>>()?;
+    let settings = GeneratorSettings {
+        rate_hz: arguments.rate,
+        max_sources: arguments.sources,
+        ..GeneratorSettings::default()
+    };
+    let mut renderer = OfflineRenderer::new(
+        scene,
+        Arc::clone(hrtf),
+        OfflineSettings {
+            graphics_rate_hz: pace.graphics_rate_hz,
+            block_frames: 1024,
+            schedule: Schedule::Asynchronous {
+                level: pace.level,
+                latency: Latency::Modelled,
+            },
+            predictor: PredictorKind::Best(BestSettings::default()),
+            propagation: PropagationSettings::default(),
+            generation: settings.clone(),
+        },
+    )?;
+    let mut poses = Poses::default();
+    for (slot, source) in layout.sources.iter().take(arguments.sources).enumerate() {
+        let id = SourceId::new(slot as u16, 0);
+        poses.sources.push(SourcePose::at(id, source.position));
+    }
+    let mut signal = |_: usize, _: u64, samples: &mut [f32]| samples.fill(0.0);
+    let count = (arguments.seconds * pace.graphics_rate_hz).ceil() as usize;
+    let mut frames = Vec::with_capacity(count);
+    for _ in 0..count {
+        let place = path.position_at(renderer.time_s(), 0.0);
+        poses.listener = ListenerPose::facing(place, 0.0);
+        renderer.next_frame(&poses, &mut signal, &mut |_| Ok(()))?;
+        frames.push(renderer.frame_paths().clone());
+    }
+    let length = (arguments.seconds * f64::from(arguments.rate)) as usize;
+    let sounds = (0..arguments.sources)
+        .map(|slot| {
+            let mut sound = vec![0.0; length];
+            clips[slot % clips.len()].looped(0, &mut sound);
+            sound
+        })
+        .collect();
+    Ok(Walked {
+        settings,
+        graphics_rate_hz: pace.graphics_rate_hz,
+        level: pace.level,
+        frames,
+        sounds,
+    })
+}
+
+impl Walked {
+    /// Microseconds of every block, and the most voices at once.
+    ///
+    /// A function of its own, so that `callgrind --toggle-collect` can count it.
+    #[inline(never)]
+    fn generate(&self, generator: &mut Generator, block: usize) -> (Vec<f64>, u32) {
+        let frame_frames = f64::from(self.settings.rate_hz) / self.graphics_rate_hz;
+        // As the engine does it.
+        let ramp = ramp_frames(1.0 / self.graphics_rate_hz, self.settings.rate_hz, block);
+        let blocks = self.sounds.first().map_or(0, Vec::len) / block;
+        let mut output = vec![0.0; 2 * block];
+        let mut us = Vec::with_capacity(blocks);
+        let (mut taken, mut most_voices) = (None, 0);
+        for start in (0..blocks).map(|n| n * block) {
+            let inputs: Vec<&[f32]> = self
+                .sounds
+                .iter()
+                .map(|sound| &sound[start..start + block])
+                .collect();
+            // The newest graphics frame, as the engine takes it.
+            let newest = ((start as f64 / frame_frames) as usize).min(self.frames.len() - 1);
+            let time = Instant::now();
+            if taken != Some(newest) {
+                generator.set_frame(&self.frames[newest], ramp);
+                taken = Some(newest);
+            }
+            let report = generator.render(&inputs, &mut output);
+            us.push(1e6 * time.elapsed().as_secs_f64());
+            most_voices = most_voices.max(report.voices);
+        }
+        (us, most_voices)
+    }
+}
+
+fn row(arguments: &Arguments, walked: &Walked, us: &[f64], most_voices: u32) -> Value {
+    // The first blocks find every path new.
+    let us = &us[us.len().min(4)..];
+    let period_us = 1e6 * arguments.block as f64 / f64::from(arguments.rate);
+    let paths: Vec<f64> = walked.frames.iter().map(|f| f.paths.len() as f64).collect();
+    let p50 = share(us, 0.5);
+    let worst = share(us, 1.0);
+    let mean = us.iter().sum::<f64>() / us.len().max(1) as f64;
+    json!({
+        "scene": arguments.scene,
+        "sources": arguments.sources,
+        "block": arguments.block,
+        "rate_hz": arguments.rate,
+        "graphics_rate_hz": walked.graphics_rate_hz,
+        "level": walked.level,
+        "paths_p50": share(&paths, 0.5),
+        "paths_most": share(&paths, 1.0),
+        "voices_most": most_voices,
+        "blocks": us.len(),
+        "us": {"p50": p50, "p95": share(us, 0.95), "p99": share(us, 0.99), "worst": worst, "mean": mean},
+        "core_share": mean / period_us,
+        "core_share_p50": p50 / period_us,
+        "worst_to_median": worst / p50,
+    })
+}
+
+fn print(row: &Value) {
+    let number = |key: &str| row.pointer(key).and_then(Value::as_f64).unwrap_or(0.0);
+    println!(
+        "{}, {} sources, {} paths ({} at most), blocks of {} at {} Hz: {:.0} µs (p95 {:.0}, p99 {:.0}, worst {:.0}), {:.2} % of a core, worst {:.2} x the median",
+        row["scene"].as_str().unwrap_or_default(),
+        row["sources"],
+        number("/paths_p50"),
+        number("/paths_most"),
+        row["block"],
+        row["rate_hz"],
+        number("/us/p50"),
+        number("/us/p95"),
+        number("/us/p99"),
+        number("/us/worst"),
+        100.0 * number("/core_share"),
+        number("/worst_to_median"),
+    );
+}

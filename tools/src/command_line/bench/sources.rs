@@ -1,0 +1,32 @@
+//! Any number of sources in a scene's open space: its own sixteen, then places around them that they can see.
+
+use foresound::geometry::Ray;
+use foresound::geometry::bvh::NO_GROUP;
+use foresound::propagation::rays::directions::{mix, unit};
+use foresound::scene::{Scene, SourceId, SourcePose};
+use glam::Vec3;
+
+/// Farthest that a further source is from one of the scene's own, in metres along an axis.
+const REACH_M: f32 = 4.0;
+
+/// `count` sources; fewer if the scene has none of its own.
+pub(super) fn sources(scene: &Scene, own: &[Vec3], count: usize) -> Vec<SourcePose> {
+    let mut places: Vec<Vec3> = own.iter().copied().take(count).collect();
+    let mut draw = 0u64;
+    while places.len() < count && !own.is_empty() && draw < 1000 * count as u64 {
+        let near = own[(draw % own.len() as u64) as usize];
+        let shift = |k: u64| REACH_M * (2.0 * unit(mix(draw << 2 | k)) - 1.0);
+        let place = near + Vec3::new(shift(0), 0.25 * shift(1), shift(2));
+        draw += 1;
+        let local = |p: Vec3| scene.to_local(p).as_vec3();
+        // A little farther, so that none stands in a wall's face.
+        let beyond = Ray::between(local(near), local(near + 1.1 * (place - near)));
+        if !scene.bvh().any_hit(&beyond, [NO_GROUP; 2]) {
+            places.push(place);
+        }
+    }
+    (0..)
+        .zip(places)
+        .map(|(slot, position)| SourcePose::at(SourceId::new(slot, 0), position))
+        .collect()
+}

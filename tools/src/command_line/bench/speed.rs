@@ -1,0 +1,311 @@
+//! `bench speed`: the engine's two schedules ([`super::schedules`]), and one propagation update by itself
+//! ([`super::alone`]).
+//!
+//! Growth stands in the rows: a row's fastest update over that of its scene's first row, as a share of what as many times
+//! the sources would cost (1 is linear), and over that of the first scene with as many sources.
+
+use std::path::PathBuf;
+
+use foresound::runtime::{Budget, Tier, TierChoice, TraceLog};
+use foresound::{Error, Result};
+use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS, pace, printed_speed};
+use serde_json::{Value, json};
+
+use super::schedules::{Cell, LevelOf, loaded};
+use super::walk::Walk;
+use super::{alone, moving};
+use crate::inputs::predictor_named;
+use crate::traces::write_trace;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Benchmark scenes by name, or `million` (the three of the paper's kind, if not given).
+    #[arg(long, value_delimiter = ',')]
+    scene: Vec<String>,
+    /// Numbers of sources.
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16])]
+    sources: Vec<usize>,
+    /// Seconds that each row takes.
+    #[arg(long, default_value_t = 2.0)]
+    seconds: f64,
+    /// Milliseconds of the caller's own work in a graphics frame.
+    #[arg(long, value_name = "MS", default_value_t = 0.0)]
+    graphics_ms: f64,
+    /// Factor on the paper's ray counts, 0.01 to 64.
+    #[arg(
+        long,
+        value_name = "K",
+        default_value_t = 1.0,
+        conflicts_with = "level"
+    )]
+    load: f64,
+    /// Chooses the load that gives this level L: a number, or `workstation` or `mobile` for the paper's of each cell.
+    #[arg(long, value_name = "L")]
+    level: Option<String>,
+    /// Whose T_SPS is L graphics frames long then.
+    #[arg(long, value_enum, default_value_t = LevelOf::Asynchronous, requires = "level")]
+    level_of: LevelOf,
+    /// Predictor of the asynchronous schedule: hold, linear or best.
+    #[arg(long, default_value = "linear")]
+    predictor: String,
+    /// Tier of detail, 0 (everything) to 5.
+    #[arg(long, default_value_t = 0)]
+    tier: u8,
+    /// Leave propagation updates by themselves out.
+    #[arg(long)]
+    schedules_only: bool,
+    /// Numbers of moving instances: rows of updates with them beside updates without, instead.
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    instances: Vec<usize>,
+    /// Write what every thread did when, for Perfetto.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The fastest update of a row, for what grows out of it.
+struct Fastest {
+    sources: usize,
+    ms: f64,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let scenes: Vec<&str> = match arguments.scene.is_empty() {
+        false => arguments.scene.iter().map(String::as_str).collect(),
+        true => vec!["concert_hall", "bootcamp", "angrybot"],
+    };
+    let mut rows = Vec::new();
+    let mut log = TraceLog::default();
+    let predictor = predictor_named(&arguments.predictor)?;
+    if !(0.01..=64.0).contains(&arguments.load) {
+        let problem = format!("{} is outside 0.01 to 64", arguments.load);
+        return Err(Error::setting(
+            "--load",
+            problem,
+            "choose a factor in that range",
+        ));
+    }
+    if !(0.0..=1000.0).contains(&arguments.graphics_ms) {
+        let problem = format!("{} is outside 0 to 1000", arguments.graphics_ms);
+        return Err(Error::setting(
+            "--graphics-ms",
+            problem,
+            "choose a time in that range",
+        ));
+    }
+    let mut first_scene: Vec<Fastest> = Vec::new();
+    for (number, name) in scenes.into_iter().enumerate() {
+        let walk = Walk::through(name)?;
+        for (&count, &moving) in arguments.sources.iter().flat_map(|count| {
+            let instances = arguments.instances.iter();
+            instances.map(move |instances| (count, instances))
+        }) {
+            let row = moving::row(name, &walk, [count, moving], arguments.seconds)?;
+            if !arguments.json {
+                moving::print(&row);
+            }
+            rows.push(row);
+        }
+        let mut fewest: Option<Fastest> = None;
+        let fixed = arguments.sources.iter();
+        for &count in fixed.filter(|_| arguments.instances.is_empty()) {
+            let places = walk.sources(count)?;
+            let cell = Cell {
+                scene: &walk.scene,
+                walk: walk.listener(),
+                sources: &places,
+                predictor,
+                budget: Budget {
+                    tiers: TierChoice::Exactly(Tier(arguments.tier)),
+                    ..Budget::default()
+                },
+                graphics_ms: arguments.graphics_ms,
+                seconds: arguments.seconds,
+                trace: arguments.trace.is_some(),
+            };
+            let engine = match wanted_level(arguments, name, count)? {
+                Some(level) => cell.measure_at(level, arguments.level_of, 64.0, &mut log)?,
+                None => cell.measure(arguments.load, &mut log)?,
+            };
+            let load = engine.get("load").and_then(Value::as_f64);
+            let load = load.unwrap_or(arguments.load);
+            let mut row =
+                json!({"scene": name, "sources": count, "graphics_ms": arguments.graphics_ms});
+            if !arguments.schedules_only {
+                let times = alone::measure(&walk, &places, loaded(load), arguments.seconds)?;
+                row = times.row(name, count, arguments.graphics_ms);
+                let ms = times.best_ms();
+                let fewest = fewest.get_or_insert(Fastest { sources: count, ms });
+                let linear = fewest.ms * count as f64 / fewest.sources as f64;
+                row["triangles"] = json!(walk.scene.bvh().triangle_count());
+                row["to_linear_in_sources"] = json!(ms / linear);
+                if number == 0 {
+                    first_scene.push(Fastest { sources: count, ms });
+                }
+                let same = first_scene.iter().find(|first| first.sources == count);
+                row["to_first_scene"] = json!(same.map(|first| ms / first.ms));
+            }
+            if let Some(row) = row.as_object_mut() {
+                row.extend(engine);
+            }
+            if let Some(printed) = printed_cell(arguments, name, count) {
+                row["paper"] = printed;
+            }
+            if !arguments.json {
+                print(&row);
+            }
+            rows.push(row);
+        }
+    }
+    let summary = summary(&rows, arguments.level_of);
+    if let (Some(summary), false) = (&summary, arguments.json) {
+        print_summary(summary);
+    }
+    if arguments.json {
+        let threads = std::thread::available_parallelism().map_or(0, usize::from);
+        let machine = json!({
+            "arch": std::env::consts::ARCH,
+            "os": std::env::consts::OS,
+            "threads": threads,
+        });
+        let mut result = json!({ "rows": rows, "machine": machine });
+        if let Some(summary) = summary {
+            result["summary"] = summary;
+        }
+        println!("{result}");
+    }
+    match &arguments.trace {
+        Some(file) => write_trace(file, &log),
+        None => Ok(()),
+    }
+}
+
+/// The paper's machine whose levels are asked for.
+fn platform_named(level: &str) -> Option<Platform> {
+    Platform::ALL
+        .into_iter()
+        .find(|platform| platform.name() == level)
+}
+
+/// What the paper printed of a cell, where its levels are asked for.
+fn printed_cell(arguments: &Arguments, scene: &str, sources: usize) -> Option<Value> {
+    let platform = platform_named(arguments.level.as_deref()?)?;
+    let printed = printed_speed(platform, scene, sources)?;
+    Some(json!({
+        "platform": platform.name(),
+        "level": pace(platform, scene, sources).level,
+        "sync_fps": printed.baseline_fps,
+        "async_fps": printed.proposed_fps,
+        "speedup": printed.speedup,
+    }))
+}
+
+/// Means over the rows that the paper has too.
+fn summary(rows: &[Value], of: LevelOf) -> Option<Value> {
+    let cells: Vec<&Value> = rows.iter().filter(|row| row["paper"].is_object()).collect();
+    let mean = |key: &str| {
+        let figures = cells.iter().filter_map(|row| row.pointer(key)?.as_f64());
+        figures.sum::<f64>() / cells.len() as f64
+    };
+    let at_level = |row: &&&Value| of.found(row) == row["paper"]["level"].as_f64();
+    (!cells.is_empty()).then(|| {
+        json!({
+            "cells": cells.len(),
+            "cells_at_paper_level": cells.iter().filter(at_level).count(),
+            "speedup_mean": mean("/speedup"),
+            "paper_speedup_mean": mean("/paper/speedup"),
+            "level_mean": mean("/level/p50"),
+            "sync_level_mean": mean("/sync_level"),
+            "paper_level_mean": mean("/paper/level"),
+        })
+    })
+}
+
+fn print_summary(summary: &Value) {
+    let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
+    println!(
+        "mean of {} cells: {:.2} x (the paper {:.2} x), L {:.1}, of the synchronous schedule {:.1} ({:.1}); {} cells have the paper's",
+        summary["cells"],
+        number("speedup_mean"),
+        number("paper_speedup_mean"),
+        number("level_mean"),
+        number("sync_level_mean"),
+        number("paper_level_mean"),
+        summary["cells_at_paper_level"],
+    );
+}
+
+/// The level asked for in a cell.
+fn wanted_level(arguments: &Arguments, scene: &str, sources: usize) -> Result<Option<u32>> {
+    let Some(text) = &arguments.level else {
+        return Ok(None);
+    };
+    let Some(platform) = platform_named(text) else {
+        let level = text.parse().ok().filter(|level| *level <= 1000);
+        let advice = "give a number to 1000, workstation or mobile";
+        let problem = format!("{text:?} is no level");
+        return level
+            .map(Some)
+            .ok_or_else(|| Error::setting("--level", problem, advice));
+    };
+    if SCENES.contains(&scene) && SOURCE_COUNTS.contains(&sources) {
+        return Ok(Some(pace(platform, scene, sources).level));
+    }
+    let problem = format!("the paper has no {scene} with {sources} sources");
+    Err(Error::setting("--level", problem, "give a number"))
+}
+
+fn print(row: &Value) {
+    let number = |key: &str| row.pointer(key).and_then(Value::as_f64).unwrap_or(0.0);
+    println!(
+        "{:14} {:4} sources: {:8.1} FPS synchronous, {:8.1} asynchronous ({:5.2} x), L {:3.0}, T_SPS {:8.2} ms (p95 {:8.2}), {:6.0} rays, {:5.0} paths; a frame: direct {:.0}, EPS {:.0}, SGS {:.0} us",
+        row["scene"].as_str().unwrap_or_default(),
+        row["sources"],
+        number("/sync_fps"),
+        number("/async_fps"),
+        number("/speedup"),
+        number("/level/p50"),
+        number("/sps_ms/p50"),
+        number("/sps_ms/p95"),
+        number("/rays_per_update"),
+        number("/paths_p50"),
+        number("/direct_us/p50"),
+        number("/eps_us/p50"),
+        number("/sgs_us/p50"),
+    );
+    if row["paper"].is_object() {
+        println!(
+            "{:28}load {:.3}; T_SPS of the synchronous schedule over T_g {:.2}; the paper's {}: L {}, {:.2} x",
+            "",
+            number("/load"),
+            number("/sync_level"),
+            row["paper"]["platform"].as_str().unwrap_or_default(),
+            row["paper"]["level"],
+            number("/paper/speedup"),
+        );
+    }
+    if row["sync_fps_by_processor_time"].is_number() {
+        println!(
+            "{:28}by processor time: {:.1} FPS synchronous, {:.1} asynchronous",
+            "",
+            number("/sync_fps_by_processor_time"),
+            number("/async_fps_by_processor_time"),
+        );
+    }
+    if row.get("rays_alone_ms").is_some() {
+        println!(
+            "{:28}an update alone: one thread {:.2} ms at best, two {:.2}; with moving sources {:.2}, two {:.2}, its rays {:.2} ({:.2} x); {:.2} of linear growth, {:.2} of the first scene",
+            "",
+            number("/sps_best_ms"),
+            number("/sps_two_threads_best_ms"),
+            number("/moving_sources_best_ms"),
+            number("/moving_sources_two_threads_best_ms"),
+            number("/rays_alone_best_ms"),
+            number("/update_to_rays"),
+            number("/to_linear_in_sources"),
+            number("/to_first_scene"),
+        );
+    }
+}

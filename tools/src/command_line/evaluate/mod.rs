@@ -1,0 +1,186 @@
+//! `evaluate`: the paper's Tables 5 and 6 with our engine, and the report on them.
+
+mod ablation;
+mod figures;
+mod motion;
+mod overload;
+mod plan;
+mod stage;
+mod tables;
+mod unit;
+mod work;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use foresound::output::WholeFile;
+use foresound::{Error, Result};
+use foresound_tools::report::{Report, SpeedTable};
+
+use self::plan::{Part, Unit};
+use self::stage::Stage;
+use self::tables::Found;
+use crate::inputs::{SceneArguments, tell};
+
+/// What `bench speed --json` printed, if nothing else is named.
+const SPEED_FILE: &str = "out/speed.json";
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// workstation, mobile or both: whose graphics rates and levels.
+    #[arg(long, default_value = "both")]
+    platform: String,
+    /// One scene instead of the paper's three: a name, or an OBJ file. Where no layout stands beside it (FILE.toml),
+    /// sources and a walk are laid out in open space.
+    #[arg(long)]
+    scene: Option<String>,
+    #[command(flatten)]
+    intake: SceneArguments,
+    /// Folder of WAV files that the sources speak, instead of the sixteen voices.
+    #[arg(long, value_name = "DIR")]
+    speech: Option<PathBuf>,
+    /// One number of sources instead of 1, 2, 4, 8 and 16.
+    #[arg(long)]
+    sources: Option<usize>,
+    /// static, dynamic, stress (a running listener, moving sources, L = 24), both (the paper's two), or all.
+    #[arg(long, default_value = "both")]
+    condition: String,
+    /// The stress condition, besides.
+    #[arg(long)]
+    stress: bool,
+    /// hold, linear, best, all, or ablation: all and best without each of its ingredients, in every cell.
+    #[arg(long, default_value = "all")]
+    predictor: String,
+    /// modelled: results are used L + 1 graphics frames late; none: at once; both.
+    #[arg(long, default_value = "modelled")]
+    latency: String,
+    /// speech, music, percussion, or all.
+    #[arg(long, default_value = "speech")]
+    signal: String,
+    /// Leave the late reverb out of reference and estimates: discrete paths alone are compared.
+    #[arg(long)]
+    no_late: bool,
+    /// Repeats of each cell; five, or one with --quick.
+    #[arg(long)]
+    repeats: Option<u64>,
+    /// Length of each rendering.
+    #[arg(long, default_value_t = 10.0)]
+    seconds: f64,
+    /// One cell a scene, one repeat.
+    #[arg(long)]
+    quick: bool,
+    /// Output of `bench speed --json` for the report's Tables 3 and 4 (out/speed.json, if it is there).
+    #[arg(long, value_name = "FILE")]
+    speed: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Folder for what is written; results found there are not made again.
+    #[arg(long, default_value = "out/evaluation")]
+    out: PathBuf,
+}
+
+impl Arguments {
+    /// Whether neither platform nor condition was chosen.
+    fn is_default_choice(&self) -> bool {
+        self.platform == "both" && self.condition == "both"
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if !(2.0..=120.0).contains(&arguments.seconds) {
+        let problem = format!("{} s", arguments.seconds);
+        return Err(Error::setting("--seconds", problem, "give 2 to 120"));
+    }
+    let speed = speed(arguments.speed.as_deref())?;
+    let mut units = plan::units(arguments)?;
+    let stages = stages(arguments, &units)?;
+    keep_possible(arguments, &stages, &mut units)?;
+    let signals = units.iter().map(|unit| unit.signal.as_str());
+    let props = stage::props(arguments, signals)?;
+    let results = work::all_results(&units, &stages, &props)?;
+    let found = Found::of(&units, &results);
+    let overload = overload::overload(&arguments.out, &units, &results)?;
+    let text = tables::json(&found, &overload.rows);
+    tables::write(&arguments.out, &found, &text)?;
+    let mut report = Report {
+        rows: found.rows,
+        ablation: found.ablation,
+        doorway: found.doorway,
+        speed,
+        overload: overload.rows,
+        figures: Vec::new(),
+        listening: Vec::new(),
+        conditions: figures::conditions(arguments, &units, &results),
+    };
+    figures::add(&arguments.out, &units, &mut report)?;
+    report.figures.extend(overload.figures);
+    report.listening.extend(overload.listening);
+    let page = arguments.out.join("index.html");
+    WholeFile::write(&page, |file| {
+        std::io::Write::write_all(file, report.html().as_bytes())
+    })?;
+    if arguments.json {
+        println!("{text}");
+    } else {
+        tables::print(&report.rows);
+        println!("report: {}", page.display());
+    }
+    Ok(())
+}
+
+/// The scene of every unit, by label.
+fn stages(arguments: &Arguments, units: &[Unit]) -> Result<BTreeMap<String, Stage>> {
+    let mut stages = BTreeMap::new();
+    for unit in units {
+        if stages.contains_key(&unit.scene) {
+            continue;
+        }
+        let named = match &arguments.scene {
+            Some(named) if unit.part == Part::Table => named,
+            _ => &unit.scene,
+        };
+        stages.insert(unit.scene.clone(), stage::stage(named, &arguments.intake)?);
+    }
+    Ok(stages)
+}
+
+/// Leaves out, or refuses if asked for, cells of more sources than their scene has places for.
+fn keep_possible(
+    arguments: &Arguments,
+    stages: &BTreeMap<String, Stage>,
+    units: &mut Vec<Unit>,
+) -> Result<()> {
+    for (label, stage) in stages {
+        let places = stage.sources.len();
+        let too_many = |unit: &Unit| unit.scene == *label && unit.sources > places;
+        if !units.iter().any(too_many) {
+            continue;
+        }
+        if let Some(count) = arguments.sources {
+            let problem = format!("{count}, but {label} has places for {places}");
+            let advice = format!("give at most {places}, or add sources to its TOML file");
+            return Err(Error::setting("--sources", problem, &advice));
+        }
+        tell(&[format!(
+            "{label}: has places for {places} sources; cells of more are left out"
+        )]);
+        units.retain(|unit| !too_many(unit));
+    }
+    if units.is_empty() {
+        let advice = "give --sources 1, or add sources to the scene's TOML file";
+        return Err(Error::setting("evaluate", "no cell is left", advice));
+    }
+    Ok(())
+}
+
+/// The speed table of a file: the one that was named, or the usual one if it is there.
+fn speed(named: Option<&Path>) -> Result<SpeedTable> {
+    let file = named.unwrap_or(Path::new(SPEED_FILE));
+    if named.is_none() && !file.is_file() {
+        return Ok(SpeedTable::default());
+    }
+    let advice = "make it with `foresound bench speed --json > FILE`";
+    let text = std::fs::read(file).map_err(|e| Error::file(file, e, advice))?;
+    serde_json::from_slice(&text).map_err(|e| Error::format(file, None, e, advice))
+}

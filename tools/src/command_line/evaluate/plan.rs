@@ -1,0 +1,291 @@
+//! What is to be rendered and compared: units of one reference and its estimates, with names for their results.
+
+use foresound::extrapolation::PredictorKind;
+use foresound::runtime::Latency;
+use foresound::{Error, Result};
+use foresound_tools::cells::{self, Condition, Pace, Platform, SCENES, SOURCE_COUNTS};
+
+use super::Arguments;
+use super::ablation;
+use super::stage::label;
+
+/// Repeats of a cell, each with rays and a start of its own.
+const REPEATS: u64 = 5;
+
+/// The scene of the paper's Figure 7.
+const DOORWAY: &str = "doorway";
+
+/// A predictor under a name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Variant {
+    pub(super) name: &'static str,
+    pub(super) kind: PredictorKind,
+}
+
+/// Where a unit's figures go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    /// Into the tables.
+    Table,
+    /// To the doorway's picture only.
+    Doorway,
+}
+
+/// One reference rendering and what is compared with it.
+#[derive(Debug, Clone)]
+pub(super) struct Unit {
+    pub(super) part: Part,
+    pub(super) platform: Platform,
+    /// The scene's label, of letters that a file's name may have.
+    pub(super) scene: String,
+    pub(super) sources: usize,
+    pub(super) condition: Condition,
+    pub(super) pace: Pace,
+    pub(super) repeat: u64,
+    pub(super) latencies: Vec<Latency>,
+    pub(super) signal: String,
+    /// Whether the late reverb is heard.
+    pub(super) late: bool,
+    pub(super) duration_s: f64,
+    /// Rendered at each latency.
+    pub(super) variants: Vec<Variant>,
+    /// The ablation's, rendered late only, without files.
+    pub(super) ablation: Vec<Variant>,
+}
+
+impl Unit {
+    /// What a folder's or file's name begins with, alike for all repeats.
+    pub(super) fn cell_name(&self) -> String {
+        let signal = match self.signal.as_str() {
+            "speech" => String::new(),
+            other => format!("-{other}"),
+        };
+        let late = if self.late { "" } else { "-no-late" };
+        format!(
+            "{}-{}-{}-{}{signal}{late}",
+            self.platform.name(),
+            self.scene,
+            self.condition.name(),
+            self.sources
+        )
+    }
+
+    /// Everything that is rendered beside the reference.
+    pub(super) fn estimates(&self) -> impl Iterator<Item = (Variant, Latency)> + '_ {
+        let plain = self.latencies.iter();
+        let plain = plain.flat_map(|&late| self.variants.iter().map(move |&v| (v, late)));
+        let ablation = self.ablation.iter().map(|&v| (v, Latency::Modelled));
+        plain.chain(ablation)
+    }
+
+    /// Everything a result depends on besides the program, the scene and the sounds.
+    pub(super) fn key(&self) -> String {
+        let estimates: Vec<_> = self
+            .estimates()
+            .map(|(v, late)| format!("{}={:?} {late:?}", v.name, v.kind))
+            .collect();
+        format!(
+            "{} {:?} repeat {} of {} s with {}",
+            self.cell_name(),
+            self.pace,
+            self.repeat,
+            self.duration_s,
+            estimates.join(",")
+        )
+    }
+
+    /// How long it takes compared with other units, roughly: propagation grows with the sources, and is asked for in every
+    /// graphics frame by the reference, in every (L + 1)th by each estimate.
+    pub(super) fn weight(&self) -> u64 {
+        let frames = self.duration_s * self.pace.graphics_rate_hz;
+        let update = 1.0 + 0.3 * self.sources as f64;
+        let estimate = 0.15 + 1.0 / f64::from(self.pace.level + 1);
+        let renderings = 1.0 + estimate * self.estimates().count() as f64;
+        (frames * update * renderings) as u64
+    }
+}
+
+fn unknown(argument: &str, text: &str, advice: &str) -> Error {
+    Error::setting(argument, format!("{text:?} is unknown"), advice)
+}
+
+/// A choice of several by one word: one of them, or a word that stands for some.
+fn chosen<T: Copy>(
+    argument: &str,
+    text: &str,
+    single: &[(&str, T)],
+    groups: &[(&str, &[T])],
+) -> Result<Vec<T>> {
+    if let Some((_, one)) = single.iter().find(|(name, _)| *name == text) {
+        return Ok(vec![*one]);
+    }
+    if let Some((_, some)) = groups.iter().find(|(name, _)| *name == text) {
+        return Ok(some.to_vec());
+    }
+    let single = single.iter().map(|(name, _)| *name);
+    let names: Vec<_> = single.chain(groups.iter().map(|(name, _)| *name)).collect();
+    Err(unknown(
+        argument,
+        text,
+        &format!("give {}", names.join(", ")),
+    ))
+}
+
+struct Choices {
+    platforms: Vec<Platform>,
+    conditions: Vec<Condition>,
+    latencies: Vec<Latency>,
+    signals: Vec<&'static str>,
+    scenes: Vec<String>,
+    counts: Vec<usize>,
+}
+
+fn choices(arguments: &Arguments) -> Result<Choices> {
+    use Condition::{Dynamic, Static, Stress};
+    let platforms = Platform::ALL.map(|platform| (platform.name(), platform));
+    let platforms = chosen(
+        "--platform",
+        &arguments.platform,
+        &platforms,
+        &[("both", &Platform::ALL)],
+    )?;
+    let conditions = Condition::ALL.map(|condition| (condition.name(), condition));
+    let mut conditions = chosen(
+        "--condition",
+        &arguments.condition,
+        &conditions,
+        &[("both", &[Static, Dynamic]), ("all", &Condition::ALL)],
+    )?;
+    if arguments.stress && !conditions.contains(&Stress) {
+        conditions.push(Stress);
+    }
+    let latencies = chosen(
+        "--latency",
+        &arguments.latency,
+        &[("modelled", Latency::Modelled), ("none", Latency::None)],
+        &[("both", &[Latency::Modelled, Latency::None])],
+    )?;
+    let signals = ["speech", "music", "percussion"];
+    let signals = chosen(
+        "--signal",
+        &arguments.signal,
+        &signals.map(|name| (name, name)),
+        &[("all", &signals)],
+    )?;
+    let scenes = match &arguments.scene {
+        Some(scene) => vec![scene.clone()],
+        None => SCENES.map(str::to_owned).to_vec(),
+    };
+    let counts = match (arguments.sources, arguments.quick) {
+        (Some(count @ 1..=16), _) => vec![count],
+        (Some(count), _) => {
+            let problem = format!("{count} sources");
+            return Err(Error::setting("--sources", problem, "give 1 to 16"));
+        }
+        (None, true) => vec![4],
+        (None, false) => SOURCE_COUNTS.to_vec(),
+    };
+    Ok(Choices {
+        platforms,
+        conditions,
+        latencies,
+        signals,
+        scenes,
+        counts,
+    })
+}
+
+/// All units of a command line, cell by cell.
+pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
+    let choices = choices(arguments)?;
+    let repeats = arguments
+        .repeats
+        .unwrap_or(if arguments.quick { 1 } else { REPEATS });
+    if repeats == 0 {
+        return Err(Error::setting("--repeats", "0", "give one at least"));
+    }
+    let variants = variants(&arguments.predictor)?;
+    let everything = arguments.predictor == "ablation";
+    let unit = |platform, condition, scene: &str, sources, repeat, signal: &str| {
+        let scene = label(scene);
+        let mut pace = cells::pace(platform, &scene, sources);
+        if condition == Condition::Stress {
+            pace.level = cells::STRESS_LEVEL;
+        }
+        let ablated = condition == Condition::Dynamic
+            && platform == Platform::Workstation
+            && arguments.predictor == "all"
+            && (sources, repeat, signal, arguments.quick) == (4, 0, "speech", false);
+        Unit {
+            part: Part::Table,
+            platform,
+            scene,
+            sources,
+            condition,
+            pace,
+            repeat,
+            latencies: choices.latencies.clone(),
+            signal: signal.to_owned(),
+            late: !arguments.no_late,
+            duration_s: arguments.seconds,
+            variants: variants.clone(),
+            ablation: if ablated || everything {
+                ablation::variants()
+            } else {
+                Vec::new()
+            },
+        }
+    };
+    let mut units = Vec::new();
+    for &platform in &choices.platforms {
+        for &condition in &choices.conditions {
+            let left_out = match condition {
+                Condition::Static => arguments.quick && arguments.is_default_choice(),
+                Condition::Dynamic => false,
+                // Its level is no platform's.
+                Condition::Stress => platform == Platform::Mobile && choices.platforms.len() > 1,
+            };
+            let quick_mobile =
+                arguments.quick && platform == Platform::Mobile && arguments.is_default_choice();
+            if left_out || quick_mobile {
+                continue;
+            }
+            for scene in &choices.scenes {
+                for &sources in &choices.counts {
+                    for signal in &choices.signals {
+                        units.extend((0..repeats).map(|repeat| {
+                            unit(platform, condition, scene, sources, repeat, signal)
+                        }));
+                    }
+                }
+            }
+        }
+    }
+    let walks = choices.conditions.contains(&Condition::Dynamic);
+    if arguments.scene.is_none() && walks && choices.signals.contains(&"speech") {
+        let platform = choices.platforms[0];
+        let pictured = unit(platform, Condition::Dynamic, DOORWAY, 4, 0, "speech");
+        units.push(Unit {
+            part: Part::Doorway,
+            latencies: vec![choices.latencies[0]],
+            ablation: Vec::new(),
+            ..pictured
+        });
+    }
+    Ok(units)
+}
+
+fn variants(named: &str) -> Result<Vec<Variant>> {
+    let plain = PredictorKind::ALL.map(|kind| Variant {
+        name: kind.name(),
+        kind,
+    });
+    if matches!(named, "all" | "ablation") {
+        return Ok(plain.to_vec());
+    }
+    let found = plain.into_iter().find(|variant| variant.name == named);
+    let advice = "give hold, linear, best, all or ablation";
+    found
+        .map(|variant| vec![variant])
+        .ok_or_else(|| Error::setting("--predictor", format!("{named:?} is no predictor"), advice))
+}

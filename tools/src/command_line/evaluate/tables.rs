@@ -1,0 +1,212 @@
+//! Rows of the tables: means over repeats, beside what the paper printed; CSV, JSON and text.
+
+use std::io::Write;
+use std::path::Path;
+
+use foresound::output::WholeFile;
+use foresound::runtime::Latency;
+use foresound::{Error, Result};
+use foresound_tools::paper::table_five;
+use foresound_tools::report::{OverloadRow, Row};
+use foresound_tools::scores::Spread;
+use foresound_tools::si_snr::capped_text;
+use serde_json::{Value, json};
+
+use super::plan::{Part, Unit};
+use super::unit::{Estimate, UnitResult, latency_name};
+
+/// Rows by where they go.
+pub(super) struct Found {
+    pub(super) rows: Vec<Row>,
+    pub(super) ablation: Vec<Row>,
+    pub(super) doorway: Vec<Row>,
+}
+
+impl Found {
+    /// Means over the repeats of each cell.
+    pub(super) fn of(units: &[Unit], results: &[UnitResult]) -> Self {
+        let mut found = Self {
+            rows: Vec::new(),
+            ablation: Vec::new(),
+            doorway: Vec::new(),
+        };
+        let same = |a: &Unit, b: &Unit| a.part == b.part && a.cell_name() == b.cell_name();
+        let mut from = 0;
+        while from < units.len() {
+            let unit = &units[from];
+            let count = units[from..].iter().take_while(|u| same(u, unit)).count();
+            let repeats = &results[from..from + count];
+            for (variant, latency) in unit.estimates() {
+                let ablated = unit.ablation.contains(&variant);
+                let Some(row) = row(unit, repeats, variant.name, latency) else {
+                    continue;
+                };
+                match (unit.part, ablated) {
+                    (Part::Doorway, _) => found.doorway.push(row),
+                    (Part::Table, true) => found.ablation.push(row),
+                    (Part::Table, false) => found.rows.push(row),
+                }
+            }
+            // What is left of `best` stands beside `best` in the same renderings.
+            if unit.part == Part::Table && !unit.ablation.is_empty() {
+                let first = found.ablation.len() - unit.ablation.len();
+                let repeats = &repeats[..if units[from..from + count]
+                    .iter()
+                    .all(|u| !u.ablation.is_empty())
+                {
+                    count
+                } else {
+                    1
+                }];
+                let whole = row(unit, repeats, "best", Latency::Modelled);
+                found.ablation.splice(first..first, whole);
+            }
+            from += count;
+        }
+        found
+    }
+}
+
+/// One row: a cell and predictor; `None` if no repeat has it.
+fn row(unit: &Unit, repeats: &[UnitResult], name: &str, latency: Latency) -> Option<Row> {
+    let is_it = |e: &&Estimate| e.predictor == name && e.latency == latency_name(latency);
+    let estimates: Vec<&Estimate> = repeats
+        .iter()
+        .filter_map(|result| result.estimates.iter().find(is_it))
+        .collect();
+    let spread = |pick: &dyn Fn(&Estimate) -> f64| {
+        Spread::of(estimates.iter().map(|estimate| pick(estimate)))
+    };
+    let mean = |pick: &dyn Fn(&UnitResult) -> f64| {
+        Spread::of(repeats.iter().map(pick)).map_or(0.0, |spread| spread.mean)
+    };
+    let first = repeats.first()?;
+    Some(Row {
+        platform: unit.platform,
+        scene: unit.scene.clone(),
+        condition: unit.condition,
+        sources: unit.sources,
+        level: unit.pace.level,
+        graphics_rate_hz: unit.pace.graphics_rate_hz,
+        predictor: name.to_owned(),
+        is_late: latency == Latency::Modelled,
+        signal: unit.signal.clone(),
+        repeats: estimates.len(),
+        pesq: Spread::of(estimates.iter().filter_map(|e| e.scores.pesq)),
+        ssim: spread(&|e| e.scores.ssim)?,
+        si_snr_db: spread(&|e| e.scores.si_snr_db)?,
+        extrapolation_us: spread(&|e| e.extrapolation_us)?.mean,
+        reference_paths: first.reference_paths,
+        reference_recall: mean(&|result| result.reference_recall),
+        reference_energy_recall: mean(&|result| result.reference_energy_recall),
+        reference_checksum: first.reference_checksum.clone(),
+        wav_stem: unit.cell_name(),
+    })
+}
+
+fn value(row: &Row) -> Value {
+    let printed = table_five(row.platform, &row.scene, row.condition, row.sources);
+    json!({
+        "platform": row.platform,
+        "scene": row.scene,
+        "condition": row.condition.name(),
+        "sources": row.sources,
+        "level": row.level,
+        "fps": row.graphics_rate_hz,
+        "predictor": row.predictor,
+        "pesq": row.pesq.map(|s| s.mean),
+        "pesq_sd": row.pesq.map(|s| s.sd),
+        "ssim": row.ssim.mean,
+        "ssim_sd": row.ssim.sd,
+        "si_snr_db": row.si_snr_db.mean,
+        "si_snr_sd": row.si_snr_db.sd,
+        "latency": if row.is_late { "modelled" } else { "none" },
+        "signal": row.signal,
+        "repeats": row.repeats,
+        "extrapolation_us": row.extrapolation_us,
+        "reference_paths": row.reference_paths,
+        "reference_recall": row.reference_recall,
+        "reference_energy_recall": row.reference_energy_recall,
+        "reference_checksum": row.reference_checksum,
+        "paper_pesq": printed.map(|p| p.pesq),
+        "paper_ssim": printed.map(|p| p.ssim),
+        "paper_si_snr_db": printed.map(|p| p.si_snr_db),
+    })
+}
+
+/// Everything as one JSON object: the tables' rows, then, where they were rendered, the ablation's, the doorway's and
+/// what was played under overload.
+pub(super) fn json(found: &Found, overload: &[OverloadRow]) -> Value {
+    let values = |rows: &[Row]| rows.iter().map(value).collect::<Vec<_>>();
+    json!({
+        "rows": values(&found.rows),
+        "ablation": values(&found.ablation),
+        "doorway": values(&found.doorway),
+        "overload": overload,
+    })
+}
+
+/// `tables.csv` and `tables.json`.
+pub(super) fn write(out: &Path, found: &Found, text: &Value) -> Result<()> {
+    WholeFile::write(out.join("tables.json"), |file| {
+        writeln!(file, "{text:#}")?;
+        Ok(())
+    })?;
+    let rows = found.rows.iter().chain(&found.ablation);
+    let rows = rows.chain(&found.doorway);
+    let path = out.join("tables.csv");
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let wrong = |e: csv::Error| Error::file(&path, e, "report this as a mistake of ours");
+    for (place, row) in rows.enumerate() {
+        let Value::Object(object) = value(row) else {
+            continue;
+        };
+        if place == 0 {
+            writer.write_record(object.keys()).map_err(wrong)?;
+        }
+        let text = object.values().map(|value| match value {
+            Value::String(text) => text.clone(),
+            Value::Null => String::new(),
+            other => other.to_string(),
+        });
+        writer.write_record(text).map_err(wrong)?;
+    }
+    let bytes = writer
+        .into_inner()
+        .map_err(|e| Error::file(&path, e, "report this as a mistake of ours"))?;
+    WholeFile::write(&path, |file| {
+        file.write_all(&bytes)?;
+        Ok(())
+    })
+}
+
+/// The rows on standard output.
+pub(super) fn print(rows: &[Row]) {
+    println!(
+        "{:<12} {:<13} {:<8} {:>3} {:>3} {:<22} {:>6} {:>7} {:>8}   paper: PESQ, SSIM, SI-SNR",
+        "platform", "scene", "listener", "n", "L", "predictor", "PESQ", "SSIM", "SI-SNR"
+    );
+    for row in rows {
+        let printed = table_five(row.platform, &row.scene, row.condition, row.sources);
+        println!(
+            "{:<12} {:<13} {:<8} {:>3} {:>3} {:<22} {:>6} {:>7.4} {:>8}   {}",
+            row.platform.name(),
+            row.scene,
+            row.condition.name(),
+            row.sources,
+            row.level,
+            if row.is_late {
+                row.predictor.clone()
+            } else {
+                format!("{}, at once", row.predictor)
+            },
+            row.pesq
+                .map_or("-".to_owned(), |s| format!("{:.3}", s.mean)),
+            row.ssim.mean,
+            capped_text(row.si_snr_db.mean),
+            printed.map_or(String::new(), |p| {
+                format!("{}, {}, {}", p.pesq, p.ssim, p.si_snr_db)
+            })
+        );
+    }
+}

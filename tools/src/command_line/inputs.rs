@@ -1,0 +1,227 @@
+//! What a command line names: scenes, materials, places, sounds.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use foresound::extrapolation::PredictorKind;
+use foresound::scene::io::obj::{ObjOptions, UpAxis, load_obj};
+use foresound::scene::layout::SceneLayout;
+use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
+use foresound::{Error, Result};
+use foresound_tools::clip::{Clip, load_clip};
+use foresound_tools::listener_path::parse_place;
+use glam::Vec3;
+
+/// How a mesh is to be read.
+#[derive(clap::Args, Clone, Default)]
+pub(crate) struct SceneArguments {
+    /// Materials by name (TOML), over the built-in table and the scene's own.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) materials: Option<PathBuf>,
+    /// Metres of one unit of the file.
+    #[arg(long, value_name = "FACTOR")]
+    pub(crate) scale: Option<f32>,
+    /// The file's upward axis: y or z.
+    #[arg(long, value_name = "AXIS")]
+    pub(crate) up: Option<String>,
+}
+
+/// A scene with everything that came with it.
+pub(crate) struct LoadedScene {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) layout: Option<SceneLayout>,
+    pub(crate) notes: Vec<String>,
+}
+
+/// Loads a scene by file, or a benchmark scene by name.
+pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<LoadedScene> {
+    let file = scene_file(named)?;
+    let up = match arguments.up.as_deref() {
+        None | Some("y" | "Y") => UpAxis::Y,
+        Some("z" | "Z") => UpAxis::Z,
+        Some(other) => {
+            return Err(Error::setting(
+                "--up",
+                format!("{other:?} is no axis"),
+                "give y or z",
+            ));
+        }
+    };
+    let options = ObjOptions {
+        scale: arguments.scale.unwrap_or(1.0),
+        up,
+        ..ObjOptions::default()
+    };
+    let object = load_obj(&file, &options)?;
+    if object.mesh.triangles.len() == 1 {
+        let advice = "export the whole model, with its faces";
+        return Err(Error::format(
+            &file,
+            None,
+            "one triangle is no scene",
+            advice,
+        ));
+    }
+    let mut notes = object.warnings;
+    let mut table = MaterialTable::built_in();
+    let beside = file.with_extension("toml");
+    let layout = if beside.is_file() {
+        let layout = SceneLayout::load(&beside)?;
+        table.extend(layout.materials.clone());
+        Some(layout)
+    } else {
+        None
+    };
+    if let Some(materials) = &arguments.materials {
+        table.extend(MaterialTable::load(materials)?);
+    }
+    let scene = Scene::commit(&object.mesh, &table, &SceneSettings::default())?;
+    let report = scene.report();
+    let dropped = report.dropped_non_finite + report.dropped_degenerate + report.dropped_duplicate;
+    if dropped > 0 {
+        notes.push(format!(
+            "{}: dropped {} triangles that are not finite, {} without area, {} that stand twice",
+            file.display(),
+            report.dropped_non_finite,
+            report.dropped_degenerate,
+            report.dropped_duplicate
+        ));
+    }
+    if !scene.defaulted_materials().is_empty() {
+        notes.push(format!(
+            "{}: no material is called {}; \"generic\" stands in: give a --materials file that names them",
+            file.display(),
+            listed(scene.defaulted_materials())
+        ));
+    }
+    Ok(LoadedScene {
+        scene: Arc::new(scene),
+        layout,
+        notes,
+    })
+}
+
+/// The first names of a list, without control characters.
+fn listed(names: &[String]) -> String {
+    const MOST: usize = 12;
+    let shown = names.iter().take(MOST);
+    let mut text = shown
+        .map(|name| name.escape_debug().to_string())
+        .collect::<Vec<_>>()
+        .join(", ");
+    if names.len() > MOST {
+        text.push_str(&format!(" and {} more", names.len() - MOST));
+    }
+    text
+}
+
+fn scene_file(named: &Path) -> Result<PathBuf> {
+    let name = named.to_string_lossy();
+    if procedural::NAMES.contains(&&*name) && !named.exists() {
+        return asset(&format!("scenes/{name}.obj"));
+    }
+    Ok(named.to_owned())
+}
+
+/// A file of the repository's `assets`: from the working folder, or else from where the program was built.
+pub(crate) fn asset(name: &str) -> Result<PathBuf> {
+    let here = Path::new("assets").join(name);
+    let built = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../assets")
+        .join(name);
+    [here.clone(), built]
+        .into_iter()
+        .find(|path| path.is_file())
+        .ok_or_else(|| {
+            Error::file(
+                here,
+                "not found",
+                "run from the repository's folder, or restore its assets",
+            )
+        })
+}
+
+/// A source and the sound that comes from it.
+pub(crate) struct SourceArgument {
+    pub(crate) place: SourcePlace,
+    pub(crate) file: PathBuf,
+}
+
+/// Where a sound comes from.
+pub(crate) enum SourcePlace {
+    /// A place in metres.
+    At(Vec3),
+    /// A source of the scene's layout, with all its settings.
+    Named(String),
+}
+
+/// `x,y,z=voice.wav` or `NAME=voice.wav`.
+pub(crate) fn parse_source(text: &str) -> Result<SourceArgument> {
+    let Some((place, file)) = text.split_once('=').filter(|(_, file)| !file.is_empty()) else {
+        let advice = "write x,y,z=voice.wav";
+        return Err(Error::setting(
+            "--source",
+            format!("{text:?} names no sound"),
+            advice,
+        ));
+    };
+    let starts_as_name = |text: &str| text.starts_with(|c: char| c.is_alphabetic() || c == '_');
+    let place = if starts_as_name(place) && !place.contains(',') {
+        SourcePlace::Named(place.to_owned())
+    } else {
+        SourcePlace::At(parse_place("--source", place)?)
+    };
+    Ok(SourceArgument {
+        place,
+        file: file.into(),
+    })
+}
+
+impl SourcePlace {
+    /// The source itself, under the handle of its slot.
+    pub(crate) fn pose(&self, slot: usize, layout: Option<&SceneLayout>) -> Result<SourcePose> {
+        let id = SourceId::new(slot as u16, 0);
+        let name = match self {
+            Self::At(position) => return Ok(SourcePose::at(id, *position)),
+            Self::Named(name) => name,
+        };
+        let sources = layout.map_or(&[][..], |layout| &layout.sources);
+        let found = sources.iter().find(|source| source.name == *name);
+        found.map(|source| source.pose(id)).ok_or_else(|| {
+            let known: Vec<_> = sources.iter().map(|source| source.name.as_str()).collect();
+            let advice = if known.is_empty() {
+                "give x,y,z, or name sources in a TOML file beside the scene".to_owned()
+            } else {
+                format!("give x,y,z or one of {}", known.join(", "))
+            };
+            Error::setting("--source", format!("no source is called {name:?}"), &advice)
+        })
+    }
+}
+
+/// A predictor by its name.
+pub(crate) fn predictor_named(name: &str) -> Result<PredictorKind> {
+    let found = PredictorKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == name);
+    found.ok_or_else(|| {
+        let known: Vec<_> = PredictorKind::ALL.iter().map(|kind| kind.name()).collect();
+        let problem = format!("{name:?} is no predictor");
+        let advice = format!("choose of: {}", known.join(", "));
+        Error::setting("--predictor", problem, &advice)
+    })
+}
+
+/// Loads a sound; what had to be changed goes to standard error.
+pub(crate) fn load_sound(file: &Path, rate_hz: u32) -> Result<Clip> {
+    let (clip, notes) = load_clip(file, rate_hz)?;
+    tell(&notes);
+    Ok(clip)
+}
+
+/// Notes on standard error, a line each.
+pub(crate) fn tell(notes: &[String]) {
+    for note in notes {
+        eprintln!("note: {note}");
+    }
+}

@@ -1,0 +1,225 @@
+//! `render`: a user's scene, sounds and listener into a binaural WAV.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use foresound::extrapolation::PredictorKind;
+use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::output::wav::WavSink;
+use foresound::propagation::PropagationSettings;
+use foresound::runtime::{Latency, OfflineSettings, Schedule};
+use foresound::{Error, Result};
+use foresound_tools::listener_path::ListenerPath;
+use serde_json::json;
+
+use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, predictor_named, tell};
+use crate::session::{MovingPart, Session, Sound, median};
+
+/// Seconds of tail after the last sound ends.
+const TAIL_S: f64 = 1.5;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// OBJ file, or the name of a benchmark scene.
+    #[arg(long, value_name = "FILE")]
+    scene: PathBuf,
+    #[command(flatten)]
+    intake: SceneArguments,
+    /// A sound and its place in metres, +y up, or a source's name in the scene's TOML file; may be given many times.
+    #[arg(
+        long = "source",
+        value_name = "x,y,z|NAME=voice.wav",
+        required = true,
+        allow_hyphen_values = true
+    )]
+    sources: Vec<String>,
+    /// The listener's place, or a CSV file with the columns t,x,y,z and, if wanted, yaw and pitch in degrees.
+    #[arg(long, value_name = "PATH.csv|x,y,z", allow_hyphen_values = true)]
+    listener: String,
+    /// A part that moves: an OBJ file in coordinates of its own, and where its origin is, as for the listener; may be
+    /// given many times.
+    #[arg(
+        long = "part",
+        value_name = "PART.obj=PATH.csv|x,y,z",
+        allow_hyphen_values = true
+    )]
+    parts: Vec<String>,
+    /// The WAV file to write: stereo, 32-bit float.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// synchronous or asynchronous.
+    #[arg(long, default_value = "asynchronous")]
+    schedule: String,
+    /// How paths continue between updates: hold, linear or best.
+    #[arg(long, default_value = "linear")]
+    predictor: String,
+    /// Extrapolation level L of the asynchronous schedule.
+    #[arg(long, default_value_t = 4)]
+    level: u32,
+    /// Use each result at once instead of L + 1 graphics frames later.
+    #[arg(long)]
+    no_latency: bool,
+    /// Sample rate: 44100 or 48000.
+    #[arg(long, default_value_t = 44_100, value_name = "HZ")]
+    rate: u32,
+    /// Graphics frames a second.
+    #[arg(long, default_value_t = 60.0, value_name = "HZ")]
+    graphics_rate: f64,
+    /// Length; else until the last sound or the listener's path ends.
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Repeat sounds that are shorter than the rendering.
+    #[arg(long = "loop")]
+    looped: bool,
+    /// Seed of the rays.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Arguments {
+    fn schedule(&self) -> Result<Schedule> {
+        let latency = if self.no_latency {
+            Latency::None
+        } else {
+            Latency::Modelled
+        };
+        match self.schedule.as_str() {
+            "synchronous" | "sync" => Ok(Schedule::Synchronous),
+            "asynchronous" | "async" => Ok(Schedule::Asynchronous {
+                level: self.level,
+                latency,
+            }),
+            other => Err(Error::setting(
+                "--schedule",
+                format!("{other:?} is no schedule"),
+                "give synchronous or asynchronous",
+            )),
+        }
+    }
+
+    fn predictor(&self) -> Result<PredictorKind> {
+        predictor_named(&self.predictor)
+    }
+
+    fn duration_s(&self, sounds: &[Sound], listener: &ListenerPath) -> Result<f64> {
+        let longest = sounds
+            .iter()
+            .map(|s| s.clip.duration_s() + TAIL_S)
+            .fold(0.0, f64::max);
+        let duration_s = self.seconds.or(listener.duration_s()).unwrap_or(longest);
+        if duration_s.is_finite() && duration_s > 0.0 && duration_s <= 36_000.0 {
+            return Ok(duration_s);
+        }
+        let problem = format!("{duration_s} s is no length");
+        Err(Error::setting(
+            "--seconds",
+            problem,
+            "give a number above 0 and up to 36000",
+        ))
+    }
+}
+
+/// `door.obj=door.csv`.
+fn load_part(text: &str, intake: &SceneArguments) -> Result<MovingPart> {
+    let Some((file, path)) = text.split_once('=') else {
+        let problem = format!("{text:?} has no place");
+        return Err(Error::setting("--part", problem, "write part.obj=path.csv"));
+    };
+    let path = ListenerPath::parse(path)?;
+    let loaded = load_scene(Path::new(file), intake)?;
+    tell(&loaded.notes);
+    Ok(MovingPart {
+        part: loaded.scene,
+        path,
+    })
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let schedule = arguments.schedule()?;
+    let predictor = arguments.predictor()?;
+    let sources: Vec<_> = arguments
+        .sources
+        .iter()
+        .map(|s| parse_source(s))
+        .collect::<Result<_>>()?;
+    let listener = ListenerPath::parse(&arguments.listener)?;
+    let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
+    let loaded = load_scene(&arguments.scene, &arguments.intake)?;
+    tell(&loaded.notes);
+    let parts: Vec<_> = arguments
+        .parts
+        .iter()
+        .map(|text| load_part(text, &arguments.intake))
+        .collect::<Result<_>>()?;
+    let mut sounds = Vec::with_capacity(sources.len());
+    for (slot, source) in sources.iter().enumerate() {
+        let pose = source.place.pose(slot, loaded.layout.as_ref())?;
+        let clip = load_sound(&source.file, arguments.rate)?;
+        sounds.push(Sound {
+            source: pose,
+            clip,
+            looped: arguments.looped,
+        });
+    }
+    let duration_s = arguments.duration_s(&sounds, &listener)?;
+    let settings = OfflineSettings {
+        graphics_rate_hz: arguments.graphics_rate,
+        block_frames: 1024,
+        schedule,
+        predictor,
+        propagation: PropagationSettings {
+            seed: arguments.seed,
+            ..PropagationSettings::default()
+        },
+        generation: GeneratorSettings {
+            rate_hz: arguments.rate,
+            max_sources: sounds.len(),
+            ..GeneratorSettings::default()
+        },
+    };
+    let session = Session {
+        what: "render",
+        scene: &loaded.scene,
+        hrtf: &hrtf,
+        parts: &parts,
+        sounds: &sounds,
+        listener: &listener,
+        duration_s,
+        settings,
+    };
+    let mut sink = WavSink::create(&arguments.out, arguments.rate, 2)?;
+    let rendered = session.render(&mut |block| sink.write(block))?;
+    sink.finish()?;
+    let report = &rendered.report;
+    let sps_ms: Vec<f64> = report
+        .propagation
+        .iter()
+        .map(|t| t.as_secs_f64() * 1e3)
+        .collect();
+    if arguments.json {
+        let value = json!({
+            "out": arguments.out,
+            "seconds": duration_s,
+            "updates": report.paths.len(),
+            "rays_per_update": median(&report.rays),
+            "paths_p50": median(&report.paths),
+            "level": schedule.level(),
+            "sps_ms_p50": median(&sps_ms),
+            "dropped_paths": report.dropped_paths,
+        });
+        println!("{value}");
+    } else {
+        println!(
+            "{}: {duration_s:.2} s, {} sources, {} paths, {} rays and {:.2} ms an update",
+            arguments.out.display(),
+            sounds.len(),
+            median(&report.paths),
+            median(&report.rays),
+            median(&sps_ms)
+        );
+    }
+    Ok(())
+}

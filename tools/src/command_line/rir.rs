@@ -1,0 +1,155 @@
+//! `rir`: an impulse response and what it says of the room.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use foresound::acoustics::bands::CENTRES_HZ;
+use foresound::extrapolation::PredictorKind;
+use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::output::wav::WavSink;
+use foresound::propagation::PropagationSettings;
+use foresound::runtime::{OfflineSettings, Schedule};
+use foresound::scene::{SourceId, SourcePose};
+use foresound::{Error, Result};
+use foresound_tools::clip::Clip;
+use foresound_tools::listener_path::{ListenerPath, parse_place};
+use foresound_tools::room_parameters::{BandParameters, room_parameters};
+use serde_json::json;
+
+use crate::inputs::{SceneArguments, load_scene, tell};
+use crate::session::{Session, Sound};
+
+/// Graphics frames, and updates, a second of the standing listener: nothing moves, so more of them decide nothing.
+const GRAPHICS_RATE_HZ: f64 = 10.0;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// OBJ file, or the name of a benchmark scene.
+    #[arg(long, value_name = "FILE|NAME")]
+    scene: PathBuf,
+    #[command(flatten)]
+    intake: SceneArguments,
+    /// The source's place in metres.
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    source: String,
+    /// The listener's place in metres.
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    listener: String,
+    /// The WAV file to write, 32-bit float.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Two ears (looking along −z) instead of one omnidirectional channel.
+    #[arg(long)]
+    binaural: bool,
+    /// Sample rate: 44100 or 48000.
+    #[arg(long, default_value_t = 48_000, value_name = "HZ")]
+    rate: u32,
+    /// Length.
+    #[arg(long, default_value_t = 3.0)]
+    seconds: f64,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let position = parse_place("--source", &arguments.source)?;
+    let listener = ListenerPath::Standing(parse_place("--listener", &arguments.listener)?);
+    if !(0.1..=60.0).contains(&arguments.seconds) {
+        let problem = format!("{} s is no length", arguments.seconds);
+        return Err(Error::setting("--seconds", problem, "give 0.1 to 60"));
+    }
+    let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
+    let loaded = load_scene(&arguments.scene, &arguments.intake)?;
+    tell(&loaded.notes);
+    let channels = if arguments.binaural { 2 } else { 1 };
+    let mut sink = WavSink::create(&arguments.out, arguments.rate, channels)?;
+    let settings = OfflineSettings {
+        graphics_rate_hz: GRAPHICS_RATE_HZ,
+        block_frames: 1024,
+        schedule: Schedule::Synchronous,
+        predictor: PredictorKind::Hold,
+        propagation: PropagationSettings::default(),
+        generation: GeneratorSettings {
+            rate_hz: arguments.rate,
+            max_sources: 1,
+            limiter: false,
+            ..GeneratorSettings::default()
+        },
+    };
+    // The first graphics frame fades paths in, so the impulse waits for the second.
+    let lead = (f64::from(arguments.rate) / GRAPHICS_RATE_HZ).round() as usize;
+    let mut samples = vec![0.0; lead + 1];
+    samples[lead] = 1.0;
+    let sounds = [Sound {
+        source: SourcePose::at(SourceId::new(0, 0), position),
+        clip: Clip {
+            rate_hz: arguments.rate,
+            samples,
+        },
+        looped: false,
+    }];
+    let response = |hrtf: &Arc<Hrtf>| -> Result<Vec<f32>> {
+        let session = Session {
+            what: "impulse response",
+            scene: &loaded.scene,
+            hrtf,
+            parts: &[],
+            sounds: &sounds,
+            listener: &listener,
+            duration_s: arguments.seconds + 1.0 / GRAPHICS_RATE_HZ,
+            settings: settings.clone(),
+        };
+        let mut output = Vec::new();
+        session.render(&mut |block| {
+            output.extend_from_slice(block);
+            Ok(())
+        })?;
+        output.drain(..2 * lead);
+        Ok(output)
+    };
+    let mono: Vec<f32> = response(&omni)?.iter().step_by(2).copied().collect();
+    if arguments.binaural {
+        sink.write(&response(&Arc::new(Hrtf::builtin(arguments.rate)?))?)?;
+    } else {
+        sink.write(&mono)?;
+    }
+    sink.finish()?;
+    print_parameters(arguments, &room_parameters(&mono, arguments.rate));
+    Ok(())
+}
+
+fn print_parameters(arguments: &Arguments, bands: &[BandParameters]) {
+    if arguments.json {
+        let column = |value: fn(&BandParameters) -> Option<f64>| -> Vec<_> {
+            bands.iter().map(value).collect()
+        };
+        let value = json!({
+            "out": arguments.out,
+            "bands_hz": CENTRES_HZ,
+            "t60_s": column(|b| b.t60_s),
+            "edt_s": column(|b| b.edt_s),
+            "c50_db": column(|b| b.c50_db),
+            "c80_db": column(|b| b.c80_db),
+            "d50": column(|b| b.d50),
+        });
+        println!("{value}");
+        return;
+    }
+    println!("{}", arguments.out.display());
+    println!(
+        "  {:>8} {:>7} {:>7} {:>8} {:>8} {:>6}",
+        "band Hz", "T60 s", "EDT s", "C50 dB", "C80 dB", "D50"
+    );
+    let cell = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2}"));
+    for (band, centre) in bands.iter().zip(CENTRES_HZ) {
+        println!(
+            "  {centre:>8.0} {:>7} {:>7} {:>8} {:>8} {:>6}",
+            cell(band.t60_s),
+            cell(band.edt_s),
+            cell(band.c50_db),
+            cell(band.c80_db),
+            cell(band.d50)
+        );
+    }
+}

@@ -1,0 +1,371 @@
+//! `soak`: the engine in real time into a null device, while everything about it changes at random.
+
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{self, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use foresound::generation::GeneratorSettings;
+use foresound::propagation::rays::directions::{mix, unit};
+use foresound::runtime::engine::Percentiles;
+use foresound::runtime::{
+    Budget, Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
+    thread_processor_time,
+};
+use foresound::{Error, Result};
+use foresound_tools::clicks::{ClickDetector, smooth_loop};
+use serde_json::{Value, json};
+
+use crate::counting;
+use crate::inputs::{SceneArguments, load_scene, predictor_named};
+use crate::memory_use::Memory;
+use crate::processor_shares::ProcessorShares;
+use crate::restless::{Change, Restless};
+use crate::traces::write_trace;
+
+/// The app's graphics frame.
+const GRAPHICS_FRAME: Duration = Duration::from_micros(16_667);
+/// Seconds until memory has settled: every scene, source and ring has been used once.
+const SETTLED_S: f64 = 60.0;
+/// Slots of the generator: more sources than that share them.
+const SLOTS: usize = 16;
+/// Scenes that are swapped.
+const SCENES: [&str; 2] = ["concert_hall", "doorway"];
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Length in minutes.
+    #[arg(long, default_value_t = 1.0)]
+    minutes: f64,
+    /// Most sources at a time, 1 to 256; beyond sixteen they share slots.
+    #[arg(long, default_value_t = 16)]
+    sources: usize,
+    /// Threads that compete for the cores.
+    #[arg(long, default_value_t = 0)]
+    load_threads: usize,
+    /// Audio frames a block.
+    #[arg(long, default_value_t = 256)]
+    block: usize,
+    /// Longest propagation update in milliseconds, kept by giving up detail.
+    #[arg(long, value_name = "MS")]
+    update_ms: Option<f64>,
+    /// Share of a core that propagation and sound may take.
+    #[arg(long, value_name = "SHARE")]
+    core_share: Option<f64>,
+    /// Play a smooth sound and listen for clicks and direct current in what comes out.
+    #[arg(long)]
+    detect: bool,
+    /// What changes besides places; everything if nothing is named.
+    #[arg(long, value_delimiter = ',')]
+    changes: Vec<Change>,
+    /// How paths go on between updates, until that changes.
+    #[arg(long, default_value = "linear", value_name = "NAME")]
+    predictor: String,
+    /// Write what every thread did when, for Perfetto.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Threads that do nothing as hard as they can.
+struct Load {
+    stop: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Load {
+    fn start(threads: usize) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let spin = |stop: Arc<AtomicBool>| {
+            thread::spawn(move || {
+                let mut value = 1u64;
+                while !stop.load(Ordering::Relaxed) {
+                    value = black_box(mix(value));
+                }
+            })
+        };
+        let threads = (0..threads).map(|_| spin(Arc::clone(&stop))).collect();
+        Self { stop, threads }
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            let _ended = thread.join();
+        }
+    }
+}
+
+/// Listens on the device's thread, and tells what it heard when the device is stopped.
+struct Ear {
+    detector: ClickDetector,
+    to: Sender<ClickDetector>,
+}
+
+impl Drop for Ear {
+    fn drop(&mut self) {
+        let _nobody_asks = self.to.send(self.detector.clone());
+    }
+}
+
+/// Runs in real time; gives memory since it had settled.
+#[expect(clippy::disallowed_methods, reason = "a soak runs by the clock")]
+fn keep_going(
+    restless: &mut Restless,
+    seconds: f64,
+    mut log: Option<&mut TraceLog>,
+) -> Result<Memory> {
+    let began = Instant::now();
+    let mut memory = Memory::default();
+    let mut due = began;
+    let settled_s = SETTLED_S.min(seconds / 4.0);
+    let mut next_s = settled_s;
+    while began.elapsed().as_secs_f64() < seconds {
+        let time_s = began.elapsed().as_secs_f64();
+        restless.frame(time_s)?;
+        if let Some(log) = &mut log {
+            restless.controller.collect_spans(log);
+        }
+        if time_s > next_s {
+            memory.sample(time_s);
+            next_s += 1.0;
+        }
+        due += GRAPHICS_FRAME;
+        let rest = due.saturating_duration_since(Instant::now());
+        if rest.is_zero() {
+            due = Instant::now();
+        }
+        thread::sleep(rest);
+    }
+    Ok(memory)
+}
+
+fn device(
+    mut renderer: Renderer,
+    settings: &EngineSettings,
+    operations: &Arc<AtomicU64>,
+    shares: &Arc<ProcessorShares>,
+    mut ear: Option<Ear>,
+) -> Result<NullDevice> {
+    let (counted, shares) = (Arc::clone(operations), Arc::clone(shares));
+    let rate_hz = settings.generation.rate_hz;
+    let mut placed = false;
+    NullDevice::start(
+        rate_hz,
+        settings.block_frames,
+        settings.affinity,
+        move |block| {
+            if !placed {
+                renderer.place_thread();
+                placed = true;
+            }
+            let (before, worked) = (counting::operations(), thread_processor_time());
+            renderer.render(block);
+            if let (Some(before), Some(after)) = (worked, thread_processor_time()) {
+                shares.record(after.saturating_sub(before));
+            }
+            counted.fetch_add(counting::operations() - before, Ordering::Relaxed);
+            if let Some(ear) = &mut ear {
+                ear.detector.push(block);
+            }
+        },
+    )
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if !(0.01..=10_000.0).contains(&arguments.minutes) {
+        let problem = format!("{} is no length", arguments.minutes);
+        return Err(Error::setting("--minutes", problem, "give 0.01 to 10000"));
+    }
+    let settings = EngineSettings {
+        generation: GeneratorSettings {
+            max_sources: arguments.sources.min(SLOTS),
+            ..EngineSettings::default().generation
+        },
+        most_sources: Some(arguments.sources),
+        budget: Budget {
+            update_s: arguments.update_ms.map(|ms| 1e-3 * ms),
+            core_share: arguments.core_share,
+            ..Budget::default()
+        },
+        trace_spans: if arguments.trace.is_some() {
+            1 << 14
+        } else {
+            0
+        },
+        block_frames: arguments.block,
+        predictor: predictor_named(&arguments.predictor)?,
+        ..EngineSettings::default()
+    };
+    let (controller, renderer) = Engine::new(settings.clone())?;
+    let scenes = SCENES
+        .iter()
+        .map(|name| load_scene(Path::new(name), &SceneArguments::default()))
+        .collect::<Result<Vec<_>>>()?;
+    let rate_hz = settings.generation.rate_hz;
+    let clip: Arc<[f32]> = if arguments.detect {
+        smooth_loop(rate_hz).into()
+    } else {
+        (0..44_100).map(|n| 0.2 * unit(mix(n)) - 0.1).collect()
+    };
+    let mut restless = Restless {
+        controller,
+        clip,
+        here: Vec::new(),
+        most: arguments.sources,
+        changes: match arguments.changes.as_slice() {
+            [] => Change::value_variants().to_vec(),
+            some => some.to_vec(),
+        },
+        scene: 0,
+        swaps: 0,
+        added: 0,
+        state: 1,
+        scenes,
+    };
+    let first = Arc::clone(&restless.scenes[0].scene);
+    restless.controller.set_scene(first)?;
+    let operations = Arc::new(AtomicU64::new(0));
+    let load = Load::start(arguments.load_threads);
+    let period_s = arguments.block as f64 / f64::from(rate_hz);
+    let shares = Arc::new(ProcessorShares::new(period_s));
+    let (to, listened) = mpsc::channel();
+    let detector = ClickDetector::new(rate_hz);
+    let ear = arguments.detect.then_some(Ear { detector, to });
+    let device = device(renderer, &settings, &operations, &shares, ear)?;
+    let mut log = TraceLog::default();
+    let traced = arguments.trace.is_some().then_some(&mut log);
+    let memory = keep_going(&mut restless, 60.0 * arguments.minutes, traced)?;
+    let heard = device.stop();
+    drop(load);
+    let statistics = restless.controller.statistics();
+    let operations = operations.load(Ordering::Relaxed);
+    tell(
+        arguments,
+        &restless,
+        &heard,
+        &statistics,
+        (operations, &shares),
+        &memory,
+        listened.try_recv().ok(),
+    );
+    match &arguments.trace {
+        Some(file) => write_trace(file, &log),
+        None => Ok(()),
+    }
+}
+
+fn tell(
+    arguments: &Arguments,
+    restless: &Restless,
+    heard: &NullDeviceReport,
+    statistics: &Statistics,
+    (operations, shares): (u64, &ProcessorShares),
+    memory: &Memory,
+    listened: Option<ClickDetector>,
+) {
+    let generation = &restless.controller.settings().generation;
+    let period_s = arguments.block as f64 / f64::from(generation.rate_hz);
+    let share = |time_s: f64| time_s / period_s;
+    let block = &statistics.block;
+    let (rss_mb, live_mb) = (memory.most(1), memory.most(2));
+    let microseconds = |times: &Percentiles| json!({"p50": 1e6 * times.p50_s, "p95": 1e6 * times.p95_s, "p999": 1e6 * times.p999_s});
+    let milliseconds = |time_s: f64| 1e3 * time_s;
+    let mut result = json!({
+        "blocks": heard.blocks,
+        "missed": heard.missed,
+        "p50_share": share(block.p50_s),
+        "p999_share": share(block.p999_s),
+        "worst_share": share(block.worst_s),
+        "processor_p50_share": shares.percentile(0.5),
+        "processor_p999_share": shares.percentile(0.999),
+        "processor_worst_share": shares.percentile(1.0),
+        "allocations": operations,
+        "swaps": restless.swaps,
+        "sources_added": restless.added,
+        "rss_mb_start": rss_mb[0],
+        "rss_mb_end": rss_mb[1],
+        "rss_mb_a_minute": memory.growth(1),
+        "live_mb_start": live_mb[0],
+        "live_mb_end": live_mb[1],
+        "live_mb_a_minute": memory.growth(2),
+        "updates": statistics.updates,
+        "paths": statistics.paths,
+        "level": statistics.level,
+        "sps_ms": {
+            "p50": milliseconds(statistics.propagation.p50_s),
+            "p95": milliseconds(statistics.propagation.p95_s),
+        },
+        "direct_us": microseconds(&statistics.direct),
+        "eps_us": microseconds(&statistics.extrapolation),
+        "sgs_us": microseconds(&statistics.generation),
+        "tier": statistics.tier.0,
+        "unheard_sources": statistics.unheard_sources,
+        "starved_samples": statistics.starved_samples,
+        "graphics_frame_ms": milliseconds(statistics.graphics_frame_s),
+        "dropped_paths": statistics.dropped_paths,
+        "cores": format!("{:#b}", heard.placement.cores),
+        "pinned": heard.placement.pinned,
+        "realtime_priority": heard.placement.realtime_priority,
+        "nice": heard.placement.nice,
+    });
+    if let (Some(detector), Value::Object(keys)) = (&listened, &mut result) {
+        let found = [
+            ("clicks", json!(detector.clicks())),
+            ("first_click_s", json!(detector.first_click_s())),
+            ("worst_step", json!(detector.worst())),
+            ("dc", json!(detector.dc())),
+            ("dc_worst_second", json!(detector.worst_second())),
+            ("peak", json!(detector.peak())),
+        ];
+        keys.extend(found.map(|(key, value)| (key.to_owned(), value)));
+    }
+    if arguments.json {
+        println!("{result}");
+        return;
+    }
+    println!(
+        "{} blocks, {} missed; a block took {:.1} % of its period at the median, {:.1} % at p99.9, {:.1} % at worst",
+        heard.blocks,
+        heard.missed,
+        100.0 * share(block.p50_s),
+        100.0 * share(block.p999_s),
+        100.0 * share(block.worst_s),
+    );
+    if let (Some(p50), Some(p999), Some(worst)) = (
+        shares.percentile(0.5),
+        shares.percentile(0.999),
+        shares.percentile(1.0),
+    ) {
+        println!(
+            "of its own processor time, without what the machine did besides: {:.1} %, {:.1} %, {:.1} %",
+            100.0 * p50,
+            100.0 * p999,
+            100.0 * worst,
+        );
+    }
+    println!(
+        "{operations} allocations and frees on the audio side; {} scene swaps, {} sources added; {:.1} MB at most, then {:.1} MB ({:+.2} MB a minute)",
+        restless.swaps,
+        restless.added,
+        rss_mb[0],
+        rss_mb[1],
+        memory.growth(1),
+    );
+    if let Some(detector) = listened {
+        println!(
+            "{} clicks, {:.1e} of direct current, peak {:.2}",
+            detector.clicks(),
+            detector.dc(),
+            detector.peak(),
+        );
+    }
+}

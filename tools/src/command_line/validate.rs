@@ -1,0 +1,80 @@
+//! `validate`: every law with its figure and bound.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use foresound::{Error, Result};
+use foresound_tools::edge_figure::draw_edge_figure;
+use foresound_tools::validate::{late_figures, law_names, measure};
+use serde_json::json;
+
+use crate::progress::Progress;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Only this law.
+    #[arg(long)]
+    law: Option<String>,
+    /// Also write pictures of the laws into this folder.
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Success if all laws hold, 1 if one does not.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let laws = match &arguments.law {
+        Some(law) => vec![law.as_str()],
+        None => law_names(),
+    };
+    let mut rows = Vec::new();
+    let mut progress = Progress::new("validate", laws.len() as u64);
+    for law in laws {
+        rows.extend(measure(law)?);
+        progress.step();
+    }
+    drop(progress);
+    if let Some(folder) = &arguments.figures {
+        write_figures(folder)?;
+    }
+    if arguments.json {
+        let rows: Vec<_> = rows
+            .iter()
+            .map(|row| {
+                json!({"law": row.law, "figure": row.figure, "bound": row.bound, "unit": row.unit, "pass": row.pass})
+            })
+            .collect();
+        println!("{}", json!({ "rows": rows }));
+    } else {
+        for row in &rows {
+            let mark = if row.pass { "ok  " } else { "FAIL" };
+            println!(
+                "{mark} {}: {:.4e} {} (bound {:.4e})",
+                row.law, row.figure, row.unit, row.bound
+            );
+        }
+    }
+    let all = rows.iter().all(|row| row.pass);
+    Ok(if all {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+/// Writes the pictures of all laws that have some, and says where.
+fn write_figures(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Error::file(folder, error, "choose a folder that can be written"))?;
+    let mut files = Vec::new();
+    files.extend(late_figures::write(folder)?);
+    let edge = folder.join("edge.png");
+    draw_edge_figure()?.save_png(&edge)?;
+    files.push(edge);
+    for file in files {
+        eprintln!("{}", file.display());
+    }
+    Ok(())
+}

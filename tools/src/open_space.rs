@@ -1,0 +1,323 @@
+//! Places in a mesh that came without any: a walk for the listener and places for sources, in open space above floors.
+//!
+//! Own work. Looks down through the mesh on a grid, keeps what is floor with head room, walks the longest free straight
+//! line through the middle of it, and spreads sources over what can be reached from there. The same mesh gives the same places.
+
+use glam::{Vec2, Vec3};
+
+use foresound::geometry::Ray;
+use foresound::geometry::bvh::NO_GROUP;
+use foresound::scene::Scene;
+use foresound::scene::layout::Walk;
+use foresound::{Error, Result};
+
+/// Grid squares along the longer side of the floor plan.
+const SQUARES: f32 = 40.0;
+/// Height of ears and mouths above the floor, in metres.
+const HEAD_M: f32 = 1.6;
+/// Least clear height above a floor, in metres.
+const HEADROOM_M: f32 = 1.9;
+/// Least distance from whatever is beside a head, in metres.
+const CLEARANCE_M: f32 = 0.35;
+/// Shortest and longest walk, in metres.
+const WALK_M: [f32; 2] = [1.5, 10.0];
+/// Largest step up or down between neighbouring squares, in metres.
+const STEP_M: f32 = 0.5;
+/// Least distance of sources from each other and from the walk, in metres.
+const APART_M: f32 = 1.0;
+/// Farthest that a source stands from the walk's middle, in metres.
+const FAR_M: f32 = 30.0;
+/// Floors looked for below each other.
+const STOREYS: usize = 8;
+/// Walking speed in m/s.
+const SPEED_M_S: f64 = 1.4;
+
+/// What fits into a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenSpace {
+    /// The listener's walk.
+    pub walk: Walk,
+    /// Places for sources, those that are best spread first.
+    pub sources: Vec<Vec3>,
+}
+
+/// A place at ear height above a floor.
+#[derive(Debug, Clone, Copy)]
+struct Spot {
+    square: [i32; 2],
+    at: Vec3,
+}
+
+/// Finds a walk and up to `most_sources` places.
+///
+/// # Errors
+/// [`Error::Setting`] if no floor has room for a walk: the advice says how to give places by hand.
+pub fn open_space(scene: &Scene, most_sources: usize) -> Result<OpenSpace> {
+    let none = || {
+        Error::setting(
+            "scene",
+            "no floor with room to walk 1.5 m and 1.9 m of head room was found",
+            "check --scale and --up, or put a TOML file with sources and a listener beside the mesh",
+        )
+    };
+    let spots = spots(scene);
+    let walk = longest_walk(scene, &spots).ok_or_else(none)?;
+    let reached = reached(scene, &spots, walk.standing);
+    let sources = spread(&reached, &walk, most_sources);
+    if sources.is_empty() {
+        return Err(none());
+    }
+    Ok(OpenSpace { walk, sources })
+}
+
+fn hits(scene: &Scene, from: Vec3, to: Vec3) -> bool {
+    let local = |p: Vec3| scene.to_local(p).as_vec3();
+    let ray = Ray::between(local(from), local(to));
+    scene.bvh().any_hit(&ray, [NO_GROUP; 2])
+}
+
+/// How far it is from a place to the first surface along a way; the way's length if there is none.
+pub fn clear_m(scene: &Scene, from: Vec3, way: Vec3) -> f32 {
+    let local = |p: Vec3| scene.to_local(p).as_vec3();
+    let ray = Ray::between(local(from), local(from + way));
+    let hit = scene.bvh().closest_hit(&ray, [NO_GROUP; 2]);
+    way.length() * hit.map_or(1.0, |hit| hit.t)
+}
+
+fn bounds(scene: &Scene) -> [Vec3; 2] {
+    let corners = scene.triangles().flatten();
+    corners.fold([Vec3::MAX, Vec3::MIN], |[low, high], corner| {
+        [low.min(corner), high.max(corner)]
+    })
+}
+
+/// Whether nothing is nearer than [`CLEARANCE_M`] in eight horizontal directions.
+fn is_clear(scene: &Scene, at: Vec3) -> bool {
+    (0..8).all(|k| {
+        let (sine, cosine) = (std::f32::consts::TAU * k as f32 / 8.0).sin_cos();
+        !hits(scene, at, at + CLEARANCE_M * Vec3::new(cosine, 0.0, sine))
+    })
+}
+
+/// Heights of the surfaces below each other at a place of the floor plan, the highest first, without a roof: the highest
+/// does not count where a room can be below it.
+fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
+    let mut floors = Vec::new();
+    let mut top = high + 1.0;
+    while floors.len() < STOREYS {
+        let way = Vec3::NEG_Y * (top - low + 1.0);
+        let depth = clear_m(scene, Vec3::new(x, top, z), way);
+        if depth >= way.length() {
+            break;
+        }
+        floors.push(top - depth);
+        top -= depth + 0.02;
+    }
+    let is_roof = |highest: f32| floors.iter().any(|floor| highest - floor >= HEADROOM_M);
+    if floors.first().is_some_and(|highest| is_roof(*highest)) {
+        floors.remove(0);
+    }
+    floors
+}
+
+/// Places with a floor below and head room above, in the grid's order.
+fn spots(scene: &Scene) -> Vec<Spot> {
+    let [low, high] = bounds(scene);
+    let extent = high - low;
+    let pitch = (extent.x.max(extent.z) / SQUARES).max(0.1);
+    let count = |length: f32| (length / pitch).ceil().max(1.0) as i32;
+    let mut spots = Vec::new();
+    for x in 0..count(extent.x) {
+        for z in 0..count(extent.z) {
+            // Off the squares' middles by parts that no mesh shares, so that rays miss its edges.
+            let at = low + pitch * Vec3::new(x as f32 + 0.4871, 0.0, z as f32 + 0.5127);
+            for floor in floors(scene, at.x, at.z, [low.y, high.y]) {
+                let ground = Vec3::new(at.x, floor + 0.05, at.z);
+                let head = Vec3::new(at.x, floor + HEAD_M, at.z);
+                let has_room = !hits(scene, ground, ground + Vec3::Y * (HEADROOM_M - 0.05));
+                if has_room && is_clear(scene, head) {
+                    spots.push(Spot {
+                        square: [x, z],
+                        at: head,
+                    });
+                }
+            }
+        }
+    }
+    spots
+}
+
+/// Whether one can walk straight from a place to another: nothing between, a floor below all the way.
+fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
+    if hits(scene, from, to) {
+        return false;
+    }
+    let steps = (from.distance(to) / 0.5).ceil().max(1.0);
+    (0..=steps as u32).all(|k| {
+        let at = from.lerp(to, k as f32 / steps);
+        let depth = clear_m(scene, at, Vec3::NEG_Y * (HEAD_M + STEP_M));
+        (HEAD_M - STEP_M..HEAD_M + STEP_M).contains(&depth) && is_clear(scene, at)
+    })
+}
+
+/// The longest free way to both sides of a spot, of all spots; of equals the one nearest to the spots' middle.
+fn longest_walk(scene: &Scene, spots: &[Spot]) -> Option<Walk> {
+    let middle = spots.iter().map(|s| s.at).sum::<Vec3>() / spots.len().max(1) as f32;
+    let mut best: Option<(f32, Walk)> = None;
+    // At most some two hundred spots are tried, evenly over the list: a large yard has thousands alike.
+    for spot in spots.iter().step_by(spots.len().div_ceil(200).max(1)) {
+        for k in 0..4 {
+            let (sine, cosine) = (std::f32::consts::PI * k as f32 / 4.0).sin_cos();
+            let way = Vec3::new(cosine, 0.0, sine);
+            let room = |way: Vec3| {
+                let room = clear_m(scene, spot.at, way * (0.5 * WALK_M[1] + CLEARANCE_M));
+                (room - CLEARANCE_M).max(0.0)
+            };
+            let [mut ahead, mut behind] = [room(way), room(-way)];
+            while ahead > 0.0 && !can_walk(scene, spot.at, spot.at + way * ahead) {
+                ahead -= 0.5;
+            }
+            while behind > 0.0 && !can_walk(scene, spot.at, spot.at - way * behind) {
+                behind -= 0.5;
+            }
+            let (from, to) = (
+                spot.at - way * behind.max(0.0),
+                spot.at + way * ahead.max(0.0),
+            );
+            let length = from.distance(to);
+            if length < WALK_M[0] {
+                continue;
+            }
+            let score = length - 0.05 * (0.5 * (from + to)).distance(middle);
+            if best.as_ref().is_none_or(|(other, _)| score > *other) {
+                let walk = Walk {
+                    from,
+                    to,
+                    speed_m_s: SPEED_M_S,
+                    standing: from.midpoint(to),
+                };
+                best = Some((score, walk));
+            }
+        }
+    }
+    best.map(|(_, walk)| walk)
+}
+
+/// Spots that can be reached from a place over neighbouring squares, through doors too.
+fn reached(scene: &Scene, spots: &[Spot], start: Vec3) -> Vec<Vec3> {
+    let near = |a: &Spot, b: &Spot| {
+        let apart = [0, 1].map(|i| (a.square[i] - b.square[i]).abs());
+        apart[0] <= 1 && apart[1] <= 1 && (a.at.y - b.at.y).abs() <= STEP_M
+    };
+    let nearest = (0..spots.len())
+        .filter(|&i| !hits(scene, start, spots[i].at))
+        .min_by(|&a, &b| {
+            let far = |i: usize| spots[i].at.distance_squared(start);
+            far(a).total_cmp(&far(b))
+        });
+    let mut is_reached = vec![false; spots.len()];
+    let mut waiting: Vec<usize> = nearest.into_iter().collect();
+    for &first in &waiting {
+        is_reached[first] = true;
+    }
+    while let Some(here) = waiting.pop() {
+        for there in 0..spots.len() {
+            if !is_reached[there]
+                && near(&spots[here], &spots[there])
+                && !hits(scene, spots[here].at, spots[there].at)
+            {
+                is_reached[there] = true;
+                waiting.push(there);
+            }
+        }
+    }
+    let kept = spots.iter().zip(is_reached);
+    kept.filter_map(|(spot, kept)| kept.then_some(spot.at))
+        .collect()
+}
+
+/// One after the other the place that is farthest from those already taken, and from the walk; the first one at the middle
+/// distance, so that one source alone is neither at the ear nor at the end of the world.
+fn spread(places: &[Vec3], walk: &Walk, most: usize) -> Vec<Vec3> {
+    let from_walk = |p: Vec3| {
+        let (from, to) = (walk.from, walk.to);
+        let along = ((p - from).dot(to - from) / from.distance_squared(to)).clamp(0.0, 1.0);
+        p.distance(from.lerp(to, along))
+    };
+    let is_near = |p: &&Vec3| {
+        let flat = |v: Vec3| Vec2::new(v.x, v.z);
+        from_walk(**p) >= APART_M && flat(**p).distance(flat(walk.standing)) <= FAR_M
+    };
+    let mut places: Vec<Vec3> = places.iter().filter(is_near).copied().collect();
+    places.sort_by(|a, b| from_walk(*a).total_cmp(&from_walk(*b)));
+    let mut taken: Vec<Vec3> = places.get(places.len() / 2).copied().into_iter().collect();
+    while taken.len() < most {
+        let room = |p: &Vec3| {
+            let others = taken.iter().map(|other| other.distance(*p));
+            others.fold(2.0 * from_walk(*p), f32::min)
+        };
+        let Some(next) = places.iter().max_by(|a, b| room(a).total_cmp(&room(b))) else {
+            break;
+        };
+        if room(next) < APART_M {
+            break;
+        }
+        taken.push(*next);
+    }
+    taken
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use foresound::scene::{MaterialTable, SceneSettings, procedural};
+
+    fn scene_of(mesh: &foresound::scene::TriangleMesh) -> Scene {
+        Scene::commit(mesh, &MaterialTable::built_in(), &SceneSettings::default()).unwrap()
+    }
+
+    #[test]
+    fn a_room_is_walked_along_and_its_sources_stand_apart() {
+        let size = Vec3::new(9.0, 3.0, 6.0);
+        let scene = scene_of(&procedural::shoebox(size, "concrete"));
+        let found = open_space(&scene, 16).unwrap();
+        let walk = found.walk;
+        assert!(walk.from.distance(walk.to) > 6.0, "{walk:?}");
+        assert_eq!(found.sources.len(), 16);
+        let places = found.sources.iter().chain([&walk.from, &walk.to]);
+        for place in places {
+            assert!((place.y - HEAD_M).abs() < 0.01, "{place}");
+            let inside = place.cmpgt(Vec3::splat(0.3)) & place.cmplt(size - 0.3);
+            assert!(inside.all(), "{place}");
+        }
+        for (i, one) in found.sources.iter().enumerate() {
+            for other in &found.sources[..i] {
+                assert!(one.distance(*other) >= APART_M, "{one} {other}");
+            }
+        }
+        assert_eq!(open_space(&scene, 16).unwrap(), found);
+    }
+
+    #[test]
+    fn every_benchmark_scene_has_open_space() {
+        for name in procedural::NAMES {
+            let benchmark = procedural::by_name(name).unwrap();
+            let scene = scene_of(&benchmark.mesh);
+            let found = open_space(&scene, 16).unwrap();
+            let walk = found.walk;
+            assert!(walk.from.distance(walk.to) >= WALK_M[0], "{name}: {walk:?}");
+            assert_eq!(found.sources.len(), 16, "{name}");
+            assert!(!hits(&scene, walk.from, walk.to), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_box_too_low_to_stand_in_is_refused_with_advice() {
+        let mesh = procedural::shoebox(Vec3::new(9.0, 1.0, 6.0), "concrete");
+        // Its lid is a floor too, under the open sky; half a metre across it is too narrow to walk on.
+        let narrow = procedural::shoebox(Vec3::new(0.9, 1.0, 0.5), "concrete");
+        assert!(open_space(&scene_of(&mesh), 4).is_ok());
+        let text = open_space(&scene_of(&narrow), 4).unwrap_err().to_string();
+        assert!(text.contains("TOML"), "{text}");
+    }
+}

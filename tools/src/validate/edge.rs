@@ -1,0 +1,152 @@
+//! Law *edge*: sound behind edges against an exact solution, a measured chart and itself.
+
+#[path = "../../../tests/reference/wedge.rs"]
+#[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
+pub(crate) mod oracle;
+
+use std::f64::consts::PI;
+
+use super::Row;
+use foresound::acoustics::BANDS;
+use foresound::acoustics::bands::CENTRES_HZ;
+use foresound::error::Result;
+use foresound::propagation::diffraction::complex::Complex;
+use foresound::propagation::diffraction::utd::{Spread, WedgeAngles};
+
+/// Speed of sound in m/s of the kernel's cases; any other would do.
+const SPEED_M_S: f64 = 343.4;
+
+/// All figures of the law.
+pub(super) fn rows() -> Result<Vec<Row>> {
+    let mut rows = kernel_rows();
+    rows.extend(chart_rows());
+    rows.extend(super::edge_scene::rows()?);
+    Ok(rows)
+}
+
+/// Total field by the kernel, geometrical parts added, for a source whose free field is e^(−jkr)/r.
+pub(crate) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64) -> Complex {
+    let [incoming, outgoing] = wedge.angles;
+    let angles = WedgeAngles {
+        n: wedge.n,
+        incoming,
+        outgoing,
+    };
+    let bent_m = wedge.bent_m();
+    // s s' sin²β₀ / (s + s') with s = r / sin β₀.
+    let spread = Spread {
+        distance_m: wedge.radii_m[0] * wedge.radii_m[1] / bent_m,
+        length_m: bent_m,
+    };
+    let diffracted = angles.diffracted(wavenumber, &spread).rigid();
+    let mut sum = diffracted * Complex::turn(-wavenumber * bent_m) * (1.0 / bent_m);
+    // What the oracle adds to its own diffracted field is geometry, not theory.
+    let (total, bent) = (wedge.total(wavenumber), wedge.diffracted(wavenumber));
+    sum += Complex::new(total.0 - bent.0, total.1 - bent.1);
+    sum
+}
+
+/// Distances of source and listener from the edge in metres.
+const NEAR_M: [[f64; 2]; 1] = [[1.0, 1.0]];
+const WIDE_M: [[f64; 2]; 4] = [[1.0, 5.0], [2.0, 2.0], [5.0, 5.0], [3.0, 20.0]];
+
+/// Worst deviation of the kernel from the exact field in each band, in dB.
+fn kernel_rows() -> Vec<Row> {
+    let strict = [0.5, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2];
+    let solid = [1.5, 1.25, 1.75];
+    let mut rows = deviation_rows("half-plane, 1 m", &[2.0], &NEAR_M, strict);
+    rows.extend(deviation_rows(
+        "half-plane, farther",
+        &[2.0],
+        &WIDE_M,
+        strict,
+    ));
+    rows.extend(deviation_rows("solid wedges, 1 m", &solid, &NEAR_M, strict));
+    rows.extend(deviation_rows(
+        "solid wedges, farther",
+        &solid,
+        &WIDE_M,
+        strict,
+    ));
+    rows
+}
+
+fn deviation_rows(
+    name: &str,
+    wedges: &[f64],
+    distances_m: &[[f64; 2]],
+    bounds_db: [f64; BANDS],
+) -> Vec<Row> {
+    let mut worst = [0f64; BANDS];
+    for &n in wedges {
+        for &radii_m in distances_m {
+            for along_m in [0.0, 2.0] {
+                for wedge in places(n, radii_m, along_m) {
+                    for b in 0..BANDS {
+                        let k = 2.0 * PI * CENTRES_HZ[b] / SPEED_M_S;
+                        let exact = oracle::size(wedge.total(k));
+                        let ours = kernel_total(&wedge, k).abs();
+                        worst[b] = worst[b].max((20.0 * (ours / exact).log10()).abs());
+                    }
+                }
+            }
+        }
+    }
+    let law = |b: usize| format!("edge: {name}, {:.0} Hz", CENTRES_HZ[b]);
+    (0..BANDS)
+        .map(|b| Row::at_most(law(b), worst[b], bounds_db[b], "dB"))
+        .collect()
+}
+
+/// Listeners from 5° before the shadow boundary to the far face.
+fn places(n: f64, radii_m: [f64; 2], along_m: f64) -> Vec<oracle::Wedge> {
+    let mut places = Vec::new();
+    for incoming in [0.25, 0.5 * PI / 2.0, 1.2] {
+        for step in 0..20 {
+            let outgoing = incoming + PI + (-5.0f64 + 5.0 * f64::from(step) + 0.3).to_radians();
+            if outgoing < n * PI - 0.1 {
+                places.push(oracle::Wedge {
+                    n,
+                    radii_m,
+                    angles: [incoming, outgoing],
+                    along_m,
+                });
+            }
+        }
+    }
+    places
+}
+
+/// The kernel behind a sheet, 10° and more in its shadow, against the formula of \[KURZE71\] for a thin screen. Nearer to
+/// the boundary the formula itself is up to 3 dB off the exact solution.
+fn chart_rows() -> Vec<Row> {
+    let mut worst = 0f64;
+    for depth_deg in [10.0, 20.0, 30.0, 45.0] {
+        for radii_m in [[5.0, 5.0], [2.0, 10.0]] {
+            let incoming = 0.5 * PI;
+            let wedge = oracle::Wedge {
+                n: 2.0,
+                radii_m,
+                angles: [incoming, incoming + PI + f64::to_radians(depth_deg)],
+                along_m: 0.0,
+            };
+            for hz in CENTRES_HZ {
+                let k = 2.0 * PI * hz / SPEED_M_S;
+                let fresnel = k / PI * (wedge.bent_m() - wedge.direct_m());
+                if fresnel > 0.1 {
+                    let root = (2.0 * PI * fresnel).sqrt();
+                    let chart_db = 5.0 + 20.0 * (root / root.tanh()).log10();
+                    let loss_db =
+                        -20.0 * (kernel_total(&wedge, k).abs() * wedge.direct_m()).log10();
+                    worst = worst.max((loss_db - chart_db).abs());
+                }
+            }
+        }
+    }
+    vec![Row::at_most(
+        "edge: thin screen, Kurze and Anderson",
+        worst,
+        3.0,
+        "dB",
+    )]
+}

@@ -1,0 +1,242 @@
+//! The law *edge* from end to end: scenes with a thin screen and a corner, a listener who walks through the shadow
+//! boundary, source and listener exchanged.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use super::edge::oracle;
+use super::{Row, rooms};
+use foresound::acoustics::BANDS;
+use foresound::acoustics::bands::CENTRES_HZ;
+use foresound::error::Result;
+use foresound::propagation::diffraction::complex::Complex;
+use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh,
+};
+
+/// Half the length of the edges in metres: their ends do not matter, nor do other edges.
+const HALF_LENGTH_M: f32 = 60.0;
+
+/// Distances of source and listener from the edge in metres, and the source's angle from the shadowing face.
+const RADIUS_M: f64 = 5.0;
+
+/// Tones of an octave.
+const TONES: usize = 12;
+
+/// A scene around the z axis, and what the exact solution needs to know of it.
+pub(crate) struct EdgeScene {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) n: f64,
+    /// Angle of the source from the first face, in radians.
+    incoming: f64,
+    propagator: Propagator,
+    set: PathSet,
+}
+
+impl EdgeScene {
+    /// A screen downwards from the axis (n = 2), or a right-angled corner of rock at x > 0, y < 0 (n = 1.5).
+    pub(crate) fn new(n: f64, incoming: f64) -> Result<Self> {
+        let table = MaterialTable::from_materials(vec![rooms::even("rigid", 0.0, 0.0)]);
+        let mut mesh = TriangleMesh::default();
+        let material = mesh.material("rigid");
+        let mut face = |tangent: Vec3| {
+            let first = mesh.vertices.len() as u32;
+            let along = Vec3::Z * HALF_LENGTH_M;
+            let across = tangent * HALF_LENGTH_M;
+            mesh.vertices
+                .extend([-along, along, along + across, across - along]);
+            mesh.triangles.push([first, first + 1, first + 2]);
+            mesh.triangles.push([first, first + 2, first + 3]);
+            mesh.triangle_materials.extend([material; 2]);
+        };
+        face(Vec3::X);
+        if n < 2.0 {
+            let angle = n * PI;
+            face(Vec3::new(angle.cos() as f32, angle.sin() as f32, 0.0));
+        }
+        let scene = Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default())?);
+        let settings = PropagationSettings {
+            guide_rays: 256,
+            source_rays: 8,
+            depth: 1,
+            ..PropagationSettings::default()
+        };
+        Ok(Self {
+            propagator: Propagator::new(Arc::clone(&scene), settings)?,
+            scene,
+            n,
+            incoming,
+            set: PathSet::default(),
+        })
+    }
+
+    fn place(angle: f64) -> Vec3 {
+        (DVec3::new(angle.cos(), angle.sin(), 0.0) * RADIUS_M).as_vec3()
+    }
+
+    /// The exact solution's wedge for a listener at an angle in radians.
+    pub(crate) fn wedge(&self, outgoing: f64) -> oracle::Wedge {
+        oracle::Wedge {
+            n: self.n,
+            radii_m: [RADIUS_M; 2],
+            angles: [self.incoming, outgoing],
+            along_m: 0.0,
+        }
+    }
+
+    /// Wavenumber of a band's centre in rad/m.
+    pub(crate) fn wavenumber(&self, band: usize) -> f64 {
+        2.0 * PI * CENTRES_HZ[band] / self.scene.speed_of_sound_m_s()
+    }
+
+    /// Sum of all paths to a listener at an angle, in each band at its centre, air and spherical spreading to 1 m left
+    /// in: what an ear gets of a steady tone, and the number of paths.
+    pub(crate) fn level(&mut self, outgoing: f64, swapped: bool) -> [f64; BANDS] {
+        self.listen(outgoing, swapped);
+        std::array::from_fn(|b| self.heard(b, self.wavenumber(b)))
+    }
+
+    /// Computes the paths to a listener at an angle.
+    fn listen(&mut self, outgoing: f64, swapped: bool) {
+        let mut ends = [Self::place(self.incoming), Self::place(outgoing)];
+        if swapped {
+            ends.reverse();
+        }
+        let pose = SourcePose::at(SourceId::default(), ends[0]);
+        let ear = ListenerPose {
+            position: ends[1],
+            ..ListenerPose::default()
+        };
+        self.propagator.update(&ear, &[pose], 0.0, &mut self.set);
+    }
+
+    /// What the paths bring of a tone in a band.
+    fn heard(&self, band: usize, wavenumber: f64) -> f64 {
+        let mut sum = Complex::ZERO;
+        for path in &self.set.paths {
+            let length_m = f64::from(path.length_m);
+            // Without air, which the exact solution has not.
+            let dry = (f64::from(self.scene.air_np_per_m()[band]) * length_m).exp();
+            let size = f64::from(path.amplitude[band]) * dry;
+            sum += Complex::turn(-wavenumber * length_m) * size;
+        }
+        sum.abs()
+    }
+
+    /// The exact level: direct, reflected and bent waves.
+    pub(crate) fn exact(&self, outgoing: f64, band: usize) -> f64 {
+        oracle::size(self.wedge(outgoing).total(self.wavenumber(band)))
+    }
+}
+
+pub(super) fn rows() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    let degree = f64::to_radians(1.0);
+    for (name, n, incoming) in [("screen", 2.0, 0.5 * PI), ("corner", 1.5, 0.25 * PI)] {
+        let mut scene = EdgeScene::new(n, incoming)?;
+        let boundary = incoming + PI;
+        // Through the boundary in steps of 0.01°, offset so that no step lies on it, where a ray sees or does not.
+        let (mut off_db, mut jump_db) = (0f64, 0f64);
+        let mut before: Option<[f64; BANDS]> = None;
+        for step in -50..=50 {
+            let outgoing = boundary + (0.01 * f64::from(step) + 0.003) * degree;
+            let level = scene.level(outgoing, false);
+            for b in 0..BANDS {
+                off_db = off_db.max(decibels(level[b] / scene.exact(outgoing, b)));
+                if let Some(before) = before {
+                    let (exact, past) = (
+                        scene.exact(outgoing, b),
+                        scene.exact(outgoing - 0.01 * degree, b),
+                    );
+                    jump_db = jump_db.max(decibels(level[b] / before[b] * past / exact));
+                }
+            }
+            before = Some(level);
+        }
+        let lit_db = lit_side_db(&mut scene, boundary);
+        let law = |what: &str| format!("edge: {name}, {what}");
+        rows.push(Row::at_most(
+            law("octaves, 2 to 60° before the boundary"),
+            lit_db,
+            0.5,
+            "dB",
+        ));
+        rows.push(Row::at_most(
+            law("within 0.5° of the boundary"),
+            off_db,
+            0.3,
+            "dB",
+        ));
+        rows.push(Row::at_most(
+            law("step through the boundary"),
+            jump_db,
+            0.3,
+            "dB",
+        ));
+        // Deep in the shadow, and the way back.
+        let (mut deep, mut deep_low, mut swap_db) = (0f64, 0f64, 0f64);
+        for depth in 1..=11 {
+            let outgoing = boundary + 4.0 * f64::from(depth) * degree - 0.02;
+            if outgoing > n * PI {
+                break;
+            }
+            let (level, back) = (scene.level(outgoing, false), scene.level(outgoing, true));
+            for b in 0..BANDS {
+                let error = decibels(level[b] / scene.exact(outgoing, b));
+                if b == 0 {
+                    deep_low = deep_low.max(error);
+                } else {
+                    deep = deep.max(error);
+                }
+                swap_db = swap_db.max(decibels(level[b] / back[b]));
+            }
+        }
+        rows.push(Row::at_most(
+            law("in the shadow, from 125 Hz"),
+            deep,
+            0.2,
+            "dB",
+        ));
+        rows.push(Row::at_most(
+            law("in the shadow, 63 Hz"),
+            deep_low,
+            0.5,
+            "dB",
+        ));
+        rows.push(Row::at_most(
+            law("source and listener exchanged"),
+            swap_db,
+            1e-4,
+            "dB",
+        ));
+    }
+    Ok(rows)
+}
+
+/// Worst deviation in an octave's energy on the lit side, where direct and bent wave part and amplitudes are real, which a bent
+/// wave is not.
+fn lit_side_db(scene: &mut EdgeScene, boundary: f64) -> f64 {
+    let mut off_db = 0f64;
+    for before_deg in (2..=60).step_by(2) {
+        let outgoing = boundary - f64::from(before_deg).to_radians();
+        scene.listen(outgoing, false);
+        for band in 0..BANDS {
+            let (mut ours, mut exact) = (0.0, 0.0);
+            for tone in 0..TONES {
+                let octaves = (tone as f64 + 0.5) / TONES as f64 - 0.5;
+                let wavenumber = scene.wavenumber(band) * octaves.exp2();
+                ours += scene.heard(band, wavenumber).powi(2);
+                exact += oracle::size(scene.wedge(outgoing).total(wavenumber)).powi(2);
+            }
+            off_db = off_db.max(0.5 * decibels(ours / exact));
+        }
+    }
+    off_db
+}
+
+fn decibels(ratio: f64) -> f64 {
+    (20.0 * ratio.log10()).abs()
+}

@@ -1,0 +1,96 @@
+//! Truth: propagation against what nobody here wrote. One file a law; every figure with its bound.
+
+pub mod air;
+pub mod decay;
+pub mod edge;
+pub(crate) mod edge_scene;
+pub mod joining;
+pub mod late_figures;
+pub mod recall;
+mod recall_rooms;
+pub mod reciprocity;
+pub mod rooms;
+pub mod shoebox;
+pub mod thread_count;
+pub mod transmission;
+
+use foresound::error::{Error, Result};
+
+/// One measured figure of a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The law, and behind a colon the case.
+    pub law: String,
+    /// What was measured.
+    pub figure: f64,
+    /// What it is held against.
+    pub bound: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// Whether the figure keeps to the bound.
+    pub pass: bool,
+}
+
+impl Row {
+    /// A figure that may not exceed its bound.
+    pub fn at_most(law: impl Into<String>, figure: f64, bound: f64, unit: &'static str) -> Self {
+        let pass = figure <= bound;
+        Self {
+            law: law.into(),
+            figure,
+            bound,
+            unit,
+            pass,
+        }
+    }
+
+    /// A figure that must reach its bound.
+    pub fn at_least(law: impl Into<String>, figure: f64, bound: f64, unit: &'static str) -> Self {
+        let pass = figure >= bound;
+        Self {
+            law: law.into(),
+            figure,
+            bound,
+            unit,
+            pass,
+        }
+    }
+}
+
+type Law = fn() -> Result<Vec<Row>>;
+
+/// The laws by name.
+const LAWS: [(&str, Law); 9] = [
+    ("shoebox", shoebox::rows),
+    ("recall", recall::rows),
+    ("decay", decay::rows),
+    ("joining", joining::rows),
+    ("reciprocity", reciprocity::rows),
+    ("air", air::rows),
+    ("edge", edge::rows),
+    ("transmission", transmission::rows),
+    ("thread count", thread_count::rows),
+];
+
+/// Names of all laws.
+pub fn law_names() -> Vec<&'static str> {
+    LAWS.iter().map(|(name, _)| *name).collect()
+}
+
+/// Measures one law.
+///
+/// # Errors
+/// [`Error::Setting`] if there is no such law.
+pub fn measure(law: &str) -> Result<Vec<Row>> {
+    match LAWS.iter().find(|(name, _)| *name == law) {
+        Some((_, measure)) => measure(),
+        None => {
+            let known = law_names().join(", ");
+            Err(Error::setting(
+                "--law",
+                format!("no law is called {law:?}"),
+                &format!("choose of: {known}"),
+            ))
+        }
+    }
+}

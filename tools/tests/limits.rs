@@ -1,0 +1,297 @@
+//! Bounds of memory: whatever comes, a stated number of bytes is not passed, what goes beyond is refused or counted, and
+//! what is no longer wanted is freed. Bytes in use are counted by the allocator, of all threads.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use foresound::Error;
+use foresound::runtime::{AffinityPolicy, Engine, EngineSettings};
+use foresound::scene::mesh::MOST_TRIANGLES;
+use foresound::scene::{
+    ListenerPose, MaterialTable, ObjOptions, Scene, SceneSettings, load_obj, procedural,
+};
+use foresound_tools::clip::{MOST_SAMPLES, load_clip, load_clip_within};
+use foresound_tools::listener_path::{LARGEST_FILE, ListenerPath};
+use glam::Vec3;
+
+static LIVE: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+
+/// The system's allocator, with the bytes in use and the most there ever were.
+struct Weighing;
+
+fn came(bytes: usize) {
+    let live = LIVE.fetch_add(bytes, Ordering::Relaxed) + bytes;
+    MOST.fetch_max(live, Ordering::Relaxed);
+}
+
+// SAFETY: every call goes to the system's allocator with the caller's own arguments; counting touches no heap.
+unsafe impl GlobalAlloc for Weighing {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        came(layout.size());
+        // SAFETY: the caller keeps the contract, which is the same.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
+        unsafe { System.dealloc(place, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Weighing = Weighing;
+
+/// Bytes belong to the whole process: tests that weigh take turns.
+#[expect(clippy::disallowed_types, reason = "tests that weigh take turns")]
+static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
+
+/// Does something; gives its result and the most bytes that were in use beyond those before.
+fn weighed<T>(act: impl FnOnce() -> T) -> (T, usize) {
+    let before = LIVE.load(Ordering::Relaxed);
+    MOST.store(before, Ordering::Relaxed);
+    let result = act();
+    (result, MOST.load(Ordering::Relaxed) - before)
+}
+
+/// A mesh file of so many triangles that share a row of vertices.
+fn write_obj(path: &Path, triangles: usize) {
+    let mut file = BufWriter::new(std::fs::File::create(path).expect("a file"));
+    for n in 0..1000 {
+        writeln!(file, "v {n} {} {}", n % 7, n % 11).expect("written");
+    }
+    for n in 0..triangles {
+        let a = n % 990 + 1;
+        writeln!(file, "f {a} {} {}", a + 1 + n / 990 % 5, a + 7).expect("written");
+    }
+}
+
+fn refused<T: std::fmt::Debug>(result: Result<T, Error>, words: &str) {
+    let text = result.expect_err(words).to_string();
+    assert!(text.contains(words), "{text}");
+}
+
+#[test]
+fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
+    let _turn = TURN.lock();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("large.obj");
+    write_obj(&path, 100_000);
+    let options = ObjOptions {
+        most_triangles: 5000,
+        ..ObjOptions::default()
+    };
+    let (result, bytes) = weighed(|| load_obj(&path, &options));
+    refused(result, "more than 5000 triangles");
+    assert!(bytes < 5000 * 200 + (1 << 20), "{bytes} bytes");
+    // Below the limit it is read, within the bytes a triangle that the setting states.
+    let options = ObjOptions {
+        most_triangles: 100_000,
+        ..ObjOptions::default()
+    };
+    let (result, bytes) = weighed(|| load_obj(&path, &options));
+    let mesh = result.expect("is read").mesh;
+    assert_eq!(mesh.triangles.len(), 100_000);
+    assert!(bytes < 100_000 * 200 + (1 << 20), "{bytes} bytes");
+    for (line, words) in [("v 1 2 3\n", "vertices"), ("usemtl m", "materials")] {
+        let mut text = String::new();
+        for n in 0..200 {
+            text.push_str(line);
+            if line.starts_with('u') {
+                text.push_str(&format!("{n}\n"));
+            }
+        }
+        let path = folder.path().join("many.obj");
+        std::fs::write(&path, text).expect("written");
+        let options = ObjOptions {
+            most_triangles: 50,
+            ..ObjOptions::default()
+        };
+        refused(load_obj(&path, &options), words);
+    }
+}
+
+/// The same at full size, in few bytes: faces of a hundred thousand corners make more triangles than the default allows.
+#[test]
+fn more_triangles_than_the_default_are_refused() {
+    const CORNERS: usize = 100_000;
+    let _turn = TURN.lock();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("huge.obj");
+    let mut file = BufWriter::new(std::fs::File::create(&path).expect("a file"));
+    let face = format!("f{}\n", " 1 2 3 4".repeat(CORNERS / 4));
+    writeln!(file, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0").expect("written");
+    for _ in 0..=MOST_TRIANGLES / (CORNERS - 2) {
+        file.write_all(face.as_bytes()).expect("written");
+    }
+    drop(file);
+    let (result, bytes) = weighed(|| load_obj(&path, &ObjOptions::default()));
+    refused(result, &format!("more than {MOST_TRIANGLES} triangles"));
+    assert!(bytes < MOST_TRIANGLES * 200, "{bytes} bytes");
+}
+
+#[test]
+fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
+    let _turn = TURN.lock();
+    let mesh = procedural::by_name("doorway").expect("a scene").mesh;
+    let table = MaterialTable::built_in();
+    let settings = SceneSettings {
+        most_triangles: mesh.triangles.len() - 1,
+        ..SceneSettings::default()
+    };
+    let (result, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
+    refused(result, "most_triangles");
+    assert!(bytes < 4096, "{bytes} bytes");
+}
+
+/// The header of a mono WAV file of 16 bits and so many bytes of sound.
+fn wav_header(bytes: u32) -> Vec<u8> {
+    let mut header = b"RIFF".to_vec();
+    header.extend(bytes.saturating_add(36).to_le_bytes());
+    header.extend(b"WAVEfmt \x10\0\0\0\x01\0\x01\0");
+    header.extend(44_100u32.to_le_bytes());
+    header.extend(88_200u32.to_le_bytes());
+    header.extend(b"\x02\0\x10\0data");
+    header.extend(bytes.to_le_bytes());
+    header
+}
+
+#[test]
+fn four_gigabytes_of_sound_are_refused_by_their_header() {
+    let _turn = TURN.lock();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("huge.wav");
+    let bytes = 0xffff_ff00;
+    std::fs::write(&path, wav_header(bytes)).expect("written");
+    // Without content on the disk, if the file system knows such files.
+    let file = std::fs::File::options()
+        .write(true)
+        .open(&path)
+        .expect("opens");
+    file.set_len(44 + u64::from(bytes)).expect("a sparse file");
+    let (result, used) = weighed(|| load_clip(&path, 44_100));
+    refused(result, &format!("more than {MOST_SAMPLES}"));
+    assert!(used < 1 << 16, "{used} bytes");
+    std::fs::write(&path, [wav_header(2000), vec![1; 2000]].concat()).expect("written");
+    refused(load_clip_within(&path, 44_100, 999), "more than 999");
+    assert!(load_clip_within(&path, 44_100, 1000).is_ok());
+}
+
+#[cfg(unix)]
+#[test]
+fn files_without_end_are_refused() {
+    let _turn = TURN.lock();
+    let endless = Path::new("/dev/zero");
+    let (result, bytes) = weighed(|| ListenerPath::parse("/dev/zero").map(drop));
+    refused(result, "64 MiB");
+    // A list that doubles holds the old half while it grows.
+    assert!(
+        bytes as u64 <= 3 * LARGEST_FILE + (1 << 20),
+        "{bytes} bytes"
+    );
+    let (result, bytes) = weighed(|| MaterialTable::load(endless).map(drop));
+    refused(result, "16 MiB");
+    assert!(bytes <= 3 << 24, "{bytes} bytes");
+    let (result, bytes) = weighed(|| load_obj(endless, &ObjOptions::default()).map(drop));
+    refused(result, "binary");
+    assert!(bytes <= 4 << 20, "{bytes} bytes");
+    refused(load_clip(endless, 44_100).map(drop), "no WAV");
+}
+
+/// Threads of this process that build scenes, where the system tells.
+fn builders() -> usize {
+    let Ok(tasks) = std::fs::read_dir("/proc/self/task") else {
+        return 0;
+    };
+    let named = |entry: std::io::Result<std::fs::DirEntry>| {
+        let name = std::fs::read_to_string(entry.ok()?.path().join("comm")).ok()?;
+        name.starts_with("foresound-scene").then_some(())
+    };
+    tasks.filter_map(named).count()
+}
+
+#[test]
+fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
+    let _turn = TURN.lock();
+    let settings = EngineSettings {
+        affinity: AffinityPolicy::None,
+        ..EngineSettings::default()
+    };
+    let (mut controller, renderer) = Engine::new(settings).expect("an engine");
+    let mesh = procedural::by_name("bootcamp").expect("a scene").mesh;
+    let table = MaterialTable::built_in();
+    let listener = ListenerPose::facing(Vec3::ONE, 0.0);
+    let quiet = |controller: &mut foresound::runtime::Controller| {
+        while controller.is_building() || builders() > 0 {
+            controller.tick(listener, &[]).expect("builds");
+            std::thread::yield_now();
+        }
+    };
+    // A scene at rest, as it is when all is over.
+    let small = procedural::shoebox(Vec3::new(4.0, 3.0, 5.0), "concrete");
+    let build = |controller: &mut foresound::runtime::Controller, mesh| {
+        let built = controller.build_scene(mesh, table.clone(), SceneSettings::default());
+        built.expect("a thread");
+    };
+    let one = {
+        let settings = SceneSettings::default();
+        let (scene, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
+        drop(scene.expect("a scene"));
+        bytes
+    };
+    build(&mut controller, small.clone());
+    quiet(&mut controller);
+    let before = LIVE.load(Ordering::Relaxed);
+    let ((), most) = weighed(|| {
+        for _ in 0..40 {
+            build(&mut controller, mesh.clone());
+            assert!(builders() <= 1, "{} builders", builders());
+            controller.tick(listener, &[]).expect("goes on");
+        }
+        build(&mut controller, small.clone());
+        quiet(&mut controller);
+    });
+    // One build and two meshes, with room for what else an engine does.
+    assert!(
+        most < 2 * one + (8 << 20),
+        "{most} bytes; a build takes {one}"
+    );
+    drop(controller);
+    drop(renderer);
+    let after = LIVE.load(Ordering::Relaxed);
+    assert!(after <= before, "{after} bytes from {before}");
+}
+
+/// Every bound of an engine's buffers is a setting with a range, and what is beyond is refused by its name.
+#[test]
+fn bounds_are_settings() {
+    let _turn = TURN.lock();
+    let good = EngineSettings::default();
+    let with = |change: &dyn Fn(&mut EngineSettings)| {
+        let mut settings = good.clone();
+        change(&mut settings);
+        Engine::new(settings).map(drop)
+    };
+    for most in [0, usize::MAX] {
+        refused(with(&|s| s.block_frames = most), "block_frames");
+        refused(with(&|s| s.max_paths = most), "max_paths");
+        refused(with(&|s| s.most_sources = Some(most)), "most_sources");
+        refused(with(&|s| s.tracing_threads = most), "tracing_threads");
+        refused(with(&|s| s.generation.max_sources = most), "max_sources");
+        refused(with(&|s| s.generation.max_voices = most), "max_voices");
+    }
+    refused(with(&|s| s.trace_spans = usize::MAX), "trace_spans");
+    refused(
+        with(&|s| s.generation.max_delay_s = f64::NAN),
+        "max_delay_s",
+    );
+    refused(with(&|s| s.generation.max_delay_s = 1e9), "max_delay_s");
+    refused(
+        with(&|s| s.propagation.cache_capacity = usize::MAX),
+        "cache_capacity",
+    );
+    refused(with(&|s| s.propagation.guide_rays = u32::MAX), "guide_rays");
+}
