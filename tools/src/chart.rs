@@ -11,7 +11,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
-use plotters::style::{FontStyle, FontTransform, register_font, text_anchor::*};
+use plotters::style::{FontStyle, register_font, text_anchor::*};
 
 use foresound::output::WholeFile;
 use foresound::{Error, Result};
@@ -145,6 +145,11 @@ pub fn text_style(size: f32, colour: RGBColor, align: HPos) -> TextStyle<'static
     font.color(&colour).pos(Pos::new(align, VPos::Center))
 }
 
+/// Text at the axes of a chart, which `plotters` aligns.
+pub fn axis_style() -> TextStyle<'static> {
+    ("sans-serif", px(SMALL)).into_font().color(&TEXT)
+}
+
 /// Bold text for the label above a chart.
 pub fn bold_style() -> TextStyle<'static> {
     let font = ("sans-serif", px(LABEL), FontStyle::Bold).into_font();
@@ -157,12 +162,6 @@ pub fn head(area: &Area<'_>, left: i32, title: &str, caption: &str) -> Drawn {
     area.draw(&Text::new(title, (left, px(28.0)), style))?;
     let style = text_style(LABEL, TEXT, HPos::Left);
     area.draw(&Text::new(caption, (left, px(56.0)), style))
-}
-
-/// Draws text that reads upwards, centred on its point.
-pub fn text_up(area: &Area<'_>, at: (i32, i32), text: &str) -> Drawn {
-    let style = text_style(SMALL, TEXT, HPos::Center).transform(FontTransform::Rotate270);
-    area.draw(&Text::new(text, at, style))
 }
 
 /// Mix of two colours: 0 is the first, 1 the second. In sRGB values, as screens blend.
@@ -271,8 +270,8 @@ impl Axes<'_> {
             .max_light_lines(0)
             .bold_line_style(AXIS.mix(0.3))
             .axis_style(AXIS)
-            .label_style(text_style(SMALL, TEXT, HPos::Left))
-            .axis_desc_style(text_style(SMALL, TEXT, HPos::Left))
+            .label_style(axis_style())
+            .axis_desc_style(axis_style())
             .y_label_formatter(self.y_text)
             .x_desc(self.names[0])
             .y_desc(self.names[1])

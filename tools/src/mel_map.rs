@@ -3,11 +3,8 @@
 use std::ops::Range;
 
 use plotters::prelude::*;
-use plotters::style::text_anchor::HPos;
 
-use super::chart::{
-    AXIS, Area, Drawn, SMALL, TEXT, Ticked, bold_style, frame, hz_text, px, text_style,
-};
+use super::chart::{AXIS, Area, Drawn, Ticked, axis_style, bold_style, frame, hz_text, px};
 use super::mel::mel_of_hz;
 
 /// From an area's left edge to its map, and from the map to the area's right edge, in pixels.
@@ -73,8 +70,9 @@ impl MelMap<'_> {
             .disable_mesh()
             .x_labels(12)
             .axis_style(AXIS)
-            .label_style(text_style(SMALL, TEXT, HPos::Left))
-            .axis_desc_style(text_style(SMALL, TEXT, HPos::Left))
+            .label_style(axis_style())
+            .axis_desc_style(axis_style())
+            .x_label_formatter(&|time_s| format!("{}", (100.0 * time_s).round() / 100.0))
             .x_desc("time (s)")
             .y_desc("frequency (mel)")
             .draw()?;
@@ -98,7 +96,7 @@ impl MelMap<'_> {
             .disable_x_axis()
             .y_labels(5)
             .axis_style(AXIS)
-            .label_style(text_style(SMALL, TEXT, HPos::Left))
+            .label_style(axis_style())
             .y_label_formatter(self.text)
             .draw()
     }

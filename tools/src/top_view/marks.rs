@@ -3,9 +3,9 @@
 use glam::{Vec2, Vec3, vec2};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
-use plotters::style::text_anchor::HPos;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use crate::chart::{Area, Drawn, INK, LABEL, TEXT, px, text_style};
+use crate::chart::{Area, Drawn, INK, LABEL, TEXT, bold_style, px, text_style};
 use crate::plan_ground::PlanFrame;
 use foresound::scene::ListenerPose;
 
@@ -59,12 +59,16 @@ pub(super) fn draw_walk(area: &Area<'_>, [from, to]: [Vec2; 2]) -> Drawn {
 
 /// Text with a white rim, for busy grounds.
 pub(super) fn draw_label(area: &Area<'_>, at: Vec2, text: &str) -> Drawn {
-    let style = |colour| text_style(LABEL, colour, HPos::Center);
+    let centred = Pos::new(HPos::Center, VPos::Center);
     for k in 0..8 {
         let beside = at + 4.0 * Vec2::from_angle(k as f32 * std::f32::consts::FRAC_PI_4);
-        area.draw(&Text::new(text, point(beside), style(WHITE)))?;
+        area.draw(&Text::new(
+            text,
+            point(beside),
+            bold_style().color(&WHITE).pos(centred),
+        ))?;
     }
-    area.draw(&Text::new(text, point(at), style(INK)))
+    area.draw(&Text::new(text, point(at), bold_style().pos(centred)))
 }
 
 /// The centre of a label beside a mark: the first of eight positions that is free and within the plan.
@@ -94,9 +98,9 @@ pub(super) fn label_centre(mark: Vec2, half: Vec2, frame: &PlanFrame, taken: &[[
     centres.find(is_free).unwrap_or(first)
 }
 
-/// A bar of a round length of 70 to 170 pixels, its right end at a point.
+/// A bar of a round length of 100 to 250 pixels, its right end at a point.
 pub(super) fn draw_scale_bar(area: &Area<'_>, right: Vec2, px_per_m: f32) -> Drawn {
-    let least_m = px(70.0) as f32 / px_per_m;
+    let least_m = px(100.0) as f32 / px_per_m;
     let decade = 10f32.powf(least_m.log10().floor());
     let lengths = [1.0, 2.0, 5.0].map(|factor| factor * decade);
     let length_m = lengths.into_iter().find(|length| *length >= least_m);

@@ -131,7 +131,12 @@ impl TopView<'_> {
             draw_plan(area, &plan, self.triangles, self.cut())?;
             self.draw_paths(area, &plan)?;
             if let Some(ends) = self.walk {
-                draw_walk(area, ends.map(|end| plan.pixel(end)))?;
+                let ends @ [from, to] = ends.map(|end| plan.pixel(end));
+                draw_walk(area, ends)?;
+                let across = (to - from).normalize_or_zero().perp() * 16.0;
+                for end in ends {
+                    draw_walk(area, [end - across, end + across])?;
+                }
             }
             self.draw_sources(area, &plan)?;
             if let Some(listener) = &self.listener {
@@ -199,8 +204,10 @@ impl TopView<'_> {
                 .mix(opacity * crowd)
                 .stroke_width(px(width_px) as u32);
             for path in self.paths.iter().filter(|p| p.kind() == kind) {
-                let points: Vec<_> = path.points.iter().map(|&p| point(plan.pixel(p))).collect();
-                area.draw(&PathElement::new(points, style))?;
+                for ends in path.points.windows(2) {
+                    let ends = [ends[0], ends[1]].map(|end| point(plan.pixel(end)));
+                    area.draw(&PathElement::new(ends, style))?;
+                }
             }
         }
         Ok(())
