@@ -5,7 +5,8 @@ use std::fmt::Write;
 use serde::Deserialize;
 
 use super::escaped;
-use crate::cells::{Platform, printed_speed};
+use crate::cells::Platform;
+use crate::paper::printed_speed;
 
 /// The output of `bench speed --json`.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]

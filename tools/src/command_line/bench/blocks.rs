@@ -18,8 +18,9 @@ use foresound::runtime::engine::ramp_frames;
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 use foresound::{Error, Result};
-use foresound_tools::cells::{Platform, pace};
+use foresound_tools::cells::Platform;
 use foresound_tools::clip::Clip;
+use foresound_tools::paper::pace;
 use serde_json::{Value, json};
 
 use super::share;

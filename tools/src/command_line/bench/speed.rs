@@ -8,7 +8,8 @@ use std::path::PathBuf;
 
 use foresound::runtime::{Budget, Tier, TierChoice, TraceLog};
 use foresound::{Error, Result};
-use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS, pace, printed_speed};
+use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::paper::{pace, printed_speed};
 use serde_json::{Value, json};
 
 use super::schedules::{Cell, LevelOf, loaded};

@@ -3,7 +3,8 @@
 use foresound::extrapolation::PredictorKind;
 use foresound::runtime::Latency;
 use foresound::{Error, Result};
-use foresound_tools::cells::{self, Condition, Pace, Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::cells::{self, Condition, Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::paper;
 
 use super::Arguments;
 use super::ablation;
@@ -40,7 +41,7 @@ pub(super) struct Unit {
     pub(super) scene: String,
     pub(super) sources: usize,
     pub(super) condition: Condition,
-    pub(super) pace: Pace,
+    pub(super) pace: paper::Pace,
     pub(super) repeat: u64,
     pub(super) latencies: Vec<Latency>,
     pub(super) signal: String,
@@ -208,7 +209,7 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     let everything = arguments.predictor == "ablation";
     let unit = |platform, condition, scene: &str, sources, repeat, signal: &str| {
         let scene = label(scene);
-        let mut pace = cells::pace(platform, &scene, sources);
+        let mut pace = paper::pace(platform, &scene, sources);
         if condition == Condition::Stress {
             pace.level = cells::STRESS_LEVEL;
         }
