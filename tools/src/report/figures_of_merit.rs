@@ -8,7 +8,7 @@ use crate::si_snr::{CAP_DB, capped_text};
 /// What is asked of `best` with a standing and a walking listener: PESQ, SSIM, SI-SNR.
 const TARGETS: [[f64; 3]; 2] = [[4.63, 0.9995, 40.0], [4.50, 0.990, 25.0]];
 
-/// The predictors of every table, in their order; others are the ablation's.
+/// The predictors in the order of the tables.
 pub(super) const PLAIN: [&str; 3] = ["hold", "linear", "best"];
 
 /// Mean and deviation; the mean alone where, to these decimals, nothing deviates.

@@ -90,8 +90,6 @@ pub struct Listening {
 pub struct Report {
     /// The tables' rows.
     pub rows: Vec<Row>,
-    /// `best` and what is left of it without its parts.
-    pub ablation: Vec<Row>,
     /// The stress case of the paper's Figure 7.
     pub doorway: Vec<Row>,
     /// What `bench speed` measured.
@@ -127,7 +125,6 @@ impl Report {
                 tables::wins(&self.rows),
             ),
             ("speed", "Speed (Tables 3 and 4)", speed::speed(&self.speed)),
-            ("ablation", "Ablation", tables::ablation(&self.ablation)),
             (
                 "doorway",
                 "Past a door (Figure 7's cell)",

@@ -1,9 +1,8 @@
-//! The page's smaller tables: summary, wins, ablation, references.
+//! The page's smaller tables: summary, wins, references.
 
 use std::fmt::Write;
 
 use super::figures_of_merit::PLAIN;
-use super::listed::listed;
 use super::{Row, escaped};
 use crate::cells::{Condition, Platform, SOURCE_COUNTS};
 use crate::paper::table_six;
@@ -119,20 +118,6 @@ pub(super) fn wins(rows: &[Row]) -> String {
          number of sources: ours, then <span class=\"paper\">the paper's</span>. Equal means are nobody's win.</p>\
          <div class=\"scroll\" tabindex=\"0\"><table><caption>linear/hold wins, workstation, walking listener</caption>\
          <thead><tr><th scope=\"col\">scene</th>{head}</tr></thead><tbody>{body}{total}</tbody></table></div>"
-    )
-}
-
-/// `best`, its ingredients alone and left out, where there are any.
-pub(super) fn ablation(rows: &[Row]) -> String {
-    if rows.is_empty() {
-        return String::new();
-    }
-    format!(
-        "<p>What each ingredient of <code>best</code> is worth, with a walking listener: all of them, each alone, each left \
-         out. Alone, geometry and dropping act on the newest update's paths; rays ask whether these are still open; \
-         memory keeps paths of earlier updates, which without rays stay as they were; lead computes updates for where \
-         the listener will be.</p>{}",
-        listed(&rows.iter().collect::<Vec<_>>())
     )
 }
 

@@ -1,6 +1,5 @@
 //! `evaluate`: the paper's Tables 5 and 6 with our engine, and the report on them.
 
-mod ablation;
 mod figures;
 mod motion;
 mod overload;
@@ -48,7 +47,7 @@ pub(crate) struct Arguments {
     /// The stress condition, besides.
     #[arg(long)]
     stress: bool,
-    /// hold, linear, best, all, or ablation: all and best without each of its ingredients, in every cell.
+    /// hold, linear, best or all.
     #[arg(long, default_value = "all")]
     predictor: String,
     /// modelled: results are used L + 1 graphics frames late; none: at once; both.
@@ -105,7 +104,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     tables::write(&arguments.out, &found, &text)?;
     let mut report = Report {
         rows: found.rows,
-        ablation: found.ablation,
         doorway: found.doorway,
         speed,
         overload: overload.rows,

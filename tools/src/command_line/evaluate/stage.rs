@@ -13,8 +13,10 @@ use foresound_tools::open_space::{clear_m, open_space};
 use glam::Vec3;
 
 use super::Arguments;
-use super::unit::{RATE_HZ, fnv};
 use crate::inputs::{SceneArguments, asset, load_scene, tell};
+
+/// Sample rate of everything.
+pub(super) const RATE_HZ: u32 = 44_100;
 
 /// Most sources of a cell.
 const MOST_SOURCES: usize = 16;
@@ -207,4 +209,11 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
         )]);
     }
     Ok(clips)
+}
+
+/// FNV-1a, 64 bits.
+pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
+    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }
