@@ -1,5 +1,6 @@
 //! What a command line names: scenes, materials, places, sounds.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -210,6 +211,31 @@ pub(crate) fn predictor_named(name: &str) -> Result<PredictorKind> {
         let advice = format!("choose of: {}", known.join(", "));
         Error::setting("--predictor", problem, &advice)
     })
+}
+
+/// Refuses a value outside a range.
+pub(crate) fn within(
+    argument: &str,
+    value: f64,
+    range: RangeInclusive<f64>,
+    unit: &str,
+) -> Result<()> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    let (low, high) = range.into_inner();
+    let advice = format!("choose {low} to {high}{unit}");
+    Err(Error::setting(
+        argument,
+        format!("{value}{unit} is out of range"),
+        &advice,
+    ))
+}
+
+/// A clip of one of the sixteen voices; numbers beyond them begin anew.
+pub(crate) fn voice(number: usize, rate_hz: u32) -> Result<Clip> {
+    let file = asset(&format!("speech/voice{:02}.wav", number % 16 + 1))?;
+    load_sound(&file, rate_hz)
 }
 
 /// Loads a sound; what had to be changed goes to standard error.
