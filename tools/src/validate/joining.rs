@@ -176,20 +176,12 @@ impl Case {
                 .map(|b| self.excess_db(from, to, b).abs())
                 .fold(0.0, f64::max)
         };
-        let mut rows = vec![Row::at_most(
-            format!("joining: {}, total energy", self.name),
-            worst(0, WINDOWS),
-            1.0,
-            "dB",
-        )];
+        let mut case = super::Case::new(format!("joining: {}", self.name));
+        case.at_most("total energy", worst(0, WINDOWS), 1.0, "dB");
         for (from, to) in SPANS {
             let ms = |window: usize| (1000.0 * window as f64 * WINDOW_S).round();
-            rows.push(Row::at_most(
-                format!("joining: {}, {} to {} ms", self.name, ms(from), ms(to)),
-                worst(from, to),
-                self.bound_db,
-                "dB",
-            ));
+            let what = format!("{} to {} ms", ms(from), ms(to));
+            case.at_most(&what, worst(from, to), self.bound_db, "dB");
         }
         let mut dip: f64 = 0.0;
         for b in 0..BANDS {
@@ -200,12 +192,7 @@ impl Case {
                 }
             }
         }
-        rows.push(Row::at_most(
-            format!("joining: {}, deepest gap", self.name),
-            dip,
-            3.0,
-            "dB",
-        ));
-        rows
+        case.at_most("deepest gap", dip, 3.0, "dB");
+        case.rows
     }
 }
