@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::scene::io::obj::{ObjOptions, UpAxis, load_obj};
-use foresound::scene::layout::SceneLayout;
+use foresound::scene::layout::{SceneLayout, Walk};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
 use foresound::{Error, Result};
 use foresound_tools::clip::{Clip, load_clip};
@@ -32,6 +32,19 @@ pub(crate) struct LoadedScene {
     pub(crate) scene: Arc<Scene>,
     pub(crate) layout: Option<SceneLayout>,
     pub(crate) notes: Vec<String>,
+}
+
+impl LoadedScene {
+    /// Positions of the layout's sources.
+    pub(crate) fn sources(&self) -> Vec<Vec3> {
+        let sources = self.layout.iter().flat_map(|layout| &layout.sources);
+        sources.map(|source| source.position).collect()
+    }
+
+    /// The layout's walk.
+    pub(crate) fn walk(&self) -> Option<Walk> {
+        self.layout.as_ref()?.listener
+    }
 }
 
 /// Loads a scene by file, or a benchmark scene by name.

@@ -8,7 +8,6 @@ use foresound::generation::GeneratorSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings};
 use foresound::scene::ListenerPose;
-use glam::Vec3;
 use serde_json::json;
 
 use super::sources::sources;
@@ -35,14 +34,8 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let loaded = load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
     let scene = Arc::clone(&loaded.scene);
-    let layout = loaded.layout.as_ref();
-    let own: Vec<Vec3> = layout
-        .map(|layout| layout.sources.iter().map(|s| s.position).collect())
-        .unwrap_or_default();
-    let poses = sources(&scene, &own, arguments.sources);
-    let standing = layout
-        .and_then(|layout| layout.listener)
-        .map(|walk| walk.standing);
+    let poses = sources(&scene, &loaded.sources(), arguments.sources);
+    let standing = loaded.walk().map(|walk| walk.standing);
     let before_mb = resident_mb();
     let settings = EngineSettings {
         generation: GeneratorSettings {

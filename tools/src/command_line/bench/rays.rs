@@ -74,18 +74,18 @@ fn measure(name: &str, arguments: &Arguments, rows: &mut Vec<Value>) -> Result<(
 
 /// Positions of listener and sources in local coordinates.
 fn positions(name: &str, loaded: &LoadedScene) -> Result<(Vec3, Vec<Vec3>)> {
-    let layout = loaded.layout.as_ref();
-    let walk = layout.and_then(|layout| layout.listener.as_ref());
-    let (Some(layout), Some(walk)) = (layout, walk) else {
-        return Err(Error::setting(
-            "--scene",
-            format!("{name:?} names neither sources nor a walk"),
-            &format!("give one of {}", procedural::NAMES.join(", ")),
-        ));
-    };
     let local = |position: Vec3| loaded.scene.to_local(position).as_vec3();
-    let sources = layout.sources.iter().map(|s| local(s.position)).collect();
-    Ok((local(walk.standing), sources))
+    match loaded.walk() {
+        Some(walk) => Ok((
+            local(walk.standing),
+            loaded.sources().into_iter().map(local).collect(),
+        )),
+        None => {
+            let problem = format!("{name:?} names neither sources nor a walk");
+            let advice = format!("give one of {}", procedural::NAMES.join(", "));
+            Err(Error::setting("--scene", problem, &advice))
+        }
+    }
 }
 
 fn tree(best: &Bvh, named: Option<&str>) -> Result<Bvh> {

@@ -19,7 +19,7 @@ use foresound_tools::report::{Report, SpeedTable};
 use self::plan::{Part, Unit};
 use self::stage::Stage;
 use self::tables::Found;
-use crate::inputs::{SceneArguments, tell};
+use crate::inputs::{SceneArguments, tell, within};
 
 /// What `bench speed --json` printed, if nothing else is named.
 const SPEED_FILE: &str = "out/speed.json";
@@ -87,10 +87,7 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    if !(2.0..=120.0).contains(&arguments.seconds) {
-        let problem = format!("{} s", arguments.seconds);
-        return Err(Error::setting("--seconds", problem, "give 2 to 120"));
-    }
+    within("--seconds", arguments.seconds, 2.0..=120.0, " s")?;
     let speed = speed(arguments.speed.as_deref())?;
     let mut units = plan::units(arguments)?;
     let stages = stages(arguments, &units)?;
