@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 
 use foresound::output::WholeFile;
 use foresound::{Error, Result};
-use foresound_tools::report::{Report, SpeedTable};
+use foresound_tools::report::Report;
+use serde_json::Value;
 
 use self::plan::{Part, Unit};
 use self::stage::Stage;
@@ -170,10 +171,10 @@ fn keep_possible(
 }
 
 /// The speed table of a file: the one that was named, or the usual one if it is there.
-fn speed(named: Option<&Path>) -> Result<SpeedTable> {
+fn speed(named: Option<&Path>) -> Result<Value> {
     let file = named.unwrap_or(Path::new(SPEED_FILE));
     if named.is_none() && !file.is_file() {
-        return Ok(SpeedTable::default());
+        return Ok(Value::Null);
     }
     let advice = "make it with `foresound bench speed --json > FILE`";
     let text = std::fs::read(file).map_err(|e| Error::file(file, e, advice))?;
