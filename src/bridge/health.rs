@@ -2,7 +2,7 @@
 
 use super::fault::{Fault, Status};
 use super::numbers::Numbers;
-use crate::runtime::{Budget, EngineState, Statistics, Tier, TierChoice};
+use crate::runtime::{Budget, EngineState, QualityChoice, QualityLevel, Statistics};
 
 /// How many numbers [`BudgetOptions`] is as a list.
 pub const BUDGET_NUMBERS: usize = 4;
@@ -47,16 +47,18 @@ impl BudgetOptions {
     /// [`Status::BadArgument`] for a tier or choice that is none.
     pub fn budget(&self) -> Result<Budget, Fault> {
         let bad = |text: String| Fault::new(Status::BadArgument, text);
-        let tier = u8::try_from(self.least_tier).map(Tier).map_err(|_| {
-            bad(format!(
-                "least_tier: {} is no tier; give 0 to 5",
-                self.least_tier
-            ))
-        })?;
+        let tier = u8::try_from(self.least_tier)
+            .map(QualityLevel)
+            .map_err(|_| {
+                bad(format!(
+                    "least_tier: {} is no tier; give 0 to 5",
+                    self.least_tier
+                ))
+            })?;
         let tiers = match (self.fixed, tier) {
-            (0, Tier(0)) => TierChoice::Free,
-            (0, tier) => TierChoice::AtLeast(tier),
-            (1, tier) => TierChoice::Exactly(tier),
+            (0, QualityLevel(0)) => QualityChoice::Free,
+            (0, tier) => QualityChoice::AtLeast(tier),
+            (1, tier) => QualityChoice::Exactly(tier),
             (other, _) => return Err(bad(format!("fixed: {other} is no choice; give 0 or 1"))),
         };
         // What is not a number is not zero, and the engine refuses it.
@@ -162,7 +164,7 @@ mod tests {
         let wanted = Budget {
             update_s: Some(0.02),
             core_share: Some(0.5),
-            tiers: TierChoice::AtLeast(Tier(3)),
+            tiers: QualityChoice::AtLeast(QualityLevel(3)),
         };
         assert_eq!(budget, Ok(wanted));
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::fault::{Fault, Status};
 use super::numbers::Numbers;
 use crate::extrapolation::PredictorKind;
-use crate::extrapolation::geometric::BestSettings;
+use crate::extrapolation::geometric::GeometricSettings;
 use crate::generation::Hrtf;
 use crate::runtime::{AffinityPolicy, EngineSchedule, EngineSettings, FrameTime};
 
@@ -97,7 +97,7 @@ impl Default for Options {
             head: 0,
             late: generation.late.into(),
             limiter: generation.limiter.into(),
-            nearest_m: propagation.nearest_m,
+            nearest_m: propagation.min_distance_m,
             ceiling_db: generation.ceiling_db,
             frame_s: 0.0,
             max_delay_s: generation.max_delay_s,
@@ -111,7 +111,7 @@ impl Default for Options {
 const PREDICTORS: [PredictorKind; 3] = [
     PredictorKind::Hold,
     PredictorKind::Linear,
-    PredictorKind::Best(BestSettings::FULL),
+    PredictorKind::Geometric(GeometricSettings::FULL),
 ];
 
 /// One of a list by its number.
@@ -178,7 +178,7 @@ impl Options {
         settings.propagation.source_rays = self.source_rays;
         settings.propagation.depth = self.depth as usize;
         settings.propagation.seed = self.seed.into();
-        settings.propagation.nearest_m = self.nearest_m;
+        settings.propagation.min_distance_m = self.nearest_m;
         settings.hrtf = match (choice("head", self.head, &[false, true])?, hrtf) {
             (true, _) => Some(Arc::new(Hrtf::omnidirectional(self.rate_hz)?)),
             (false, Some(bytes)) => Some(Arc::new(Hrtf::parse(bytes, "the given head")?)),

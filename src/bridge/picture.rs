@@ -21,7 +21,7 @@ pub struct ShownPath {
     /// Reflections.
     pub reflections: u32,
     /// Edges that it bends around.
-    pub bends: u32,
+    pub diffraction_order: u32,
     /// Level in dB relative to the free field at 1 m.
     pub level_db: f32,
     /// Corners in metres.
@@ -34,7 +34,7 @@ impl From<&engine::ShownPath> for ShownPath {
             source: from.source.bits(),
             corner_count: from.corners().len() as u32,
             reflections: from.order.into(),
-            bends: from.bends.into(),
+            diffraction_order: from.diffraction_order.into(),
             level_db: from.level_db,
             corners_m: from.corners.map(|corner| corner.to_array()),
         }
@@ -49,7 +49,7 @@ impl ShownPath {
         floats[0] = (self.source & 0xffff) as f32;
         floats[1] = self.corner_count as f32;
         floats[2] = self.reflections as f32;
-        floats[3] = self.bends as f32;
+        floats[3] = self.diffraction_order as f32;
         floats[4] = self.level_db;
         floats[5..].copy_from_slice(self.corners_m.as_flattened());
         floats

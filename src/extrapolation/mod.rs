@@ -15,11 +15,11 @@ pub mod scene_pair;
 pub mod tracking;
 pub mod work_budget;
 
-pub use crate::extrapolation::geometric::{BestSettings, Groundwork, Lead};
-pub use crate::extrapolation::scene_pair::PosedScenes;
-pub use crate::extrapolation::work_budget::Effort;
-pub use extrapolator::{Continuation, Extrapolator};
-pub use frame::{FramePath, FramePaths, LATE_STEPS, LateSend};
+pub use crate::extrapolation::geometric::{GeometricSettings, PredictionTarget, PreparedUpdate};
+pub use crate::extrapolation::scene_pair::ScenePair;
+pub use crate::extrapolation::work_budget::WorkBudget;
+pub use extrapolator::{Extrapolator, PredictorState};
+pub use frame::{FramePath, FramePaths, LATE_SEGMENTS, LateSend};
 pub use frame_steps::Part;
 pub use level::extrapolation_level;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

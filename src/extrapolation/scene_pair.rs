@@ -9,12 +9,12 @@ use crate::scene::{InstancePose, Scene};
 
 /// A scene twice, with its instances at two poses.
 #[derive(Debug, Clone)]
-pub struct PosedScenes {
+pub struct ScenePair {
     now: Arc<Scene>,
     then: Arc<Scene>,
 }
 
-impl PosedScenes {
+impl ScenePair {
     /// Of a scene, both as it stands. Control side; allocates.
     pub fn of(scene: &Arc<Scene>) -> Self {
         let copy = || match scene.has_instances() {

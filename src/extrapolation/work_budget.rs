@@ -6,12 +6,12 @@
 
 /// Work in units of about a hundred nanoseconds of a desktop's core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Effort {
+pub struct WorkBudget {
     most: u32,
     spent: u32,
 }
 
-impl Effort {
+impl WorkBudget {
     /// Until this much is spent.
     pub const fn of(most: u32) -> Self {
         Self { most, spent: 0 }

@@ -20,7 +20,9 @@ pub mod transmission;
 pub mod workers;
 
 pub use crate::propagation::propagator::Propagator;
-pub use crate::propagation::quality_level::Effort;
-pub use path::{LATE_STEPS, LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
+pub use crate::propagation::quality_level::PropagationQuality;
+pub use path::{
+    LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
+};
 pub use settings::PropagationSettings;
 pub use workers::{MOST_WORKERS, Serial, Workers};

@@ -9,20 +9,20 @@ use glam::{DVec3, Vec3};
 
 use crate::error::Result;
 use crate::propagation::diffraction::MOST_DIRECT_EDGES;
-use crate::propagation::diffuse::Viewpoints;
+use crate::propagation::diffuse::VisibilityCells;
 use crate::propagation::image_source::discovery_history::GuideMemory;
 use crate::propagation::image_source::expansion::fill_up;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::image_source::window_cull::{Candidates, Onlookers};
 use crate::propagation::path::{Path, PathId, PathSet};
-use crate::propagation::quality_level::Effort;
+use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, lattice, renew_lattice, rotation};
 use crate::propagation::rays::guide_rays::GuideRays;
 use crate::propagation::rays::prefix_set::Beginnings;
 use crate::propagation::scene_revision::SceneState;
 use crate::propagation::settings::PropagationSettings;
-use crate::propagation::source_task::{Moment, Scratch, Shared, SourceTask, WayPlace};
+use crate::propagation::source_task::{Moment, PredictedPosition, Scratch, Shared, SourceTask};
 use crate::propagation::workers::{Serial, Workers};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
@@ -58,14 +58,14 @@ pub struct Propagator {
     /// Whether somebody may have changed it since it was last looked at.
     is_touched: bool,
     state: SceneState,
-    viewpoints: Viewpoints,
-    /// See [`Self::set_way`].
-    way: Vec<WayPlace>,
+    viewpoints: VisibilityCells,
+    /// See [`Self::set_predicted_positions`].
+    way: Vec<PredictedPosition>,
     /// As it was made.
     settings: PropagationSettings,
     /// As much of it as is in use.
     in_use: PropagationSettings,
-    effort: Effort,
+    effort: PropagationQuality,
     update: u64,
     /// The rays' lattices before rotation.
     guide_directions: Vec<Vec3>,
@@ -73,7 +73,7 @@ pub struct Propagator {
     shares: Vec<GuideShare>,
     guide: SequenceSet,
     memory: GuideMemory,
-    /// See [`Self::set_reach`].
+    /// See [`Self::set_nearby_radius`].
     reach_m: Option<f64>,
     candidates: Vec<Candidates>,
     /// Of the update's sources, local coordinates.
@@ -106,11 +106,11 @@ impl Propagator {
             scene,
             is_touched: true,
             state: SceneState::default(),
-            viewpoints: Viewpoints::default(),
+            viewpoints: VisibilityCells::default(),
             way: Vec::new(),
             settings,
             in_use: settings,
-            effort: Effort::full(&settings),
+            effort: PropagationQuality::full(&settings),
             update: 0,
             guide_directions: lattice(count),
             source_directions: lattice(settings.source_rays),
@@ -148,7 +148,7 @@ impl Propagator {
 
     /// Spends as much as this from the next update on, within the settings it was made with; what it remembers stays.
     /// Allocates nothing.
-    pub fn set_effort(&mut self, effort: Effort) {
+    pub fn set_quality(&mut self, effort: PropagationQuality) {
         let effort = effort.within(&self.settings);
         if effort.guide_rays != self.effort.guide_rays {
             renew_lattice(&mut self.guide_directions, effort.guide_rays);
@@ -168,7 +168,7 @@ impl Propagator {
 
     /// Has the next updates name reflected paths that are not there, but may be for a listener within `reach_m` metres, in
     /// [`PathSet::nearby`]; `None` names none, which is where a propagator begins.
-    pub fn set_reach(&mut self, reach_m: Option<f64>) {
+    pub fn set_nearby_radius(&mut self, reach_m: Option<f64>) {
         self.reach_m = reach_m;
     }
 
@@ -177,8 +177,9 @@ impl Propagator {
     ///
     /// `sources` says where the sources will be then: for each place all of them, in the order of the update's; where it says
     /// nothing they are taken to be where the update has them.
-    pub fn set_way(&mut self, places: &[Vec3], sources: &[Vec3]) {
-        self.way.resize_with(places.len(), WayPlace::default);
+    pub fn set_predicted_positions(&mut self, places: &[Vec3], sources: &[Vec3]) {
+        self.way
+            .resize_with(places.len(), PredictedPosition::default);
         let count = sources.len() / places.len().max(1);
         for (number, (there, place)) in self.way.iter_mut().zip(places).enumerate() {
             there.place = *place;
@@ -346,18 +347,20 @@ impl Propagator {
             .late
             .extend(tasks.iter().filter_map(|task| task.late_source));
         result.way.clear();
-        result.late_on_way.clear();
-        result.sources_on_way.clear();
-        let all_looked = tasks.iter().all(|t| t.late_on_way.len() == self.way.len());
+        result.predicted_late.clear();
+        result.predicted_sources.clear();
+        let all_looked = tasks
+            .iter()
+            .all(|t| t.predicted_late.len() == self.way.len());
         for (number, there) in self.way.iter().enumerate().filter(|_| all_looked) {
             result.way.push(there.place);
-            let late = tasks.iter().map(|task| task.late_on_way[number]);
-            result.late_on_way.extend(late);
+            let late = tasks.iter().map(|task| task.predicted_late[number]);
+            result.predicted_late.extend(late);
             let at = |(place, pose): (usize, &SourcePose)| {
                 there.sources.get(place).copied().unwrap_or(pose.position)
             };
             result
-                .sources_on_way
+                .predicted_sources
                 .extend(sources.iter().enumerate().map(at));
         }
         result.instances.clear();

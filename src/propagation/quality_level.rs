@@ -4,7 +4,7 @@ use crate::propagation::settings::PropagationSettings;
 
 /// What the next updates may spend, at most what the propagator was made with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Effort {
+pub struct PropagationQuality {
     /// Guide rays, at least 1.
     pub guide_rays: u32,
     /// Source rays of each source, at least 1.
@@ -18,7 +18,7 @@ pub struct Effort {
     pub late_interval: u64,
 }
 
-impl Effort {
+impl PropagationQuality {
     /// Everything that the settings allow.
     pub fn full(settings: &PropagationSettings) -> Self {
         Self {
@@ -56,9 +56,9 @@ mod tests {
     #[test]
     fn every_source_gets_every_rotation_at_any_interval() {
         for late_interval in 1..=4 {
-            let effort = Effort {
+            let effort = PropagationQuality {
                 late_interval,
-                ..Effort::full(&PropagationSettings::default())
+                ..PropagationQuality::full(&PropagationSettings::default())
             };
             for place in 0..5 {
                 let turns: Vec<u64> = (0..16 * late_interval)
@@ -69,7 +69,7 @@ mod tests {
             }
         }
         assert_eq!(
-            Effort::full(&PropagationSettings::default()).late_turn(7, 3),
+            PropagationQuality::full(&PropagationSettings::default()).late_turn(7, 3),
             Some(7)
         );
     }
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn effort_stays_within_the_settings() {
         let settings = PropagationSettings::default();
-        let wild = Effort {
+        let wild = PropagationQuality {
             guide_rays: 0,
             source_rays: u32::MAX,
             depth: 99,
@@ -86,9 +86,9 @@ mod tests {
         };
         let tame = wild.within(&settings);
         assert_eq!((tame.guide_rays, tame.late_interval), (1, 1));
-        let same = Effort {
+        let same = PropagationQuality {
             guide_rays: 1,
-            ..Effort::full(&settings)
+            ..PropagationQuality::full(&settings)
         };
         assert_eq!(tame, same);
     }

@@ -2,12 +2,12 @@
 
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
-use crate::scene::instances::{Change, Standing};
+use crate::scene::instances::{Change, SceneSnapshot};
 
 /// Counts a scene's states.
 #[derive(Debug, Default)]
 pub(crate) struct SceneState {
-    standing: Standing,
+    standing: SceneSnapshot,
     /// Another one whenever the scene is.
     now: u64,
     /// The state after the last change of more than poses.

@@ -9,7 +9,7 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::amplitude::{direct_by_source, free_field};
 use crate::propagation::image_source::sequence::Sequence;
-use crate::propagation::path::{MAX_BENDS, MAX_ORDER, Path};
+use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::{Scene, SourceId, SourcePose};
 
 /// Walls that sound is followed through; what is behind more is not heard.
@@ -28,13 +28,13 @@ pub fn direct_path(
     source: SourceId,
     from: Vec3,
     to: Vec3,
-    nearest_m: f64,
+    min_distance_m: f64,
     rays: &mut u64,
 ) -> Option<Path> {
     let (local_from, local_to) = (scene.to_local(from), scene.to_local(to));
     let through = transmission(scene, local_from, local_to, rays)?;
     let length_m = local_from.distance(local_to);
-    let mut amplitude = free_field(scene, length_m, nearest_m);
+    let mut amplitude = free_field(scene, length_m, min_distance_m);
     for (value, factor) in amplitude.iter_mut().zip(through) {
         *value *= factor;
     }
@@ -42,9 +42,9 @@ pub fn direct_path(
         id: Sequence::default().path_id(scene, source),
         source,
         order: 0,
-        bends: 0,
+        diffraction_order: 0,
         surfaces: [0; MAX_ORDER],
-        edges: [0; MAX_BENDS],
+        edges: [0; MAX_DIFFRACTION_ORDER],
         points: [Vec3::ZERO; MAX_ORDER],
         image: from,
         length_m: length_m as f32,
@@ -73,8 +73,8 @@ pub fn direct_path_of(
             return None;
         }
     }
-    let nearest_m = source.settings.nearest_m(otherwise_m);
-    let mut path = direct_path(scene, source.id, from, to, nearest_m, rays)?;
+    let min_distance_m = source.settings.min_distance_m(otherwise_m);
+    let mut path = direct_path(scene, source.id, from, to, min_distance_m, rays)?;
     direct_by_source(&mut path.amplitude, source, to - from);
     Some(path)
 }

@@ -226,7 +226,7 @@ fn settings_out_of_range_are_refused_by_name() {
         ),
         (
             PropagationSettings {
-                nearest_m: f32::NAN,
+                min_distance_m: f32::NAN,
                 ..Default::default()
             },
             "nearest_m",

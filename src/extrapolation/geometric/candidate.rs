@@ -5,10 +5,10 @@ use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::geometric::frame_geometry::{Shapes, Standing};
 use crate::extrapolation::geometric::line_extrapolation::Trend;
 use crate::extrapolation::geometric::source_poses::Place;
-use crate::extrapolation::geometric::{BestSettings, Now};
+use crate::extrapolation::geometric::{GeometricSettings, Now};
 use crate::extrapolation::predictor::{as_of_update, heard_from};
 use crate::propagation::amplitude::{direct_by_source, free_field, reflected};
-use crate::propagation::diffraction::BentCourse;
+use crate::propagation::diffraction::DiffractionSequence;
 use crate::propagation::image_source::image_path::{ImagePath, mirror_listener, unfold};
 use crate::propagation::image_source::sequence::{Order, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
@@ -63,7 +63,7 @@ pub enum Course {
     /// Surfaces alone, in canonical order.
     Mirrors(Sequence),
     /// Edges, and surfaces before or behind them.
-    Bends(BentCourse),
+    Bends(DiffractionSequence),
     /// Nothing that is known here: it is held as the update has it.
     Unknown,
 }
@@ -86,7 +86,7 @@ impl Grounds {
         }
     }
 
-    fn bends(id: PathId, course: BentCourse) -> Self {
+    fn diffraction_order(id: PathId, course: DiffractionSequence) -> Self {
         Self {
             course: Course::Bends(course),
             ..Self::unknown(id)
@@ -103,8 +103,8 @@ impl Grounds {
 
     /// Of a path of an update; `scene` is as it stood for that update.
     pub(crate) fn of(path: &Path, update: &PathSet, scene: &Scene) -> Self {
-        if let Some(bent) = BentCourse::of(scene, path) {
-            return Self::bends(path.id, bent);
+        if let Some(bent) = DiffractionSequence::of(scene, path) {
+            return Self::diffraction_order(path.id, bent);
         }
         let source = update.sources.iter().find(|pose| pose.id == path.source);
         let Some(source) = source else {
@@ -126,8 +126,8 @@ impl Grounds {
 
     /// Of a path that an update names as one nearby; `scene` is as it stood for that update.
     pub(crate) fn nearby(path: &Path, scene: &Scene) -> Self {
-        match BentCourse::of(scene, path) {
-            Some(bent) => Self::bends(path.id, bent),
+        match DiffractionSequence::of(scene, path) {
+            Some(bent) => Self::diffraction_order(path.id, bent),
             None => {
                 let sequence = Sequence::canonical(scene, path.surfaces());
                 Self::mirrors(path.id, sequence, scene)
@@ -157,14 +157,14 @@ impl Candidate {
         (frame, every): (u64, u32),
     ) -> Option<FramePath> {
         let path = self.trend.as_ref()?.at(frame, every.into())?;
-        let bends = match self.course {
+        let diffraction_order = match self.course {
             // As the update has it, which is no line from one update to the next.
             Course::Unknown => return None,
             Course::Bends(_) => true,
             Course::Mirrors(_) => false,
         };
         let is_shadowed = place.is_some_and(|place| place.is_shadowed);
-        let is_out = self.has_gone(now.scene) || bends && !is_shadowed;
+        let is_out = self.has_gone(now.scene) || diffraction_order && !is_shadowed;
         (!is_out).then_some(path)
     }
 
@@ -180,7 +180,7 @@ impl Candidate {
         &self,
         now: &Now<'_>,
         place: Option<&Place>,
-        settings: &BestSettings,
+        settings: &GeometricSettings,
         shapes: &mut Shapes,
     ) -> Standing {
         let Some(place) = place.filter(|place| place.is_somewhere) else {
@@ -225,7 +225,7 @@ impl Candidate {
         standing: Standing,
         now: &Now<'_>,
         place: &Place,
-        settings: &BestSettings,
+        settings: &GeometricSettings,
         shapes: &Shapes,
     ) -> Option<FramePath> {
         match standing {
@@ -248,7 +248,7 @@ impl Candidate {
     /// Exact for an image-source path: length, air, spreading, angles, directivity and direction of this frame, by the
     /// update's own functions.
     fn exact(&self, image: &ImagePath, place: &Place, now: &Now<'_>) -> FramePath {
-        let mut amplitude = reflected(now.scene, image, place.spot.nearest_m);
+        let mut amplitude = reflected(now.scene, image, place.spot.min_distance_m);
         let departure = (image.points[0] - place.ends[0]).as_vec3();
         direct_by_source(&mut amplitude, &place.spot.source, departure);
         // Rounded the way an update's paths are, so that a path at rest has the same bits either way.
@@ -265,8 +265,8 @@ impl Candidate {
         let surfaces = self.path.surfaces().iter();
         let image = surfaces.fold(from, |point, &surface| scene.surface(surface).mirror(point));
         let length_m = image.distance(ear);
-        let then = free_field(scene, f64::from(self.path.length_m), now.nearest_m);
-        let today = free_field(scene, length_m, now.nearest_m);
+        let then = free_field(scene, f64::from(self.path.length_m), now.min_distance_m);
+        let today = free_field(scene, length_m, now.min_distance_m);
         let path = Path {
             image: scene.to_world(image),
             length_m: length_m as f32,
@@ -298,7 +298,7 @@ impl Mark {
             open: true,
             named: true,
             blocked_leg: 0,
-            legs: path.order + path.bends + 1,
+            legs: path.order + path.diffraction_order + 1,
             tested: None,
             since: frame,
             energy,

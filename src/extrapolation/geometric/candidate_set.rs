@@ -6,10 +6,10 @@
 //! Candidates that it does not name are kept for some updates, closed or open. A long update is taken over in parts.
 
 use crate::extrapolation::geometric::candidate::{Candidate, Course, Grounds, Mark, energy};
-use crate::extrapolation::geometric::prepared_update::Groundwork;
+use crate::extrapolation::geometric::prepared_update::PreparedUpdate;
 use crate::extrapolation::geometric::update_dating::Word;
-use crate::extrapolation::geometric::{BestSettings, Now};
-use crate::extrapolation::work_budget::{Effort, cost};
+use crate::extrapolation::geometric::{GeometricSettings, Now};
+use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::{Path, PathSet};
 
 /// Candidates kept at most, over all sources: a full memory drops what comes last by identity.
@@ -57,10 +57,10 @@ impl Memory {
     /// has been. Until then the candidates are those from before it.
     pub(crate) fn take_part(
         &mut self,
-        (update, groundwork): (&PathSet, &Groundwork),
+        (update, groundwork): (&PathSet, &PreparedUpdate),
         now: &Now<'_>,
-        settings: &BestSettings,
-        effort: &mut Effort,
+        settings: &GeometricSettings,
+        effort: &mut WorkBudget,
     ) -> bool {
         let mut taken = self.taken;
         let named = Named {
@@ -157,7 +157,7 @@ struct Named<'a> {
     frame: u64,
     word: Word,
     updates: u64,
-    settings: &'a BestSettings,
+    settings: &'a GeometricSettings,
 }
 
 /// What was known of a candidate.
@@ -169,12 +169,12 @@ impl Named<'_> {
     fn following(
         &self,
         taken: &mut Taken,
-        groundwork: &Groundwork,
+        groundwork: &PreparedUpdate,
         (old, marks): (&[Candidate], &[Mark]),
         kept: &mut Next,
     ) -> bool {
         let paths = &self.update.paths;
-        while paths.get(taken.path).is_some_and(Path::is_revalidated) {
+        while paths.get(taken.path).is_some_and(Path::is_frame_validated) {
             taken.path += 1;
         }
         let valid = paths.get(taken.path);
@@ -302,8 +302,8 @@ impl Named<'_> {
         let (candidate, mark) = kept.keep(candidate, mark)?;
         mark.named = false;
         // Where the direct path is seen no update looks for longer bends, so it has not said anything.
-        let bends = matches!(candidate.course, Course::Bends(_));
-        if bends && !self.now.is_shadowed(candidate.path.source) {
+        let diffraction_order = matches!(candidate.course, Course::Bends(_));
+        if diffraction_order && !self.now.is_shadowed(candidate.path.source) {
             mark.tested = None;
         } else if self.word.binding && mark.tested <= Some(self.word.frame) {
             mark.note_visibility(false, self.word.frame);

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::work_budget::cost;
-use crate::propagation::diffraction::BentWay;
+use crate::propagation::diffraction::DiffractionPath;
 use crate::propagation::image_source::image_path::{ImagePath, Unfolded};
 use crate::scene::Scene;
 
@@ -46,7 +46,7 @@ pub(crate) struct Shapes {
     pub(crate) unfolded: Unfolded,
     pub(crate) line: [DVec3; 2],
     images: Vec<ImagePath>,
-    ways: Vec<BentWay>,
+    ways: Vec<DiffractionPath>,
     paths: Vec<FramePath>,
 }
 
@@ -81,7 +81,7 @@ impl Shapes {
         Standing::Continued(self.paths.len() as u32 - 1)
     }
 
-    pub(crate) fn bent(&mut self, way: BentWay) -> Standing {
+    pub(crate) fn bent(&mut self, way: DiffractionPath) -> Standing {
         self.ways.push(way);
         Standing::Bent(self.ways.len() as u32 - 1)
     }
@@ -97,7 +97,7 @@ impl Shapes {
     }
 
     /// What [`Self::bent`] has kept.
-    pub(crate) fn way_of(&self, number: u32) -> &BentWay {
+    pub(crate) fn way_of(&self, number: u32) -> &DiffractionPath {
         &self.ways[number as usize]
     }
 }

@@ -16,7 +16,7 @@ use crate::acoustics::BANDS;
 use crate::extrapolation::geometric::Now;
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::{LateSource, PathSet};
+use crate::propagation::{LateEnergy, PathSet};
 use crate::scene::{SourceId, SourcePose};
 
 /// Motion between two estimates in metres from which they lie on a line.
@@ -37,7 +37,7 @@ const REACH_M: f32 = 0.35;
 #[derive(Clone, Copy)]
 struct Estimates<'a> {
     place: Vec3,
-    late: &'a [LateSource],
+    late: &'a [LateEnergy],
     sources: Whereabouts<'a>,
 }
 
@@ -70,7 +70,7 @@ enum Whereabouts<'a> {
 pub(crate) fn late_now<'a>(
     updates: impl Iterator<Item = &'a PathSet>,
     now: &Now<'_>,
-    mut give: impl FnMut(LateSource),
+    mut give: impl FnMut(LateEnergy),
 ) -> u64 {
     let mut rays = 0;
     let mut estimates = updates.flat_map(of_update).take(MOST_ESTIMATES);
@@ -110,8 +110,8 @@ fn of_update(update: &PathSet) -> impl Iterator<Item = Estimates<'_>> {
         sources: Whereabouts::Of(&update.sources),
     };
     let count = update.late.len().max(1);
-    let late = update.late_on_way.chunks_exact(count);
-    let sources = update.sources_on_way.chunks_exact(count);
+    let late = update.predicted_late.chunks_exact(count);
+    let sources = update.predicted_sources.chunks_exact(count);
     let each = update.way.iter().zip(late.zip(sources));
     let way = each.map(|(place, (late, sources))| Estimates {
         place: *place,
@@ -135,16 +135,16 @@ fn is_in_sight(place: Vec3, now: &Now<'_>, rays: &mut u64) -> bool {
 #[derive(Clone, Copy)]
 struct Known<'a> {
     at: [Vec3; 2],
-    late: &'a LateSource,
+    late: &'a LateEnergy,
 }
 
 /// A source's late field on the line between two of the estimates.
 fn among(
-    newest: &LateSource,
+    newest: &LateEnergy,
     seen: &[Estimates<'_>],
     all: &[Estimates<'_>],
     now: &Now<'_>,
-) -> LateSource {
+) -> LateEnergy {
     let id = newest.source;
     let Some(spot) = now.spot(id) else {
         return *newest;
@@ -188,17 +188,17 @@ fn among(
 fn together<'a>(
     known: impl Iterator<Item = Known<'a>> + Clone,
     square: impl Fn(&Known<'a>) -> f32,
-) -> Option<LateSource> {
+) -> Option<LateEnergy> {
     let known = known.filter(|known| known.late.mean_free_time_s > 0.0);
     let nearest = known.clone().map(|each| square(&each));
     let nearest = nearest.fold(f32::INFINITY, f32::min);
     let reach = nearest.max(REACH_M * REACH_M);
     let mut weights = 0.0;
-    let mut sum: Option<LateSource> = None;
+    let mut sum: Option<LateEnergy> = None;
     for each in known {
         let weight = (1.0 + square(&each) / reach).powi(-4);
         weights += weight;
-        let sum = sum.get_or_insert(LateSource::silent(each.late.source));
+        let sum = sum.get_or_insert(LateEnergy::silent(each.late.source));
         sum.mean_free_time_s += weight * each.late.mean_free_time_s;
         for b in 0..BANDS {
             sum.decay_time_s[b] += weight * each.late.decay_time_s[b];
@@ -219,7 +219,7 @@ fn together<'a>(
 
 /// The line from the nearest estimate to another, and how far along it the present lies.
 struct Line<'a> {
-    other: &'a LateSource,
+    other: &'a LateEnergy,
     share: f32,
     /// How far from it the present is, in square metres, and a little for its length.
     cost: f32,
@@ -251,7 +251,7 @@ fn square_between(a: [Vec3; 2], b: [Vec3; 2]) -> f32 {
 }
 
 /// Goes a share of the way from an estimate to another.
-fn mix(result: &mut LateSource, other: &LateSource, share: f32) {
+fn mix(result: &mut LateEnergy, other: &LateEnergy, share: f32) {
     let at = |a: f32, b: f32| (a + (b - a) * share).max(0.0);
     for (energy, other) in result.energy.iter_mut().zip(other.energy) {
         for b in 0..BANDS {

@@ -2,7 +2,7 @@
 //!
 //! Audio side; arithmetic. Own. Within a few graphics frames a path's delay, direction and level lie on a line: a listener
 //! who walks past a mirror image at five metres leaves it by a fifth of a millimetre in two of sixty frames a second. Where
-//! frames are dear ([`crate::extrapolation::geometric::BestSettings::exact_every`]) a path is worked out in its turn and goes on along that line in
+//! frames are dear ([`crate::extrapolation::geometric::GeometricSettings::exact_every`]) a path is worked out in its turn and goes on along that line in
 //! between.
 
 use crate::acoustics::BANDS;

@@ -2,7 +2,7 @@
 //!
 //! Runs on the sound thread. Takes updates as they arrive, gives the reflected and bent paths of each graphics frame
 //! (less the direct field's, which every predictor has anew). Bounded by
-//! the number of candidates and by [`BestSettings::rays_per_source`]; allocates only while there are more candidates
+//! the number of candidates and by [`GeometricSettings::rays_per_source`]; allocates only while there are more candidates
 //! than ever before, and not at all once bounded. Own work, after the measurements that ARCHITECTURE.md tells of: between two updates the stale delay
 //! of a path does the most harm, its stale visibility comes second, its amplitude last.
 //!
@@ -29,14 +29,14 @@ pub mod visibility_scheduler;
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::frame_steps::Part;
 use crate::extrapolation::scene_pair::has_moved;
-use crate::extrapolation::work_budget::{Effort, cost};
+use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::PathSet;
-use crate::propagation::diffraction::{MOST_DOUBLE, MOST_MIRRORED, Spot};
+use crate::propagation::diffraction::{Endpoints, MOST_DOUBLE, MOST_MIRRORED};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 pub(crate) use crate::extrapolation::geometric::late_energy::late_now;
-pub use crate::extrapolation::geometric::prepared_update::Groundwork;
-pub use crate::extrapolation::geometric::settings::{BestSettings, Lead};
+pub use crate::extrapolation::geometric::prepared_update::PreparedUpdate;
+pub use crate::extrapolation::geometric::settings::{GeometricSettings, PredictionTarget};
 
 use crate::extrapolation::geometric::candidate::Course;
 use crate::extrapolation::geometric::candidate_set::Memory;
@@ -55,15 +55,15 @@ pub(crate) struct Now<'a> {
     pub(crate) sources: &'a [SourcePose],
     /// Of each source whether the listener does not see it.
     pub(crate) shadowed: &'a [bool],
-    pub(crate) nearest_m: f64,
+    pub(crate) min_distance_m: f64,
 }
 
 impl Now<'_> {
     /// A source and the listener as they are, if the source is still there and both are somewhere.
-    fn spot(&self, source: SourceId) -> Option<Spot> {
+    fn spot(&self, source: SourceId) -> Option<Endpoints> {
         let pose = self.sources.iter().find(|pose| pose.id == source)?;
         let are_places = pose.position.is_finite() && self.listener.position.is_finite();
-        are_places.then(|| Spot::of(pose, self.listener.position, self.nearest_m))
+        are_places.then(|| Endpoints::of(pose, self.listener.position, self.min_distance_m))
     }
 
     fn is_shadowed(&self, source: SourceId) -> bool {
@@ -88,8 +88,8 @@ enum Step {
 
 /// State of the predictor.
 #[derive(Debug)]
-pub(crate) struct Best {
-    settings: BestSettings,
+pub(crate) struct GeometricPredictor {
+    settings: GeometricSettings,
     memory: Memory,
     history: History,
     inspection: Inspection,
@@ -104,8 +104,8 @@ pub(crate) struct Best {
     step: Step,
 }
 
-impl Best {
-    pub(crate) fn new(settings: BestSettings) -> Self {
+impl GeometricPredictor {
+    pub(crate) fn new(settings: GeometricSettings) -> Self {
         Self {
             settings,
             memory: Memory::default(),
@@ -136,9 +136,9 @@ impl Best {
     /// it.
     pub(crate) fn part(
         &mut self,
-        arrived: Option<(&PathSet, &Groundwork)>,
+        arrived: Option<(&PathSet, &PreparedUpdate)>,
         now: &Now<'_>,
-        effort: &mut Effort,
+        effort: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Part {
         let mut part = Part {
@@ -186,7 +186,7 @@ impl Best {
     }
 
     /// Begins a graphics frame, and an update if one has arrived.
-    fn begin(&mut self, arrived: Option<(&PathSet, &Groundwork)>, now: &Now<'_>) {
+    fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, now: &Now<'_>) {
         self.history.push(now.listener.position);
         self.places.look(now);
         if let Some((update, _)) = arrived {
@@ -200,9 +200,9 @@ impl Best {
     /// Goes on taking over the update that has arrived, if one has; gives whether it is taken over.
     fn take(
         &mut self,
-        arrived: Option<(&PathSet, &Groundwork)>,
+        arrived: Option<(&PathSet, &PreparedUpdate)>,
         now: &Now<'_>,
-        effort: &mut Effort,
+        effort: &mut WorkBudget,
     ) -> bool {
         arrived.is_none_or(|arrived| {
             let settings = &self.settings;
@@ -211,7 +211,7 @@ impl Best {
     }
 
     /// How candidates stand. Of what is closed only what rays are cast for has to be known.
-    fn stand(&mut self, now: &Now<'_>, effort: &mut Effort) {
+    fn stand(&mut self, now: &Now<'_>, effort: &mut WorkBudget) {
         let every = self.settings.exact_every.max(1);
         let memory = &mut self.memory;
         let each = memory.candidates.iter().zip(&mut memory.marks);
@@ -247,7 +247,7 @@ impl Best {
     }
 
     /// Puts in order whom the frame's rays are for.
-    fn make_queue(&mut self, now: &Now<'_>, effort: &mut Effort) {
+    fn make_queue(&mut self, now: &Now<'_>, effort: &mut WorkBudget) {
         let budget = self.settings.rays(now.sources.len());
         let marks = &self.memory.marks;
         self.inspection
@@ -256,7 +256,7 @@ impl Best {
     }
 
     /// Casts the frame's rays until the effort is spent; gives their number, and whether all are cast.
-    fn ask(&mut self, now: &Now<'_>, effort: &mut Effort) -> (u64, bool) {
+    fn ask(&mut self, now: &Now<'_>, effort: &mut WorkBudget) -> (u64, bool) {
         self.inspection.go_on(
             self.memory.updates,
             (&mut self.memory.candidates, &mut self.memory.marks),
@@ -271,7 +271,7 @@ impl Best {
         &mut self,
         first: usize,
         now: &Now<'_>,
-        effort: &mut Effort,
+        effort: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Step {
         let every = self.settings.exact_every.max(1);

@@ -7,16 +7,16 @@ use crate::extrapolation::geometric::candidate::Grounds;
 use crate::propagation::{Path, PathSet};
 use crate::scene::Scene;
 
-/// What [`crate::extrapolation::PredictorKind::Best`] knows of each path of one update.
+/// What [`crate::extrapolation::PredictorKind::Geometric`] knows of each path of one update.
 #[derive(Debug, Default)]
-pub struct Groundwork {
+pub struct PreparedUpdate {
     /// In the order of the update's paths.
     grounds: Vec<Grounds>,
     /// In the order of those nearby.
     nearby: Vec<Grounds>,
 }
 
-impl Groundwork {
+impl PreparedUpdate {
     /// Of an update, finished but for its way to the sound thread; `scene` is as it stood for it. Not on the sound thread:
     /// allocates.
     pub fn lay(&mut self, update: &PathSet, scene: &Scene) {
@@ -50,5 +50,8 @@ impl Groundwork {
 
 /// The paths of an update that are continued from it, not computed anew with the direct field.
 pub(crate) fn continued(update: &PathSet) -> impl Iterator<Item = &Path> {
-    update.paths.iter().filter(|path| !path.is_revalidated())
+    update
+        .paths
+        .iter()
+        .filter(|path| !path.is_frame_validated())
 }

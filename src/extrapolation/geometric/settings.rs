@@ -2,7 +2,7 @@
 
 /// Whose place propagation is computed for when its result is late.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Lead {
+pub enum PredictionTarget {
     /// The place where the listener is when propagation starts.
     None,
     /// The place where the listener will be when the result arrives.
@@ -17,9 +17,9 @@ pub enum Lead {
 /// Sources that rays are counted for at least.
 const LEAST_SOURCES: usize = 4;
 
-/// Settings of [`crate::extrapolation::PredictorKind::Best`].
+/// Settings of [`crate::extrapolation::PredictorKind::Geometric`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BestSettings {
+pub struct GeometricSettings {
     /// Rays that may be cast in one graphics frame to see what blocks reflected paths, times the number of sources, four at
     /// least: few sources leave time for more. 0 leaves visibility to the updates.
     pub rays_per_source: u32,
@@ -33,13 +33,13 @@ pub struct BestSettings {
     /// open.
     pub nearby: bool,
     /// Where updates are to be computed for.
-    pub lead: Lead,
+    pub lead: PredictionTarget,
     /// Graphics frames of which one works a path out; the others continue it along a line. 1 works everything out in
     /// every frame; 0 counts as 1.
     pub exact_every: u32,
 }
 
-impl BestSettings {
+impl GeometricSettings {
     /// Everything on.
     pub const FULL: Self = Self {
         rays_per_source: 96,
@@ -47,7 +47,7 @@ impl BestSettings {
         exact_geometry: true,
         drop_outside: true,
         nearby: true,
-        lead: Lead::End,
+        lead: PredictionTarget::End,
         exact_every: 1,
     };
 
@@ -67,7 +67,7 @@ impl BestSettings {
     }
 }
 
-impl Default for BestSettings {
+impl Default for GeometricSettings {
     fn default() -> Self {
         Self::FULL
     }

@@ -4,14 +4,14 @@ use glam::DVec3;
 
 use crate::extrapolation::geometric::Now;
 use crate::propagation::Path;
-use crate::propagation::diffraction::Spot;
+use crate::propagation::diffraction::Endpoints;
 use crate::scene::SourceId;
 
 /// A source as it is in the present graphics frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     /// The source and the listener in world coordinates.
-    pub(crate) spot: Spot,
+    pub(crate) spot: Endpoints,
     /// Both in local coordinates.
     pub(crate) ends: [DVec3; 2],
     /// Whether both are somewhere.
@@ -24,7 +24,8 @@ impl Place {
     /// Whether this source may be heard along a path.
     pub(crate) fn wants(&self, path: &Path) -> bool {
         let effects = self.spot.source.settings.effects;
-        (path.order == 0 || effects.reflections) && (path.bends == 0 || effects.diffraction)
+        (path.order == 0 || effects.reflections)
+            && (path.diffraction_order == 0 || effects.diffraction)
     }
 }
 
@@ -46,7 +47,7 @@ impl Places {
         self.each.clear();
         self.each
             .extend(now.sources.iter().enumerate().map(|(number, pose)| Place {
-                spot: Spot::of(pose, to, now.nearest_m),
+                spot: Endpoints::of(pose, to, now.min_distance_m),
                 ends: [pose.position, to].map(|place| now.scene.to_local(place)),
                 is_somewhere: pose.position.is_finite() && to.is_finite(),
                 is_shadowed: now.shadowed.get(number).is_some_and(|shadowed| *shadowed),

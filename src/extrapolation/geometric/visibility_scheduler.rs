@@ -11,8 +11,8 @@ use std::collections::BinaryHeap;
 use crate::extrapolation::geometric::candidate::{Candidate, Course, Mark};
 use crate::extrapolation::geometric::frame_geometry::{Shapes, Standing};
 use crate::extrapolation::geometric::source_poses::{Place, Places};
-use crate::extrapolation::geometric::{BestSettings, Now};
-use crate::extrapolation::work_budget::{Effort, cost};
+use crate::extrapolation::geometric::{GeometricSettings, Now};
+use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::diffraction::revalidate;
 use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::Scene;
@@ -107,8 +107,8 @@ impl Inspection {
         updates: u64,
         (candidates, marks): (&mut [Candidate], &mut [Mark]),
         (standings, shapes): (&mut [Standing], &mut Shapes),
-        (now, places, settings): (&Now<'_>, &Places, &BestSettings),
-        effort: &mut Effort,
+        (now, places, settings): (&Now<'_>, &Places, &GeometricSettings),
+        effort: &mut WorkBudget,
     ) -> (u64, bool) {
         let before = self.rays;
         // Every test casts a ray or more, so no more than the budget of them can be made.
@@ -249,7 +249,7 @@ mod tests {
             id: PathId(1),
             source: SourceId::default(),
             order: 2,
-            bends: 0,
+            diffraction_order: 0,
             surfaces: [0; 4],
             edges: [0; 2],
             points: [Vec3::ZERO; 4],

@@ -8,7 +8,7 @@
 
 use crate::acoustics::BANDS;
 use crate::acoustics::bands::amplitude_of_energy;
-use crate::extrapolation::{FramePaths, LATE_STEPS};
+use crate::extrapolation::{FramePaths, LATE_SEGMENTS};
 use crate::simd::{F32x8, LaneSet, NUMBERS, kernel};
 
 use crate::generation::binaural::ear_ramps::Moment;
@@ -148,7 +148,7 @@ impl LateSends {
         Self {
             set: LaneSet::best(),
             network,
-            sends: vec![Send::default(); max_sources * LATE_STEPS],
+            sends: vec![Send::default(); max_sources * LATE_SEGMENTS],
             input: Box::new([[0.0; CHUNK + 2 * TILE]; BANDS]),
         }
     }
@@ -168,7 +168,7 @@ impl LateSends {
             lag_s,
         } = self.network;
         for (place, send) in self.sends.iter_mut().enumerate() {
-            let (slot, step) = (place / LATE_STEPS, place % LATE_STEPS);
+            let (slot, step) = (place / LATE_SEGMENTS, place % LATE_SEGMENTS);
             let mut own = frame.late.iter().filter(|late| late.source.slot() == slot);
             let Some(wanted) = own.nth(step) else {
                 send.retarget(&[(0, F32x8::ZERO); 2], left, ramp);
@@ -199,8 +199,8 @@ impl LateSends {
     /// Reads one source's send for a chunk.
     pub(crate) fn collect(&mut self, slot: usize, line: &DelayLine, moment: Moment) {
         let Moment { now, left, frames } = moment;
-        let first = slot * LATE_STEPS;
-        let Some(sends) = self.sends.get(first..first + LATE_STEPS) else {
+        let first = slot * LATE_SEGMENTS;
+        let Some(sends) = self.sends.get(first..first + LATE_SEGMENTS) else {
             return;
         };
         let heard = |tap: &&Tap| !tap.is_silent(left) && !line.is_silent_from(now - tap.delay);

@@ -10,12 +10,12 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::propagation::amplitude::{direct_by_source, free_field};
 use crate::propagation::diffraction::complex::Complex;
-use crate::propagation::diffraction::first_order::Spot;
+use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::utd::{AroundWedge, Spread, WedgeAngles};
 use crate::propagation::image_source::sequence::{Stop, bent_path_id};
-use crate::propagation::path::{MAX_BENDS, MAX_ORDER, Path};
+use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::Scene;
-use crate::scene::edges::{Bend, Edge};
+use crate::scene::edges::{Edge, EdgeCrossing};
 
 /// One complex value a band.
 pub type Wave = [Complex; BANDS];
@@ -65,7 +65,7 @@ pub fn taken_away(scene: &Scene, edge: &Edge) -> BandArray {
 pub fn around(
     scene: &Scene,
     edge: &Edge,
-    bend: &Bend,
+    bend: &EdgeCrossing,
     spread: &Spread,
     beside_transmission: bool,
     fades: [bool; 2],
@@ -142,12 +142,12 @@ fn near_face(face: &Reflectance, band: usize, cosine: f64, kl: f64) -> f64 {
 }
 
 /// L = s s' sin²β₀ / (s + s') of a single bend.
-pub fn distance_m(bend: &Bend) -> f64 {
+pub fn distance_m(bend: &EdgeCrossing) -> f64 {
     bend.before_m * bend.after_m / bend.length_m() * bend.sin_edge.powi(2)
 }
 
 /// Lengths of a single bend.
-pub fn spread(bend: &Bend) -> Spread {
+pub fn spread(bend: &EdgeCrossing) -> Spread {
     Spread {
         distance_m: distance_m(bend),
         length_m: bend.length_m(),
@@ -179,9 +179,9 @@ pub struct Course<'a> {
 
 /// A path of given band gains relative to the free field over its length, no louder than the source is at the nearest
 /// distance: closer to an edge than a wavelength the asymptotic waves along hard faces add up to a tenth more.
-pub fn path(scene: &Scene, spot: &Spot, course: &Course<'_>, gains: &BandArray) -> Path {
-    let mut amplitude = free_field(scene, course.length_m, spot.nearest_m);
-    let loudest = (1.0 / spot.nearest_m) as f32;
+pub fn path(scene: &Scene, spot: &Endpoints, course: &Course<'_>, gains: &BandArray) -> Path {
+    let mut amplitude = free_field(scene, course.length_m, spot.min_distance_m);
+    let loudest = (1.0 / spot.min_distance_m) as f32;
     for (value, gain) in amplitude.iter_mut().zip(gains) {
         *value = (*value * gain).clamp(-loudest, loudest);
     }
@@ -189,8 +189,8 @@ pub fn path(scene: &Scene, spot: &Spot, course: &Course<'_>, gains: &BandArray) 
         let departure = (*first - scene.to_local(spot.from)).as_vec3();
         direct_by_source(&mut amplitude, &spot.source, departure);
     }
-    let (mut surfaces, mut edges) = ([0; MAX_ORDER], [0; MAX_BENDS]);
-    let (mut order, mut bends) = (0, 0);
+    let (mut surfaces, mut edges) = ([0; MAX_ORDER], [0; MAX_DIFFRACTION_ORDER]);
+    let (mut order, mut diffraction_order) = (0, 0);
     for stop in course.stops {
         match *stop {
             Stop::Surface(surface) => {
@@ -198,8 +198,8 @@ pub fn path(scene: &Scene, spot: &Spot, course: &Course<'_>, gains: &BandArray) 
                 order += 1;
             }
             Stop::Edge(edge) => {
-                edges[bends] = edge;
-                bends += 1;
+                edges[diffraction_order] = edge;
+                diffraction_order += 1;
             }
         }
     }
@@ -213,7 +213,7 @@ pub fn path(scene: &Scene, spot: &Spot, course: &Course<'_>, gains: &BandArray) 
         id: bent_path_id(scene, spot.source.id, course.stops.iter().copied()),
         source: spot.source.id,
         order: order as u8,
-        bends: bends as u8,
+        diffraction_order: diffraction_order as u8,
         surfaces,
         edges,
         points,

@@ -17,7 +17,7 @@ use crate::propagation::diffraction::{WEAKEST, fade_out, smooth};
 use crate::propagation::image_source::sequence::Stop;
 use crate::propagation::path::Path;
 use crate::propagation::transmission::{direct_path, direct_path_of};
-use crate::scene::edges::Bend;
+use crate::scene::edges::EdgeCrossing;
 use crate::scene::{Scene, SourcePose};
 
 /// Most edges that the direct field of one source is followed at.
@@ -29,7 +29,7 @@ const TWO_WAVES: f64 = 2.0 * PI;
 
 /// A source and where it is heard, in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spot {
+pub struct Endpoints {
     /// The source, its place and its settings.
     pub source: SourcePose,
     /// Where it is.
@@ -37,10 +37,10 @@ pub struct Spot {
     /// Where the listener is.
     pub to: Vec3,
     /// Distance in metres below which a source gets no louder.
-    pub nearest_m: f64,
+    pub min_distance_m: f64,
 }
 
-impl Spot {
+impl Endpoints {
     /// A source heard at a place; `otherwise_m` is the distance below which sources get no louder that do not say
     /// themselves.
     pub fn of(source: &SourcePose, to: Vec3, otherwise_m: f64) -> Self {
@@ -48,7 +48,7 @@ impl Spot {
             source: *source,
             from: source.position,
             to,
-            nearest_m: source.settings.nearest_m(otherwise_m),
+            min_distance_m: source.settings.min_distance_m(otherwise_m),
         }
     }
 }
@@ -89,7 +89,7 @@ pub struct DirectField {
 /// One way over one edge.
 struct OneBend {
     edge: u32,
-    bend: Bend,
+    bend: EdgeCrossing,
     detour_m: f64,
     /// What the length of its detour leaves of it.
     left: f64,
@@ -103,7 +103,7 @@ struct OneWave {
 }
 
 impl OneBend {
-    fn of(scene: &Scene, spot: &Spot, edge: u32) -> Option<Self> {
+    fn of(scene: &Scene, spot: &Endpoints, edge: u32) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
         let bend = scene.edge(edge).bend(from, to)?;
         let detour_m = (bend.length_m() - from.distance(to)).max(0.0);
@@ -116,7 +116,7 @@ impl OneBend {
         })
     }
 
-    fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
+    fn is_clear(&self, scene: &Scene, spot: &Endpoints, rays: &mut u64) -> bool {
         let line = &scene.edge(self.edge);
         let stand = edge_wave::stand(line, self.bend.apex);
         let mut sees =
@@ -124,7 +124,7 @@ impl OneBend {
         sees(spot.to) && sees(spot.from)
     }
 
-    fn wave(self, scene: &Scene, spot: &Spot) -> OneWave {
+    fn wave(self, scene: &Scene, spot: &Endpoints) -> OneWave {
         let line = &scene.edge(self.edge);
         let beside_transmission = spot.source.settings.effects.transmission;
         let spread = edge_wave::spread(&self.bend);
@@ -167,7 +167,7 @@ impl OneWave {
 /// Allocates nothing. One ray for the straight path, more behind walls, and up to two for each edge of the list.
 pub fn direct_field(
     scene: &Scene,
-    spot: &Spot,
+    spot: &Endpoints,
     edges: impl Iterator<Item = u32>,
     rays: &mut u64,
     give: &mut impl FnMut(Path),
@@ -178,14 +178,14 @@ pub fn direct_field(
         ..DirectField::default()
     };
     if !effects.diffraction {
-        let straight = direct_path_of(scene, &spot.source, spot.to, spot.nearest_m, rays);
+        let straight = direct_path_of(scene, &spot.source, spot.to, spot.min_distance_m, rays);
         straight.into_iter().for_each(give);
         return found;
     }
     let id = spot.source.id;
-    let mut straight = direct_path(scene, id, spot.from, spot.to, spot.nearest_m, rays);
+    let mut straight = direct_path(scene, id, spot.from, spot.to, spot.min_distance_m, rays);
     let straight_m = scene.to_local(spot.from).distance(scene.to_local(spot.to));
-    let free = free_field(scene, straight_m, spot.nearest_m);
+    let free = free_field(scene, straight_m, spot.min_distance_m);
     // A wall that takes nothing away is none.
     found.visible = straight.is_some_and(|path| path.amplitude == free);
     if !effects.direct || !(found.visible || effects.transmission) {
@@ -206,14 +206,14 @@ pub fn direct_field(
             continue;
         }
         let length_m = bend.bend.length_m();
-        let reaches = straight_m.max(spot.nearest_m) / length_m.max(spot.nearest_m);
+        let reaches = straight_m.max(spot.min_distance_m) / length_m.max(spot.min_distance_m);
         let wave = bend.wave(scene, spot);
         if !wave.is_audible(reaches) {
             continue;
         }
         found.edges.push(edge);
         let detour_m = wave.bend.detour_m;
-        let bent_free = free_field(scene, length_m, spot.nearest_m);
+        let bent_free = free_field(scene, length_m, spot.min_distance_m);
         let (mut together, mut apart) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let joined = if joins {
@@ -252,7 +252,7 @@ pub fn direct_field(
         if found.visible {
             for (value, factor) in path.amplitude.iter_mut().zip(gain) {
                 // Bright fringes beside a shadow reach +1.4 dB; a source within its nearest distance gets no louder.
-                *value = (*value * factor.abs() as f32).min(1.0 / spot.nearest_m as f32);
+                *value = (*value * factor.abs() as f32).min(1.0 / spot.min_distance_m as f32);
             }
         }
         direct_by_source(&mut path.amplitude, &spot.source, spot.to - spot.from);

@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use crate::propagation::diffraction::first_order::Spot;
+use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::second_order::Way;
 use crate::propagation::diffraction::{LONGEST_DETOUR_M, second_order};
 use crate::scene::Scene;
@@ -64,7 +64,7 @@ impl List {
 
 /// The shortest ways over an edge of a part and one of something else, with the bends within the edges' ends and in the
 /// air. Says nothing of what stands in between.
-pub fn shortest(scene: &Scene, spot: &Spot) -> Tried {
+pub fn shortest(scene: &Scene, spot: &Endpoints) -> Tried {
     let mut tried = [None; MOST_TRIED];
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
     let most_m = from.distance(to) + LONGEST_DETOUR_M;

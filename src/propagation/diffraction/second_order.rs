@@ -12,13 +12,13 @@ use glam::DVec3;
 use crate::acoustics::BANDS;
 use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::edge_wave::Course;
-use crate::propagation::diffraction::first_order::Spot;
+use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::utd::{Spread, WedgeAngles};
 use crate::propagation::diffraction::{LONGEST_DETOUR_M, WEAKEST, fade_out, moving_edge_pairs};
 use crate::propagation::image_source::sequence::Stop;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::{Bend, Edge, NearEdges};
+use crate::scene::edges::{Edge, EdgeCrossing, NearEdges};
 
 /// Most paths with two bends from one source.
 pub const MOST_DOUBLE: usize = 4;
@@ -52,7 +52,7 @@ const IN_FACE: f64 = 1e-2;
 #[derive(Debug, Clone, Copy)]
 pub struct Way {
     edges: [u32; 2],
-    bends: [Bend; 2],
+    diffraction_order: [EdgeCrossing; 2],
     length_m: f64,
 }
 
@@ -60,7 +60,7 @@ pub struct Way {
 /// ([`joined`]), at most [`MOST_DOUBLE`].
 pub fn find(
     scene: &Scene,
-    spot: &Spot,
+    spot: &Endpoints,
     near: &NearEdges,
     rays: &mut u64,
     give: &mut impl FnMut(Path),
@@ -121,7 +121,7 @@ pub(crate) fn insert(tried: &mut [Option<Way>], new: Way) {
 impl Way {
     /// The shortest way over two edges in this order, if it bends within their ends, stays in the air of both and is not
     /// too long.
-    pub fn over(scene: &Scene, edges: [u32; 2], spot: &Spot) -> Option<Self> {
+    pub fn over(scene: &Scene, edges: [u32; 2], spot: &Endpoints) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
         let lines = edges.map(|edge| scene.edge(edge));
         Self::between(edges, [&lines[0], &lines[1]], from, to)
@@ -148,16 +148,17 @@ impl Way {
         if first.distance(second) < LEAST_LEG_M {
             return None;
         }
-        let mut bends = [a.bend(from, second)?, b.bend(first, to)?];
+        let mut diffraction_order = [a.bend(from, second)?, b.bend(first, to)?];
         if share_face([a, b]) {
             // The leg between lies in the face but for rounding.
-            bends[0].outgoing = on_face(a, bends[0].outgoing);
-            bends[1].incoming = on_face(b, bends[1].incoming);
+            diffraction_order[0].outgoing = on_face(a, diffraction_order[0].outgoing);
+            diffraction_order[1].incoming = on_face(b, diffraction_order[1].incoming);
         }
-        let length_m = bends[0].before_m + first.distance(second) + bends[1].after_m;
+        let length_m =
+            diffraction_order[0].before_m + first.distance(second) + diffraction_order[1].after_m;
         (length_m < from.distance(to) + LONGEST_DETOUR_M).then_some(Self {
             edges,
-            bends,
+            diffraction_order,
             length_m,
         })
     }
@@ -168,31 +169,31 @@ impl Way {
     }
 
     /// Its path, if that is above [`WEAKEST`]. Says nothing of what stands in between.
-    pub fn path(&self, scene: &Scene, spot: &Spot) -> Option<Path> {
+    pub fn path(&self, scene: &Scene, spot: &Endpoints) -> Option<Path> {
         let straight_m = scene.to_local(spot.from).distance(scene.to_local(spot.to));
         let left = fade_out(self.length_m - straight_m);
         let gains = gains(scene, spot, self).map(|gain| (gain * left) as f32);
-        let reach = straight_m.max(spot.nearest_m) / self.length_m;
+        let reach = straight_m.max(spot.min_distance_m) / self.length_m;
         let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
         audible.then(|| {
             let course = Course {
                 stops: &self.edges.map(Stop::Edge),
-                points: &self.bends.map(|bend| bend.apex),
+                points: &self.diffraction_order.map(|bend| bend.apex),
                 length_m: self.length_m,
-                heard_at: self.bends[1].apex,
+                heard_at: self.diffraction_order[1].apex,
             };
             edge_wave::path(scene, spot, &course, &gains)
         })
     }
 
     /// Whether nothing stands on the way. Adds the rays it cast, three at most, to `rays`.
-    pub fn is_clear(&self, scene: &Scene, spot: &Spot, rays: &mut u64) -> bool {
+    pub fn is_clear(&self, scene: &Scene, spot: &Endpoints, rays: &mut u64) -> bool {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
         let lines = self.edges.map(|edge| scene.edge(edge));
         let [a, b] = &lines;
         let (first, second) = (
-            edge_wave::stand(a, self.bends[0].apex),
-            edge_wave::stand(b, self.bends[1].apex),
+            edge_wave::stand(a, self.diffraction_order[0].apex),
+            edge_wave::stand(b, self.diffraction_order[1].apex),
         );
         // The leg between may run along a face that both have.
         let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
@@ -317,15 +318,15 @@ fn by_parting([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
 }
 
 /// Signed band gains of a way relative to the free field over its length.
-fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
+fn gains(scene: &Scene, spot: &Endpoints, way: &Way) -> [f64; BANDS] {
     let edges = &way.edges.map(|edge| scene.edge(edge));
     let [before_m, between_m, after_m] = [
-        way.bends[0].before_m,
-        way.bends[1].before_m,
-        way.bends[1].after_m,
+        way.diffraction_order[0].before_m,
+        way.diffraction_order[1].before_m,
+        way.diffraction_order[1].after_m,
     ];
     let whole_m = before_m + between_m + after_m;
-    let sines = way.bends.map(|bend| bend.sin_edge.powi(2));
+    let sines = way.diffraction_order.map(|bend| bend.sin_edge.powi(2));
     let outer = [before_m, after_m];
     let wide = [0, 1].map(|i| Spread {
         distance_m: outer[i] * (whole_m - outer[i]) / whole_m * sines[i],
@@ -338,8 +339,8 @@ fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
     let turn = |i: usize| {
         let angles = WedgeAngles {
             n: edges[i].n,
-            incoming: way.bends[i].incoming,
-            outgoing: way.bends[i].outgoing,
+            incoming: way.diffraction_order[i].incoming,
+            outgoing: way.diffraction_order[i].outgoing,
         };
         angles.bend(1.0, wide[i].distance_m)
     };
@@ -355,7 +356,7 @@ fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
         let (incident, reflected) = edge_wave::around(
             scene,
             &edges[i],
-            &way.bends[i],
+            &way.diffraction_order[i],
             &spreads[i],
             beside_transmission[i],
             [false; 2],
@@ -364,8 +365,8 @@ fn gains(scene: &Scene, spot: &Spot, way: &Way) -> [f64; BANDS] {
     });
     // A wedge already halves a wave that comes or goes along a face, once at each edge; what leaves the first along the
     // face arrives whole at the second.
-    let along = runs_along(&edges[0], way.bends[0].outgoing)
-        && runs_along(&edges[1], way.bends[1].incoming);
+    let along = runs_along(&edges[0], way.diffraction_order[0].outgoing)
+        && runs_along(&edges[1], way.diffraction_order[1].incoming);
     let share = if along { 2.0 } else { 1.0 };
     std::array::from_fn(|b| edge_wave::signed(first[b] * second[b] * share))
 }

@@ -9,12 +9,12 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::edge_wave::Course;
-use crate::propagation::diffraction::first_order::Spot;
+use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::{ROUGH_BAND, WEAKEST, fade_out};
 use crate::propagation::image_source::sequence::Stop;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::{Bend, Edge, MOST_EDGE_MIRRORS, NearEdges};
+use crate::scene::edges::{Edge, EdgeCrossing, MOST_EDGE_MIRRORS, NearEdges};
 
 /// Most paths of one source that bend once and are reflected.
 pub const MOST_MIRRORED: usize = 12;
@@ -62,7 +62,7 @@ struct Likely {
 /// Gives the paths with one bend around an edge of `near` and one or two reflections, at most [`MOST_MIRRORED`].
 pub fn find(
     scene: &Scene,
-    spot: &Spot,
+    spot: &Endpoints,
     near: &NearEdges,
     rays: &mut u64,
     give: &mut impl FnMut(Path),
@@ -147,7 +147,7 @@ fn look(
     scene: &Scene,
     ends: [Seen; 2],
     around: &Around,
-    spot: &Spot,
+    spot: &Endpoints,
     likely: &mut [Likely; MOST_TRIED],
 ) {
     if !around.may_bend(scene, &ends) {
@@ -157,7 +157,7 @@ fn look(
     let Some(bend) = line.bend(ends[0].image, ends[1].image) else {
         return;
     };
-    let straight_m = ends[0].real.distance(ends[1].real).max(spot.nearest_m);
+    let straight_m = ends[0].real.distance(ends[1].real).max(spot.min_distance_m);
     let mut rough_gain = crate::propagation::diffraction::rough_gain(scene, edge, &bend)
         * straight_m
         / bend.length_m();
@@ -185,7 +185,7 @@ pub struct Mirrored {
     ends: [Seen; 2],
     hits: [Option<DVec3>; 2],
     edge: u32,
-    bend: Bend,
+    bend: EdgeCrossing,
     /// Where sight lines to the bend end.
     stand: DVec3,
 }
@@ -193,7 +193,12 @@ pub struct Mirrored {
 impl Mirrored {
     /// The way over an edge with a mirror before it and one behind it, if it bends within the edge's ends and meets both
     /// mirrors within theirs.
-    pub fn over(scene: &Scene, edge: u32, mirrors: [Option<u32>; 2], spot: &Spot) -> Option<Self> {
+    pub fn over(
+        scene: &Scene,
+        edge: u32,
+        mirrors: [Option<u32>; 2],
+        spot: &Endpoints,
+    ) -> Option<Self> {
         let places = [spot.from, spot.to].map(|place| scene.to_local(place));
         let ends = [0, 1].map(|end| Seen::of(scene, places[end], mirrors[end]));
         Self::between(scene, ends, edge)
@@ -220,10 +225,10 @@ impl Mirrored {
     }
 
     /// Its path, if that is above [`WEAKEST`]. Says nothing of what stands in between.
-    pub fn path(&self, scene: &Scene, spot: &Spot) -> Option<Path> {
+    pub fn path(&self, scene: &Scene, spot: &Endpoints) -> Option<Path> {
         let gains = self.gains(scene);
         let straight_m = self.ends[0].real.distance(self.ends[1].real);
-        let reach = straight_m.max(spot.nearest_m) / self.bend.length_m();
+        let reach = straight_m.max(spot.min_distance_m) / self.bend.length_m();
         let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
         audible.then(|| self.course(scene, spot, &gains))
     }
@@ -268,7 +273,7 @@ impl Mirrored {
         })
     }
 
-    fn course(&self, scene: &Scene, spot: &Spot, gains: &BandArray) -> Path {
+    fn course(&self, scene: &Scene, spot: &Endpoints, gains: &BandArray) -> Path {
         let apex = self.bend.apex;
         let mut stops = [Stop::Edge(self.edge); 3];
         let mut points = [apex; 3];

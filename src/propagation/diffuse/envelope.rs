@@ -9,10 +9,10 @@
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::decay_fit::NEPERS_OF_60_DB;
 use crate::propagation::diffuse::next_event::AT_ONCE;
-use crate::propagation::path::{LATE_STEPS, LateSource};
+use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
 
 /// Starts of the tail's steps, in mean free times after the straight line's arrival.
-pub const LATE_STEPS_FREE_TIMES: [f64; LATE_STEPS] = [0.0, 2.0, 5.0, 10.0];
+pub const LATE_STEPS_FREE_TIMES: [f64; LATE_SEGMENTS] = [0.0, 2.0, 5.0, 10.0];
 
 /// Until when the last step's arrivals are looked at, in mean free times; rays with 32 bounces come so far.
 const LAST_FREE_TIME: f64 = 20.0;
@@ -25,7 +25,7 @@ pub(crate) struct Spans {
     free_time_s: f64,
     /// When the straight line arrives: an arrival belongs to the time since the first sound could be there.
     nearest_s: f64,
-    sums: [[f64; BANDS]; LATE_STEPS],
+    sums: [[f64; BANDS]; LATE_SEGMENTS],
 }
 
 impl Spans {
@@ -33,7 +33,7 @@ impl Spans {
         Self {
             free_time_s,
             nearest_s,
-            sums: [[0.0; BANDS]; LATE_STEPS],
+            sums: [[0.0; BANDS]; LATE_SEGMENTS],
         }
     }
 
@@ -47,10 +47,10 @@ impl Spans {
         energies: &[BandArray; AT_ONCE],
         count: usize,
     ) {
-        let mut shares = [[0.0; AT_ONCE]; LATE_STEPS];
+        let mut shares = [[0.0; AT_ONCE]; LATE_SEGMENTS];
         let mut first = [1.0; AT_ONCE];
-        for step in 0..LATE_STEPS {
-            let next = match step + 1 < LATE_STEPS {
+        for step in 0..LATE_SEGMENTS {
+            let next = match step + 1 < LATE_SEGMENTS {
                 true => LATE_STEPS_FREE_TIMES[step + 1],
                 false => LAST_FREE_TIME,
             };
@@ -72,7 +72,7 @@ impl Spans {
             if !is_finite {
                 continue;
             }
-            for step in 0..LATE_STEPS {
+            for step in 0..LATE_SEGMENTS {
                 for b in 0..BANDS {
                     sums[step][b] += shares[step][l] * f64::from(energy[b]);
                 }
@@ -82,11 +82,11 @@ impl Spans {
     }
 
     /// The energy of the steps of `late`; `updates` is how many updates' arrivals they are, by weight.
-    pub(crate) fn tell(&self, updates: f64, late: &mut LateSource) {
+    pub(crate) fn tell(&self, updates: f64, late: &mut LateEnergy) {
         for (step, sum) in self.sums.iter().enumerate() {
             for b in 0..BANDS {
                 let mut energy = sum[b] / updates;
-                if step == LATE_STEPS - 1 {
+                if step == LATE_SEGMENTS - 1 {
                     // What comes after the last arrivals, by the decay.
                     let window_s =
                         (LAST_FREE_TIME - LATE_STEPS_FREE_TIMES[step]) * self.free_time_s;
@@ -101,7 +101,7 @@ impl Spans {
 
 /// One start of the tail.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TailStep {
+pub struct LateSegment {
     /// Seconds from emission.
     pub start_s: f32,
     /// Energy a second that this start adds to the envelope, extrapolated back to emission, in 1/s.
@@ -109,11 +109,11 @@ pub struct TailStep {
 }
 
 /// The tail of one source as starts of a decay of `decay_time_s`, which need not be its own: its energy stays.
-pub fn tail_steps(late: &LateSource, decay_time_s: &BandArray) -> [TailStep; LATE_STEPS] {
+pub fn late_segments(late: &LateEnergy, decay_time_s: &BandArray) -> [LateSegment; LATE_SEGMENTS] {
     let start = |step: usize| {
         f64::from(late.start_s) + LATE_STEPS_FREE_TIMES[step] * f64::from(late.mean_free_time_s)
     };
-    let mut steps: [TailStep; LATE_STEPS] = std::array::from_fn(|step| TailStep {
+    let mut steps: [LateSegment; LATE_SEGMENTS] = std::array::from_fn(|step| LateSegment {
         start_s: start(step) as f32,
         energy_per_s: [0.0; BANDS],
     });
@@ -121,7 +121,7 @@ pub fn tail_steps(late: &LateSource, decay_time_s: &BandArray) -> [TailStep; LAT
         let nepers_per_s = NEPERS_OF_60_DB / f64::from(decay_time_s[b]).max(1e-3);
         // Integral of the decay from a step's start to the next one's; the last has no end.
         let left = |step: usize| match step {
-            LATE_STEPS => 0.0,
+            LATE_SEGMENTS => 0.0,
             _ => (-nepers_per_s * start(step)).exp() / nepers_per_s,
         };
         let energy = std::array::from_fn(|step| f64::from(late.energy[step][b]));
@@ -140,11 +140,11 @@ pub fn tail_steps(late: &LateSource, decay_time_s: &BandArray) -> [TailStep; LAT
 const MOST_ENERGY_PER_S: f64 = 1e30;
 
 /// Levels that never fall, whose products with `room` sum to the sum of `energy`, each pool of steps for itself.
-fn rising(energy: [f64; LATE_STEPS], room: [f64; LATE_STEPS]) -> [f64; LATE_STEPS] {
+fn rising(energy: [f64; LATE_SEGMENTS], room: [f64; LATE_SEGMENTS]) -> [f64; LATE_SEGMENTS] {
     // Pools as (energy, room, steps), last on top.
-    let mut pools: [(f64, f64, usize); LATE_STEPS] = [(0.0, 0.0, 0); LATE_STEPS];
+    let mut pools: [(f64, f64, usize); LATE_SEGMENTS] = [(0.0, 0.0, 0); LATE_SEGMENTS];
     let mut count = 0;
-    for step in 0..LATE_STEPS {
+    for step in 0..LATE_SEGMENTS {
         let mut pool = (energy[step], room[step].max(f64::MIN_POSITIVE), 1);
         while count > 0 && pools[count - 1].0 * pool.1 > pool.0 * pools[count - 1].1 {
             count -= 1;
@@ -154,7 +154,7 @@ fn rising(energy: [f64; LATE_STEPS], room: [f64; LATE_STEPS]) -> [f64; LATE_STEP
         pools[count] = pool;
         count += 1;
     }
-    let mut levels = [0.0; LATE_STEPS];
+    let mut levels = [0.0; LATE_SEGMENTS];
     let mut step = 0;
     for (energy, room, steps) in &pools[..count] {
         levels[step..step + steps].fill(energy / room);
@@ -164,8 +164,8 @@ fn rising(energy: [f64; LATE_STEPS], room: [f64; LATE_STEPS]) -> [f64; LATE_STEP
 }
 
 /// Energy-weighted reverberation time of several sources' late fields, one a band.
-pub fn common_decay(late: &[LateSource]) -> BandArray {
-    let energy = |late: &LateSource, b: usize| late.energy.iter().map(|e| e[b]).sum::<f32>();
+pub fn common_decay(late: &[LateEnergy]) -> BandArray {
+    let energy = |late: &LateEnergy, b: usize| late.energy.iter().map(|e| e[b]).sum::<f32>();
     std::array::from_fn(|b| {
         let total: f32 = late.iter().map(|l| energy(l, b)).sum();
         if total > 0.0 {
@@ -197,14 +197,14 @@ mod tests {
 
     #[test]
     fn a_tail_brings_its_energy_whatever_the_common_decay() {
-        let late = LateSource {
+        let late = LateEnergy {
             energy: [[0.1; BANDS], [0.2; BANDS], [0.2; BANDS], [0.1; BANDS]],
             start_s: 0.03,
             mean_free_time_s: 0.01,
-            ..LateSource::silent(SourceId::default())
+            ..LateEnergy::silent(SourceId::default())
         };
         for decay_s in [0.3f32, 1.0, 4.0] {
-            let steps = tail_steps(&late, &[decay_s; BANDS]);
+            let steps = late_segments(&late, &[decay_s; BANDS]);
             let k = 6.0 * std::f64::consts::LN_10 / f64::from(decay_s);
             let told: f64 = steps
                 .iter()

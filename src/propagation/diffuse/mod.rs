@@ -1,7 +1,7 @@
 //! What the late reverb needs of one source: the energy that no discrete path carries, when it arrives, and how it
 //! decays.
 //!
-//! Runs inside a propagation update. Takes source and listener, gives a [`LateSource`]. Bounded by the rays of one
+//! Runs inside a propagation update. Takes source and listener, gives a [`LateEnergy`]. Bounded by the rays of one
 //! update (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`connection::SHADOW_RAYS`] rays to the listener for each of sixteen
 //! rotations at most: none for a listener at rest, a few for one who walks ([`viewpoints`]).
 //!
@@ -30,9 +30,9 @@ mod static_hit_cache;
 mod trace;
 pub mod visibility_cells;
 
-pub use crate::propagation::diffuse::envelope::{TailStep, common_decay, tail_steps};
+pub use crate::propagation::diffuse::envelope::{LateSegment, common_decay, late_segments};
 pub use crate::propagation::diffuse::source_rays::SourceRays;
-pub use crate::propagation::diffuse::visibility_cells::{Viewpoints, still_place};
+pub use crate::propagation::diffuse::visibility_cells::{VisibilityCells, still_place};
 
 use glam::{DVec3, Vec3};
 
@@ -43,7 +43,7 @@ use crate::propagation::diffuse::next_event::Arrivals;
 use crate::propagation::diffuse::source_rays::{Found, Known};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
-use crate::propagation::path::LateSource;
+use crate::propagation::path::LateEnergy;
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::{Scene, SourceId};
 
@@ -175,7 +175,7 @@ impl LateEstimator {
         &mut self,
         scene: &Scene,
         [source, listener]: [DVec3; 2],
-        viewpoints: &Viewpoints,
+        viewpoints: &VisibilityCells,
         rays: &mut u64,
     ) {
         for number in 0..self.slots.len() {
@@ -209,19 +209,19 @@ impl LateEstimator {
     }
 
     /// The estimate over the last sixteen updates, for the listener of the last.
-    pub fn estimate(&mut self, scene: &Scene, source: SourceId) -> LateSource {
+    pub fn estimate(&mut self, scene: &Scene, source: SourceId) -> LateEnergy {
         let curves = &self.curves;
         let decay = self.decay.get_or_insert_with(|| curves.sum().decay(scene));
         let filled = || self.slots.iter().filter(|slot| slot.filled);
         let Some(decay) = decay else {
-            return LateSource::silent(source);
+            return LateEnergy::silent(source);
         };
-        let mut late = LateSource {
+        let mut late = LateEnergy {
             // Beyond all numbers a source is silent, and nothing is to start.
             start_s: (self.nearest_s as f32).min(f32::MAX),
             mean_free_time_s: decay.mean_free_time_s as f32,
             decay_time_s: decay.decay_time_s,
-            ..LateSource::silent(source)
+            ..LateEnergy::silent(source)
         };
         let reach_m = self.reach_m();
         let weight = |slot: &Slot| weight(slot.origin.distance(self.source), reach_m) as f32;

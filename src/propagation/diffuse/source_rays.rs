@@ -13,7 +13,7 @@ use crate::propagation::diffuse::bounce_buffer::Bounces;
 use crate::propagation::diffuse::decay_fit::DecayCurve;
 use crate::propagation::diffuse::static_hit_cache::FixedWay;
 use crate::propagation::diffuse::trace::follow;
-use crate::propagation::diffuse::visibility_cells::Viewpoints;
+use crate::propagation::diffuse::visibility_cells::VisibilityCells;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::rays::directions::{mix, unit};
@@ -39,7 +39,7 @@ pub struct SourceRays<'a> {
     /// The listener, local coordinates.
     pub listener: DVec3,
     /// From where it is looked for what reaches the listener.
-    pub viewpoints: &'a Viewpoints,
+    pub viewpoints: &'a VisibilityCells,
     /// The source as it is: rays carry what its directivity sends along them.
     pub pose: SourcePose,
     /// The lattice ([`crate::propagation::rays::directions::lattice`]), one direction a ray.

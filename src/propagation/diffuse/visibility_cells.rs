@@ -26,13 +26,13 @@ const CELLS_M: [f32; 3] = [0.5, 0.125, 0.031_25];
 
 /// The places for one listener.
 #[derive(Debug, Clone)]
-pub struct Viewpoints {
+pub struct VisibilityCells {
     /// The listener and the state of the scene that they are for.
     of: Option<(Vec3, u64)>,
     places: [Vec3; VIEWPOINTS],
 }
 
-impl Default for Viewpoints {
+impl Default for VisibilityCells {
     fn default() -> Self {
         Self {
             of: None,
@@ -41,7 +41,7 @@ impl Default for Viewpoints {
     }
 }
 
-impl Viewpoints {
+impl VisibilityCells {
     /// Finds the places for a listener, local coordinates; they are the same whatever was asked for before. A scene of the
     /// same `scene_state` is the same. Gives the number of rays cast, none if nothing is new.
     pub fn renew(&mut self, scene: &Scene, listener: Vec3, scene_state: u64) -> u64 {
@@ -114,13 +114,13 @@ mod tests {
     fn viewpoints_are_near_in_sight_and_stand_still() {
         let scene = room();
         let at = |x: f32| scene.to_local(Vec3::new(x, 1.3, 1.4)).as_vec3();
-        let mut walking = Viewpoints::default();
+        let mut walking = VisibilityCells::default();
         let mut changed = 0;
         for step in 0..300 {
             let listener = at(0.02 + 0.013 * step as f32);
             let before = walking.places;
             walking.renew(&scene, listener, 0);
-            let mut fresh = Viewpoints::default();
+            let mut fresh = VisibilityCells::default();
             fresh.renew(&scene, listener, 0);
             assert_eq!(walking.places, fresh.places);
             for (place, before) in walking.places.iter().zip(before) {

@@ -63,7 +63,7 @@ impl Default for GuideMemory {
 
 impl GuideMemory {
     /// Sequences that an update tries at most where it is asked for more than its own poses need
-    /// ([`crate::propagation::Propagator::set_reach`]); others try [`CANDIDATES`].
+    /// ([`crate::propagation::Propagator::set_nearby_radius`]); others try [`CANDIDATES`].
     pub const MOST: usize = 4096;
 
     /// Adds what is remembered to `guide`, which holds what rays have met now, and remembers that.

@@ -9,7 +9,7 @@ use glam::DVec3;
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::image_source::sequence::{Order, Sequence};
-use crate::propagation::image_source::unfold_x4::Four;
+use crate::propagation::image_source::unfold_x4::SequenceBatch4;
 use crate::propagation::path::MAX_ORDER;
 use crate::scene::{Scene, Surface};
 
@@ -137,7 +137,7 @@ impl Unfolded {
         &mut self,
         scene: &Scene,
         sequence: &Sequence,
-        four: &Four,
+        four: &SequenceBatch4,
         lane: usize,
     ) -> bool {
         if !four.meets(lane) {

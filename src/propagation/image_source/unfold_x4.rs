@@ -29,7 +29,7 @@ const OWN: u64 = 0x0804_0201;
 
 /// The sequences, and where their points lie once they have been unfolded.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Four {
+pub(crate) struct SequenceBatch4 {
     normal: [[Lanes; 3]; MAX_ORDER],
     offset_m: [Lanes; MAX_ORDER],
     /// Of each place the earlier ones that it cannot pass, [`PLACE_BITS`] a place.
@@ -48,7 +48,7 @@ pub(crate) struct Four {
     misses: [u64; LANES],
 }
 
-impl Four {
+impl SequenceBatch4 {
     pub(crate) const EMPTY: Self = Self {
         normal: [[[0.0; LANES]; 3]; MAX_ORDER],
         offset_m: [[0.0; LANES]; MAX_ORDER],
@@ -262,7 +262,7 @@ kernel! {
     /// Finds out which surfaces commute, and mirrors `ear` in all `count` of each lane. Every product is rounded, so all machines
     /// give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn ready_by<L>(four: &mut Four, count: usize, ear: &[f64; 3]) {
+    fn ready_by<L>(four: &mut SequenceBatch4, count: usize, ear: &[f64; 3]) {
         match count {
             1 => four.make_ready::<1>(ear),
             2 => four.make_ready::<2>(ear),
@@ -275,7 +275,7 @@ kernel! {
 kernel! {
     /// Follows each lane's line from `source` through its `count` planes.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn unfold_by<L>(four: &mut Four, count: usize, source: &[f64; 3]) {
+    fn unfold_by<L>(four: &mut SequenceBatch4, count: usize, source: &[f64; 3]) {
         match count {
             1 => four.unfold::<1>(source),
             2 => four.unfold::<2>(source),
@@ -287,13 +287,13 @@ kernel! {
 
 /// Makes the lanes' sequences of `count` surfaces ready for paths to `ear`.
 #[inline(always)]
-pub(crate) fn make_ready(four: &mut Four, count: usize, ear: DVec3) {
+pub(crate) fn make_ready(four: &mut SequenceBatch4, count: usize, ear: DVec3) {
     ready_by(LaneSet::best(), four, count, &ear.to_array());
 }
 
 /// Unfolds the lanes' sequences of `count` surfaces, which are ready.
 #[inline(always)]
-pub(crate) fn unfold(four: &mut Four, count: usize, source: DVec3) {
+pub(crate) fn unfold(four: &mut SequenceBatch4, count: usize, source: DVec3) {
     unfold_by(LaneSet::best(), four, count, &source.to_array());
 }
 
@@ -337,7 +337,7 @@ mod tests {
                 .into_iter()
                 .chain([LaneSet::Portable]);
             for (set, length) in sets.flat_map(|set| (1..=MAX_ORDER).map(move |n| (set, n))) {
-                let mut four = Four::EMPTY;
+                let mut four = SequenceBatch4::EMPTY;
                 for some in sequences(&scene, length, 4000).chunks(LANES) {
                     for (lane, sequence) in some.iter().enumerate() {
                         four.put(&scene, lane, sequence);

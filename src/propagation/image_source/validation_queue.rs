@@ -6,7 +6,7 @@ use glam::DVec3;
 use crate::propagation::image_source::image_path::Unfolded;
 use crate::propagation::image_source::occluder_cache::{Blocked, Occluders};
 use crate::propagation::image_source::sequence::Sequence;
-use crate::propagation::image_source::unfold_x4::{Four, LANES, make_ready, unfold};
+use crate::propagation::image_source::unfold_x4::{LANES, SequenceBatch4, make_ready, unfold};
 use crate::propagation::path::MAX_ORDER;
 use crate::scene::Scene;
 
@@ -20,7 +20,7 @@ const AHEAD: usize = 2;
 /// Sequences of one length, up to four.
 #[derive(Debug)]
 pub(crate) struct Bucket {
-    pub(crate) four: Four,
+    pub(crate) four: SequenceBatch4,
     sequences: [Sequence; LANES],
     numbers: [u32; LANES],
     count: usize,
@@ -28,7 +28,7 @@ pub(crate) struct Bucket {
 
 impl Bucket {
     const EMPTY: Self = Self {
-        four: Four::EMPTY,
+        four: SequenceBatch4::EMPTY,
         sequences: [Sequence::NONE; LANES],
         numbers: [0; LANES],
         count: 0,
@@ -124,7 +124,7 @@ impl Waiting {
         occluders: &Occluders,
         length: usize,
         ends: [DVec3; 2],
-        mut give: impl FnMut(&Four, usize, &Sequence),
+        mut give: impl FnMut(&SequenceBatch4, usize, &Sequence),
     ) -> bool {
         let Some(bucket) = Bucket::of(&mut self.buckets, length) else {
             return false;

@@ -12,7 +12,7 @@ use crate::propagation::image_source::direct_validation::{FEW, Looks};
 use crate::propagation::image_source::image_path::{MARGIN_M, mirror_listener};
 use crate::propagation::image_source::sequence::{Order, Sequence};
 use crate::propagation::image_source::unfold_x4;
-use crate::propagation::image_source::unfold_x4::Four;
+use crate::propagation::image_source::unfold_x4::SequenceBatch4;
 use crate::propagation::path::MAX_ORDER;
 use crate::scene::{Scene, Surface};
 use crate::simd::{LaneSet, kernel};
@@ -90,7 +90,14 @@ impl Windows {
     /// Puts in a surface of each lane from `first` on, seen from four sequences' images of the ear; `margin_m` is how far outside
     /// a line may pass.
     #[inline(always)]
-    fn set(&mut self, first: usize, four: &Four, place: usize, bounds: &Bounds, margin_m: f64) {
+    fn set(
+        &mut self,
+        first: usize,
+        four: &SequenceBatch4,
+        place: usize,
+        bounds: &Bounds,
+        margin_m: f64,
+    ) {
         let (normal, image, distance_m) = four.seen(place);
         let (tilt, _) = four.tilt_and_image();
         let mut widest = [1.0f64; unfold_x4::LANES];
@@ -203,20 +210,20 @@ fn with_image(mirror: &Surface, mut low: DVec3, mut high: DVec3) -> (DVec3, DVec
 
 /// Up to eight sequences of one length, ready, and their surfaces' bounds by place.
 #[derive(Debug)]
-struct Eight {
+struct CullBatch8 {
     count: usize,
     length: usize,
-    fours: [Four; 2],
+    fours: [SequenceBatch4; 2],
     bounds: [[Bounds; 2]; MAX_ORDER],
     /// How far outside their surfaces lines may pass, in metres.
     margin_m: f64,
 }
 
-impl Eight {
+impl CullBatch8 {
     const EMPTY: Self = Self {
         count: 0,
         length: 0,
-        fours: [Four::EMPTY; 2],
+        fours: [SequenceBatch4::EMPTY; 2],
         bounds: [[Bounds::NONE; 2]; MAX_ORDER],
         margin_m: 0.0,
     };
@@ -268,7 +275,7 @@ impl Pack {
 
     /// Becomes these.
     #[inline(always)]
-    fn set(&mut self, eight: &Eight) {
+    fn set(&mut self, eight: &CullBatch8) {
         let ([low, high], margin_m) = (&eight.fours, eight.margin_m);
         self.depth = eight.length;
         self.filled = (1 << eight.count) - 1;
@@ -318,7 +325,7 @@ pub(crate) struct Candidates {
     first: usize,
     capacity: usize,
     /// The eight at hand: large, and looked at from everywhere before the next.
-    eight: Eight,
+    eight: CullBatch8,
     pack: Pack,
     /// Of each eight which they are, from [`Self::first`].
     numbers: Vec<[u32; LANES]>,
@@ -364,7 +371,7 @@ impl Candidates {
         Self {
             first: 0,
             capacity,
-            eight: Eight::EMPTY,
+            eight: CullBatch8::EMPTY,
             pack: Pack::EMPTY,
             numbers: Vec::with_capacity(capacity.div_ceil(LANES) + MAX_ORDER),
             seen: Vec::new(),
@@ -450,7 +457,7 @@ kernel! {
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn look<L>(
         pack: &mut Pack,
-        eight: &Eight,
+        eight: &CullBatch8,
         sources: &[DVec3],
         seen: &mut [u8],
         number: usize,

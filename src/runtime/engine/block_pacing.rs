@@ -5,7 +5,7 @@
 //! one comes or, where that is too much for a block, as soon as it is done. Work is counted, not timed: what is even here
 //! is even on any machine. What takes a fraction of a block anyway is done at once.
 
-use crate::extrapolation::Effort;
+use crate::extrapolation::WorkBudget;
 
 /// Work that is done at once, however long a graphics frame is: less than a tenth of a millisecond of a desktop's core.
 const AT_ONCE: u32 = 600;
@@ -80,18 +80,18 @@ impl Pace {
 
     /// What a block with so many voices, those that wait for their start among them, may do, or a piece of one that takes this
     /// share of it.
-    pub(crate) fn effort(&self, share: f64, voices: u32) -> Effort {
+    pub(crate) fn effort(&self, share: f64, voices: u32) -> WorkBudget {
         if !self.is_even || self.blocks == 1 {
-            return Effort::boundless();
+            return WorkBudget::boundless();
         }
         let even = SPARE * share * f64::from(self.last) / f64::from(self.blocks);
         let left = FULL_SHARE - SOURCES_SHARE - VOICE_SHARE * f64::from(voices);
         let most = share * left.clamp(LEAST_SHARE, MOST_SHARE) * self.block_s / UNIT_S;
-        Effort::of((even.min(most) as u32).max(AT_ONCE))
+        WorkBudget::of((even.min(most) as u32).max(AT_ONCE))
     }
 
     /// Counts what a block did.
-    pub(crate) fn count(&mut self, effort: &Effort) {
+    pub(crate) fn count(&mut self, effort: &WorkBudget) {
         self.spent = self.spent.saturating_add(effort.spent());
     }
 

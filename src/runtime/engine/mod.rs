@@ -53,7 +53,7 @@ use crate::propagation::Propagator;
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 use super::budget::Governor;
-use super::phone::Manners;
+use super::phone::DeviceHints;
 use super::trace::{Track, spans};
 use crate::runtime::handover::newest::newest;
 use crate::runtime::threads::clock::now;
@@ -113,7 +113,7 @@ impl Engine {
             governor: Governor::default(),
             detail: Governor::default().detail(&settings.propagation, settings.max_paths),
             last_time_s: None,
-            manners: Manners::begin(settings.manners),
+            manners: DeviceHints::begin(settings.manners),
             epoch,
             shown: shown_sender,
             most_shown: settings.shown_paths,

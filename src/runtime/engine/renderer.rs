@@ -15,7 +15,7 @@ use super::messages::{AudioFrame, Delivery, FeedChange};
 use super::mixer::Mixer;
 use super::settings::EngineSettings;
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Continuation, Extrapolator, FramePaths, LATE_STEPS};
+use crate::extrapolation::{Extrapolator, FramePaths, LATE_SEGMENTS, PredictorState};
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
 use crate::runtime::engine::block_pacing::Pace;
@@ -106,9 +106,9 @@ impl Renderer {
         let settings = &parts.settings;
         let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
         let mut frame_paths = FramePaths::default();
-        let paths = Continuation::most_paths(settings.max_paths) + slots;
+        let paths = PredictorState::most_paths(settings.max_paths) + slots;
         frame_paths.paths.reserve(paths);
-        frame_paths.late.reserve(slots * LATE_STEPS);
+        frame_paths.late.reserve(slots * LATE_SEGMENTS);
         Self {
             mixer: Mixer::new(
                 sources,

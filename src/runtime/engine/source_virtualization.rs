@@ -70,7 +70,7 @@ struct Slot {
 
 /// The seating of one engine.
 #[derive(Debug)]
-pub(crate) struct Seating {
+pub(crate) struct SourceVirtualizer {
     places: Vec<Place>,
     slots: Vec<Slot>,
     /// Slots before this one have owners.
@@ -84,7 +84,7 @@ pub(crate) struct Seating {
     pub(crate) unheard: u32,
 }
 
-impl Seating {
+impl SourceVirtualizer {
     /// For this many sources and fewer slots, which rest for so many seconds of audio.
     pub(crate) fn new(sources: usize, slots: usize, rest_s: f64) -> Self {
         let place = Place {

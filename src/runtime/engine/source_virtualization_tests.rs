@@ -7,7 +7,7 @@ use crate::runtime::engine::slot_release::REST_S;
 const TICK_S: f64 = 1.0 / 60.0;
 
 struct Hall {
-    seating: Seating,
+    seating: SourceVirtualizer,
     guests: Vec<Guest>,
     time_s: f64,
     sources: Vec<SourcePose>,
@@ -18,7 +18,7 @@ struct Hall {
 impl Hall {
     fn new(guests: Vec<Guest>, slots: usize) -> Self {
         Self {
-            seating: Seating::new(guests.len(), slots, REST_S),
+            seating: SourceVirtualizer::new(guests.len(), slots, REST_S),
             guests,
             time_s: 0.0,
             sources: Vec::new(),

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::extrapolation::PosedScenes;
+use crate::extrapolation::ScenePair;
 use crate::runtime::offline::renderer::OfflineRenderer;
 use crate::scene::{InstanceId, InstancePose, Scene};
 
@@ -49,6 +49,6 @@ impl OfflineRenderer {
 
     fn follow_scene(&mut self) {
         let scene = self.propagation.propagator_mut().scene();
-        self.extrapolator.swap_scene(&mut PosedScenes::of(scene));
+        self.extrapolator.swap_scene(&mut ScenePair::of(scene));
     }
 }

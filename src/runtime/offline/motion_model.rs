@@ -33,13 +33,13 @@ const FASTEST_BEND: f32 = 1.0;
 
 /// Where sources were in the last graphics frames.
 #[derive(Debug)]
-pub(crate) struct Courses {
+pub(crate) struct MotionModel {
     apart: usize,
     /// The newest first.
     places: VecDeque<Vec<(SourceId, Vec3)>>,
 }
 
-impl Courses {
+impl MotionModel {
     /// For updates that start so many graphics frames after each other.
     pub(crate) fn new(interval: usize) -> Self {
         Self {
@@ -129,7 +129,7 @@ mod tests {
 
     /// Where a source is taken to be `frames` graphics frames after `now` that has been moving like this.
     fn followed(place: impl Fn(f32) -> Vec3, now: i32, frames: f32) -> Vec3 {
-        let mut courses = Courses::new(25);
+        let mut courses = MotionModel::new(25);
         let at = |frame: i32| place(frame as f32 / RATE_HZ);
         for frame in now - 40..now {
             courses.remember(&poses(at(frame)));

@@ -4,10 +4,10 @@
 
 use glam::Vec3;
 
-use crate::extrapolation::{Lead, PredictorKind};
+use crate::extrapolation::{PredictionTarget, PredictorKind};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::runtime::offline::motion_model::{Courses, place_in, way};
+use crate::runtime::offline::motion_model::{MotionModel, place_in, way};
 use crate::runtime::offline::schedule::{Latency, Poses, Schedule};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
@@ -24,7 +24,7 @@ const MOST_STEPS: f32 = 16.0;
 
 /// Predicts poses some graphics frames ahead.
 #[derive(Debug)]
-pub(crate) struct Predicted {
+pub(crate) struct PosePrediction {
     frames_ahead: f32,
     /// Until the result arrives, in graphics frames.
     frames_late: f32,
@@ -32,17 +32,17 @@ pub(crate) struct Predicted {
     /// `None` if nobody asks what is nearby.
     frames_off: Option<f32>,
     last: Option<Poses>,
-    sources: Courses,
+    sources: MotionModel,
     ahead: Poses,
     /// Where the listener will be while the result is used, besides [`Self::poses`].
     way: Vec<Vec3>,
     /// Where the sources will be then: for each place all of them.
-    sources_on_way: Vec<Vec3>,
+    predicted_sources: Vec<Vec3>,
     /// Where the listener will be who walks through what [`carried`] stops at.
     beyond: Option<Vec3>,
 }
 
-impl Predicted {
+impl PosePrediction {
     pub(crate) fn new(schedule: Schedule, predictor: PredictorKind) -> Self {
         let lead = predictor.lead();
         let interval = schedule.level() as f32 + 1.0;
@@ -56,10 +56,10 @@ impl Predicted {
         // The last graphics frame of an interval comes one frame before its end.
         let used = interval - 1.0;
         let frames_ahead = match (schedule, lead) {
-            (Schedule::Synchronous, _) | (_, Lead::None) => 0.0,
-            (_, Lead::Arrival) => late,
-            (_, Lead::Middle) => late + 0.5 * used,
-            (_, Lead::End) => late + used,
+            (Schedule::Synchronous, _) | (_, PredictionTarget::None) => 0.0,
+            (_, PredictionTarget::Arrival) => late,
+            (_, PredictionTarget::Middle) => late + 0.5 * used,
+            (_, PredictionTarget::End) => late + used,
         };
         let farthest = (late + used - frames_ahead).max(frames_ahead - late);
         let off = matches!(schedule, Schedule::Asynchronous { .. }) && predictor.wants_nearby();
@@ -68,10 +68,10 @@ impl Predicted {
             frames_late: late,
             frames_off: off.then_some(farthest),
             last: None,
-            sources: Courses::new(interval as usize),
+            sources: MotionModel::new(interval as usize),
             ahead: Poses::default(),
             way: Vec::new(),
-            sources_on_way: Vec::new(),
+            predicted_sources: Vec::new(),
             beyond: None,
         }
     }
@@ -80,7 +80,7 @@ impl Predicted {
     pub(crate) fn poses<'a>(&'a mut self, now: &'a Poses, scene: &Scene) -> &'a Poses {
         self.beyond = None;
         self.way.clear();
-        self.sources_on_way.clear();
+        self.predicted_sources.clear();
         let Some(last) = self.last.as_ref().filter(|_| self.frames_ahead > 0.0) else {
             return now;
         };
@@ -119,19 +119,20 @@ impl Predicted {
             self.way.push(at + listener_step * frames);
             for pose in &now.sources {
                 let way = self.sources.way(last, pose, frames);
-                self.sources_on_way.push(carried(pose.position, way, scene));
+                self.predicted_sources
+                    .push(carried(pose.position, way, scene));
             }
         }
         if let Some(beyond) = self.beyond {
             self.way.push(beyond);
             let ahead = self.ahead.sources.iter().map(|pose| pose.position);
-            self.sources_on_way.extend(ahead);
+            self.predicted_sources.extend(ahead);
         }
     }
 
     /// The places that tails are to be estimated for besides [`Self::poses`], and where the sources are then.
     pub(crate) fn way(&self) -> (&[Vec3], &[Vec3]) {
-        (&self.way, &self.sources_on_way)
+        (&self.way, &self.predicted_sources)
     }
 
     /// Where the listener will be, if not at [`Self::poses`] but through what those stop at.

@@ -95,7 +95,7 @@ impl OfflineRenderer {
         settings.schedule.check()?;
         let propagator = Propagator::new(Arc::clone(&scene), settings.propagation)?;
         let generator = Generator::new(settings.generation.clone(), hrtf)?;
-        let nearest_m = settings.propagation.nearest_m;
+        let min_distance_m = settings.propagation.min_distance_m;
         Ok(Self {
             propagation: ScheduledPropagation::new(
                 settings.schedule,
@@ -103,7 +103,7 @@ impl OfflineRenderer {
                 rate_hz,
                 settings.predictor,
             ),
-            extrapolator: Extrapolator::new(scene, settings.predictor, nearest_m),
+            extrapolator: Extrapolator::new(scene, settings.predictor, min_distance_m),
             generator,
             frame_paths: FramePaths::default(),
             report: OfflineReport::default(),
@@ -169,7 +169,7 @@ impl OfflineRenderer {
             let level = self.settings.schedule.level();
             let groundwork = self.propagation.groundwork_mut();
             let extrapolator = &mut self.extrapolator;
-            let retired = extrapolator.take_prepared_update(update, groundwork, level);
+            let retired = extrapolator.store_prepared_update(update, groundwork, level);
             self.propagation.recycle(retired);
         }
         self.extrapolator

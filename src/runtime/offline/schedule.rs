@@ -3,9 +3,9 @@
 //! Source: the paper's section III-B and Figure 2 for the asynchronous schedule, its reference 18 for the synchronous one.
 
 use crate::error::{Error, Result};
-use crate::extrapolation::{Groundwork, PredictorKind};
+use crate::extrapolation::{PredictorKind, PreparedUpdate};
 use crate::propagation::{Path, PathSet, Propagator};
-use crate::runtime::offline::pose_prediction::Predicted;
+use crate::runtime::offline::pose_prediction::PosePrediction;
 use crate::scene::{ListenerPose, SourcePose};
 
 /// Everybody's place at one graphics frame.
@@ -77,13 +77,13 @@ pub(crate) struct ScheduledPropagation {
     /// A result that is computed but, on the virtual clock, not there yet.
     pending: Option<PathSet>,
     /// What has been worked out of the result given last, and of the one computed last.
-    groundwork: Groundwork,
-    newest_groundwork: Groundwork,
+    groundwork: PreparedUpdate,
+    newest_groundwork: PreparedUpdate,
     predictor: PredictorKind,
     spare: PathSet,
     /// The paths behind a surface that the listener comes near.
     through: PathSet,
-    predicted: Predicted,
+    predicted: PosePrediction,
 }
 
 impl ScheduledPropagation {
@@ -95,14 +95,14 @@ impl ScheduledPropagation {
         predictor: PredictorKind,
     ) -> Self {
         Self {
-            predicted: Predicted::new(schedule, predictor),
+            predicted: PosePrediction::new(schedule, predictor),
             schedule,
             propagator,
             graphics_rate_hz,
             frame: 0,
             pending: None,
-            groundwork: Groundwork::default(),
-            newest_groundwork: Groundwork::default(),
+            groundwork: PreparedUpdate::default(),
+            newest_groundwork: PreparedUpdate::default(),
             predictor,
             spare: PathSet::default(),
             through: PathSet::default(),
@@ -110,7 +110,7 @@ impl ScheduledPropagation {
     }
 
     /// What has been worked out of the result that [`Self::next_frame`] gave last.
-    pub(crate) fn groundwork_mut(&mut self) -> &mut Groundwork {
+    pub(crate) fn groundwork_mut(&mut self) -> &mut PreparedUpdate {
         &mut self.groundwork
     }
 
@@ -181,14 +181,15 @@ impl ScheduledPropagation {
         let Poses { listener, sources } = &poses;
         let through = self.predicted.beyond().filter(|_| reach_m.is_some());
         if let Some(through) = &through {
-            self.propagator.set_reach(None);
-            self.propagator.set_way(&[], &[]);
+            self.propagator.set_nearby_radius(None);
+            self.propagator.set_predicted_positions(&[], &[]);
             self.propagator
                 .update(through, sources, time_s, &mut self.through);
         }
-        self.propagator.set_reach(reach_m);
-        let (way, sources_on_way) = self.predicted.way();
-        self.propagator.set_way(way, sources_on_way);
+        self.propagator.set_nearby_radius(reach_m);
+        let (way, predicted_sources) = self.predicted.way();
+        self.propagator
+            .set_predicted_positions(way, predicted_sources);
         self.propagator
             .update(listener, sources, time_s, &mut result);
         if through.is_some() {
@@ -196,7 +197,7 @@ impl ScheduledPropagation {
         }
         // As the engine does, of the scene as it stands for this update.
         match self.predictor {
-            PredictorKind::Best(_) => {
+            PredictorKind::Geometric(_) => {
                 self.newest_groundwork.lay(&result, self.propagator.scene());
             }
             PredictorKind::Hold | PredictorKind::Linear => self.newest_groundwork.clear(),
@@ -213,7 +214,7 @@ fn add_nearby(result: &mut PathSet, other: &PathSet) {
             || result.nearby.binary_search_by(by_id).is_ok()
     };
     let paths = other.paths.iter();
-    let new = paths.filter(|path| !path.is_revalidated() && !known(path));
+    let new = paths.filter(|path| !path.is_frame_validated() && !known(path));
     let new: Vec<Path> = new.copied().collect();
     result.nearby.extend(new);
     result.nearby.sort_unstable_by_key(|path| path.id);

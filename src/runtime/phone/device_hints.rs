@@ -1,6 +1,6 @@
 //! What the propagation thread does about heat and hints, between two updates.
 
-use crate::runtime::budget::{Budget, Tier, TierChoice};
+use crate::runtime::budget::{Budget, QualityChoice, QualityLevel};
 use crate::runtime::handover::seqlock::{Words, halves, pair};
 use crate::runtime::phone::hints::HintSession;
 use crate::runtime::phone::symbols::Symbols;
@@ -18,7 +18,7 @@ const SOUND_PERIOD_S: f64 = 0.05;
 
 /// Which manners are wanted, and the system's functions for them.
 #[derive(Debug, Clone, Copy)]
-pub struct MannersSettings {
+pub struct DeviceHintsSettings {
     /// Whether heat lowers detail ([`crate::runtime::phone::ThermalPolicy`]).
     pub thermal: bool,
     /// Whether the system is told how long updates and blocks take.
@@ -27,7 +27,7 @@ pub struct MannersSettings {
     pub symbols: &'static Symbols,
 }
 
-impl Default for MannersSettings {
+impl Default for DeviceHintsSettings {
     /// Both, where the system has them.
     fn default() -> Self {
         Self {
@@ -40,18 +40,18 @@ impl Default for MannersSettings {
 
 /// What came of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MannersReport {
+pub struct DeviceHintsReport {
     /// The system's last word on its heat.
     pub reading: ThermalReading,
     /// The least tier because of it.
-    pub tier: Tier,
+    pub tier: QualityLevel,
     /// Whether the propagation thread has a session of hints.
     pub hints_updates: bool,
     /// Whether the sound thread has one.
     pub hints_sound: bool,
 }
 
-impl Words<3> for MannersReport {
+impl Words<3> for DeviceHintsReport {
     fn to_words(self) -> [u64; 3] {
         let ThermalReading { headroom, status } = self.reading;
         let hints = u32::from(self.hints_updates) | u32::from(self.hints_sound) << 1;
@@ -71,7 +71,7 @@ impl Words<3> for MannersReport {
                 headroom: perhaps(headroom).map(f32::from_bits),
                 status: perhaps(status).map(|status| status as u8),
             },
-            tier: Tier(tier as u8),
+            tier: QualityLevel(tier as u8),
             hints_updates: hints & 1 == 1,
             hints_sound: hints & 2 == 2,
         }
@@ -86,15 +86,15 @@ enum Hints {
 }
 
 /// Heat and hints. One thread at a time: whoever runs propagation; its calls may wait for another process.
-pub struct Manners {
-    settings: MannersSettings,
+pub struct DeviceHints {
+    settings: DeviceHintsSettings,
     thermal: Option<ThermalWatch>,
     updates: Hints,
     sound: Hints,
     /// The sound thread's number, as of the session that is open.
     sound_thread: i32,
     sound_told_s: f64,
-    tier: Tier,
+    tier: QualityLevel,
 }
 
 /// How sound goes, as the propagation thread sees it.
@@ -108,9 +108,9 @@ pub struct SoundLoad {
     pub lasts_s: f64,
 }
 
-impl Manners {
+impl DeviceHints {
     /// Begins to watch.
-    pub fn begin(settings: MannersSettings) -> Self {
+    pub fn begin(settings: DeviceHintsSettings) -> Self {
         let thermal = settings.symbols.thermal.filter(|_| settings.thermal);
         let hints = || match settings.hints && settings.symbols.hints.is_some() {
             true => Hints::Wanted,
@@ -122,7 +122,7 @@ impl Manners {
             sound: hints(),
             sound_thread: 0,
             sound_told_s: f64::NEG_INFINITY,
-            tier: Tier::default(),
+            tier: QualityLevel::default(),
             settings,
         }
     }
@@ -140,10 +140,10 @@ impl Manners {
             self.tier = thermal.tier(time_s);
         }
         let tiers = match budget.tiers {
-            _ if self.tier == Tier::default() => budget.tiers,
-            TierChoice::Free => TierChoice::AtLeast(self.tier),
-            TierChoice::AtLeast(tier) => TierChoice::AtLeast(tier.max(self.tier)),
-            TierChoice::Exactly(tier) => TierChoice::Exactly(tier),
+            _ if self.tier == QualityLevel::default() => budget.tiers,
+            QualityChoice::Free => QualityChoice::AtLeast(self.tier),
+            QualityChoice::AtLeast(tier) => QualityChoice::AtLeast(tier.max(self.tier)),
+            QualityChoice::Exactly(tier) => QualityChoice::Exactly(tier),
         };
         Budget { tiers, ..budget }
     }
@@ -197,8 +197,8 @@ impl Manners {
     }
 
     /// What has come of it.
-    pub fn report(&self) -> MannersReport {
-        MannersReport {
+    pub fn report(&self) -> DeviceHintsReport {
+        DeviceHintsReport {
             reading: self
                 .thermal
                 .as_ref()

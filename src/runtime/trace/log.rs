@@ -40,7 +40,7 @@ impl SpanKind {
             Self::Direct => "direct paths",
             Self::Extrapolation => "extrapolation (EPS)",
             Self::Generation => "generation (SGS)",
-            Self::Tier => "tier",
+            Self::QualityLevel => "tier",
         }
     }
 
@@ -52,7 +52,7 @@ impl SpanKind {
             Self::Block => "level",
             Self::Direct => "rays",
             Self::Generation => "voices",
-            Self::Tier => "tier",
+            Self::QualityLevel => "tier",
         }
     }
 }
@@ -98,7 +98,7 @@ impl TraceLog {
             let (thread, value) = (track.number(), span.value);
             let at_us = span.began_ns as f64 * 1e-3;
             let lasted_us = span.lasted_ns as f64 * 1e-3;
-            if span.kind != SpanKind::Tier {
+            if span.kind != SpanKind::QualityLevel {
                 writeln!(
                     out,
                     "{{\"name\":\"{name}\",\"ph\":\"X\",\"pid\":1,\"tid\":{thread},\"ts\":{at_us:.3},\"dur\":{lasted_us:.3},\"args\":{{\"{what}\":{value}}}}},"
@@ -106,7 +106,7 @@ impl TraceLog {
             }
             if matches!(
                 span.kind,
-                SpanKind::Update | SpanKind::Block | SpanKind::Tier
+                SpanKind::Update | SpanKind::Block | SpanKind::QualityLevel
             ) {
                 writeln!(
                     out,
@@ -137,7 +137,7 @@ mod tests {
         for (track, kind) in [
             (Track::Sound, SpanKind::Block),
             (Track::Propagation, SpanKind::Update),
-            (Track::Propagation, SpanKind::Tier),
+            (Track::Propagation, SpanKind::QualityLevel),
         ] {
             let (mut writer, mut reader) = spans(track, 4, epoch);
             let began = epoch + Duration::from_micros(1500);

@@ -35,7 +35,7 @@ pub enum SpanKind {
     /// Generation of a block (SGS); the value is the number of voices.
     Generation,
     /// The budget's tier changed; no time passes; the value is the new tier.
-    Tier,
+    QualityLevel,
 }
 
 /// A stretch of time.

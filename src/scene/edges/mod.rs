@@ -13,7 +13,7 @@ mod visibility_graph;
 use glam::{DVec3, Vec3};
 
 pub use crate::scene::edges::visibility_graph::{MOST_NEIGHBOURS, REACH_M};
-pub use edge::{Bend, Edge};
+pub use edge::{Edge, EdgeCrossing};
 pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};

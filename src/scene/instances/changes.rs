@@ -18,12 +18,12 @@ pub enum Change {
 
 /// A scene's fixed part, and what its instances are made of and where they are. Keeps them from being freed.
 #[derive(Debug, Clone, Default)]
-pub struct Standing {
+pub struct SceneSnapshot {
     fixed: Option<Arc<CommittedMesh>>,
     placed: Vec<(InstancePose, Arc<Scene>)>,
 }
 
-impl Standing {
+impl SceneSnapshot {
     /// Notes how a scene stands; gives what has changed since that was last noted. Allocates while the number of instances
     /// is new.
     pub fn renew(&mut self, scene: &Scene) -> Change {

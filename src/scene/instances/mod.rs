@@ -29,7 +29,7 @@ use crate::geometry::{Bounds, BoxTree, Hit, Ray};
 use materials::MoreMaterials;
 use placed::Placed;
 
-pub use crate::scene::instances::changes::{Change, Standing};
+pub use crate::scene::instances::changes::{Change, SceneSnapshot};
 pub use crate::scene::instances::numbering::{MOST_IN_A_PART, MOST_INSTANCES};
 pub use pose::{InstanceId, InstancePose};
 

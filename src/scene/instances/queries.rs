@@ -160,7 +160,13 @@ impl Scene {
     /// scene and of instances, none longer than `longest_m`: both places outside the wedge and the bend within the edge's
     /// ends. Says nothing of what stands in between. With the answer for places not far away as `known` it is found sooner,
     /// and no other one.
-    pub fn bends(&self, known: &NearEdges, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
+    pub fn diffracting_edges(
+        &self,
+        known: &NearEdges,
+        from: DVec3,
+        to: DVec3,
+        longest_m: f64,
+    ) -> NearEdges {
         let (edges, mut near) = (self.edges(), NearEdges::default());
         edges.add_known(&mut near, known, (from, to), longest_m);
         edges.add_bends(&mut near, from, to, longest_m, |edge| edge);
@@ -175,7 +181,7 @@ impl Scene {
     }
 
     /// The same, asked of some edges only, each of which may come more than once, or have gone.
-    pub fn bends_over(
+    pub fn diffracting_edges_over(
         &self,
         edges: impl Iterator<Item = u32>,
         from: DVec3,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound::extrapolation::{BestSettings, PredictorKind};
+use foresound::extrapolation::{GeometricSettings, PredictorKind};
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
 use foresound::propagation::PropagationSettings;
@@ -25,7 +25,7 @@ const RATE_HZ: u32 = 44_100;
 /// Graphics frames a second and level L: the paper's concert hall with sixteen sources on a workstation.
 const GRAPHICS_RATE_HZ: f64 = 74.6;
 const LEVEL: u32 = 12;
-const PREDICTOR: PredictorKind = PredictorKind::Best(BestSettings::FULL);
+const PREDICTOR: PredictorKind = PredictorKind::Geometric(GeometricSettings::FULL);
 
 /// Height at which the top view cuts the hall open: above the last row of seats.
 const HALL_CUT_M: f32 = 3.2;

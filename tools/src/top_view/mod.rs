@@ -55,12 +55,12 @@ pub struct PathLine {
     /// Number of reflections.
     pub order: u8,
     /// Number of diffracting edges.
-    pub bends: u8,
+    pub diffraction_order: u8,
 }
 
 impl PathLine {
     fn kind(&self) -> usize {
-        if self.bends > 0 {
+        if self.diffraction_order > 0 {
             DIFFRACTED
         } else {
             usize::from(self.order)
@@ -78,7 +78,7 @@ pub fn path_lines(set: &PathSet) -> Vec<PathLine> {
         Some(PathLine {
             points,
             order: path.order,
-            bends: path.bends,
+            diffraction_order: path.diffraction_order,
         })
     };
     set.paths.iter().filter_map(line).collect()

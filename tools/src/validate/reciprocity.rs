@@ -34,7 +34,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
             .set
             .paths
             .iter()
-            .filter(|p| p.order > 0 && p.bends == 0)
+            .filter(|p| p.order > 0 && p.diffraction_order == 0)
         {
             compared += 1;
             let mut back: Vec<u32> = path.surfaces().to_vec();

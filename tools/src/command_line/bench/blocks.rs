@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use foresound::extrapolation::{BestSettings, FramePaths, PredictorKind};
+use foresound::extrapolation::{FramePaths, GeometricSettings, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::engine::ramp_frames;
@@ -135,7 +135,7 @@ fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
                 level: pace.level,
                 latency: Latency::Modelled,
             },
-            predictor: PredictorKind::Best(BestSettings::default()),
+            predictor: PredictorKind::Geometric(GeometricSettings::default()),
             propagation: PropagationSettings::default(),
             generation: settings.clone(),
         },

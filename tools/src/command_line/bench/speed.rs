@@ -6,7 +6,7 @@
 
 use std::path::PathBuf;
 
-use foresound::runtime::{Budget, Tier, TierChoice, TraceLog};
+use foresound::runtime::{Budget, QualityChoice, QualityLevel, TraceLog};
 use foresound::{Error, Result};
 use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS};
 use foresound_tools::paper::{pace, printed_speed};
@@ -106,7 +106,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 sources: &poses,
                 predictor,
                 budget: Budget {
-                    tiers: TierChoice::Exactly(Tier(arguments.tier)),
+                    tiers: QualityChoice::Exactly(QualityLevel(arguments.tier)),
                     ..Budget::default()
                 },
                 graphics_ms: arguments.graphics_ms,
