@@ -35,7 +35,7 @@ fn extrapolation(criterion: &mut Criterion) {
     for kind in PredictorKind::ALL {
         let mut extrapolator = Extrapolator::new(Arc::clone(&scene), kind, 0.3);
         for update in &updates {
-            extrapolator.take_update(update.clone(), 12);
+            extrapolator.store_update(update.clone(), 12);
         }
         let mut frame = FramePaths::default();
         group.bench_function(kind.name(), |bencher| {

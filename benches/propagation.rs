@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use foresound::propagation::discovery::GuideRays;
-use foresound::propagation::sampling::{fibonacci_direction, rotation};
+use foresound::propagation::rays::directions::{fibonacci_direction, rotation};
+use foresound::propagation::rays::guide_rays::GuideRays;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,

@@ -3,7 +3,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
-use foresound::propagation::sampling::{fibonacci_direction, mix, unit};
+use foresound::propagation::rays::directions::{fibonacci_direction, mix, unit};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
 use glam::Vec3;
 

@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use foresound::extrapolation::{
-    BestSettings, Extrapolator, FramePaths, Groundwork, Lead, PredictorKind,
+    Extrapolator, FramePaths, GeometricSettings, PredictionTarget, PredictorKind, PreparedUpdate,
 };
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::propagation::diffraction::MOST_DIRECT_EDGES;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{
@@ -16,7 +16,7 @@ use foresound::scene::{
 };
 use glam::Vec3;
 
-const BEST: PredictorKind = PredictorKind::Best(BestSettings::FULL);
+const BEST: PredictorKind = PredictorKind::Geometric(GeometricSettings::FULL);
 
 const LATE: Schedule = Schedule::Asynchronous {
     level: 5,
@@ -140,7 +140,7 @@ fn a_walk_through_an_empty_room_is_followed_exactly() {
 }
 
 /// Runs `best` by hand through the doorway; `each` sees every frame's paths and the number of rays it took.
-fn walk_by_hand(settings: BestSettings, mut each: impl FnMut(&FramePaths, u64, &Scene, Vec3)) {
+fn walk_by_hand(settings: GeometricSettings, mut each: impl FnMut(&FramePaths, u64, &Scene, Vec3)) {
     let layout = procedural::doorway();
     let scene = doorway();
     let sources: Vec<_> = (0..4)
@@ -148,10 +148,14 @@ fn walk_by_hand(settings: BestSettings, mut each: impl FnMut(&FramePaths, u64, &
         .collect();
     let mut propagator =
         Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
-    let mut best = Extrapolator::new(Arc::clone(&scene), PredictorKind::Best(settings), 0.3);
+    let mut best = Extrapolator::new(Arc::clone(&scene), PredictorKind::Geometric(settings), 0.3);
     let mut frame_paths = FramePaths::default();
     // An update every eight graphics frames, computed for the place where the listener is when the next one comes.
-    let ahead = if settings.lead == Lead::End { 7 } else { 0 };
+    let ahead = if settings.lead == PredictionTarget::End {
+        7
+    } else {
+        0
+    };
     let place_in = |frame: u32| {
         let share = frame as f32 / 120.0;
         layout.walk.from.lerp(layout.walk.to, share)
@@ -162,7 +166,7 @@ fn walk_by_hand(settings: BestSettings, mut each: impl FnMut(&FramePaths, u64, &
             let mut update = PathSet::default();
             let then = listener(place_in(frame + ahead));
             propagator.update(&then, &sources, 0.0, &mut update);
-            best.take_update(update, 7);
+            best.store_update(update, 7);
         }
         let rays = best.frame(&listener(place), &sources, &mut frame_paths);
         each(&frame_paths, rays, &scene, place);
@@ -172,10 +176,10 @@ fn walk_by_hand(settings: BestSettings, mut each: impl FnMut(&FramePaths, u64, &
 #[test]
 fn rays_stay_within_their_budget() {
     for rays_per_source in [0, 7, 64] {
-        let settings = BestSettings {
+        let settings = GeometricSettings {
             rays_per_source,
-            lead: Lead::None,
-            ..BestSettings::FULL
+            lead: PredictionTarget::None,
+            ..GeometricSettings::FULL
         };
         // A direct path takes a ray for every wall it passes and one more: five at most, nine with both faces. A bend
         // of the direct field takes two, at the edges that the last two updates name.
@@ -188,7 +192,7 @@ fn rays_stay_within_their_budget() {
 
 #[test]
 fn every_path_is_as_long_as_its_direction_says() {
-    walk_by_hand(BestSettings::FULL, |frame, _, scene, _| {
+    walk_by_hand(GeometricSettings::FULL, |frame, _, scene, _| {
         assert!(frame.paths.windows(2).all(|pair| pair[0].id < pair[1].id));
         for path in &frame.paths {
             assert!(path.arrival.is_normalized() && path.delay_s > 0.0);
@@ -216,20 +220,20 @@ fn an_update_with_its_groundwork_is_no_other_update() {
     let extrapolator = || Extrapolator::new(Arc::clone(&scene), BEST, 0.3);
     let (mut plain, mut prepared) = (extrapolator(), extrapolator());
     let mut frames = [FramePaths::default(), FramePaths::default()];
-    let mut groundwork = Groundwork::default();
+    let mut groundwork = PreparedUpdate::default();
     let mut reflected = 0;
     for frame in 0..40 {
         let ear = listener(layout.walk.from.lerp(layout.walk.to, frame as f32 / 60.0));
         if frame % 5 == 0 {
             let mut update = PathSet::default();
             propagator.update(&ear, &sources, 0.0, &mut update);
-            plain.take_update(update.clone(), 4);
+            plain.store_update(update.clone(), 4);
             // Every third one comes without.
             match frame % 15 {
-                0 => prepared.take_update(update, 4),
+                0 => prepared.store_update(update, 4),
                 _ => {
                     groundwork.lay(&update, &scene);
-                    prepared.take_prepared_update(update, &mut groundwork, 4)
+                    prepared.store_prepared_update(update, &mut groundwork, 4)
                 }
             };
         }
@@ -255,7 +259,7 @@ fn paths_of_a_source_that_left_are_gone() {
     let ear = listener(Vec3::new(5.0, 1.7, 5.0));
     propagator.update(&ear, &both, 0.0, &mut update);
     let mut best = Extrapolator::new(scene, BEST, 0.3);
-    best.take_update(update, 4);
+    best.store_update(update, 4);
     let mut frame = FramePaths::default();
     best.frame(&ear, &both, &mut frame);
     assert!(frame.paths.iter().any(|path| path.source == both[1].id));
@@ -274,10 +278,10 @@ fn bent_paths_stand_as_an_update_of_this_frame_has_them() {
         .map(|i| source(i, layout.sources[usize::from(i)].1))
         .collect();
     let mut frames = Vec::new();
-    walk_by_hand(BestSettings::FULL, |frame, _, scene, place| {
+    walk_by_hand(GeometricSettings::FULL, |frame, _, scene, place| {
         let mut update = PathSet::default();
         propagator.update(&listener(place), &sources, 0.0, &mut update);
-        let named = |path: &&Path| path.bends > 0;
+        let named = |path: &&Path| path.diffraction_order > 0;
         for path in update.paths.iter().filter(named) {
             let Some(ours) = frame.paths.iter().find(|ours| ours.id == path.id) else {
                 continue;
@@ -290,7 +294,10 @@ fn bent_paths_stand_as_an_update_of_this_frame_has_them() {
     });
     let energy = |amplitude: &[f32; 8]| amplitude.iter().map(|a| a * a).sum::<f32>();
     let bent = |update: &PathSet| {
-        let bent = update.paths.iter().filter(|path| path.bends > 0);
+        let bent = update
+            .paths
+            .iter()
+            .filter(|path| path.diffraction_order > 0);
         bent.map(|path| (path.id, energy(&path.amplitude)))
             .collect::<BTreeMap<_, _>>()
     };

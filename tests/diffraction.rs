@@ -76,9 +76,9 @@ fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
     Arc::new(Scene::commit(&scene.mesh, &MaterialTable::built_in(), &settings).expect("commits"))
 }
 
-fn hear(scene: &Arc<Scene>, from: Vec3, to: Vec3, bends: usize) -> PathSet {
+fn hear(scene: &Arc<Scene>, from: Vec3, to: Vec3, diffraction_order: usize) -> PathSet {
     let settings = PropagationSettings {
-        bends,
+        diffraction_order,
         ..PropagationSettings::default()
     };
     let mut propagator = Propagator::new(Arc::clone(scene), settings).expect("settings");
@@ -100,7 +100,11 @@ fn behind_a_door_s_jamb_the_bass_is_loudest() {
     // In the other room, beside the door, and in front of it.
     let (dark, open) = (Vec3::new(10.5, 1.65, 5.9), Vec3::new(10.5, 1.65, 3.6));
     let set = hear(&scene, source, dark, 2);
-    let bent: Vec<_> = set.paths.iter().filter(|p| p.bends > 0).collect();
+    let bent: Vec<_> = set
+        .paths
+        .iter()
+        .filter(|p| p.diffraction_order > 0)
+        .collect();
     assert!(!bent.is_empty());
     let first = bent
         .iter()
@@ -120,7 +124,7 @@ fn behind_a_door_s_jamb_the_bass_is_loudest() {
         hear(&scene, source, dark, 0)
             .paths
             .iter()
-            .all(|p| p.bends == 0)
+            .all(|p| p.diffraction_order == 0)
     );
     assert!(hear(&scene, source, open, 2).paths.len() > 1);
 }
@@ -200,7 +204,7 @@ fn bent_paths_stay_few() {
         let scene = commit(&benchmark);
         for (_, source) in &benchmark.sources {
             let set = hear(&scene, *source, benchmark.walk.standing, 2);
-            let bent = set.paths.iter().filter(|p| p.bends > 0).count();
+            let bent = set.paths.iter().filter(|p| p.diffraction_order > 0).count();
             // At most six once bent, four twice, twelve with reflections.
             assert!(bent <= 22, "{name}: {bent}");
             let mut ids: Vec<_> = set.paths.iter().map(|p| p.id).collect();

@@ -188,7 +188,7 @@ fn a_bend_over_a_mirroring_floor_is_a_bend_of_the_images() {
         let found: Vec<_> = set
             .paths
             .iter()
-            .filter(|p| p.bends == 1 && p.order == order && near(p.length_m))
+            .filter(|p| p.diffraction_order == 1 && p.order == order && near(p.length_m))
             .collect();
         assert_eq!(found.len(), 1, "order {order}: {:?}", set.paths);
         let length_m = f64::from(found[0].length_m);

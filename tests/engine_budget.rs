@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
-use foresound::propagation::sampling::{mix, unit};
-use foresound::runtime::budget::{MOST_TIER, TIERS};
+use foresound::propagation::rays::directions::{mix, unit};
+use foresound::runtime::budget::{LAST_QUALITY_LEVEL, QUALITY_LEVELS};
 use foresound::runtime::trace::{SpanKind, Track};
 use foresound::runtime::{
     AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, FrameTime,
-    Renderer, Tier, TierChoice, TraceLog,
+    QualityChoice, QualityLevel, Renderer, TraceLog,
 };
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
@@ -89,18 +89,18 @@ fn forced_tiers_take_paths_away_without_a_click() {
     let steady = run(&mut controller, &mut renderer, at, 100, &mut tail);
     let paths = controller.statistics().paths;
     assert!(paths > 60, "{paths}");
-    for tier in [MOST_TIER, 2, 4, 0] {
+    for tier in [LAST_QUALITY_LEVEL, 2, 4, 0] {
         let budget = Budget {
-            tiers: TierChoice::Exactly(Tier(tier)),
+            tiers: QualityChoice::Exactly(QualityLevel(tier)),
             ..Budget::default()
         };
         controller.set_budget(budget).expect("in range");
         // Two seconds: the glide takes half of one, the cache of paths as long again.
         let moving = run(&mut controller, &mut renderer, at, 200, &mut tail);
         let statistics = controller.statistics();
-        assert_eq!(statistics.tier, Tier(tier));
+        assert_eq!(statistics.tier, QualityLevel(tier));
         // In a rectangular room a half of the rays finds every path; fewer orders do not.
-        match TIERS[usize::from(tier)].orders_less {
+        match QUALITY_LEVELS[usize::from(tier)].orders_less {
             0 => assert_eq!(statistics.paths, paths),
             _ => assert!(statistics.paths < paths, "{} paths", statistics.paths),
         }

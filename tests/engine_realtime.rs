@@ -9,7 +9,7 @@ use std::thread;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{
     AffinityPolicy, Engine, EngineSettings, EngineState, NullDevice, SoundThread,
 };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use foresound::extrapolation::{
-    BestSettings, Effort, Extrapolator, FramePath, FramePaths, PredictorKind,
+    Extrapolator, FramePath, FramePaths, GeometricSettings, PredictorKind, WorkBudget,
 };
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
@@ -57,7 +57,7 @@ impl Place {
                 let mut update = PathSet::default();
                 propagator.update(&ear, &self.sources, 0.0, &mut update);
                 for extrapolator in &mut both {
-                    extrapolator.take_update(update.clone(), 4);
+                    extrapolator.store_update(update.clone(), 4);
                 }
             }
             for (number, extrapolator) in both.iter_mut().enumerate() {
@@ -83,7 +83,7 @@ fn where_a_frame_is_cut_changes_none_of_its_bits() {
                 }
                 // Parts of all sizes, down to one piece of work.
                 for part in 1.. {
-                    let mut effort = Effort::of(1 + (part * part * 7) % 13);
+                    let mut effort = WorkBudget::of(1 + (part * part * 7) % 13);
                     let sources = &place.sources;
                     let direct = extrapolator.direct_part(ear, sources, &mut effort, frame);
                     if !direct.is_done {
@@ -105,7 +105,7 @@ fn where_a_frame_is_cut_changes_none_of_its_bits() {
 #[test]
 fn an_update_taken_in_the_middle_of_a_frame_begins_it_anew() {
     let place = doorway();
-    let best = PredictorKind::Best(BestSettings::FULL);
+    let best = PredictorKind::Geometric(GeometricSettings::FULL);
     let both = [0, 1].map(|_| Extrapolator::new(Arc::clone(&place.scene), best, 0.3));
     let [mut whole, mut parts] = both;
     let settings = PropagationSettings::default();
@@ -114,12 +114,12 @@ fn an_update_taken_in_the_middle_of_a_frame_begins_it_anew() {
     let mut update = PathSet::default();
     propagator.update(&ear, &place.sources, 0.0, &mut update);
     let mut frames = [FramePaths::default(), FramePaths::default()];
-    whole.take_update(update.clone(), 4);
+    whole.store_update(update.clone(), 4);
     whole.frame(&ear, &place.sources, &mut frames[0]);
     let [before, after] = &mut frames;
-    let direct = parts.direct_part(&ear, &place.sources, &mut Effort::of(1), after);
+    let direct = parts.direct_part(&ear, &place.sources, &mut WorkBudget::of(1), after);
     assert!(!direct.is_done);
-    parts.take_update(update, 4);
+    parts.store_update(update, 4);
     parts.frame(&ear, &place.sources, after);
     assert_eq!(before, after);
 }
@@ -128,9 +128,9 @@ fn an_update_taken_in_the_middle_of_a_frame_begins_it_anew() {
 fn what_is_worked_out_in_one_frame_of_three_is_followed_in_between() {
     let place = doorway();
     let kinds = [1, 3].map(|exact_every| {
-        PredictorKind::Best(BestSettings {
+        PredictorKind::Geometric(GeometricSettings {
             exact_every,
-            ..BestSettings::FULL
+            ..GeometricSettings::FULL
         })
     });
     let both = kinds.map(|kind| Extrapolator::new(Arc::clone(&place.scene), kind, 0.3));

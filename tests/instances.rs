@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use foresound::Error;
 use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose, procedural};
@@ -19,7 +19,7 @@ use parts::*;
 fn exhaustive() -> PropagationSettings {
     PropagationSettings {
         depth: 2,
-        bends: 1,
+        diffraction_order: 1,
         ..PropagationSettings::default()
     }
 }
@@ -135,7 +135,7 @@ fn a_closed_door_takes_the_direct_path_away() {
         let direct = set
             .paths
             .iter()
-            .find(|path| path.is_direct() && path.bends == 0);
+            .find(|path| path.is_direct() && path.diffraction_order == 0);
         direct.map_or(0.0, |path| path.amplitude[4])
     };
     let (open, closed) = (direct_at(10.0), direct_at(88.0));
@@ -149,7 +149,8 @@ fn a_closed_door_takes_the_direct_path_away() {
 
 /// The path of one reflection in a door's broad side.
 fn in_the_door(set: &PathSet) -> Option<&Path> {
-    let moves = |path: &&Path| path.order == 1 && path.bends == 0 && moves(&path.surfaces[0]);
+    let moves =
+        |path: &&Path| path.order == 1 && path.diffraction_order == 0 && moves(&path.surfaces[0]);
     set.paths.iter().find(moves)
 }
 
@@ -179,7 +180,8 @@ fn a_path_keeps_its_name_while_the_door_moves() {
         // Every path that is there before and after has moved little and has its name.
         for path in &before {
             let follows = |p: &&Path| {
-                p.surfaces() == path.surfaces() && (p.bends, p.edges) == (path.bends, path.edges)
+                p.surfaces() == path.surfaces()
+                    && (p.diffraction_order, p.edges) == (path.diffraction_order, path.edges)
             };
             if let Some(next) = set.paths.iter().find(follows) {
                 all += 1;
@@ -403,11 +405,11 @@ fn extrapolation_follows_the_door() {
     let speed_m_s = rooms.scene().speed_of_sound_m_s();
     for kind in PredictorKind::ALL {
         let mut extrapolator =
-            Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.nearest_m);
+            Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.min_distance_m);
         let mut frame = FramePaths::default();
         // Two updates of the same place, for predictors that want a pair.
-        extrapolator.take_update(update.clone(), 5);
-        extrapolator.take_update(update.clone(), 5);
+        extrapolator.store_update(update.clone(), 5);
+        extrapolator.store_update(update.clone(), 5);
         for step in 0..6 {
             let pose = swung(id, 60.0 + 0.5 * step as f32);
             extrapolator.set_instance_poses(&[pose]);
@@ -426,7 +428,7 @@ fn extrapolation_follows_the_door() {
             let exact_m = in_the_door(&exact).expect("still there").length_m;
             let error_m = (heard.delay_s * speed_m_s - f64::from(exact_m)).abs();
             match kind {
-                PredictorKind::Best(_) => assert!(error_m < 1e-4, "{step}: {error_m} m off"),
+                PredictorKind::Geometric(_) => assert!(error_m < 1e-4, "{step}: {error_m} m off"),
                 _ => assert_eq!(heard.delay_s * speed_m_s, f64::from(reflected.length_m)),
             }
         }
@@ -463,9 +465,9 @@ fn paths_in_a_part_end_with_it() {
         .expect("a reflection in the door");
     for kind in PredictorKind::ALL {
         let mut extrapolator =
-            Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.nearest_m);
+            Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.min_distance_m);
         let mut frame = FramePaths::default();
-        extrapolator.take_update(update.clone(), 5);
+        extrapolator.store_update(update.clone(), 5);
         extrapolator.frame(&ear, &sources, &mut frame);
         let heard = |frame: &FramePaths| frame.paths.iter().any(|path| path.id == reflected.id);
         assert!(heard(&frame), "{kind:?}");
@@ -476,10 +478,10 @@ fn paths_in_a_part_end_with_it() {
             if let Some(mesh) = &tenant {
                 scene.add_instance(commit(mesh), &open).expect("another");
             }
-            let mut scenes = foresound::extrapolation::PosedScenes::of(&Arc::new(scene));
+            let mut scenes = foresound::extrapolation::ScenePair::of(&Arc::new(scene));
             extrapolator.swap_scene(&mut scenes);
             extrapolator.frame(&ear, &sources, &mut frame);
-            let holds = !matches!(kind, PredictorKind::Best(_)) && tenant.is_some();
+            let holds = !matches!(kind, PredictorKind::Geometric(_)) && tenant.is_some();
             assert!(!heard(&frame) || holds, "{kind:?}");
         }
     }

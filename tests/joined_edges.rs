@@ -2,7 +2,7 @@
 
 mod parts;
 
-use foresound::propagation::diffraction::{BentCourse, MOST_DOUBLE, Spot};
+use foresound::propagation::diffraction::{DiffractionSequence, Endpoints, MOST_DOUBLE};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose, procedural};
@@ -10,12 +10,12 @@ use glam::{DVec3, Quat, Vec2, Vec3};
 use parts::*;
 
 /// Few rays: nothing that bends twice hangs on them.
-fn bending(bends: usize) -> PropagationSettings {
+fn bending(diffraction_order: usize) -> PropagationSettings {
     PropagationSettings {
         guide_rays: 64,
         source_rays: 16,
         depth: 1,
-        bends,
+        diffraction_order,
         ..PropagationSettings::default()
     }
 }
@@ -23,7 +23,7 @@ fn bending(bends: usize) -> PropagationSettings {
 /// Over edges of two things of which one moves at least.
 fn is_joined(path: &Path) -> bool {
     let of = |edge: u32| if moves(&edge) { edge >> 19 } else { 0 };
-    path.bends == 2 && of(path.edges[0]) != of(path.edges[1])
+    path.diffraction_order == 2 && of(path.edges[0]) != of(path.edges[1])
 }
 
 /// Numbers of all edges: the fixed scene's, then the instances'.
@@ -39,17 +39,17 @@ fn edges_of(scene: &Scene) -> Vec<u32> {
 
 /// All paths that bend around two edges, from the loudest on: every ordered pair of a scene's edges is asked.
 fn double_bends(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec<Path> {
-    let spot = Spot::of(
+    let spot = Endpoints::of(
         source,
         ear.position,
-        f64::from(PropagationSettings::default().nearest_m),
+        f64::from(PropagationSettings::default().min_distance_m),
     );
     let edges = edges_of(scene);
     let pairs = edges
         .iter()
         .flat_map(|&a| edges.iter().map(move |&b| [a, b]));
     let way = |edges: [u32; 2]| {
-        let way = BentCourse::Double(edges).way(scene, &spot)?;
+        let way = DiffractionSequence::Double(edges).way(scene, &spot)?;
         way.path(scene, &spot)
             .filter(|_| way.is_clear(scene, &spot, &mut 0))
     };
@@ -86,7 +86,7 @@ impl Doubles {
         what: &str,
     ) {
         for source in &found.sources {
-            let own = |path: &&Path| path.bends == 2 && path.source == source.id;
+            let own = |path: &&Path| path.diffraction_order == 2 && path.source == source.id;
             let own =
                 |set: &PathSet| -> Vec<Path> { set.paths.iter().filter(own).copied().collect() };
             let (heard, expected) = (own(found), own(expected));
@@ -208,7 +208,10 @@ fn two_parts_are_bent_around_like_a_scene_committed_with_them() {
 fn pressure(set: &PathSet) -> [Vec2; 3] {
     std::array::from_fn(|band| {
         let wavenumber = std::f32::consts::TAU * [63.0, 125.0, 250.0][band] / 343.0;
-        let comes = set.paths.iter().filter(|p| p.order == 0 || p.bends > 0);
+        let comes = set
+            .paths
+            .iter()
+            .filter(|p| p.order == 0 || p.diffraction_order > 0);
         comes
             .map(|p| p.amplitude[band] * Vec2::from_angle(-wavenumber * p.length_m))
             .sum()
@@ -265,7 +268,7 @@ fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
                     let moved_m = (next.length_m - path.length_m).abs();
                     assert!(moved_m < 0.02, "{degrees}°: {moved_m} m");
                 }
-                let goes_on = |p: &&Path| p.bends == 2 && p.edges == path.edges;
+                let goes_on = |p: &&Path| p.diffraction_order == 2 && p.edges == path.edges;
                 if let Some(next) = set.paths.iter().find(goes_on) {
                     all += 1;
                     kept += usize::from(next.id == path.id);
@@ -313,7 +316,7 @@ fn the_number_of_threads_changes_no_bit_of_ways_around_a_door() {
 #[test]
 fn a_way_that_is_followed_is_the_updates_own() {
     let (sources, ears) = hidden_from_each_other();
-    let nearest_m = f64::from(bending(2).nearest_m);
+    let min_distance_m = f64::from(bending(2).min_distance_m);
     let (mut rooms, id) = with_a_door(bending(2));
     let (mut before, mut set) = (PathSet::default(), PathSet::default());
     let mut followed = 0;
@@ -327,8 +330,8 @@ fn a_way_that_is_followed_is_the_updates_own() {
                 continue;
             };
             let source = sources.iter().find(|s| s.id == path.source).expect("one");
-            let spot = Spot::of(source, ear.position, nearest_m);
-            let course = BentCourse::of(rooms.scene(), path).expect("bends");
+            let spot = Endpoints::of(source, ear.position, min_distance_m);
+            let course = DiffractionSequence::of(rooms.scene(), path).expect("bends");
             let way = course.way(rooms.scene(), &spot).expect("a way");
             assert!(way.is_clear(rooms.scene(), &spot, &mut 0));
             assert_eq!(way.path(rooms.scene(), &spot).as_ref(), Some(now));
@@ -352,7 +355,7 @@ fn source_and_listener_change_places() {
             rooms.update(&ear(to), &[*from], 0.0, &mut there);
             rooms.update(&ear(from.position), &[source(0, to)], 0.0, &mut back);
             for path in there.paths.iter().filter(|path| is_joined(path)) {
-                let ways = back.paths.iter().filter(|p| p.bends == 2);
+                let ways = back.paths.iter().filter(|p| p.diffraction_order == 2);
                 let is_back =
                     |p: &&Path| p.edges[0] == path.edges[1] && p.edges[1] == path.edges[0];
                 match ways.clone().find(is_back) {

@@ -28,8 +28,8 @@ const PROPAGATION: PropagationSettings = PropagationSettings {
     seed: 1,
     cache_updates: 16,
     cache_capacity: 256,
-    nearest_m: NEAREST_M,
-    bends: 2,
+    min_distance_m: NEAREST_M,
+    diffraction_order: 2,
 };
 
 fn commit(mesh: &TriangleMesh) -> Option<Arc<Scene>> {
@@ -93,7 +93,7 @@ fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
         let free = 1.0 / path.length_m.max(NEAREST_M);
         // Amplitudes are single precision.
         let most = 1.0001
-            * match (path.order, path.bends) {
+            * match (path.order, path.diffraction_order) {
                 (0, 0) => (1.0 + 0.5 * MOST_DIRECT_EDGES as f32) * free,
                 (_, 0) => free,
                 _ => 1.0 / NEAREST_M,

@@ -4,7 +4,7 @@
 use foresound::geometry::bvh::{InstructionSet, NO_GROUP};
 use foresound::geometry::triangle::PreparedRay;
 use foresound::geometry::{Bvh, Hit, Ray};
-use foresound::propagation::sampling::{fibonacci_direction, mix, unit};
+use foresound::propagation::rays::directions::{fibonacci_direction, mix, unit};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
 use glam::Vec3;
 use proptest::prelude::*;

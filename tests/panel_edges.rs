@@ -91,7 +91,9 @@ fn a_second_reflection_fades_where_its_wall_ends() {
     let places = (0..200).map(|step| Vec3::new(x(step), 1.7, 6.0));
     let heard = walk(&scene, source, places);
     let twice = |paths: &[Path]| {
-        let found = paths.iter().find(|path| path.order == 2 && path.bends == 0);
+        let found = paths
+            .iter()
+            .find(|path| path.order == 2 && path.diffraction_order == 0);
         found.map_or([0.0; 8], |path| {
             path.amplitude.map(|a| f64::from(a * path.length_m))
         })
@@ -152,13 +154,13 @@ fn a_free_panel_s_reflection_is_told_once_where_it_ends() {
     let step_m = 0.01;
     let places = (0..300).map(|step| Vec3::new(1.0 + step_m * step as f32, 1.5, 0.0));
     let heard = walk(&scene, source, places);
-    let rim = |path: &Path| path.bends == 1 && path.points()[0].x.abs() < 1e-3;
+    let rim = |path: &Path| path.diffraction_order == 1 && path.points()[0].x.abs() < 1e-3;
     // The reflection and what its edge sends are one wave at the boundary, so their sizes add there.
     let sum = |paths: &[Path]| {
         let mut sum = [0.0; 8];
         let ends = paths
             .iter()
-            .filter(|path| path.order == 1 && path.bends == 0 || rim(path));
+            .filter(|path| path.order == 1 && path.diffraction_order == 0 || rim(path));
         for path in ends {
             for (sum, a) in sum.iter_mut().zip(path.amplitude) {
                 *sum += f64::from(a * path.length_m);

@@ -11,9 +11,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicI64, AtomicU32, Ordering};
 
 use foresound::propagation::PropagationSettings;
-use foresound::runtime::phone::{Handle, MannersSettings, Symbols, this_thread};
+use foresound::runtime::phone::{DeviceHintsSettings, Handle, Symbols, this_thread};
 use foresound::runtime::{
-    AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, Renderer, Statistics, Tier,
+    AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, QualityLevel, Renderer,
+    Statistics,
 };
 use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, procedural};
 use glam::Vec3;
@@ -115,9 +116,9 @@ impl Playing {
                 source_rays: 16,
                 ..PropagationSettings::default()
             },
-            manners: MannersSettings {
+            manners: DeviceHintsSettings {
                 symbols: Box::leak(Box::new(symbols)),
-                ..MannersSettings::default()
+                ..DeviceHintsSettings::default()
             },
             shown_paths: 12,
             ..EngineSettings::default()
@@ -159,7 +160,7 @@ impl Playing {
 fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     HEADROOM.store(0.98f32.to_bits(), Ordering::SeqCst);
     let mut playing = Playing::new(EngineSchedule::Asynchronous);
-    assert!(playing.until(|now| now.tier == Tier(3)));
+    assert!(playing.until(|now| now.tier == QualityLevel(3)));
     assert!(playing.until(|now| now.manners.hints_updates && now.manners.hints_sound));
     let manners = playing.controller.statistics().manners;
     assert_eq!(
@@ -169,7 +170,9 @@ fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     // The picture of the room: what was asked for of its more than a hundred paths, and the direct one among the loudest.
     let shown = playing.controller.shown_paths();
     assert_eq!(shown.len(), 12);
-    let direct = shown.iter().find(|path| path.order == 0 && path.bends == 0);
+    let direct = shown
+        .iter()
+        .find(|path| path.order == 0 && path.diffraction_order == 0);
     let corners = direct.expect("is the loudest").corners();
     assert_eq!(
         corners,
@@ -189,7 +192,7 @@ fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     // The baseline's updates are the app's own time: heat counts, hints of updates do not.
     let begun = BEGUN.load(Ordering::SeqCst);
     let mut playing = Playing::new(EngineSchedule::Synchronous);
-    assert!(playing.until(|now| now.tier == Tier(3)));
+    assert!(playing.until(|now| now.tier == QualityLevel(3)));
     assert!(playing.until(|now| now.manners.hints_sound));
     assert!(!playing.controller.statistics().manners.hints_updates);
     assert_eq!(BEGUN.load(Ordering::SeqCst), begun + 1);

@@ -7,7 +7,7 @@ mod plain_update;
 
 use std::sync::Arc;
 
-use foresound::propagation::sequence::Sequence;
+use foresound::propagation::image_source::sequence::Sequence;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::{

@@ -20,8 +20,8 @@ const SETTINGS: PropagationSettings = PropagationSettings {
     seed: 1,
     cache_updates: 16,
     cache_capacity: 256,
-    nearest_m: 0.3,
-    bends: 2,
+    min_distance_m: 0.3,
+    diffraction_order: 2,
 };
 
 /// How far the listener may walk before paths nearby count as there.
@@ -35,12 +35,12 @@ fn commit(mesh: &TriangleMesh) -> Option<Arc<Scene>> {
 
 fn propagator(scene: Arc<Scene>) -> Propagator {
     let mut propagator = Propagator::new(scene, SETTINGS).expect("settings");
-    propagator.set_reach(Some(REACH_M));
+    propagator.set_nearby_radius(Some(REACH_M));
     propagator
 }
 
 /// The loudest that a path can be: amplitudes are single precision.
-const LOUDEST: f32 = 1.0001 / SETTINGS.nearest_m;
+const LOUDEST: f32 = 1.0001 / SETTINGS.min_distance_m;
 
 fn check(set: &PathSet) -> Result<(), TestCaseError> {
     for path in set.paths.iter().chain(&set.nearby) {

@@ -7,10 +7,10 @@ mod plain_update;
 
 use std::sync::Arc;
 
-use foresound::propagation::late::connection::SHADOW_RAYS;
-use foresound::propagation::late::{LateEstimator, RayScratch, SourceRays, Viewpoints};
-use foresound::propagation::sampling::{lattice, rotation};
-use foresound::propagation::{LateSource, PathSet, PropagationSettings, Propagator};
+use foresound::propagation::diffuse::next_event::SHADOW_RAYS;
+use foresound::propagation::diffuse::{LateEstimator, RayScratch, SourceRays, VisibilityCells};
+use foresound::propagation::rays::directions::{lattice, rotation};
+use foresound::propagation::{LateEnergy, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     Directivity, InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings,
     SourceId, SourcePose, SourceSettings, procedural,
@@ -168,7 +168,7 @@ fn a_small_part_on_its_way_has_few_rays_cast_again() {
         }
         for (late, expected) in set.late.iter().zip(&expected.late) {
             for band in 0..8 {
-                let energy = |late: &LateSource| late.energy.iter().map(|step| step[band]).sum();
+                let energy = |late: &LateEnergy| late.energy.iter().map(|step| step[band]).sum();
                 let (energy, expected_energy): (f32, f32) = (energy(late), energy(expected));
                 let off_db = 10.0 * (energy / expected_energy).log10();
                 assert!(
@@ -200,7 +200,7 @@ fn whatever_rays_depend_on_has_them_cast_again() {
         ..SourceSettings::default()
     };
     let lattices = [32, 48].map(lattice);
-    let mut viewpoints = [Viewpoints::default(), Viewpoints::default()];
+    let mut viewpoints = [VisibilityCells::default(), VisibilityCells::default()];
     let step = glam::DVec3::splat(0.3);
     viewpoints[0].renew(&scene, listener.as_vec3(), 0);
     viewpoints[1].renew(&scene, (listener + step).as_vec3(), 0);
@@ -313,7 +313,7 @@ fn rays_among_parts_find_what_they_would_at_first() {
                 .collect();
             scene.set_instance_poses(&poses);
             let state = (10 * turn + step) as u64;
-            let mut viewpoints = Viewpoints::default();
+            let mut viewpoints = VisibilityCells::default();
             viewpoints.renew(&scene, scene.to_local(ear).as_vec3(), state);
             let from = SourceRays {
                 origin: scene.to_local(source),

@@ -5,7 +5,7 @@ mod reference;
 
 use foresound::geometry::bvh::{InstructionSet, NO_GROUP};
 use foresound::geometry::{Bvh, Ray};
-use foresound::propagation::sampling::{fibonacci_direction, mix, unit};
+use foresound::propagation::rays::directions::{fibonacci_direction, mix, unit};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
 use glam::Vec3;
 use reference::visibility::brute_force_closest;

@@ -130,7 +130,7 @@ int main(void) {
     WRONG(hrtf, 2);
     WRONG(late_reverb, 2);
     WRONG(limiter, 2);
-    WRONG(nearest_m, NAN);
+    WRONG(min_distance_m, NAN);
     WRONG(ceiling_db, 1);
     WRONG(frame_s, NAN);
     WRONG(frame_s, -1);

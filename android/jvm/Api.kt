@@ -70,7 +70,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
 
         val lines = engine.paths()
         check(lines.size in 2..40 && lines.all { it.corners.size in 6..18 && it.corners.size % 3 == 0 }) { "$lines" }
-        val direct = lines.single { it.reflections == 0 && it.diffractions == 0 }
+        val direct = lines.single { it.reflections == 0 && it.diffractionOrder == 0 }
         check(Math.abs(direct.corners[2] - 2.71f) < 1e-4 && Math.abs(direct.corners[3] - 6.5f) < 1e-4)
         val health = engine.health()
         check(health.qualityLevel == 0 && health.thermalHeadroom == null && health.thermalStatus == null && health.rays > 64)

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use foresound::Result;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings, FrameTime};
-use foresound::scene::obj::{ObjOptions, load_obj};
+use foresound::scene::io::obj::{ObjOptions, load_obj};
 use foresound::scene::{
     InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
     SourcePose, TriangleMesh,

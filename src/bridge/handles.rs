@@ -14,7 +14,7 @@ use std::time::Duration;
 use crossbeam_utils::Backoff;
 
 use super::error::{CallError, Status, catch_panic};
-use crate::runtime::slot;
+use crate::runtime::handover::slot;
 
 /// Maximum number of objects of one kind.
 const MOST: usize = 4096;

@@ -2,7 +2,7 @@
 
 use super::error::CallError;
 use super::record::record;
-use crate::runtime::{Budget, EngineState, Statistics, Tier, TierChoice};
+use crate::runtime::{Budget, EngineState, QualityChoice, QualityLevel, Statistics};
 
 record! {
     /// Budget of an engine. Fill it with the defaults, then change fields.
@@ -38,13 +38,13 @@ impl BudgetOptions {
     /// ranges.
     pub fn budget(&self) -> Result<Budget, CallError> {
         let level = self.quality_level;
-        let tier = u8::try_from(level).map(Tier).map_err(|_| {
+        let finest = u8::try_from(level).map(QualityLevel).map_err(|_| {
             CallError::bad(format!("quality_level: {level} is outside 0 to 5"))
         })?;
-        let tiers = match (self.fixed, tier) {
-            (0, Tier(0)) => TierChoice::Free,
-            (0, tier) => TierChoice::AtLeast(tier),
-            (1, tier) => TierChoice::Exactly(tier),
+        let tiers = match (self.fixed, finest) {
+            (0, QualityLevel(0)) => QualityChoice::Free,
+            (0, level) => QualityChoice::AtLeast(level),
+            (1, level) => QualityChoice::Exactly(level),
             (other, _) => return Err(CallError::bad(format!("fixed: {other} is not 0 or 1"))),
         };
         // The engine refuses NaN.
@@ -122,7 +122,7 @@ mod tests {
         let wanted = Budget {
             update_s: Some(0.02),
             core_share: Some(0.5),
-            tiers: TierChoice::AtLeast(Tier(3)),
+            tiers: QualityChoice::AtLeast(QualityLevel(3)),
         };
         assert_eq!(budget([3.0, 0.0, 0.02, 0.5]), Ok(wanted));
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::error::CallError;
 use super::record::record;
 use crate::extrapolation::PredictorKind;
-use crate::extrapolation::best::BestSettings;
+use crate::extrapolation::geometric::GeometricSettings;
 use crate::generation::Hrtf;
 use crate::runtime::{AffinityPolicy, EngineSchedule, EngineSettings, FrameTime};
 
@@ -49,7 +49,7 @@ record! {
         /// 1: with limiter; 0: without.
         pub limiter: u32,
         /// Distance in metres below which a source gets no louder.
-        pub nearest_m: f32,
+        pub min_distance_m: f32,
         /// Ceiling of the limiter in dB re full scale, -60 to 0.
         pub ceiling_db: f32,
         /// Duration of a graphics frame in seconds, 0.001 to 1; 0: measured from the ticks.
@@ -92,7 +92,7 @@ impl Default for Options {
             hrtf: 0,
             late_reverb: generation.late.into(),
             limiter: generation.limiter.into(),
-            nearest_m: propagation.nearest_m,
+            min_distance_m: propagation.min_distance_m,
             ceiling_db: generation.ceiling_db,
             frame_s: 0.0,
             max_delay_s: generation.max_delay_s,
@@ -106,7 +106,7 @@ impl Default for Options {
 const PREDICTORS: [PredictorKind; 3] = [
     PredictorKind::Hold,
     PredictorKind::Linear,
-    PredictorKind::Best(BestSettings::FULL),
+    PredictorKind::Geometric(GeometricSettings::FULL),
 ];
 
 /// An element of a list by its index.
@@ -173,7 +173,7 @@ impl Options {
         settings.propagation.source_rays = self.source_rays;
         settings.propagation.depth = self.depth as usize;
         settings.propagation.seed = self.seed.into();
-        settings.propagation.nearest_m = self.nearest_m;
+        settings.propagation.min_distance_m = self.min_distance_m;
         settings.hrtf = match (choice("hrtf", self.hrtf, &[false, true])?, hrtf) {
             (true, _) => Some(Arc::new(Hrtf::omnidirectional(self.rate_hz)?)),
             (false, Some(bytes)) => Some(Arc::new(Hrtf::parse(bytes, "the HRTF set")?)),

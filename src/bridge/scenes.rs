@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::error::CallError;
 use super::handles::{HandleTable, Kind};
 use super::record::record;
-use crate::scene::obj::{ObjOptions, UpAxis, load_obj};
+use crate::scene::io::obj::{ObjOptions, UpAxis, load_obj};
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 /// Scenes.

@@ -17,7 +17,7 @@ record! {
         /// Number of reflections.
         pub reflections: u32,
         /// Number of diffractions.
-        pub diffractions: u32,
+        pub diffraction_order: u32,
         /// Level in dB re the free field at 1 m.
         pub level_db: f32,
         /// Corners in metres.
@@ -31,7 +31,7 @@ impl From<&engine::ShownPath> for ShownPath {
             source: from.source.bits(),
             corner_count: from.corners().len() as u32,
             reflections: from.order.into(),
-            diffractions: from.bends.into(),
+            diffraction_order: from.diffraction_order.into(),
             level_db: from.level_db,
             corners_m: from.corners.map(|corner| corner.to_array()),
         }

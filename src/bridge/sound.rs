@@ -6,7 +6,7 @@
 use super::error::{CallError, Status};
 use super::handles::{HandleTable, Kind};
 use super::record::record;
-use crate::runtime::device_output::{DeviceOutput, DeviceReport};
+use crate::runtime::device::output::{DeviceOutput, DeviceReport};
 use crate::runtime::{RenderReport, Renderer, StreamWriter};
 
 /// A renderer with a private block, for callers whose memory other threads may access.
@@ -150,7 +150,7 @@ pub fn start_output(renderer: u64, blocks_ahead: usize) -> Result<u64, CallError
         return Err(CallError::bad(text));
     }
     let entry = RENDERERS.remove(renderer)?;
-    let device = crate::runtime::device_output::system_device();
+    let device = crate::runtime::device::output::system_device();
     OUTPUTS.insert(DeviceOutput::start(entry.renderer, blocks_ahead, device)?)
 }
 

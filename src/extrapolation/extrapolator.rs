@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use super::best::{Best, Groundwork};
 use super::frame_steps::Step;
 use super::hold::Hold;
 use super::linear::Linear;
-use super::posed::PosedScenes;
 use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::{LateSource, PathSet};
+use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate};
+use crate::extrapolation::scene_pair::ScenePair;
+use crate::propagation::{LateEnergy, PathSet};
 use crate::scene::{InstancePose, Scene};
 
 /// How paths are continued that are not part of the direct field.
@@ -18,19 +18,21 @@ pub(super) enum Rule {
     /// Each path of the newest update by itself.
     PathByPath(Box<dyn Predictor>),
     /// Paths of several updates, together.
-    Together(Box<Best>),
+    Together(Box<GeometricPredictor>),
 }
 
 /// A predictor at work, with what it remembers. Made on the control side; the audio side only swaps it.
-pub struct Continuation(pub(super) Rule);
+pub struct PredictorState(pub(super) Rule);
 
-impl Continuation {
+impl PredictorState {
     /// A predictor of this kind. Control side; allocates.
     pub fn of(kind: PredictorKind) -> Self {
         Self(match kind {
             PredictorKind::Hold => Rule::PathByPath(Box::new(Hold)),
             PredictorKind::Linear => Rule::PathByPath(Box::new(Linear)),
-            PredictorKind::Best(settings) => Rule::Together(Box::new(Best::new(settings))),
+            PredictorKind::Geometric(settings) => {
+                Rule::Together(Box::new(GeometricPredictor::new(settings)))
+            }
         })
     }
 
@@ -57,30 +59,30 @@ impl Continuation {
 /// Updates kept besides the last two.
 const OLDER: usize = 2;
 
-/// Candidates that [`PredictorKind::Best`] may keep for each path that an update may have.
+/// Candidates that [`PredictorKind::Geometric`] may keep for each path that an update may have.
 const CANDIDATES_A_PATH: usize = 3;
 
 /// The extrapolation stage's state. Owned by the sound thread.
 ///
 /// # Real-time
-/// [`Self::take_update`], [`Self::frame`] and the parts of a frame allocate only while the number of paths or of sources exceeds everything
+/// [`Self::store_update`], [`Self::frame`] and the parts of a frame allocate only while the number of paths or of sources exceeds everything
 /// seen before and what [`Self::reserve`] was told.
 pub struct Extrapolator {
-    pub(super) scenes: PosedScenes,
-    pub(super) continuation: Continuation,
-    pub(super) nearest_m: f64,
+    pub(super) scenes: ScenePair,
+    pub(super) continuation: PredictorState,
+    pub(super) min_distance_m: f64,
     pub(super) current: PathSet,
     /// What has been worked out of it.
-    pub(super) groundwork: Groundwork,
+    pub(super) groundwork: PreparedUpdate,
     pub(super) previous: PathSet,
     /// Those before, the newest first, whose late fields a listener who comes back may hear again: kept for
-    /// [`PredictorKind::Best`], who asks.
+    /// [`PredictorKind::Geometric`], who asks.
     pub(super) older: [PathSet; OLDER],
     pub(super) matches: Vec<Option<u32>>,
     /// Of each source of the present graphics frame whether the listener does not see it.
     pub(super) shadowed: Vec<bool>,
     /// The late fields of the present graphics frame.
-    pub(super) late: Vec<LateSource>,
+    pub(super) late: Vec<LateEnergy>,
     /// The tail's decay as last heard.
     pub(super) decay_time_s: BandArray,
     pub(super) level: u32,
@@ -91,15 +93,15 @@ pub struct Extrapolator {
 }
 
 impl Extrapolator {
-    /// For a scene; `nearest_m` is the distance in metres below which a source gets no louder
-    /// ([`crate::propagation::PropagationSettings::nearest_m`]).
-    pub fn new(scene: Arc<Scene>, kind: PredictorKind, nearest_m: f32) -> Self {
+    /// For a scene; `min_distance_m` is the distance in metres below which a source gets no louder
+    /// ([`crate::propagation::PropagationSettings::min_distance_m`]).
+    pub fn new(scene: Arc<Scene>, kind: PredictorKind, min_distance_m: f32) -> Self {
         Self {
-            scenes: PosedScenes::of(&scene),
-            continuation: Continuation::of(kind),
-            nearest_m: f64::from(nearest_m),
+            scenes: ScenePair::of(&scene),
+            continuation: PredictorState::of(kind),
+            min_distance_m: f64::from(min_distance_m),
             current: PathSet::default(),
-            groundwork: Groundwork::default(),
+            groundwork: PreparedUpdate::default(),
             previous: PathSet::default(),
             older: Default::default(),
             matches: Vec::new(),
@@ -115,17 +117,17 @@ impl Extrapolator {
 
     /// Takes the newest update and the level L of the interval that begins with it; gives an old set back whose memory
     /// may be used again.
-    pub fn take_update(&mut self, update: PathSet, level: u32) -> PathSet {
+    pub fn store_update(&mut self, update: PathSet, level: u32) -> PathSet {
         self.groundwork.clear();
         self.take(update, level)
     }
 
     /// The same with what has been worked out of the update, which takes less time for the same result; an old one comes
     /// back in its place.
-    pub fn take_prepared_update(
+    pub fn store_prepared_update(
         &mut self,
         update: PathSet,
-        groundwork: &mut Groundwork,
+        groundwork: &mut PreparedUpdate,
         level: u32,
     ) -> PathSet {
         std::mem::swap(&mut self.groundwork, groundwork);
@@ -159,12 +161,12 @@ impl Extrapolator {
 
     /// Goes on in a scene with other instances, whose paths are followed from the next update on; gives the old one
     /// back in its place. What is fixed must be the same: another scene is another extrapolator's.
-    pub fn swap_scene(&mut self, scenes: &mut PosedScenes) {
+    pub fn swap_scene(&mut self, scenes: &mut ScenePair) {
         self.begin_anew();
         std::mem::swap(&mut self.scenes, scenes);
     }
 
-    /// Makes room for updates of this many paths and for this many sources, so that [`Self::take_update`] and
+    /// Makes room for updates of this many paths and for this many sources, so that [`Self::store_update`] and
     /// [`Self::frame`] need not. Control side; allocates.
     pub fn reserve(&mut self, paths: usize, sources: usize) {
         self.matches.reserve(paths);
@@ -174,7 +176,7 @@ impl Extrapolator {
     }
 
     /// Continues with another predictor from the next frame on; gives the old one back.
-    pub fn set_predictor(&mut self, predictor: Continuation) -> Continuation {
+    pub fn set_predictor(&mut self, predictor: PredictorState) -> PredictorState {
         self.begin_anew();
         // Only one of the predictors keeps these up to date.
         for update in &mut self.older {

@@ -23,7 +23,7 @@ pub struct FramePath {
     pub arrival: Vec3,
 }
 
-pub use crate::propagation::LATE_STEPS;
+pub use crate::propagation::LATE_SEGMENTS;
 
 /// One start of the tail that a source sends to the late reverb.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +31,7 @@ pub struct LateSend {
     /// The source.
     pub source: SourceId,
     /// Energy a second of the diffuse impulse response, extrapolated back to emission, in 1/s; see
-    /// [`crate::propagation::late::TailStep::energy_per_s`].
+    /// [`crate::propagation::diffuse::LateSegment::energy_per_s`].
     pub energy_per_s: BandArray,
     /// Seconds from emission to this start.
     pub start_s: f32,
@@ -44,7 +44,7 @@ pub struct FramePaths {
     pub orientation: Quat,
     /// Paths, sorted by [`FramePath::id`].
     pub paths: Vec<FramePath>,
-    /// Late reverb sends, at most [`LATE_STEPS`] a source; a source's are told apart by their order, so it stays.
+    /// Late reverb sends, at most [`LATE_SEGMENTS`] a source; a source's are told apart by their order, so it stays.
     pub late: Vec<LateSend>,
     /// Reverberation time T60 of the tail in seconds, one a band.
     pub decay_time_s: BandArray,

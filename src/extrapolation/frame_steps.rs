@@ -3,14 +3,14 @@
 //! Audio side. First the direct paths, source by source, then everything else; each part ends when its effort is spent
 //! and the next one goes on from there. Where a frame is cut changes none of its bits.
 
-use super::best::{Now, late_now};
-use super::effort::{Effort, cost};
 use super::extrapolator::{Extrapolator, Rule};
 use super::frame::{FramePath, FramePaths, LateSend};
 use super::predictor::{FrameContext, TrackedPath};
-use crate::propagation::diffraction::{Spot, direct_field};
-use crate::propagation::late::{common_decay, tail_steps};
-use crate::propagation::{LateSource, Path};
+use crate::extrapolation::geometric::{Now, late_now};
+use crate::extrapolation::work_budget::{WorkBudget, cost};
+use crate::propagation::diffraction::{Endpoints, direct_field};
+use crate::propagation::diffuse::{common_decay, late_segments};
+use crate::propagation::{LateEnergy, Path};
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
@@ -50,7 +50,7 @@ impl Extrapolator {
         sources: &[SourcePose],
         result: &mut FramePaths,
     ) -> u64 {
-        let effort = &mut Effort::boundless();
+        let effort = &mut WorkBudget::boundless();
         let direct = self.direct_part(listener, sources, effort, result);
         direct.rays + self.other_part(listener, sources, effort, result).rays
     }
@@ -62,7 +62,7 @@ impl Extrapolator {
         &mut self,
         listener: &ListenerPose,
         sources: &[SourcePose],
-        effort: &mut Effort,
+        effort: &mut WorkBudget,
         result: &mut FramePaths,
     ) -> Part {
         let mut rays = 0;
@@ -85,7 +85,7 @@ impl Extrapolator {
                 };
             }
             let (before, mut own) = (result.paths.len(), 0);
-            let spot = Spot::of(pose, listener.position, self.nearest_m);
+            let spot = Endpoints::of(pose, listener.position, self.min_distance_m);
             let edges = self.direct_edges(&spot);
             let listed = edges.as_slice().iter().map(|found| found.edge);
             let field = direct_field(self.scenes.now(), &spot, listed, &mut own, &mut |path| {
@@ -112,7 +112,7 @@ impl Extrapolator {
         &mut self,
         listener: &ListenerPose,
         sources: &[SourcePose],
-        effort: &mut Effort,
+        effort: &mut WorkBudget,
         result: &mut FramePaths,
     ) -> Part {
         let mut part = match self.step {
@@ -147,12 +147,12 @@ impl Extrapolator {
         }
         result.decay_time_s = self.decay_time_s;
         result.late.clear();
-        let wanted = |late: &LateSource| {
+        let wanted = |late: &LateEnergy| {
             let own = sources.iter().find(|pose| pose.id == late.source);
             own.is_some_and(|pose| pose.settings.effects.late)
         };
         for late in self.late.iter().filter(|late| wanted(late)) {
-            let steps = tail_steps(late, &result.decay_time_s);
+            let steps = late_segments(late, &result.decay_time_s);
             result.late.extend(steps.map(|step| LateSend {
                 source: late.source,
                 energy_per_s: step.energy_per_s,
@@ -166,7 +166,7 @@ impl Extrapolator {
 
     /// The edges that the last two updates name for a source, shortest way first: one of them was computed for a place
     /// before this one, the other, as it may be, for a place behind it.
-    fn direct_edges(&self, spot: &Spot) -> NearEdges {
+    fn direct_edges(&self, spot: &Endpoints) -> NearEdges {
         let named = self.current.direct_edges.iter();
         let named = named
             .chain(&self.previous.direct_edges)
@@ -174,7 +174,7 @@ impl Extrapolator {
             .map(|(_, edge)| *edge);
         let scene = self.scenes.now();
         let [from, to] = [spot.from, spot.to].map(|place| scene.to_local(place));
-        scene.bends_over(named, from, to)
+        scene.diffracting_edges_over(named, from, to)
     }
 
     /// Adds the reflected paths, and the bent ones that are not part of the direct field.
@@ -183,7 +183,7 @@ impl Extrapolator {
         listener: &ListenerPose,
         sources: &[SourcePose],
         first: usize,
-        effort: &mut Effort,
+        effort: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Part {
         let predictor = match &mut self.continuation.0 {
@@ -195,7 +195,7 @@ impl Extrapolator {
                     listener,
                     sources,
                     shadowed: &self.shadowed,
-                    nearest_m: self.nearest_m,
+                    min_distance_m: self.min_distance_m,
                 };
                 let is_new = self.updates > 0 && self.frames_since_update == 0;
                 let arrived = is_new.then_some((&self.current, &self.groundwork));
@@ -225,7 +225,7 @@ impl Extrapolator {
             effort.spend(cost::CONTINUED);
             let exists = |surface: &u32| self.scenes.now().has_surface(*surface);
             let gone = !current.surfaces().iter().all(exists);
-            if current.is_revalidated() || gone || !is_wanted(sources, current) {
+            if current.is_frame_validated() || gone || !is_wanted(sources, current) {
                 continue;
             }
             let tracked = TrackedPath {
@@ -255,7 +255,7 @@ impl Extrapolator {
             listener,
             sources,
             shadowed: &self.shadowed,
-            nearest_m: self.nearest_m,
+            min_distance_m: self.min_distance_m,
         };
         let late = &mut self.late;
         let updates = [&self.current, &self.previous].into_iter();
@@ -284,7 +284,7 @@ pub(super) fn is_wanted(sources: &[SourcePose], path: &Path) -> bool {
         let effects = pose.settings.effects;
         pose.id == path.source
             && (path.order == 0 || effects.reflections)
-            && (path.bends == 0 || effects.diffraction)
+            && (path.diffraction_order == 0 || effects.diffraction)
     })
 }
 

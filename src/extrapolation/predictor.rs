@@ -1,7 +1,7 @@
 //! What a predictor is: the rule by which a path is continued between two updates.
 
-use super::best::{BestSettings, Lead};
 use super::frame::FramePath;
+use crate::extrapolation::geometric::{GeometricSettings, PredictionTarget};
 use crate::propagation::Path;
 use crate::scene::{ListenerPose, Scene};
 
@@ -46,41 +46,45 @@ pub enum PredictorKind {
     /// The paper, literally: amplitudes by Eq. 2 to 4.
     #[default]
     Linear,
-    /// Ours: exact geometry in every graphics frame, visibility by a few rays. See [`super::best`].
-    Best(BestSettings),
+    /// Ours: exact geometry in every graphics frame, visibility by a few rays. See [`crate::extrapolation::geometric`].
+    Geometric(GeometricSettings),
 }
 
 impl PredictorKind {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Hold, Self::Linear, Self::Best(BestSettings::FULL)];
+    pub const ALL: [Self; 3] = [
+        Self::Hold,
+        Self::Linear,
+        Self::Geometric(GeometricSettings::FULL),
+    ];
 
     /// The name that the command line uses.
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
             Self::Linear => "linear",
-            Self::Best(_) => "best",
+            Self::Geometric(_) => "best",
         }
     }
 
     /// The same with a cost that a sound thread can bear in every graphics frame.
     pub(crate) fn thrifty(self) -> Self {
         match self {
-            Self::Best(settings) => Self::Best(settings.thrifty()),
+            Self::Geometric(settings) => Self::Geometric(settings.thrifty()),
             Self::Hold | Self::Linear => self,
         }
     }
 
     /// Whether this predictor wants updates to name paths nearby ([`crate::propagation::PathSet::nearby`]).
     pub fn wants_nearby(self) -> bool {
-        matches!(self, Self::Best(settings) if settings.nearby)
+        matches!(self, Self::Geometric(settings) if settings.nearby)
     }
 
     /// The poses that this predictor wants updates to be computed for.
-    pub fn lead(self) -> Lead {
+    pub fn lead(self) -> PredictionTarget {
         match self {
-            Self::Hold | Self::Linear => Lead::None,
-            Self::Best(settings) => settings.lead,
+            Self::Hold | Self::Linear => PredictionTarget::None,
+            Self::Geometric(settings) => settings.lead,
         }
     }
 }

@@ -20,7 +20,7 @@ pub fn match_by_id(current: &[Path], previous: &[Path], matches: &mut Vec<Option
 mod tests {
     use super::*;
     use crate::acoustics::BANDS;
-    use crate::propagation::{MAX_BENDS, MAX_ORDER, PathId};
+    use crate::propagation::{MAX_DIFFRACTION_ORDER, MAX_ORDER, PathId};
     use crate::scene::SourceId;
     use glam::Vec3;
 
@@ -29,9 +29,9 @@ mod tests {
             id: PathId(id),
             source: SourceId::default(),
             order: 1,
-            bends: 0,
+            diffraction_order: 0,
             surfaces: [0; MAX_ORDER],
-            edges: [0; MAX_BENDS],
+            edges: [0; MAX_DIFFRACTION_ORDER],
             points: [Vec3::ZERO; MAX_ORDER],
             image: Vec3::ZERO,
             length_m: 1.0,

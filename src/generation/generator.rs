@@ -12,16 +12,16 @@ use crate::error::{Error, Result};
 use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
 
-use super::arrival::Moment;
-use super::band_filter::SIGNALS;
-use super::binaural::Binaural;
-use super::delay_line::DelayLine;
-use super::far_field::FarField;
-use super::interpolation::AHEAD;
-use super::late_reverb::LateReverb;
-use super::surroundings::{Dropped, Surroundings, Tenant};
-use super::voice_set::VoiceSet;
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
+use crate::generation::bands::band_filter::SIGNALS;
+use crate::generation::binaural::ear_ramps::Moment;
+use crate::generation::binaural::far_field::FarField;
+use crate::generation::binaural::filter_bank::Binaural;
+use crate::generation::delay::delay_line::DelayLine;
+use crate::generation::delay::interpolation::AHEAD;
+use crate::generation::render_context::{Dropped, Surroundings, Tenant};
+use crate::generation::reverb::late_reverb::LateReverb;
+use crate::generation::voices::voice_set::VoiceSet;
 
 /// Input samples from this magnitude on count as not a number: no sound has them, and their squares stay finite.
 const MAX_SAMPLE: f32 = 1e6;

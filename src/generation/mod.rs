@@ -9,37 +9,24 @@
 //! signals by weights of the head-related set, one filter a bus finishes them. The late reverb takes bands from the delay
 //! lines and comes back as eight far arrivals on the same buses. A [`Limiter`] guards the end.
 
-mod arrival;
-mod band_correction;
-mod band_filter;
-mod binaural;
-mod crossover;
-mod delay_line;
-mod far_field;
-mod frame_plan;
+pub mod bands;
+pub mod binaural;
+pub mod delay;
 mod generator;
-mod hrtf;
-#[cfg(feature = "builtin-hrtf")]
-mod hrtf_builtin;
-mod interpolation;
-mod late_reverb;
-mod late_sends;
 mod limiter;
-mod ranking;
+mod render_context;
 mod report;
+pub mod reverb;
 mod settings;
-mod starts;
-mod surroundings;
 #[cfg(test)]
 #[path = "../../tests/reference/synthetic_hrtf.rs"]
 mod synthetic_hrtf;
-mod voice;
-mod voice_set;
+pub mod voices;
 
-pub use band_correction::BandCorrection;
-pub use band_filter::BandFilter;
+pub use crate::generation::bands::band_correction::BandCorrection;
+pub use crate::generation::bands::band_filter::BandFilter;
+pub use crate::generation::binaural::hrtf::Hrtf;
 pub use generator::Generator;
-pub use hrtf::Hrtf;
 pub use limiter::Limiter;
 pub use report::BlockReport;
 pub use settings::GeneratorSettings;

@@ -6,35 +6,23 @@
 //! surfaces and named by canonical sequences, and that valid sequences are remembered for sixteen updates.
 
 pub mod amplitude;
-mod beginnings;
-mod cache;
-mod candidates;
 pub mod diffraction;
-pub mod direct;
-pub mod discovery;
-pub mod effort;
-mod few_sources;
-pub mod finite_panel;
-mod four;
-pub mod guide_memory;
+pub mod diffuse;
 pub mod image_source;
-pub mod late;
-pub mod neighbours;
-mod occluders;
 pub mod path;
-pub mod sampling;
-mod scene_state;
-pub mod sequence;
-pub mod sequence_set;
+pub mod propagator;
+pub mod quality_level;
+pub mod rays;
+mod scene_revision;
 pub mod settings;
-mod side_by_side;
 mod source_task;
-pub mod update;
-mod waiting;
+pub mod transmission;
 pub mod workers;
 
-pub use effort::Effort;
-pub use path::{LATE_STEPS, LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
+pub use crate::propagation::propagator::Propagator;
+pub use crate::propagation::quality_level::PropagationQuality;
+pub use path::{
+    LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
+};
 pub use settings::PropagationSettings;
-pub use update::Propagator;
 pub use workers::{MOST_WORKERS, Serial, Workers};

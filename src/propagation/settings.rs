@@ -1,6 +1,6 @@
 //! What propagation may spend, and where its limits are.
 
-use super::path::{MAX_BENDS, MAX_ORDER};
+use super::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER};
 use crate::error::{Error, Result};
 
 /// What propagation may spend, and where its limits are.
@@ -19,9 +19,9 @@ pub struct PropagationSettings {
     /// Sequences remembered for each source.
     pub cache_capacity: usize,
     /// Distance in metres below which a source gets no louder.
-    pub nearest_m: f32,
-    /// Most edges that one path bends around, 0 to [`MAX_BENDS`]; 0 is sound without diffraction.
-    pub bends: usize,
+    pub min_distance_m: f32,
+    /// Most edges that one path bends around, 0 to [`MAX_DIFFRACTION_ORDER`]; 0 is sound without diffraction.
+    pub diffraction_order: usize,
 }
 
 impl Default for PropagationSettings {
@@ -33,8 +33,8 @@ impl Default for PropagationSettings {
             seed: 1,
             cache_updates: 16,
             cache_capacity: 2048,
-            nearest_m: 0.3,
-            bends: MAX_BENDS,
+            min_distance_m: 0.3,
+            diffraction_order: MAX_DIFFRACTION_ORDER,
         }
     }
 }
@@ -55,14 +55,19 @@ impl PropagationSettings {
         range("guide_rays", self.guide_rays.into(), 1, 65_536)?;
         range("source_rays", self.source_rays.into(), 1, 65_536)?;
         range("depth", self.depth as u64, 0, MAX_ORDER as u64)?;
-        range("bends", self.bends as u64, 0, MAX_BENDS as u64)?;
+        range(
+            "bends",
+            self.diffraction_order as u64,
+            0,
+            MAX_DIFFRACTION_ORDER as u64,
+        )?;
         range("cache_capacity", self.cache_capacity as u64, 1, 65_536)?;
-        if self.nearest_m.is_finite() && self.nearest_m > 0.0 {
+        if self.min_distance_m.is_finite() && self.min_distance_m > 0.0 {
             return Ok(());
         }
-        let problem = format!("{} is no distance", self.nearest_m);
+        let problem = format!("{} is no distance", self.min_distance_m);
         Err(Error::setting(
-            "nearest_m",
+            "min_distance_m",
             problem,
             "give metres above zero",
         ))

@@ -4,20 +4,22 @@
 use glam::{DVec3, Vec3};
 
 use super::amplitude;
-use super::cache::SequenceCache;
-use super::candidates::{Candidates, Ready};
-use super::diffraction::{self, DirectEdges, Spot};
-use super::effort::Effort;
-use super::image_source::{ImagePath, Unfolded};
-use super::late::{LateEstimator, RayScratch, SourceRays, Viewpoints, still_place};
-use super::occluders::{Blocked, Occluders};
-use super::path::{LateSource, MAX_BENDS, MAX_ORDER, Path};
-use super::sampling::{ROTATIONS, mix, rotation};
-use super::sequence::Sequence;
-use super::sequence_set::SequenceSet;
+use super::diffraction::{self, DirectEdges, Endpoints};
+use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
-use super::waiting::{Standing, Waiting};
 use crate::acoustics::BandArray;
+use crate::propagation::diffuse::{
+    LateEstimator, RayScratch, SourceRays, VisibilityCells, still_place,
+};
+use crate::propagation::image_source::image_path::{ImagePath, Unfolded};
+use crate::propagation::image_source::occluder_cache::{Blocked, Occluders};
+use crate::propagation::image_source::sequence::Sequence;
+use crate::propagation::image_source::sequence_set::SequenceSet;
+use crate::propagation::image_source::valid_cache::SequenceCache;
+use crate::propagation::image_source::validation_queue::{Standing, Waiting};
+use crate::propagation::image_source::window_cull::{Candidates, Ready};
+use crate::propagation::quality_level::PropagationQuality;
+use crate::propagation::rays::directions::{ROTATIONS, mix, rotation};
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
@@ -37,11 +39,11 @@ const MOST_NEARBY: usize = 256;
 
 /// Another place where the listener may be.
 #[derive(Debug, Default)]
-pub(super) struct WayPlace {
+pub(super) struct PredictedPosition {
     pub(super) place: Vec3,
     /// The same, local coordinates.
     pub(super) ear: DVec3,
-    pub(super) viewpoints: Viewpoints,
+    pub(super) viewpoints: VisibilityCells,
     /// Where the sources will be then, world coordinates.
     pub(super) sources: Vec<Vec3>,
 }
@@ -55,7 +57,7 @@ const MOST_OWN: usize = 2048;
 pub(super) struct Moment<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a PropagationSettings,
-    pub(super) effort: &'a Effort,
+    pub(super) effort: &'a PropagationQuality,
     pub(super) update: u64,
     /// See [`SourceRays::scene_state`], [`SourceRays::poses_since`] and [`SourceRays::fixed_since`].
     pub(super) scene_state: u64,
@@ -65,9 +67,9 @@ pub(super) struct Moment<'a> {
     /// The listener, local coordinates.
     pub(super) ear: DVec3,
     /// From where late fields are looked at.
-    pub(super) viewpoints: &'a Viewpoints,
+    pub(super) viewpoints: &'a VisibilityCells,
     /// Other places that late fields are estimated for.
-    pub(super) way: &'a [WayPlace],
+    pub(super) way: &'a [PredictedPosition],
     /// Within what distance paths are named that are not there; nothing names none.
     pub(super) reach_m: Option<f64>,
     /// The source rays' lattice before rotation.
@@ -135,9 +137,9 @@ pub(super) struct SourceTask {
     near: NearEdges,
     /// Edges that its direct field is followed at until the next update.
     pub(super) direct_edges: DirectEdges,
-    pub(super) late_source: Option<LateSource>,
+    pub(super) late_source: Option<LateEnergy>,
     /// The same for the other places, in their order.
-    pub(super) late_on_way: Vec<LateSource>,
+    pub(super) predicted_late: Vec<LateEnergy>,
     pub(super) rays: u64,
 }
 
@@ -157,7 +159,7 @@ impl SourceTask {
             near: NearEdges::default(),
             direct_edges: DirectEdges::default(),
             late_source: None,
-            late_on_way: Vec::new(),
+            predicted_late: Vec::new(),
             rays: 0,
         }
     }
@@ -195,7 +197,7 @@ impl SourceTask {
         self.rotation = turn.map(|turn| turn % ROTATIONS);
         match turn {
             Some(turn) => self.cast(moment, number, pose, turn, &mut scratch.rays),
-            None => self.late_on_way.clear(),
+            None => self.predicted_late.clear(),
         }
         self.bend(moment, pose);
     }
@@ -208,12 +210,19 @@ impl SourceTask {
         if !is_within_reach(moment, pose) {
             return;
         }
-        let otherwise_m = f64::from(moment.settings.nearest_m);
-        let spot = Spot::of(pose, moment.listener.position, otherwise_m);
+        let otherwise_m = f64::from(moment.settings.min_distance_m);
+        let spot = Endpoints::of(pose, moment.listener.position, otherwise_m);
         let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.near);
-        let bends = moment.settings.bends;
+        let diffraction_order = moment.settings.diffraction_order;
         let mut give = |path| paths.push(path);
-        self.direct_edges = diffraction::update(moment.scene, &spot, bends, near, rays, &mut give);
+        self.direct_edges = diffraction::update(
+            moment.scene,
+            &spot,
+            diffraction_order,
+            near,
+            rays,
+            &mut give,
+        );
     }
 
     /// What this source's rays have found and what was valid before, and guide rays have not met: its own list.
@@ -278,9 +287,9 @@ impl SourceTask {
         let is_wanted = pose.settings.effects.late;
         let estimate = |late: &mut LateEstimator| match is_wanted {
             true => late.estimate(scene, self.id),
-            false => LateSource::silent(self.id),
+            false => LateEnergy::silent(self.id),
         };
-        let mut late_at = |source: DVec3, ear: DVec3, viewpoints: &Viewpoints| {
+        let mut late_at = |source: DVec3, ear: DVec3, viewpoints: &VisibilityCells| {
             let mut left = match (moves, moment.reach_m) {
                 (false, _) => 1,
                 (true, None) => MOST_CAST,
@@ -315,14 +324,14 @@ impl SourceTask {
                 .look(scene, [source, ear], viewpoints, &mut self.rays);
             estimate(&mut self.late)
         };
-        self.late_on_way.clear();
+        self.predicted_late.clear();
         for there in moment.way {
             let source = there
                 .sources
                 .get(place)
                 .map_or(here, |at| scene.to_local(*at));
             let late = late_at(source, there.ear, &there.viewpoints);
-            self.late_on_way.push(late);
+            self.predicted_late.push(late);
         }
         self.late_source = Some(late_at(here, moment.ear, moment.viewpoints));
     }
@@ -504,19 +513,19 @@ fn reflected_path(
     level: impl Fn(&Scene, &ImagePath, f64) -> BandArray,
 ) -> Path {
     let scene = moment.scene;
-    let nearest_m = pose
+    let min_distance_m = pose
         .settings
-        .nearest_m(f64::from(moment.settings.nearest_m));
-    let mut amplitude = level(scene, path, nearest_m);
+        .min_distance_m(f64::from(moment.settings.min_distance_m));
+    let mut amplitude = level(scene, path, min_distance_m);
     let departure = (path.points[0] - scene.to_local(pose.position)).as_vec3();
     amplitude::direct_by_source(&mut amplitude, pose, departure);
     Path {
         id: sequence.path_id(scene, pose.id),
         source: pose.id,
         order: path.order as u8,
-        bends: 0,
+        diffraction_order: 0,
         surfaces: path.surfaces,
-        edges: [0; MAX_BENDS],
+        edges: [0; MAX_DIFFRACTION_ORDER],
         points: path.points.map(|p| scene.to_world(p)),
         image: scene.to_world(path.image),
         length_m: path.length_m as f32,

@@ -22,10 +22,10 @@ use glam::Vec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::layout_source::{NamedSource, read_sources};
 use super::materials::MaterialTable;
-use super::toml_file::{TomlFile, read_text};
 use crate::error::Result;
+use crate::scene::io::layout_source::{NamedSource, read_sources};
+use crate::scene::io::toml_file::{TomlFile, read_text};
 
 /// What goes into a scene beside its mesh.
 #[derive(Debug, Clone, PartialEq)]

@@ -18,11 +18,11 @@ use std::sync::OnceLock;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use super::material_entry::read_entry;
-use super::toml_file::{TomlFile, read_text};
 use crate::acoustics::bands::BANDS;
 use crate::acoustics::material::Material;
 use crate::error::Result;
+use crate::scene::io::material_entry::read_entry;
+use crate::scene::io::toml_file::{TomlFile, read_text};
 
 /// Name of the material that unknown names get.
 pub const GENERIC_MATERIAL: &str = "generic";

@@ -47,7 +47,7 @@ pub struct SourceSettings {
 
 impl SourceSettings {
     /// Radius in metres within which the source gets no louder, given what holds for sources that do not say.
-    pub fn nearest_m(&self, otherwise_m: f64) -> f64 {
+    pub fn min_distance_m(&self, otherwise_m: f64) -> f64 {
         match self.radius_m {
             Some(radius_m) if radius_m.is_finite() && radius_m > 0.0 => f64::from(radius_m),
             _ => otherwise_m,

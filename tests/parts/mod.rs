@@ -88,7 +88,7 @@ pub(crate) fn same(a: &Path, b: &Path) -> bool {
     let near = |(p, q): (&Vec3, &Vec3)| p.distance(*q) < 1e-3;
     let loudest = a.amplitude.iter().fold(0.0f32, |most, a| most.max(a.abs()));
     a.source == b.source
-        && (a.order, a.bends) == (b.order, b.bends)
+        && (a.order, a.diffraction_order) == (b.order, b.diffraction_order)
         && (a.length_m - b.length_m).abs() < 1e-4
         && near((&a.image, &b.image))
         && a.points().iter().zip(b.points()).all(near)

@@ -5,17 +5,21 @@ use std::sync::Arc;
 
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
-use foresound::propagation::diffraction::{self, Spot};
-use foresound::propagation::guide_memory::GuideMemory;
-use foresound::propagation::image_source::{ImagePath, is_clear, mirror_listener};
-use foresound::propagation::late::{
-    LateEstimator, RayScratch, SourceRays, Viewpoints, still_place,
+use foresound::propagation::diffraction::{self, Endpoints};
+use foresound::propagation::diffuse::{
+    LateEstimator, RayScratch, SourceRays, VisibilityCells, still_place,
 };
-use foresound::propagation::neighbours::fill_up;
-use foresound::propagation::sampling::{ROTATIONS, fibonacci_direction, lattice, mix, rotation};
-use foresound::propagation::sequence::Sequence;
-use foresound::propagation::sequence_set::SequenceSet;
-use foresound::propagation::{MAX_BENDS, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude};
+use foresound::propagation::image_source::discovery_history::GuideMemory;
+use foresound::propagation::image_source::expansion::fill_up;
+use foresound::propagation::image_source::image_path::{ImagePath, is_clear, mirror_listener};
+use foresound::propagation::image_source::sequence::Sequence;
+use foresound::propagation::image_source::sequence_set::SequenceSet;
+use foresound::propagation::rays::directions::{
+    ROTATIONS, fibonacci_direction, lattice, mix, rotation,
+};
+use foresound::propagation::{
+    MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude,
+};
 use glam::DVec3;
 
 use foresound::scene::edges::NearEdges;
@@ -130,7 +134,7 @@ impl PlainPropagator {
         let memory = self.memories.iter_mut().find(|memory| memory.id == pose.id);
         let memory = memory.expect("just made");
         let own_seed = mix(u64::from(pose.id.bits()));
-        let mut viewpoints = Viewpoints::default();
+        let mut viewpoints = VisibilityCells::default();
         viewpoints.renew(&scene, ear.as_vec3(), 0);
         let moves = memory
             .place
@@ -181,14 +185,22 @@ impl PlainPropagator {
         }
         let mut candidates = guide.to_vec();
         candidates.append(&mut own);
-        let nearest_m = pose.settings.nearest_m(f64::from(settings.nearest_m));
+        let min_distance_m = pose
+            .settings
+            .min_distance_m(f64::from(settings.min_distance_m));
         // Bent paths are no list to search: the same function, and what it is worth is the law `edge`'s to say.
-        let spot = Spot::of(pose, listener.position, f64::from(settings.nearest_m));
+        let spot = Endpoints::of(pose, listener.position, f64::from(settings.min_distance_m));
         let paths = &mut result.paths;
         let mut give = |path| paths.push(path);
         let mut near = NearEdges::default();
-        let edges =
-            diffraction::update(&scene, &spot, settings.bends, &mut near, &mut 0, &mut give);
+        let edges = diffraction::update(
+            &scene,
+            &spot,
+            settings.diffraction_order,
+            &mut near,
+            &mut 0,
+            &mut give,
+        );
         let edges = edges.as_slice().iter();
         result
             .direct_edges
@@ -207,13 +219,13 @@ impl PlainPropagator {
                 id: sequence.path_id(&scene, pose.id),
                 source: pose.id,
                 order: path.order as u8,
-                bends: 0,
+                diffraction_order: 0,
                 surfaces: path.surfaces,
-                edges: [0; MAX_BENDS],
+                edges: [0; MAX_DIFFRACTION_ORDER],
                 points: path.points.map(|p| scene.to_world(p)),
                 image: scene.to_world(path.image),
                 length_m: path.length_m as f32,
-                amplitude: amplitude::reflected(&scene, &path, nearest_m),
+                amplitude: amplitude::reflected(&scene, &path, min_distance_m),
             });
         }
         for (sequence, seen) in &memory.cache {

@@ -177,7 +177,7 @@ pub(super) mod tests {
 
     /// The pair of sounds the oracle was given: three swelling tones in noise, and the same tones, wavering, in
     /// more noise.
-    pub(in crate) fn oracle_pair(rate_hz: u32, length: usize) -> [Vec<f32>; 2] {
+    pub(crate) fn oracle_pair(rate_hz: u32, length: usize) -> [Vec<f32>; 2] {
         let (quiet, loud) = (noise(1, length), noise(2, length));
         let tone = |hz: f64, t: f64| (TAU * hz * t).sin();
         (0..length)

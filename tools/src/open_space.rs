@@ -43,7 +43,7 @@ pub struct OpenSpace {
 
 /// A place at ear height above a floor.
 #[derive(Debug, Clone, Copy)]
-struct Spot {
+struct Endpoints {
     square: [i32; 2],
     at: Vec3,
 }
@@ -121,7 +121,7 @@ fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
 }
 
 /// Places with a floor below and head room above, in the grid's order.
-fn spots(scene: &Scene) -> Vec<Spot> {
+fn spots(scene: &Scene) -> Vec<Endpoints> {
     let [low, high] = bounds(scene);
     let extent = high - low;
     let pitch = (extent.x.max(extent.z) / SQUARES).max(0.1);
@@ -136,7 +136,7 @@ fn spots(scene: &Scene) -> Vec<Spot> {
                 let head = Vec3::new(at.x, floor + HEAD_M, at.z);
                 let has_room = !hits(scene, ground, ground + Vec3::Y * (HEADROOM_M - 0.05));
                 if has_room && is_clear(scene, head) {
-                    spots.push(Spot {
+                    spots.push(Endpoints {
                         square: [x, z],
                         at: head,
                     });
@@ -161,7 +161,7 @@ fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
 }
 
 /// The longest free way to both sides of a spot, of all spots; of equals the one nearest to the spots' middle.
-fn longest_walk(scene: &Scene, spots: &[Spot]) -> Option<Walk> {
+fn longest_walk(scene: &Scene, spots: &[Endpoints]) -> Option<Walk> {
     let middle = spots.iter().map(|s| s.at).sum::<Vec3>() / spots.len().max(1) as f32;
     let mut best: Option<(f32, Walk)> = None;
     // At most some two hundred spots are tried, evenly over the list: a large yard has thousands alike.
@@ -204,8 +204,8 @@ fn longest_walk(scene: &Scene, spots: &[Spot]) -> Option<Walk> {
 }
 
 /// Spots that can be reached from a place over neighbouring squares, through doors too.
-fn reached(scene: &Scene, spots: &[Spot], start: Vec3) -> Vec<Vec3> {
-    let near = |a: &Spot, b: &Spot| {
+fn reached(scene: &Scene, spots: &[Endpoints], start: Vec3) -> Vec<Vec3> {
+    let near = |a: &Endpoints, b: &Endpoints| {
         let apart = [0, 1].map(|i| (a.square[i] - b.square[i]).abs());
         apart[0] <= 1 && apart[1] <= 1 && (a.at.y - b.at.y).abs() <= STEP_M
     };

@@ -137,7 +137,7 @@ fn decay_time(decay_db: &[f64], from_db: f64, to_db: f64, rate_hz: f64) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use foresound::propagation::sampling::{mix, unit};
+    use foresound::propagation::rays::directions::{mix, unit};
 
     #[test]
     fn an_exponential_decay_has_its_time() {

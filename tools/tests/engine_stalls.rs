@@ -4,12 +4,12 @@
 
 use std::sync::Arc;
 
-use foresound_tools::clicks::{ClickDetector, smooth_loop};
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{AffinityPolicy, Controller, Engine, EngineSettings, FrameTime, Renderer};
 use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, procedural};
+use foresound_tools::clicks::{ClickDetector, smooth_loop};
 use glam::Vec3;
 
 const RATE_HZ: u32 = 44_100;

@@ -5,12 +5,12 @@ mod reference;
 
 use std::sync::Arc;
 
-use foresound_tools::validate;
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     Directivity, Effects, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose,
     procedural,
 };
+use foresound_tools::validate;
 use glam::Vec3;
 use reference::{shoebox, visibility};
 
@@ -226,7 +226,7 @@ fn settings_out_of_range_are_refused_by_name() {
         ),
         (
             PropagationSettings {
-                nearest_m: f32::NAN,
+                min_distance_m: f32::NAN,
                 ..Default::default()
             },
             "nearest_m",

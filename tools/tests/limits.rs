@@ -7,13 +7,13 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use foresound::Error;
-use foresound_tools::clip::{MOST_SAMPLES, load_clip, load_clip_within};
-use foresound_tools::listener_path::{LARGEST_FILE, ListenerPath};
 use foresound::runtime::{AffinityPolicy, Engine, EngineSettings};
 use foresound::scene::mesh::MOST_TRIANGLES;
 use foresound::scene::{
     ListenerPose, MaterialTable, ObjOptions, Scene, SceneSettings, load_obj, procedural,
 };
+use foresound_tools::clip::{MOST_SAMPLES, load_clip, load_clip_within};
+use foresound_tools::listener_path::{LARGEST_FILE, ListenerPath};
 use glam::Vec3;
 
 static LIVE: AtomicUsize = AtomicUsize::new(0);

@@ -119,7 +119,10 @@ fn degraded(x: &[f64], name: &str) -> Vec<f64> {
 #[test]
 fn scores_are_those_of_the_standards_program() {
     for (voice, name, score) in SCORES {
-        let file = format!("{}/../assets/speech/{voice}.wav", env!("CARGO_MANIFEST_DIR"));
+        let file = format!(
+            "{}/../assets/speech/{voice}.wav",
+            env!("CARGO_MANIFEST_DIR")
+        );
         let (clip, _) = load_clip(file, RATE_HZ).expect("a voice");
         let clean = &clip.samples[..4 * RATE_HZ as usize];
         let wide: Vec<f64> = clean.iter().map(|s| f64::from(*s)).collect();
@@ -139,7 +142,10 @@ fn scores_are_those_of_the_standards_program() {
 
 #[test]
 fn nothing_scores_above_identity() {
-    let file = format!("{}/../assets/speech/voice02.wav", env!("CARGO_MANIFEST_DIR"));
+    let file = format!(
+        "{}/../assets/speech/voice02.wav",
+        env!("CARGO_MANIFEST_DIR")
+    );
     let (clip, _) = load_clip(file, RATE_HZ).expect("a voice");
     let found = pesq_wideband(&clip.samples, &clip.samples, RATE_HZ).expect("long");
     let found = found.expect("speech");

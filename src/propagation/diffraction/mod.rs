@@ -18,28 +18,30 @@
 //! A wall that lets sound through throws half a shadow: the bent wave is what the wall takes away, 1 − T of it, so the
 //! transmitted direct path, which is a path of its own, counts once.
 
-pub mod bent;
+pub mod biot_tolstoy;
 pub mod complex;
-pub mod direct;
-pub mod double;
-pub mod joined;
-pub mod mirrored;
-pub mod near_edge;
+pub mod edge_wave;
+pub mod first_order;
+pub mod moving_edge_pairs;
+pub mod revalidate;
+pub mod second_order;
 pub mod transition;
-pub mod way;
-pub mod wedge;
+pub mod utd;
+pub mod with_reflections;
 
-pub use direct::{DirectEdges, DirectField, MOST_DIRECT_EDGES, Spot, direct_field};
-pub use double::MOST_DOUBLE;
-pub use mirrored::MOST_MIRRORED;
-pub use way::{BentCourse, BentWay};
+pub use crate::propagation::diffraction::first_order::{
+    DirectEdges, DirectField, Endpoints, MOST_DIRECT_EDGES, direct_field,
+};
+pub use crate::propagation::diffraction::revalidate::{DiffractionPath, DiffractionSequence};
+pub use crate::propagation::diffraction::second_order::MOST_DOUBLE;
+pub use crate::propagation::diffraction::with_reflections::MOST_MIRRORED;
 
 use std::f64::consts::PI;
 
 use super::path::Path;
+use crate::propagation::diffraction::utd::WedgeAngles;
 use crate::scene::Scene;
-use crate::scene::edges::{Bend, NearEdges};
-use wedge::WedgeAngles;
+use crate::scene::edges::{EdgeCrossing, NearEdges};
 
 /// Longest detour over an edge in metres: 36 wavelengths at 1 kHz, where less than 5 % of the wave is left behind a
 /// screen. Paths fade out over the last quarter of it.
@@ -51,40 +53,44 @@ pub const WEAKEST: f64 = 0.01;
 /// The band of [`rough_gain`].
 const ROUGH_BAND: usize = 2;
 
-/// Gives all that reaches a listener directly or around edges, with up to `bends` edges a path; returns the edges that
+/// Gives all that reaches a listener directly or around edges, with up to `diffraction_order` edges a path; returns the edges that
 /// the direct field is to be followed at between updates. Adds the rays it cast to `rays`. What the source's effects
 /// switch off is left out. `near` are the edges that were near when it was last asked, and are now: with them the search is
 /// shorter, and no answer another one.
 pub fn update(
     scene: &Scene,
-    spot: &Spot,
-    bends: usize,
+    spot: &Endpoints,
+    diffraction_order: usize,
     near: &mut NearEdges,
     rays: &mut u64,
     give: &mut impl FnMut(Path),
 ) -> DirectEdges {
     let effects = spot.source.settings.effects;
-    let bends = if effects.diffraction { bends } else { 0 };
+    let diffraction_order = if effects.diffraction {
+        diffraction_order
+    } else {
+        0
+    };
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-    *near = match bends {
+    *near = match diffraction_order {
         0 => NearEdges::default(),
         _ => {
             let longest_m = from.distance(to) + LONGEST_DETOUR_M;
-            scene.bends(near, from, to, longest_m)
+            scene.diffracting_edges(near, from, to, longest_m)
         }
     };
     let listed = near.as_slice().iter().map(|found| found.edge);
     let DirectField { visible, edges } = direct_field(scene, spot, listed, rays, give);
-    if visible || bends == 0 {
+    if visible || diffraction_order == 0 {
         return edges;
     }
     let longest_m = from.distance(to) + LONGEST_DETOUR_M;
     let near = scene.first_bends(from, to, longest_m);
     if effects.reflections {
-        mirrored::find(scene, spot, &near, rays, give);
+        with_reflections::find(scene, spot, &near, rays, give);
     }
-    if bends > 1 {
-        double::find(scene, spot, &near, rays, give);
+    if diffraction_order > 1 {
+        second_order::find(scene, spot, &near, rays, give);
     }
     edges
 }
@@ -96,15 +102,15 @@ fn fade_out(detour_m: f64) -> f64 {
 
 /// About how loud a bend is at the band around 250 Hz relative to the free field over its length: for an order of
 /// loudness.
-fn rough_gain(scene: &Scene, edge: u32, bend: &Bend) -> f64 {
+fn rough_gain(scene: &Scene, edge: u32, bend: &EdgeCrossing) -> f64 {
     let angles = WedgeAngles {
         n: scene.edge(edge).n,
         incoming: bend.incoming,
         outgoing: bend.outgoing,
     };
-    let wavenumber = bent::wavenumbers(scene)[ROUGH_BAND];
+    let wavenumber = edge_wave::wavenumbers(scene)[ROUGH_BAND];
     // The transition function's size, 1 at the boundary and 1/√(πx) far from it.
-    0.5 / (1.0 + PI * angles.bend(wavenumber, bent::distance_m(bend))).sqrt()
+    0.5 / (1.0 + PI * angles.bend(wavenumber, edge_wave::distance_m(bend))).sqrt()
 }
 
 /// 0 below 0, 1 above 1, and a cubic between.

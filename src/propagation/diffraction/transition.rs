@@ -25,7 +25,7 @@ const COEFFICIENTS: [f64; 12] = [
 /// e^(jx) erfc(e^(jπ/4) √x) for x ≥ 0: 1 at a shadow boundary (x = 0), ½/√x and less far from it.
 ///
 /// Kouyoumjian and Pathak's F(x) is √(πx) e^(jπ/4) times this (\[KOUYOUMJIAN74\] 26); written so, the cotangent's pole and
-/// the root's zero cancel in closed form ([`super::wedge`]). Relative error 5e-6, that is 0.00004 dB.
+/// the root's zero cancel in closed form ([`crate::propagation::diffraction::utd`]). Relative error 5e-6, that is 0.00004 dB.
 pub fn transition(x: f64) -> Complex {
     // The Faddeeva function at z = e^(3πj/4) √x; j z = −e^(jπ/4) √x.
     let root = (0.5 * x.max(0.0)).sqrt();

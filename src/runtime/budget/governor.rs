@@ -4,8 +4,8 @@
 //! and after a while; a step up that has to be taken back makes the next wait longer. So a load at the edge does not
 //! make the detail swing.
 
-use super::tier::{Detail, MOST_TIER, Tier};
-use super::{Budget, LONGEST_SPACING_S, TierChoice};
+use super::tier::{ActiveQuality, LAST_QUALITY_LEVEL, QualityLevel};
+use super::{Budget, LONGEST_SPACING_S, QualityChoice};
 use crate::propagation::PropagationSettings;
 
 /// Share of a new time in the mean.
@@ -65,7 +65,7 @@ pub struct Governor {
     /// The highest mean lately: what decides whether there is room.
     peak_s: f64,
     /// Cost of each tier over that of the one before.
-    ratios: [f64; MOST_TIER as usize],
+    ratios: [f64; LAST_QUALITY_LEVEL as usize],
     over: u32,
     since_change_s: f64,
     /// Whether the last change was up.
@@ -83,7 +83,7 @@ impl Default for Governor {
             place: 0.0,
             mean_s: None,
             peak_s: 0.0,
-            ratios: [FIRST_RATIO; MOST_TIER as usize],
+            ratios: [FIRST_RATIO; LAST_QUALITY_LEVEL as usize],
             over: 0,
             since_change_s: 0.0,
             rose: false,
@@ -96,13 +96,13 @@ impl Default for Governor {
 
 impl Governor {
     /// The tier in force, or on its way to be.
-    pub fn tier(&self) -> Tier {
-        Tier(self.tier)
+    pub fn tier(&self) -> QualityLevel {
+        QualityLevel(self.tier)
     }
 
     /// What is in force now.
-    pub fn detail(&self, settings: &PropagationSettings, max_paths: usize) -> Detail {
-        Detail::at(self.place, settings, max_paths)
+    pub fn detail(&self, settings: &PropagationSettings, max_paths: usize) -> ActiveQuality {
+        ActiveQuality::at(self.place, settings, max_paths)
     }
 
     /// Seconds to wait before the next update.
@@ -133,9 +133,11 @@ impl Governor {
         self.peak_s = mean_s.max(self.peak_s * (-passed_s / FORGET_S).exp());
         let limit_s = self.limit(budget, spent, mean_s);
         match budget.tiers {
-            TierChoice::Exactly(tier) => self.change(tier.0.min(MOST_TIER)),
-            TierChoice::Free => self.choose(limit_s, mean_s, 0),
-            TierChoice::AtLeast(tier) => self.choose(limit_s, mean_s, tier.0.min(MOST_TIER)),
+            QualityChoice::Exactly(tier) => self.change(tier.0.min(LAST_QUALITY_LEVEL)),
+            QualityChoice::Free => self.choose(limit_s, mean_s, 0),
+            QualityChoice::AtLeast(tier) => {
+                self.choose(limit_s, mean_s, tier.0.min(LAST_QUALITY_LEVEL))
+            }
         }
         let way = f64::from(self.tier) - self.place;
         if way != 0.0 {
@@ -173,7 +175,7 @@ impl Governor {
         } else {
             0
         };
-        if self.over >= PATIENCE && self.tier < MOST_TIER {
+        if self.over >= PATIENCE && self.tier < LAST_QUALITY_LEVEL {
             // On its way down already, it waits for what that brings, unless that cannot be enough.
             let on_its_way = f64::from(self.tier) - self.place;
             let expected_s = mean_s * self.mean_ratio().powf(on_its_way.max(0.0));
@@ -204,7 +206,7 @@ impl Governor {
         self.ratios
             .iter()
             .product::<f64>()
-            .powf(1.0 / f64::from(MOST_TIER))
+            .powf(1.0 / f64::from(LAST_QUALITY_LEVEL))
     }
 
     /// Learns what the last step was worth once it is settled.

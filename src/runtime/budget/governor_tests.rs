@@ -1,7 +1,7 @@
 //! The governor on a virtual clock: updates cost what a model says, and time passes as they are done.
 
 use super::*;
-use crate::propagation::Effort;
+use crate::propagation::PropagationQuality;
 
 const PATHS: usize = 2048;
 
@@ -10,8 +10,8 @@ fn settings() -> PropagationSettings {
 }
 
 /// A machine: seconds an update takes at some effort. A tenth of the work is there at any tier.
-fn cost_s(full_s: f64, effort: &Effort) -> f64 {
-    let full = Effort::full(&settings());
+fn cost_s(full_s: f64, effort: &PropagationQuality) -> f64 {
+    let full = PropagationQuality::full(&settings());
     let rays = f64::from(effort.guide_rays) / f64::from(full.guide_rays);
     let depth = (effort.depth as f64 + 1.0) / (full.depth as f64 + 1.0);
     full_s * (0.1 + 0.6 * rays * depth + 0.3 / effort.late_interval as f64 * rays)
@@ -81,7 +81,7 @@ fn without_a_limit_everything_is_done() {
     world.run(10.0, |_| 0.5);
     assert_eq!(
         (world.governor.tier(), world.governor.rest_s()),
-        (Tier(0), 0.0)
+        (QualityLevel(0), 0.0)
     );
     assert_eq!(world.changes, 0);
 }
@@ -90,13 +90,13 @@ fn without_a_limit_everything_is_done() {
 fn an_overload_is_answered_and_given_back_when_it_ends() {
     let mut world = World::new(within(0.010));
     world.run(5.0, |_| 0.008);
-    assert_eq!(world.governor.tier(), Tier(0));
+    assert_eq!(world.governor.tier(), QualityLevel(0));
     world.run(5.0, |_| 0.030);
     assert!(world.update_s(0.030) <= 0.010, "{:?}", world.governor);
     let low = world.governor.tier();
-    assert!(low > Tier(0));
+    assert!(low > QualityLevel(0));
     world.run(60.0, |_| 0.004);
-    assert_eq!(world.governor.tier(), Tier(0));
+    assert_eq!(world.governor.tier(), QualityLevel(0));
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn updates_that_are_held_up_now_and_then_change_nothing() {
             0.005
         }
     });
-    assert_eq!((world.governor.tier(), world.changes), (Tier(0), 0));
+    assert_eq!((world.governor.tier(), world.changes), (QualityLevel(0), 0));
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
     let mut world = World::new(within(0.001));
     world.run(10.0, |_| 1.0);
     let changes = world.changes;
-    assert_eq!(world.governor.tier(), Tier(MOST_TIER));
+    assert_eq!(world.governor.tier(), QualityLevel(LAST_QUALITY_LEVEL));
     world.run(60.0, |_| 1.0);
     assert_eq!(world.changes, changes);
 }
@@ -156,13 +156,13 @@ fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
     let mut world = World::new(share(0.5));
     world.sound_share = 0.1;
     world.run(10.0, |_| 0.010);
-    assert_eq!(world.governor.tier(), Tier(0));
+    assert_eq!(world.governor.tier(), QualityLevel(0));
     let used = world.busy_s / world.time_s;
     assert!((0.36..=0.41).contains(&used), "{used}");
     // 120 ms at full detail in a fifth of a core: an update may take 20 ms.
     let mut world = World::new(share(0.2));
     world.run(20.0, |_| 0.120);
-    assert!(world.governor.tier() > Tier(0));
+    assert!(world.governor.tier() > QualityLevel(0));
     (world.busy_s, world.time_s) = (0.0, 0.0);
     world.run(20.0, |_| 0.120);
     let used = world.busy_s / world.time_s;
@@ -172,18 +172,18 @@ fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
 #[test]
 fn tiers_can_be_forced_and_freed() {
     let mut world = World::new(within(0.010));
-    world.budget.tiers = TierChoice::Exactly(Tier(3));
+    world.budget.tiers = QualityChoice::Exactly(QualityLevel(3));
     world.run(4.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), Tier(3));
+    assert_eq!(world.governor.tier(), QualityLevel(3));
     assert_eq!(world.governor.place, 3.0);
-    world.budget.tiers = TierChoice::AtLeast(Tier(1));
+    world.budget.tiers = QualityChoice::AtLeast(QualityLevel(1));
     world.run(60.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), Tier(1));
+    assert_eq!(world.governor.tier(), QualityLevel(1));
     world.run(5.0, |_| 0.060);
-    assert!(world.governor.tier() > Tier(1));
-    world.budget.tiers = TierChoice::Free;
+    assert!(world.governor.tier() > QualityLevel(1));
+    world.budget.tiers = QualityChoice::Free;
     world.run(120.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), Tier(0));
+    assert_eq!(world.governor.tier(), QualityLevel(0));
 }
 
 #[test]
@@ -222,7 +222,7 @@ fn limits_out_of_range_are_refused_by_name() {
         ),
         (
             Budget {
-                tiers: TierChoice::Exactly(Tier(MOST_TIER + 1)),
+                tiers: QualityChoice::Exactly(QualityLevel(LAST_QUALITY_LEVEL + 1)),
                 ..Budget::default()
             },
             "tiers",

@@ -1,7 +1,7 @@
 //! A budget that holds: how much the engine may spend, and what it gives up to keep to it.
 //!
 //! The app says what may be spent ([`Budget`]); [`Governor`] looks at every update's time and moves between tiers
-//! ([`TIERS`]), from full detail to the least that is worth hearing. No clock is read here: times come in as numbers, so
+//! ([`QUALITY_LEVELS`]), from full detail to the least that is worth hearing. No clock is read here: times come in as numbers, so
 //! that a test can drive it. What changes is ramped: rays and paths glide from tier to tier, and an order of reflections
 //! has faded before propagation stops looking for it. Own.
 
@@ -9,7 +9,7 @@ mod governor;
 mod tier;
 
 pub use governor::{Governor, Spent};
-pub use tier::{Detail, MOST_TIER, TIERS, Tier};
+pub use tier::{ActiveQuality, LAST_QUALITY_LEVEL, QUALITY_LEVELS, QualityLevel};
 
 use crate::error::{Error, Result};
 
@@ -23,19 +23,19 @@ pub struct Budget {
     /// out: its updates are the app's own time.
     pub core_share: Option<f64>,
     /// Which tiers may be used.
-    pub tiers: TierChoice,
+    pub tiers: QualityChoice,
 }
 
 /// Which tiers may be used, whatever the budget says: for thermal states, tests and menus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum TierChoice {
+pub enum QualityChoice {
     /// As the budget needs.
     #[default]
     Free,
     /// As the budget needs, but with no more detail than this tier's.
-    AtLeast(Tier),
+    AtLeast(QualityLevel),
     /// This one.
-    Exactly(Tier),
+    Exactly(QualityLevel),
 }
 
 /// Longest time between the beginnings of two updates that spacing out may bring about, in seconds.
@@ -58,9 +58,11 @@ impl Budget {
         range("update_s", self.update_s, 1e-4, 10.0)?;
         range("core_share", self.core_share, 0.05, 2.0)?;
         match self.tiers {
-            TierChoice::AtLeast(tier) | TierChoice::Exactly(tier) if tier.0 > MOST_TIER => {
+            QualityChoice::AtLeast(tier) | QualityChoice::Exactly(tier)
+                if tier.0 > LAST_QUALITY_LEVEL =>
+            {
                 let problem = format!("{} is no tier", tier.0);
-                let advice = format!("choose 0 (everything) to {MOST_TIER} (the least)");
+                let advice = format!("choose 0 (everything) to {LAST_QUALITY_LEVEL} (the least)");
                 Err(Error::setting("tiers", problem, &advice))
             }
             _ => Ok(()),

@@ -1,10 +1,10 @@
 //! Tiers of detail, and what lies between two of them.
 
-use crate::propagation::{Effort, MAX_ORDER, PropagationSettings};
+use crate::propagation::{MAX_ORDER, PropagationQuality, PropagationSettings};
 
 /// A tier of detail: 0 is everything, higher numbers are less.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub struct Tier(pub u8);
+pub struct QualityLevel(pub u8);
 
 /// What a tier has of each setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Share {
 
 /// The tiers: rays go first, then how often the late field is looked at, orders last. What each costs in a scene the
 /// governor learns; `bench speed --tier N` tells.
-pub const TIERS: [Share; 6] = [
+pub const QUALITY_LEVELS: [Share; 6] = [
     share(1.0, 1.0, 0, 1),
     share(0.7, 0.7, 0, 1),
     share(0.5, 0.5, 0, 2),
@@ -35,7 +35,7 @@ pub const TIERS: [Share; 6] = [
 ];
 
 /// The number of the last tier.
-pub const MOST_TIER: u8 = TIERS.len() as u8 - 1;
+pub const LAST_QUALITY_LEVEL: u8 = QUALITY_LEVELS.len() as u8 - 1;
 
 const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> Share {
     Share {
@@ -54,22 +54,22 @@ const SILENT_BEFORE: f64 = 0.25;
 
 /// What is in force somewhere between two tiers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Detail {
+pub struct ActiveQuality {
     /// For propagation.
-    pub effort: Effort,
+    pub effort: PropagationQuality,
     /// Most paths of an update.
     pub max_paths: usize,
     /// Gain of each order of reflection, from the direct path on.
     pub order_gain: [f32; MAX_ORDER + 1],
 }
 
-impl Detail {
+impl ActiveQuality {
     /// At a place between tiers: 1.5 lies halfway from tier 1 to tier 2.
     pub fn at(place: f64, settings: &PropagationSettings, max_paths: usize) -> Self {
-        let place = place.clamp(0.0, f64::from(MOST_TIER));
+        let place = place.clamp(0.0, f64::from(LAST_QUALITY_LEVEL));
         let (below, part) = (place as usize, place.fract() as f32);
-        let above = (below + 1).min(TIERS.len() - 1);
-        let (from, to) = (&TIERS[below], &TIERS[above]);
+        let above = (below + 1).min(QUALITY_LEVELS.len() - 1);
+        let (from, to) = (&QUALITY_LEVELS[below], &QUALITY_LEVELS[above]);
         // Geometric, so that each step is the same for the ear and for the cost.
         let scaled = |full: f64, share: fn(&Share) -> f32| {
             let share = share(from) * (share(to) / share(from)).powf(part);
@@ -78,7 +78,7 @@ impl Detail {
         let guide_rays = scaled(settings.guide_rays.into(), |s| s.guide_rays) as u32;
         let source_rays = scaled(settings.source_rays.into(), |s| s.source_rays) as u32;
         Self {
-            effort: Effort {
+            effort: PropagationQuality {
                 guide_rays,
                 source_rays,
                 depth: settings.depth.saturating_sub(usize::from(from.orders_less)),
@@ -95,7 +95,11 @@ impl Detail {
 fn order_gain(place: f64, order: usize, depth: usize) -> f32 {
     let leaves_out = |share: &Share| order > depth.saturating_sub(usize::from(share.orders_less));
     let reflected = order > 0 && order <= depth;
-    match TIERS.iter().position(leaves_out).filter(|_| reflected) {
+    match QUALITY_LEVELS
+        .iter()
+        .position(leaves_out)
+        .filter(|_| reflected)
+    {
         Some(tier) => {
             ((tier as f64 - SILENT_BEFORE - place) / (1.0 - SILENT_BEFORE)).clamp(0.0, 1.0) as f32
         }
@@ -111,8 +115,8 @@ mod tests {
 
     #[test]
     fn the_first_tier_is_everything_and_no_other_has_more_than_its_forerunner() {
-        let detail = |place: f64| Detail::at(place, &SETTINGS(), 2048);
-        assert_eq!(detail(0.0).effort, Effort::full(&SETTINGS()));
+        let detail = |place: f64| ActiveQuality::at(place, &SETTINGS(), 2048);
+        assert_eq!(detail(0.0).effort, PropagationQuality::full(&SETTINGS()));
         assert_eq!(detail(0.0).order_gain, [1.0; MAX_ORDER + 1]);
         let mut last = detail(0.0);
         for step in 1..=500 {
@@ -135,14 +139,14 @@ mod tests {
     #[test]
     fn an_order_is_silent_before_it_is_left_out() {
         for step in 0..=500 {
-            let detail = Detail::at(f64::from(step) * 0.01, &SETTINGS(), 2048);
+            let detail = ActiveQuality::at(f64::from(step) * 0.01, &SETTINGS(), 2048);
             for order in 1..=MAX_ORDER {
                 assert!(detail.effort.depth >= order || detail.order_gain[order] == 0.0);
             }
             assert_eq!(detail.order_gain[0], 1.0);
         }
         // An update's longest step before it is left out, it is silent already.
-        let before = Detail::at(3.0 - SILENT_BEFORE, &SETTINGS(), 2048);
+        let before = ActiveQuality::at(3.0 - SILENT_BEFORE, &SETTINGS(), 2048);
         assert_eq!((before.effort.depth, before.order_gain[4]), (4, 0.0));
     }
 
@@ -152,9 +156,9 @@ mod tests {
             depth: 1,
             ..SETTINGS()
         };
-        let least = Detail::at(5.0, &shallow, 4);
+        let least = ActiveQuality::at(5.0, &shallow, 4);
         assert_eq!((least.effort.depth, least.max_paths), (0, 1));
         assert_eq!(least.order_gain[1], 0.0);
-        assert_eq!(Detail::at(f64::NAN, &shallow, 4).effort.depth, 1);
+        assert_eq!(ActiveQuality::at(f64::NAN, &shallow, 4).effort.depth, 1);
     }
 }

@@ -9,9 +9,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{ErrorKind, FromSample, SampleFormat, SizedSample, StreamConfig};
 
-use super::berth::Loan;
 use super::supervisor::Backend;
 use crate::error::{Error, Result};
+use crate::runtime::device::callback_slot::Loan;
 
 /// Audio frames rendered at once for a device.
 const CHUNK_FRAMES: usize = 256;

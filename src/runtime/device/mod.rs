@@ -4,12 +4,16 @@
 //! [`Loan`], so the renderer is the same before and after. The backend for a host's devices is `CpalBackend`, with the
 //! feature `play`.
 
-mod berth;
+mod callback_slot;
 #[cfg(feature = "play")]
 mod cpal_backend;
+pub mod null_device;
+pub mod output;
+pub mod reopening;
+pub mod sound_thread;
 mod supervisor;
 
-pub use berth::{Berth, Fill, Loan};
+pub use crate::runtime::device::callback_slot::{Berth, Fill, Loan};
 #[cfg(feature = "play")]
 pub use cpal_backend::CpalBackend;
 pub use supervisor::{Backend, DeviceState, StandIn, Supervisor};

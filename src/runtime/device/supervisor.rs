@@ -6,11 +6,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::berth::{Berth, Loan};
 use crate::error::Result;
-use crate::runtime::affinity::AffinityPolicy;
-use crate::runtime::null_device::NullDevice;
-use crate::runtime::reopening::{Counts, Order, Reopening};
+use crate::runtime::device::callback_slot::{Berth, Loan};
+use crate::runtime::device::null_device::NullDevice;
+use crate::runtime::device::reopening::{Counts, Order, Reopening};
+use crate::runtime::threads::affinity::AffinityPolicy;
 
 /// Opens streams to a device.
 pub trait Backend {

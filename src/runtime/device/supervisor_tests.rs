@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicU64;
 
 use super::*;
 use crate::error::Error;
-use crate::runtime::reopening::{LONGEST_WAIT_S, STALL_S};
+use crate::runtime::device::reopening::{LONGEST_WAIT_S, STALL_S};
 
 /// What the fake device does and has seen.
 #[derive(Default)]

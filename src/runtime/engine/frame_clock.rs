@@ -62,7 +62,7 @@ impl FrameClock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::clock::now;
+    use crate::runtime::threads::clock::now;
     use std::time::Duration;
 
     #[test]

@@ -6,7 +6,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use crate::runtime::clock::nanoseconds;
+use crate::runtime::threads::clock::nanoseconds;
 
 /// Bins an octave, as a power of two.
 const FINE: u32 = 5;

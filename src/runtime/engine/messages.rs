@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::extrapolation::{Continuation, Extrapolator, Groundwork, PosedScenes, PredictorKind};
+use crate::extrapolation::{
+    Extrapolator, PredictorKind, PredictorState, PreparedUpdate, ScenePair,
+};
 use crate::propagation::{MAX_ORDER, PathSet};
 use crate::runtime::budget::Budget;
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
-use super::feed::Feed;
+use crate::runtime::engine::sample_source::Feed;
 
 /// A slot that is none: the source is not heard.
 pub(super) const NO_SLOT: u16 = u16::MAX;
@@ -70,7 +72,7 @@ pub(super) struct WorldFrame {
 pub(super) struct Delivery {
     pub(super) paths: PathSet,
     /// What the predictor would otherwise have to work out of them.
-    pub(super) groundwork: Groundwork,
+    pub(super) groundwork: PreparedUpdate,
     /// Time that the update took, T_SPS, in seconds, and the rest after it.
     pub(super) interval_s: f64,
     /// Gain of each order of reflection under the budget.
@@ -80,9 +82,9 @@ pub(super) struct Delivery {
     /// Extrapolation for another scene, to be used from this update on.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
     /// The scene with other instances, to be used from this update on.
-    pub(super) scenes: Option<PosedScenes>,
+    pub(super) scenes: Option<ScenePair>,
     /// Another predictor, to be used from this update on.
-    pub(super) predictor: Option<Continuation>,
+    pub(super) predictor: Option<PredictorState>,
 }
 
 /// A source's new sound.

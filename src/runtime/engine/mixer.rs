@@ -5,10 +5,10 @@
 //! again only after that; one in no slot keeps its place in its sound. What ends fades where it was heard ([`Afterglow`]).
 //! Levels follow the frame's without a bend ([`Gain`]).
 
-use super::afterglow::{AFTERGLOW_FRAMES, Afterglow};
-use super::feed::Feed;
 use super::messages::{FeedChange, FeedPlace, NO_SLOT};
 use super::smooth_gain::{Fade, Gain, mix_into};
+use crate::runtime::engine::release_tails::{AFTERGLOW_FRAMES, Afterglow};
+use crate::runtime::engine::sample_source::Feed;
 use crate::scene::SourceId;
 
 /// Seconds of a cross-fade between two slots.

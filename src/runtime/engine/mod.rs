@@ -13,24 +13,24 @@
 //! The level L is decided when an update is taken: Eq. 1 of its own time and of the time between graphics frames, fixed
 //! until the next one (the paper's Figure 2).
 
-mod afterglow;
 mod audibility;
+mod block_pacing;
 mod controller;
-mod feed;
 mod frame_clock;
 mod histogram;
 mod messages;
 mod mixer;
-mod pace;
 mod propagation_thread;
+mod release_tails;
 mod renderer;
-mod rest;
+mod sample_source;
 mod scene_builder;
-mod seating;
 mod settings;
 mod shown_paths;
+mod slot_release;
 mod smooth_gain;
 mod source_table;
+mod source_virtualization;
 mod statistics;
 mod stream;
 mod worker;
@@ -39,8 +39,8 @@ use std::sync::Arc;
 
 pub use controller::{Controller, EngineState};
 
+pub use crate::runtime::engine::block_pacing::ramp_frames;
 pub use histogram::Percentiles;
-pub use pace::ramp_frames;
 pub use renderer::{RenderReport, Renderer};
 pub use settings::{EngineSchedule, EngineSettings, FrameTime, MOST_SOURCES};
 pub use shown_paths::{MOST_CORNERS, ShownPath};
@@ -53,11 +53,11 @@ use crate::propagation::Propagator;
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 use super::budget::Governor;
-use super::clock::now;
-use super::handover::newest;
-use super::phone::Manners;
+use super::phone::DeviceHints;
 use super::trace::{Track, spans};
-use super::workers::Threads;
+use crate::runtime::handover::newest::newest;
+use crate::runtime::threads::clock::now;
+use crate::runtime::threads::workers::Threads;
 use controller::Links;
 use messages::AudioFrame;
 use renderer::Parts;
@@ -113,7 +113,7 @@ impl Engine {
             governor: Governor::default(),
             detail: Governor::default().detail(&settings.propagation, settings.max_paths),
             last_time_s: None,
-            manners: Manners::begin(settings.manners),
+            manners: DeviceHints::begin(settings.manners),
             epoch,
             shown: shown_sender,
             most_shown: settings.shown_paths,

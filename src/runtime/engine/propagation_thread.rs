@@ -14,10 +14,10 @@ use super::settings::{EngineSchedule, EngineSettings};
 use super::worker::Worker;
 use crate::error::{Error, Result};
 use crate::propagation::Workers;
-use crate::runtime::affinity::{AffinityPolicy, ThreadRole, place_this_thread};
-use crate::runtime::clock::now;
-use crate::runtime::flush_to_zero::FlushToZero;
-use crate::runtime::workers::Threads;
+use crate::runtime::threads::affinity::{AffinityPolicy, ThreadRole, place_this_thread};
+use crate::runtime::threads::clock::now;
+use crate::runtime::threads::flush_to_zero::FlushToZero;
+use crate::runtime::threads::workers::Threads;
 
 /// Longest sleep without a wake-up call, so that a lost one costs no more than that.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);

@@ -10,21 +10,21 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use super::feed::Feed;
 use super::frame_clock::FrameClock;
 use super::messages::{AudioFrame, Delivery, FeedChange};
 use super::mixer::Mixer;
-use super::pace::Pace;
 use super::settings::EngineSettings;
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Continuation, Extrapolator, FramePaths, LATE_STEPS};
+use crate::extrapolation::{Extrapolator, FramePaths, LATE_SEGMENTS, PredictorState};
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
-use crate::runtime::affinity::{Placement, ThreadRole, place_this_thread};
-use crate::runtime::clock::{nanoseconds, now};
-use crate::runtime::flush_to_zero::FlushToZero;
-use crate::runtime::handover::Receiver;
+use crate::runtime::engine::block_pacing::Pace;
+use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::handover::newest::Receiver;
 use crate::runtime::phone::this_thread;
+use crate::runtime::threads::affinity::{Placement, ThreadRole, place_this_thread};
+use crate::runtime::threads::clock::{nanoseconds, now};
+use crate::runtime::threads::flush_to_zero::FlushToZero;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 
 /// Most slots of a generator.
@@ -106,9 +106,9 @@ impl Renderer {
         let settings = &parts.settings;
         let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
         let mut frame_paths = FramePaths::default();
-        let paths = Continuation::most_paths(settings.max_paths) + slots;
+        let paths = PredictorState::most_paths(settings.max_paths) + slots;
         frame_paths.paths.reserve(paths);
-        frame_paths.late.reserve(slots * LATE_STEPS);
+        frame_paths.late.reserve(slots * LATE_SEGMENTS);
         Self {
             mixer: Mixer::new(
                 sources,

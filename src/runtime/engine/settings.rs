@@ -6,10 +6,10 @@ use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::generation::{GeneratorSettings, Hrtf};
 use crate::propagation::PropagationSettings;
-use crate::runtime::affinity::AffinityPolicy;
 use crate::runtime::budget::Budget;
-use crate::runtime::phone::MannersSettings;
-use crate::runtime::workers::MOST_THREADS;
+use crate::runtime::phone::DeviceHintsSettings;
+use crate::runtime::threads::affinity::AffinityPolicy;
+use crate::runtime::threads::workers::MOST_THREADS;
 
 /// Most sources of an engine.
 pub const MOST_SOURCES: usize = 4096;
@@ -72,7 +72,7 @@ pub struct EngineSettings {
     /// and continues it in between. Otherwise the block that takes a frame does all of it.
     pub even_blocks: bool,
     /// What is asked of a phone's system, and told to it; nothing where it has no such functions.
-    pub manners: MannersSettings,
+    pub manners: DeviceHintsSettings,
     /// Most paths of an update that [`super::Controller::shown_paths`] gives, the loudest, to 16,384; 0 gives none.
     pub shown_paths: usize,
     /// Called before every update with its number, on the thread that computes it: a place for a profiler's mark. If it
@@ -101,7 +101,7 @@ impl Default for EngineSettings {
             trace_spans: 0,
             frame_time: FrameTime::default(),
             even_blocks: true,
-            manners: MannersSettings::default(),
+            manners: DeviceHintsSettings::default(),
             shown_paths: 0,
             before_update: None,
         }

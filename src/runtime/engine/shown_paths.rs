@@ -17,8 +17,8 @@ pub struct ShownPath {
     /// Number of reflections.
     pub order: u8,
     /// Number of edges that it bends around.
-    pub bends: u8,
-    /// Corners in metres, from source to listener; the first `order + bends + 2` count.
+    pub diffraction_order: u8,
+    /// Corners in metres, from source to listener; the first `order + diffraction_order + 2` count.
     pub corners: [Vec3; MOST_CORNERS],
     /// Level in dB relative to the free field at 1 m, the mean of all bands' energies.
     pub level_db: f32,
@@ -27,13 +27,13 @@ pub struct ShownPath {
 impl ShownPath {
     /// The corners that count.
     pub fn corners(&self) -> &[Vec3] {
-        &self.corners[..usize::from(self.order + self.bends) + 2]
+        &self.corners[..usize::from(self.order + self.diffraction_order) + 2]
     }
 }
 
 /// What travels from propagation to the controller and back.
 #[derive(Debug, Default)]
-pub(super) struct Picture {
+pub(super) struct PathSnapshot {
     /// In no order.
     pub(super) paths: Vec<ShownPath>,
 }
@@ -55,7 +55,7 @@ pub(super) fn show(update: &PathSet, most: usize, shown: &mut Vec<ShownPath>) {
         shown.push(ShownPath {
             source: path.source,
             order: path.order,
-            bends: path.bends,
+            diffraction_order: path.diffraction_order,
             corners,
             level_db: 10.0 * energy(path).max(f32::MIN_POSITIVE).log10(),
         });

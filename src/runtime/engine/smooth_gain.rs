@@ -110,8 +110,8 @@ mod tests {
 
     fn sharpest(course: &[f32], before: f32) -> f32 {
         let all: Vec<f32> = [before; 2].iter().chain(course).copied().collect();
-        let bends = all.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
-        bends.fold(0.0, f32::max)
+        let diffraction_order = all.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
+        diffraction_order.fold(0.0, f32::max)
     }
 
     #[test]

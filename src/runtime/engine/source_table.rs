@@ -7,9 +7,9 @@ use std::collections::VecDeque;
 
 use glam::Vec3;
 
-use super::rest::{Heard, Rest};
-use super::seating::Guest;
 use crate::error::{Error, Result};
+use crate::runtime::engine::slot_release::{Heard, Rest};
+use crate::runtime::engine::source_virtualization::Guest;
 use crate::scene::{SourceId, SourcePose};
 
 /// What the app has said of one source.

@@ -6,10 +6,10 @@
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU64, Ordering};
 
 use super::histogram::{Histogram, Percentiles};
-use crate::runtime::affinity::Placement;
-use crate::runtime::budget::Tier;
-use crate::runtime::phone::{MannersReport, SoundLoad};
-use crate::runtime::published::Published;
+use crate::runtime::budget::QualityLevel;
+use crate::runtime::handover::seqlock::Published;
+use crate::runtime::phone::{DeviceHintsReport, SoundLoad};
+use crate::runtime::threads::affinity::Placement;
 
 /// Counters and times that the engine's threads share.
 #[derive(Default)]
@@ -45,7 +45,7 @@ pub(super) struct Meters {
     /// The longest block since propagation has looked, and what it lasts.
     pub(super) block_peak_ns: AtomicU64,
     pub(super) block_lasts_ns: AtomicU64,
-    pub(super) manners: Published<MannersReport, 3>,
+    pub(super) manners: Published<DeviceHintsReport, 3>,
 }
 
 /// A look at the engine. Counts are since it began.
@@ -82,7 +82,7 @@ pub struct Statistics {
     /// Extrapolation level L in use, by Eq. 1 from those two. At 0 updates fit in a frame and extrapolation is bypassed.
     pub level: u32,
     /// The budget's tier in force, or on its way to be.
-    pub tier: Tier,
+    pub tier: QualityLevel,
     /// Share of a core that sound takes, lately.
     pub sound_share: f64,
     /// Sources that others mask, of the newest tick; always 0 while every source has a slot.
@@ -94,7 +94,7 @@ pub struct Statistics {
     /// Where the sound thread runs, once it has placed itself.
     pub sound_placement: Placement,
     /// What a phone's system says of its heat, and whether it hears our hints.
-    pub manners: MannersReport,
+    pub manners: DeviceHintsReport,
 }
 
 impl Meters {
@@ -130,7 +130,7 @@ impl Meters {
             propagation_s: count(&self.propagation_ns) as f64 * 1e-9,
             graphics_frame_s: count(&self.frame_ns) as f64 * 1e-9,
             level: self.level.load(Ordering::Relaxed),
-            tier: Tier(self.tier.load(Ordering::Relaxed) as u8),
+            tier: QualityLevel(self.tier.load(Ordering::Relaxed) as u8),
             sound_share: self.sound_share(),
             unheard_sources: self.unheard_sources.load(Ordering::Relaxed),
             rays: count(&self.rays),

@@ -8,18 +8,18 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::messages::{Delivery, WorldFrame};
-use super::shown_paths::{Picture, show};
+use super::shown_paths::{PathSnapshot, show};
 use super::statistics::{Meters, add};
-use crate::extrapolation::{Continuation, Extrapolator, PosedScenes, PredictorKind};
+use crate::extrapolation::{Extrapolator, PredictorKind, PredictorState, ScenePair};
 use crate::propagation::{Path, Propagator};
-use crate::runtime::budget::{Detail, Governor, Spent};
-use crate::runtime::clock::{nanoseconds, now};
-use crate::runtime::handover::{Receiver, Sender};
-use crate::runtime::phone::Manners;
-use crate::runtime::slot::Slot;
-use crate::runtime::system_trace::section;
+use crate::runtime::budget::{ActiveQuality, Governor, Spent};
+use crate::runtime::handover::newest::{Receiver, Sender};
+use crate::runtime::handover::slot::Slot;
+use crate::runtime::phone::DeviceHints;
+use crate::runtime::threads::clock::{nanoseconds, now};
+use crate::runtime::threads::workers::Threads;
+use crate::runtime::trace::system_trace::section;
 use crate::runtime::trace::{SpanKind, SpanWriter};
-use crate::runtime::workers::Threads;
 use crate::scene::Scene;
 
 /// The newest propagator that the controller wants used: for another scene, or with other settings.
@@ -41,14 +41,14 @@ pub(super) struct Worker {
     pub(super) tracers: Threads,
     pub(super) governor: Governor,
     /// What the budget leaves.
-    pub(super) detail: Detail,
+    pub(super) detail: ActiveQuality,
     /// Time of the last update's poses.
     pub(super) last_time_s: Option<f64>,
     /// Heat and hints, by the time since the engine began.
-    pub(super) manners: Manners,
+    pub(super) manners: DeviceHints,
     pub(super) epoch: Instant,
     /// Paths for pictures, and how many.
-    pub(super) shown: Sender<Picture>,
+    pub(super) shown: Sender<PathSnapshot>,
     pub(super) most_shown: usize,
     pub(super) spans: SpanWriter,
     pub(super) before_update: Option<fn(u64)>,
@@ -61,7 +61,7 @@ pub(super) struct Worker {
     /// The scene that the propagator was given last; it has its own copy as soon as instances move.
     pub(super) given: Arc<Scene>,
     /// The same with other instances, waiting for its first update.
-    pub(super) scenes: Option<PosedScenes>,
+    pub(super) scenes: Option<ScenePair>,
     pub(super) update: u64,
 }
 
@@ -71,8 +71,8 @@ pub(super) fn extrapolator_for(
     kind: PredictorKind,
     [max_paths, max_sources]: [usize; 2],
 ) -> Box<Extrapolator> {
-    let nearest_m = propagator.settings().nearest_m;
-    let mut extrapolator = Extrapolator::new(Arc::clone(propagator.scene()), kind, nearest_m);
+    let min_distance_m = propagator.settings().min_distance_m;
+    let mut extrapolator = Extrapolator::new(Arc::clone(propagator.scene()), kind, min_distance_m);
     extrapolator.reserve(max_paths, max_sources);
     Box::new(extrapolator)
 }
@@ -104,7 +104,7 @@ impl Worker {
         delivery.order_gain = self.detail.order_gain;
         let paths = delivery.paths.paths.len() as u64;
         if self.most_shown > 0 {
-            let mut shown = self.shown.blank(Picture::default);
+            let mut shown = self.shown.blank(PathSnapshot::default);
             show(&delivery.paths, self.most_shown, &mut shown.paths);
             self.shown.send(shown);
         }
@@ -119,7 +119,7 @@ impl Worker {
         delivery.scenes = self.scenes.take();
         delivery.predictor = (world.predictor != self.predictor).then(|| {
             let kind = self.paced(world.predictor);
-            Continuation::with_room(kind, self.max_paths, self.max_sources)
+            PredictorState::with_room(kind, self.max_paths, self.max_sources)
         });
         self.predictor = world.predictor;
         self.newest = Some(world);
@@ -149,7 +149,7 @@ impl Worker {
             paths, groundwork, ..
         } = delivery;
         match predictor {
-            PredictorKind::Best(_) => {
+            PredictorKind::Geometric(_) => {
                 groundwork.lay(paths, self.propagator.scene());
             }
             PredictorKind::Hold | PredictorKind::Linear => groundwork.clear(),
@@ -182,7 +182,7 @@ impl Worker {
             let number = u32::from(tier.0);
             self.meters.tier.store(number, Ordering::Relaxed);
             self.spans
-                .record(SpanKind::Tier, now(), Duration::ZERO, number.into());
+                .record(SpanKind::QualityLevel, now(), Duration::ZERO, number.into());
         }
         self.take_detail();
     }
@@ -190,7 +190,7 @@ impl Worker {
     fn take_detail(&mut self) {
         let settings = self.propagator.settings();
         self.detail = self.governor.detail(settings, self.max_paths);
-        self.propagator.set_effort(self.detail.effort);
+        self.propagator.set_quality(self.detail.effort);
     }
 
     fn take_order(&mut self) -> bool {
@@ -200,7 +200,7 @@ impl Worker {
         let before = std::mem::replace(&mut self.propagator, ordered);
         let scene = self.propagator.scene();
         let same_scene = before.scene().same_fixed_part(scene)
-            && before.settings().nearest_m == self.propagator.settings().nearest_m;
+            && before.settings().min_distance_m == self.propagator.settings().min_distance_m;
         if !same_scene {
             let kind = self.paced(self.predictor);
             let room = [self.max_paths, self.max_sources];
@@ -208,7 +208,7 @@ impl Worker {
             self.scenes = None;
             self.governor.begin_scene();
         } else if scene.has_instances() || before.scene().has_instances() {
-            self.scenes = Some(PosedScenes::of(scene));
+            self.scenes = Some(ScenePair::of(scene));
         }
         self.given = Arc::clone(scene);
         self.take_detail();
@@ -221,7 +221,7 @@ impl Worker {
         if !Arc::ptr_eq(&world.scene, &self.given) && world.scene.same_fixed_part(&self.given) {
             self.given = Arc::clone(&world.scene);
             *self.propagator.scene_mut() = Scene::clone(&world.scene);
-            self.scenes = Some(PosedScenes::of(&world.scene));
+            self.scenes = Some(ScenePair::of(&world.scene));
         }
         if self.propagator.scene().has_instances() {
             let scene = self.propagator.scene_mut();
@@ -286,7 +286,7 @@ fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::propagation::{MAX_BENDS, MAX_ORDER, PathId};
+    use crate::propagation::{MAX_DIFFRACTION_ORDER, MAX_ORDER, PathId};
     use crate::scene::SourceId;
     use glam::Vec3;
 
@@ -295,8 +295,8 @@ mod tests {
             id: PathId(number),
             source: SourceId::default(),
             order: 1,
-            bends: 0,
-            edges: [0; MAX_BENDS],
+            diffraction_order: 0,
+            edges: [0; MAX_DIFFRACTION_ORDER],
             surfaces: [0; MAX_ORDER],
             points: [Vec3::ZERO; MAX_ORDER],
             image: Vec3::ZERO,

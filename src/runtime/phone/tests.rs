@@ -2,21 +2,21 @@
 
 use super::fake::{Phone, phone, symbols};
 use super::*;
-use crate::runtime::budget::{Budget, MOST_TIER, Tier, TierChoice};
+use crate::runtime::budget::{Budget, LAST_QUALITY_LEVEL, QualityChoice, QualityLevel};
 
-fn manners(level: u32) -> Manners {
+fn manners(level: u32) -> DeviceHints {
     phone(|p| *p = Phone::default());
-    Manners::begin(MannersSettings {
+    DeviceHints::begin(DeviceHintsSettings {
         symbols: symbols(level),
-        ..MannersSettings::default()
+        ..DeviceHintsSettings::default()
     })
 }
 
-fn least(manners: &mut Manners, time_s: f64) -> u8 {
+fn least(manners: &mut DeviceHints, time_s: f64) -> u8 {
     match manners.temper(Budget::default(), time_s).tiers {
-        TierChoice::AtLeast(tier) => tier.0,
-        TierChoice::Free => 0,
-        TierChoice::Exactly(tier) => panic!("{tier:?} was not asked for"),
+        QualityChoice::AtLeast(tier) => tier.0,
+        QualityChoice::Free => 0,
+        QualityChoice::Exactly(tier) => panic!("{tier:?} was not asked for"),
     }
 }
 
@@ -28,11 +28,11 @@ fn an_old_system_has_none_of_it() {
     assert!(symbols(32).thermal.is_some_and(|t| t.headroom.is_some()));
     assert!(symbols(33).hints.is_some());
     // This host has nothing at all, and nothing happens.
-    let mut here = Manners::begin(MannersSettings::default());
+    let mut here = DeviceHints::begin(DeviceHintsSettings::default());
     let budget = Budget::default();
     assert_eq!(here.temper(budget, 0.0), budget);
     here.tell_update(0.01, &budget);
-    assert_eq!(here.report(), MannersReport::default());
+    assert_eq!(here.report(), DeviceHintsReport::default());
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn a_headroom_at_a_limit_does_not_swing() {
         changes += u32::from(policy.tier() != before);
     }
     // At once with the first reading, and never again.
-    assert_eq!((changes, policy.tier()), (1, Tier(2)));
+    assert_eq!((changes, policy.tier()), (1, QualityLevel(2)));
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
     assert_eq!(heat(f32::NAN, -1, 1.0), 0);
     assert_eq!(heat(f32::NAN, 2, 2.0), 2);
     assert_eq!(heat(f32::NAN, 3, 3.0), 4);
-    assert_eq!(heat(f32::INFINITY, 6, 4.0), MOST_TIER);
+    assert_eq!(heat(f32::INFINITY, 6, 4.0), LAST_QUALITY_LEVEL);
     // The last number holds for half a minute and is forgotten then.
     let mut policy = ThermalPolicy::default();
     let mut see = |headroom, time_s| {
@@ -128,17 +128,23 @@ fn heat_adds_to_a_budget_and_never_overrules_a_fixed_tier() {
         assert_eq!(after.update_s, Some(0.02));
         after.tiers
     };
-    assert_eq!(tempered(TierChoice::Free), TierChoice::AtLeast(Tier(2)));
-    let (one, four) = (Tier(1), Tier(4));
     assert_eq!(
-        tempered(TierChoice::AtLeast(one)),
-        TierChoice::AtLeast(Tier(2))
+        tempered(QualityChoice::Free),
+        QualityChoice::AtLeast(QualityLevel(2))
+    );
+    let (one, four) = (QualityLevel(1), QualityLevel(4));
+    assert_eq!(
+        tempered(QualityChoice::AtLeast(one)),
+        QualityChoice::AtLeast(QualityLevel(2))
     );
     assert_eq!(
-        tempered(TierChoice::AtLeast(four)),
-        TierChoice::AtLeast(four)
+        tempered(QualityChoice::AtLeast(four)),
+        QualityChoice::AtLeast(four)
     );
-    assert_eq!(tempered(TierChoice::Exactly(one)), TierChoice::Exactly(one));
+    assert_eq!(
+        tempered(QualityChoice::Exactly(one)),
+        QualityChoice::Exactly(one)
+    );
 }
 
 #[test]
@@ -216,20 +222,20 @@ fn a_phone_without_managers_and_manners_that_are_off_do_nothing() {
             ..Phone::default()
         }
     });
-    let settings = MannersSettings {
+    let settings = DeviceHintsSettings {
         symbols: symbols(33),
-        ..MannersSettings::default()
+        ..DeviceHintsSettings::default()
     };
-    let off = MannersSettings {
+    let off = DeviceHintsSettings {
         thermal: false,
         hints: false,
         ..settings
     };
     for settings in [settings, off] {
-        let mut manners = Manners::begin(settings);
+        let mut manners = DeviceHints::begin(settings);
         assert_eq!(least(&mut manners, 0.0), 0);
         manners.tell_update(0.005, &Budget::default());
-        assert_eq!(manners.report(), MannersReport::default());
+        assert_eq!(manners.report(), DeviceHintsReport::default());
         phone(|p| {
             *p = Phone {
                 headroom: 2.0,

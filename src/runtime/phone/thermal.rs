@@ -7,7 +7,7 @@
 use std::ffi::c_int;
 
 use super::symbols::{Handle, ThermalSymbols};
-use crate::runtime::budget::{MOST_TIER, Tier};
+use crate::runtime::budget::{LAST_QUALITY_LEVEL, QualityLevel};
 
 /// Seconds that the headroom is forecast for: as long as it takes heat to answer a change of load.
 const FORECAST_S: c_int = 10;
@@ -58,7 +58,7 @@ fn of_status(status: u8) -> u8 {
         1 => 1,
         2 => 2,
         3 => 4,
-        _ => MOST_TIER,
+        _ => LAST_QUALITY_LEVEL,
     }
 }
 
@@ -84,8 +84,8 @@ impl ThermalPolicy {
     }
 
     /// The least tier.
-    pub fn tier(&self) -> Tier {
-        Tier(self.tier)
+    pub fn tier(&self) -> QualityLevel {
+        QualityLevel(self.tier)
     }
 }
 
@@ -117,7 +117,7 @@ impl ThermalWatch {
     }
 
     /// The least tier at a time in seconds, which never goes back.
-    pub fn tier(&mut self, time_s: f64) -> Tier {
+    pub fn tier(&mut self, time_s: f64) -> QualityLevel {
         if self.asked_s.is_none_or(|at_s| time_s - at_s >= PERIOD_S) {
             self.asked_s = Some(time_s);
             self.reading = self.ask();

@@ -40,7 +40,7 @@ impl SpanKind {
             Self::Direct => "direct paths",
             Self::Extrapolation => "extrapolation (EPS)",
             Self::Generation => "generation (SGS)",
-            Self::Tier => "tier",
+            Self::QualityLevel => "tier",
         }
     }
 
@@ -52,14 +52,14 @@ impl SpanKind {
             Self::Block => "level",
             Self::Direct => "rays",
             Self::Generation => "voices",
-            Self::Tier => "tier",
+            Self::QualityLevel => "tier",
         }
     }
 }
 
 impl TraceLog {
     /// Takes what a ring holds.
-    pub(in crate::runtime) fn collect(&mut self, reader: &mut SpanReader) {
+    pub(crate) fn collect(&mut self, reader: &mut SpanReader) {
         while let Some(span) = reader.take() {
             self.spans.push((reader.track, span));
         }
@@ -98,7 +98,7 @@ impl TraceLog {
             let (thread, value) = (track.number(), span.value);
             let at_us = span.began_ns as f64 * 1e-3;
             let lasted_us = span.lasted_ns as f64 * 1e-3;
-            if span.kind != SpanKind::Tier {
+            if span.kind != SpanKind::QualityLevel {
                 writeln!(
                     out,
                     "{{\"name\":\"{name}\",\"ph\":\"X\",\"pid\":1,\"tid\":{thread},\"ts\":{at_us:.3},\"dur\":{lasted_us:.3},\"args\":{{\"{what}\":{value}}}}},"
@@ -106,7 +106,7 @@ impl TraceLog {
             }
             if matches!(
                 span.kind,
-                SpanKind::Update | SpanKind::Block | SpanKind::Tier
+                SpanKind::Update | SpanKind::Block | SpanKind::QualityLevel
             ) {
                 writeln!(
                     out,
@@ -127,7 +127,7 @@ impl TraceLog {
 mod tests {
     use super::super::span::spans;
     use super::*;
-    use crate::runtime::clock::now;
+    use crate::runtime::threads::clock::now;
     use std::time::Duration;
 
     #[test]
@@ -137,7 +137,7 @@ mod tests {
         for (track, kind) in [
             (Track::Sound, SpanKind::Block),
             (Track::Propagation, SpanKind::Update),
-            (Track::Propagation, SpanKind::Tier),
+            (Track::Propagation, SpanKind::QualityLevel),
         ] {
             let (mut writer, mut reader) = spans(track, 4, epoch);
             let began = epoch + Duration::from_micros(1500);

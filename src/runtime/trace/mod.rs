@@ -5,6 +5,7 @@
 
 mod log;
 mod span;
+pub(crate) mod system_trace;
 
 pub use log::TraceLog;
 pub use span::{Span, SpanKind, Track};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::runtime::clock::nanoseconds;
+use crate::runtime::threads::clock::nanoseconds;
 
 /// Whose time it was. Propagation is on the app's thread in the synchronous schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub enum SpanKind {
     /// Generation of a block (SGS); the value is the number of voices.
     Generation,
     /// The budget's tier changed; no time passes; the value is the new tier.
-    Tier,
+    QualityLevel,
 }
 
 /// A stretch of time.
@@ -52,7 +52,7 @@ pub struct Span {
 }
 
 /// A thread's end of a ring.
-pub(in crate::runtime) struct SpanWriter {
+pub(crate) struct SpanWriter {
     ring: rtrb::Producer<Span>,
     lost: Arc<AtomicU64>,
     epoch: Instant,
@@ -60,18 +60,14 @@ pub(in crate::runtime) struct SpanWriter {
 }
 
 /// The app's end.
-pub(in crate::runtime) struct SpanReader {
+pub(crate) struct SpanReader {
     ring: rtrb::Consumer<Span>,
     lost: Arc<AtomicU64>,
     pub(super) track: Track,
 }
 
 /// A ring for this many spans; none turns recording off.
-pub(in crate::runtime) fn spans(
-    track: Track,
-    capacity: usize,
-    epoch: Instant,
-) -> (SpanWriter, SpanReader) {
+pub(crate) fn spans(track: Track, capacity: usize, epoch: Instant) -> (SpanWriter, SpanReader) {
     let (producer, consumer) = rtrb::RingBuffer::new(capacity);
     let lost = Arc::new(AtomicU64::new(0));
     let writer = SpanWriter {
@@ -90,13 +86,7 @@ pub(in crate::runtime) fn spans(
 
 impl SpanWriter {
     /// Records a span.
-    pub(in crate::runtime) fn record(
-        &mut self,
-        kind: SpanKind,
-        began: Instant,
-        lasted: Duration,
-        value: u64,
-    ) {
+    pub(crate) fn record(&mut self, kind: SpanKind, began: Instant, lasted: Duration, value: u64) {
         if !self.is_on {
             return;
         }
@@ -127,7 +117,7 @@ impl SpanReader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::clock::now;
+    use crate::runtime::threads::clock::now;
 
     #[test]
     fn a_full_ring_loses_spans_and_says_how_many() {

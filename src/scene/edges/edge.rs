@@ -36,7 +36,7 @@ pub struct Edge {
 
 /// How a way bends over an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bend {
+pub struct EdgeCrossing {
     /// Where, in local coordinates.
     pub apex: DVec3,
     /// Angle of the incoming way from the first face, radians.
@@ -51,7 +51,7 @@ pub struct Bend {
     pub sin_edge: f64,
 }
 
-impl Bend {
+impl EdgeCrossing {
     /// Length from end to end in metres.
     pub fn length_m(&self) -> f64 {
         self.before_m + self.after_m
@@ -144,7 +144,7 @@ impl Edge {
 
     /// How the shortest way between two points bends over the edge, if it does so within its ends and both points are
     /// outside the wedge.
-    pub fn bend(&self, from: DVec3, to: DVec3) -> Option<Bend> {
+    pub fn bend(&self, from: DVec3, to: DVec3) -> Option<EdgeCrossing> {
         let along = self.apex_m(from, to);
         if !(0.0..=self.length_m).contains(&along) {
             return None;
@@ -153,7 +153,7 @@ impl Edge {
         let apex = self.at(along);
         let (before_m, after_m) = (from.distance(apex), apex.distance(to));
         let cos_edge = (apex - from).dot(self.direction) / before_m;
-        Some(Bend {
+        Some(EdgeCrossing {
             apex,
             incoming,
             outgoing,

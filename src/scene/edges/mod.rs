@@ -3,18 +3,18 @@
 //! Control side to build, wait-free to ask: queries allocate nothing and are bounded by the number of edges. Own, after
 //! the description of edge visibility in \[SCHISSLER14\].
 
+mod boundaries;
 mod edge;
 mod find;
-mod graph;
 mod mirrors;
-mod rims;
 mod tree;
+mod visibility_graph;
 
 use glam::{DVec3, Vec3};
 
-pub use edge::{Bend, Edge};
+pub use crate::scene::edges::visibility_graph::{MOST_NEIGHBOURS, REACH_M};
+pub use edge::{Edge, EdgeCrossing};
 pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
-pub use graph::{MOST_NEIGHBOURS, REACH_M};
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 
@@ -33,9 +33,9 @@ pub const MOST_MIRRORS: usize = 256;
 pub struct EdgeSet {
     edges: Vec<Edge>,
     tree: EdgeTree,
-    graph: graph::Neighbours,
+    graph: visibility_graph::Neighbours,
     mirrors: mirrors::MirrorsOfEdges,
-    rims: rims::Rims,
+    rims: boundaries::Rims,
     /// The largest surfaces, largest first.
     large: Vec<u32>,
 }
@@ -94,7 +94,7 @@ impl EdgeSet {
     ) -> Self {
         let edges = find::find(vertices, triangles, surfaces, centre);
         let tree = EdgeTree::build(&edges);
-        let graph = graph::Neighbours::build(&edges, &tree, bvh);
+        let graph = visibility_graph::Neighbours::build(&edges, &tree, bvh);
         let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)
             .filter(|&s| surfaces.surfaces[s as usize].panel_triangle_count > 0)
             .collect();
@@ -103,7 +103,7 @@ impl EdgeSet {
         mirrors.truncate(MOST_MIRRORS);
         Self {
             mirrors: mirrors::MirrorsOfEdges::build(&edges, &surfaces.surfaces, &mirrors),
-            rims: rims::Rims::build(&edges, surfaces.surfaces.len()),
+            rims: boundaries::Rims::build(&edges, surfaces.surfaces.len()),
             edges,
             tree,
             graph,

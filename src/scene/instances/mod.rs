@@ -10,12 +10,12 @@
 //! part was committed, without the scene; ways over an edge of the one and an edge of the other are looked for as it
 //! stands.
 
+mod changes;
 mod materials;
-mod number;
+mod numbering;
 mod placed;
 mod pose;
 mod queries;
-mod standing;
 
 use std::sync::Arc;
 
@@ -29,9 +29,9 @@ use crate::geometry::{Bounds, BoxTree, Hit, Ray};
 use materials::MoreMaterials;
 use placed::Placed;
 
-pub use number::{MOST_IN_A_PART, MOST_INSTANCES};
+pub use crate::scene::instances::changes::{Change, SceneSnapshot};
+pub use crate::scene::instances::numbering::{MOST_IN_A_PART, MOST_INSTANCES};
 pub use pose::{InstanceId, InstancePose};
-pub use standing::{Change, Standing};
 
 #[derive(Debug, Clone, Default)]
 struct Slot {
@@ -75,8 +75,8 @@ impl Instances {
     /// The instance that a number belongs to, and its number there.
     #[inline]
     fn of(&self, global: u32) -> Option<(&Placed, u32)> {
-        let (slot, local) = number::split(global);
-        let placed = self.at(slot).filter(|_| number::is_instance(global));
+        let (slot, local) = numbering::split(global);
+        let placed = self.at(slot).filter(|_| numbering::is_instance(global));
         Some((placed?, local))
     }
 

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 
-use super::number;
 use super::pose::InstancePose;
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Bounds, Ray};
 use crate::scene::edges::Edge;
+use crate::scene::instances::numbering;
 use crate::scene::surface::Surface;
 use crate::scene::surface::key::instance_key;
 use crate::scene::{Scene, SurfaceSet};
@@ -173,8 +173,8 @@ impl Placed {
     /// The groups that a ray ignores, by the part's numbers.
     #[inline]
     pub(super) fn groups(&self, ignored: [u32; 2]) -> [u32; 2] {
-        ignored.map(|group| match number::split(group) {
-            (slot, local) if number::is_instance(group) && slot == self.pose.id.slot() => local,
+        ignored.map(|group| match numbering::split(group) {
+            (slot, local) if numbering::is_instance(group) && slot == self.pose.id.slot() => local,
             _ => NO_GROUP,
         })
     }
@@ -182,7 +182,7 @@ impl Placed {
     /// The scene's number of one of the part's surfaces, triangles or edges.
     #[inline]
     pub(super) fn number(&self, local: u32) -> u32 {
-        number::global(self.pose.id.slot(), local)
+        numbering::global(self.pose.id.slot(), local)
     }
 
     /// An edge of the part as it stands.

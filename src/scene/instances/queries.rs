@@ -5,13 +5,13 @@
 
 use glam::{DVec3, Vec3};
 
-use super::number;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeMirrors, NearEdge, NearEdges, choose};
+use crate::scene::instances::numbering;
 use crate::scene::surface::Surface;
 use crate::scene::surface::free_panel::FreePanel;
 
@@ -98,7 +98,7 @@ impl Scene {
     /// Whether a surface, triangle or edge is of an instance.
     #[inline]
     pub fn is_of_instance(&self, number: u32) -> bool {
-        number::is_instance(number)
+        numbering::is_instance(number)
     }
 
     /// Whether anything in it can move.
@@ -111,7 +111,7 @@ impl Scene {
     /// updates never did.
     #[inline]
     pub fn has_surface(&self, surface: u32) -> bool {
-        match number::is_instance(surface) {
+        match numbering::is_instance(surface) {
             true => self.instances.surface(surface).is_some(),
             false => (surface as usize) < self.surfaces().len(),
         }
@@ -120,7 +120,7 @@ impl Scene {
     /// An edge by its number, in local coordinates; one that no way bends over if the number names none.
     #[inline]
     pub fn edge(&self, number: u32) -> Edge {
-        if number::is_instance(number) {
+        if numbering::is_instance(number) {
             return self.instance_edge(number);
         }
         let found = self.edges().as_slice().get(number as usize);
@@ -139,7 +139,7 @@ impl Scene {
     /// Edges that an edge sees as long as nothing comes between: a fixed edge fixed ones, one of an instance the instance's
     /// own. What else they see changes as instances move.
     pub fn edge_neighbours(&self, number: u32) -> impl Iterator<Item = u32> + '_ {
-        let (placed, local) = match number::is_instance(number) {
+        let (placed, local) = match numbering::is_instance(number) {
             true => match self.instances.of(number) {
                 Some((placed, local)) => (Some(placed), local),
                 None => (None, NO_GROUP),
@@ -160,7 +160,13 @@ impl Scene {
     /// scene and of instances, none longer than `longest_m`: both places outside the wedge and the bend within the edge's
     /// ends. Says nothing of what stands in between. With the answer for places not far away as `known` it is found sooner,
     /// and no other one.
-    pub fn bends(&self, known: &NearEdges, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
+    pub fn diffracting_edges(
+        &self,
+        known: &NearEdges,
+        from: DVec3,
+        to: DVec3,
+        longest_m: f64,
+    ) -> NearEdges {
         let (edges, mut near) = (self.edges(), NearEdges::default());
         edges.add_known(&mut near, known, (from, to), longest_m);
         edges.add_bends(&mut near, from, to, longest_m, |edge| edge);
@@ -175,7 +181,7 @@ impl Scene {
     }
 
     /// The same, asked of some edges only, each of which may come more than once, or have gone.
-    pub fn bends_over(
+    pub fn diffracting_edges_over(
         &self,
         edges: impl Iterator<Item = u32>,
         from: DVec3,
@@ -225,7 +231,7 @@ impl Scene {
     /// Whether two surfaces, triangles or edges are of one instance, or both of the fixed scene: such never move against
     /// each other.
     pub fn moves_as_one(&self, a: u32, b: u32) -> bool {
-        number::is_one(a, b)
+        numbering::is_one(a, b)
     }
 
     /// Surfaces that look large from an edge: those worth trying before and behind a bend around it, of the fixed scene
@@ -242,7 +248,7 @@ impl Scene {
     /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`.
     #[inline]
     pub fn edge_distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
-        if number::is_instance(surface) {
+        if numbering::is_instance(surface) {
             return self.instance_edge_distance_m(surface, point, within_m);
         }
         self.edges().distance_m(surface, point, within_m)
@@ -273,12 +279,12 @@ impl Scene {
 /// What the fixed scene does not have.
 impl Scene {
     #[inline(never)]
-    pub(in crate::scene) fn instance_surface(&self, number: u32) -> &Surface {
+    pub(crate) fn instance_surface(&self, number: u32) -> &Surface {
         self.instances.surface(number).unwrap_or(&NOWHERE)
     }
 
     #[inline(never)]
-    pub(in crate::scene) fn instance_reflects_at(&self, surface: u32, point: DVec3) -> bool {
+    pub(crate) fn instance_reflects_at(&self, surface: u32, point: DVec3) -> bool {
         self.instances.of(surface).is_some_and(|(placed, local)| {
             (local as usize) < placed.surfaces.len()
                 && placed.part.reflects_at(local, placed.point(point))
@@ -286,7 +292,7 @@ impl Scene {
     }
 
     #[inline(never)]
-    pub(in crate::scene) fn instance_free_panel_at(
+    pub(crate) fn instance_free_panel_at(
         &self,
         surface: u32,
         point: DVec3,
@@ -303,7 +309,7 @@ impl Scene {
     }
 
     #[inline(never)]
-    pub(in crate::scene) fn instance_is_panel(&self, triangle: u32) -> bool {
+    pub(crate) fn instance_is_panel(&self, triangle: u32) -> bool {
         self.instances.of(triangle).is_some_and(|(placed, local)| {
             placed.part.has_triangle(local) && placed.part.is_panel(local)
         })
@@ -311,7 +317,7 @@ impl Scene {
 
     /// The surface of an instance's triangle, or [`NO_GROUP`].
     #[inline(never)]
-    pub(in crate::scene) fn instance_surface_of(&self, triangle: u32) -> u32 {
+    pub(crate) fn instance_surface_of(&self, triangle: u32) -> u32 {
         let found = self.instances.of(triangle);
         let found = found.filter(|(placed, local)| placed.part.has_triangle(*local));
         found.map_or(NO_GROUP, |(placed, local)| {
@@ -320,14 +326,14 @@ impl Scene {
     }
 
     #[inline(never)]
-    pub(in crate::scene) fn instance_blocks(&self, triangle: u32, ray: &Ray) -> bool {
+    pub(crate) fn instance_blocks(&self, triangle: u32, ray: &Ray) -> bool {
         self.instances.of(triangle).is_some_and(|(placed, local)| {
             placed.part.has_triangle(local) && placed.part.blocks(local, &placed.ray(ray))
         })
     }
 
     #[inline(never)]
-    pub(in crate::scene) fn instance_normal(&self, triangle: u32) -> Vec3 {
+    pub(crate) fn instance_normal(&self, triangle: u32) -> Vec3 {
         let found = self.instances.of(triangle);
         let found = found.filter(|(placed, local)| placed.part.has_triangle(*local));
         found.map_or(Vec3::Y, |(placed, local)| {
@@ -337,22 +343,22 @@ impl Scene {
 
     /// A material that only instances have; `number` counts on from the fixed scene's.
     #[inline(never)]
-    pub(in crate::scene) fn more_material(&self, number: usize) -> Option<&Material> {
+    pub(crate) fn more_material(&self, number: usize) -> Option<&Material> {
         self.instances.materials.material(number)
     }
 
     #[inline(never)]
-    pub(in crate::scene) fn more_reflectance(&self, number: usize) -> Option<&Reflectance> {
+    pub(crate) fn more_reflectance(&self, number: usize) -> Option<&Reflectance> {
         self.instances.materials.reflectance(number)
     }
 
     #[inline(never)]
-    pub(in crate::scene) fn more_transmission(&self, number: usize) -> Option<&BandArray> {
+    pub(crate) fn more_transmission(&self, number: usize) -> Option<&BandArray> {
         self.instances.materials.transmission_factor(number)
     }
 
     /// Corners of every triangle of the instances, in local coordinates.
-    pub(in crate::scene) fn instance_triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+    pub(crate) fn instance_triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
         self.instances.placed().flat_map(|placed| {
             let triangles = 0..placed.part.bvh().triangle_count() as u32;
             let triangles = triangles.filter(|&t| placed.part.has_triangle(t));

@@ -80,7 +80,7 @@ pub struct FreePanels {
 
 impl FreePanels {
     /// Of a mesh in local coordinates and its tree; only panels up to `largest_m2`.
-    pub(in super::super) fn build(
+    pub(crate) fn build(
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
         set: &SurfaceSet,

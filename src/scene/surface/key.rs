@@ -34,7 +34,7 @@ pub(super) fn key(normal: DVec3, offset_m: f64, corner: DVec3, material: &str) -
 }
 
 /// Key of an edge from its faces' keys, in either order, and its ends in the file's coordinates.
-pub(in crate::scene) fn edge_key(faces: [u64; 2], ends: [DVec3; 2]) -> u64 {
+pub(crate) fn edge_key(faces: [u64; 2], ends: [DVec3; 2]) -> u64 {
     let mut hash = mixed(faces[0].min(faces[1])) ^ faces[0].max(faces[1]);
     for component in ends.iter().flat_map(DVec3::to_array) {
         hash = mixed(hash ^ step(component, LENGTH_STEP_M));
@@ -43,7 +43,7 @@ pub(in crate::scene) fn edge_key(faces: [u64; 2], ends: [DVec3; 2]) -> u64 {
 }
 
 /// Key of a part's surface or edge in one of its instances: it does not depend on where that stands.
-pub(in crate::scene) fn instance_key(key: u64, instance: u32) -> u64 {
+pub(crate) fn instance_key(key: u64, instance: u32) -> u64 {
     mixed(key ^ mixed(u64::from(instance)))
 }
 
@@ -61,7 +61,7 @@ fn mixed(value: u64) -> u64 {
 
 /// Keys without repetition: the first of equal keys stays, the later ones hash on until they are alone.
 /// The result is a function of the list; the caller's order must not come from a file.
-pub(in crate::scene) fn distinct(keys: &[u64]) -> Vec<u64> {
+pub(crate) fn distinct(keys: &[u64]) -> Vec<u64> {
     let mut taken: HashSet<u64> = HashSet::with_capacity(keys.len());
     let repeated: Vec<bool> = keys.iter().map(|&key| !taken.insert(key)).collect();
     keys.iter()

@@ -43,20 +43,20 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
 }
 
 /// Union-find; the lower number is the root.
-pub(in crate::scene) struct Pieces {
+pub(crate) struct Pieces {
     parents: Vec<u32>,
 }
 
 impl Pieces {
     /// `count` things, each alone.
-    pub(in crate::scene) fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         Self {
             parents: (0..count as u32).collect(),
         }
     }
 
     /// The lowest number of the thing's piece.
-    pub(in crate::scene) fn root(&mut self, mut number: u32) -> u32 {
+    pub(crate) fn root(&mut self, mut number: u32) -> u32 {
         while self.parents[number as usize] != number {
             let above = self.parents[self.parents[number as usize] as usize];
             self.parents[number as usize] = above;
@@ -66,7 +66,7 @@ impl Pieces {
     }
 
     /// Makes two pieces one.
-    pub(in crate::scene) fn unite(&mut self, a: u32, b: u32) {
+    pub(crate) fn unite(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }

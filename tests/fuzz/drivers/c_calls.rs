@@ -119,7 +119,7 @@ fn options(bytes: &mut Bytes) -> Options {
         12 => options.hrtf = word,
         13 => options.late_reverb = word,
         14 => options.limiter = word,
-        15 => options.nearest_m = number,
+        15 => options.min_distance_m = number,
         16 => options.ceiling_db = number,
         17 => options.frame_s = number.into(),
         18 => options.max_delay_s = f64::from(number).min(0.5),

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use foresound::Error;
+use foresound::scene::{MaterialTable, ObjOptions, SceneLayout, UpAxis, load_obj};
 use foresound_tools::clip::{load_clip_within, load_recording};
 use foresound_tools::listener_path::ListenerPath;
-use foresound::scene::{MaterialTable, ObjOptions, SceneLayout, UpAxis, load_obj};
 
 /// A file of this process and thread, in memory where the system has such a place.
 fn file(name: &str) -> PathBuf {

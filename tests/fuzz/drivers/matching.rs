@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use foresound::extrapolation::best::BestSettings;
+use foresound::extrapolation::geometric::GeometricSettings;
 use foresound::extrapolation::tracking::match_by_id;
 use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
-use foresound::propagation::{LateSource, MAX_BENDS, MAX_ORDER, Path, PathId, PathSet};
+use foresound::propagation::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet};
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
 };
@@ -46,7 +46,7 @@ fn path(bytes: &mut Bytes, edges: usize) -> Path {
         id: PathId(bytes.below(24) as u64),
         source: SourceId::new(bytes.below(5) as u16, 0),
         order: count(bytes, MAX_ORDER),
-        bends: count(bytes, MAX_BENDS),
+        diffraction_order: count(bytes, MAX_DIFFRACTION_ORDER),
         surfaces: std::array::from_fn(|_| number(bytes, 12)),
         edges: std::array::from_fn(|_| number(bytes, edges)),
         points: std::array::from_fn(|_| Vec3::from_array(bytes.numbers())),
@@ -75,12 +75,12 @@ fn update(
             )
         })
         .collect();
-    let late = (0..bytes.below(4)).map(|slot| LateSource {
+    let late = (0..bytes.below(4)).map(|slot| LateEnergy {
         energy: std::array::from_fn(|_| bytes.numbers()),
         decay_time_s: bytes.numbers(),
         start_s: bytes.number(),
         mean_free_time_s: bytes.number(),
-        ..LateSource::silent(SourceId::new(slot as u16, 0))
+        ..LateEnergy::silent(SourceId::new(slot as u16, 0))
     });
     PathSet {
         late: late.collect(),
@@ -99,7 +99,7 @@ pub(crate) fn matching(data: &[u8]) {
     let kinds = [
         PredictorKind::Hold,
         PredictorKind::Linear,
-        PredictorKind::Best(BestSettings::FULL),
+        PredictorKind::Geometric(GeometricSettings::FULL),
     ];
     let kind = kinds[bytes.below(3)];
     let scene = ROOM.with(Arc::clone);
@@ -134,7 +134,7 @@ pub(crate) fn matching(data: &[u8]) {
             let first = before.iter().position(|old| old.id == path.id);
             assert_eq!(found.map(|at| at as usize), first, "{:?}", path.id);
         }
-        drop(extrapolator.take_update(next, u32::from(bytes.byte())));
+        drop(extrapolator.store_update(next, u32::from(bytes.byte())));
         for _ in 0..2 {
             extrapolator.frame(&listener, &sources, &mut frame);
             generator.set_frame(&frame, u32::from(bytes.byte()));

@@ -20,8 +20,8 @@ const SETTINGS: PropagationSettings = PropagationSettings {
     seed: 1,
     cache_updates: 16,
     cache_capacity: 64,
-    nearest_m: 0.3,
-    bends: 2,
+    min_distance_m: 0.3,
+    diffraction_order: 2,
 };
 
 /// A mesh, and what moves in it.
@@ -72,7 +72,7 @@ pub(crate) fn check(set: &PathSet) {
             true => 1.0 + 0.5 * MOST_DIRECT_EDGES as f32,
             false => 1.0001,
         };
-        let loudest = share / SETTINGS.nearest_m;
+        let loudest = share / SETTINGS.min_distance_m;
         assert!(
             path.amplitude.iter().all(|a| a.abs() <= loudest),
             "{path:?}"

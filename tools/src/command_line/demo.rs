@@ -3,17 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound_tools::listener_path::ListenerPath;
-use foresound_tools::si_snr::si_snr_ears_db;
-use foresound_tools::spectrogram_figure::SpectrogramFigure;
-use foresound_tools::top_view::{TopView, path_lines};
-use foresound::extrapolation::{BestSettings, PredictorKind};
+use foresound::extrapolation::{GeometricSettings, PredictorKind};
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::scene::SourceId;
 use foresound::{Error, Result};
+use foresound_tools::listener_path::ListenerPath;
+use foresound_tools::si_snr::si_snr_ears_db;
+use foresound_tools::spectrogram_figure::SpectrogramFigure;
+use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
 use crate::inputs::{LoadedScene, SceneArguments, asset, load_scene, load_sound, tell};
@@ -25,7 +25,7 @@ const RATE_HZ: u32 = 44_100;
 /// Graphics frames a second and level L: the paper's concert hall with sixteen sources on a workstation.
 const GRAPHICS_RATE_HZ: f64 = 74.6;
 const LEVEL: u32 = 12;
-const PREDICTOR: PredictorKind = PredictorKind::Best(BestSettings::FULL);
+const PREDICTOR: PredictorKind = PredictorKind::Geometric(GeometricSettings::FULL);
 
 /// Height at which the top view cuts the hall open: above the last row of seats.
 const HALL_CUT_M: f32 = 3.2;

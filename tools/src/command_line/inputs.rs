@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound_tools::clip::{Clip, load_clip};
-use foresound_tools::listener_path::parse_place;
 use foresound::extrapolation::PredictorKind;
+use foresound::scene::io::obj::{ObjOptions, UpAxis, load_obj};
 use foresound::scene::layout::SceneLayout;
-use foresound::scene::obj::{ObjOptions, UpAxis, load_obj};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
 use foresound::{Error, Result};
+use foresound_tools::clip::{Clip, load_clip};
+use foresound_tools::listener_path::parse_place;
 use glam::Vec3;
 
 /// How a mesh is to be read.

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound_tools::listener_path::ListenerPath;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::{Error, Result};
+use foresound_tools::listener_path::ListenerPath;
 use serde_json::json;
 
 use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, predictor_named, tell};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use foresound::Result;
 use foresound::extrapolation::PredictorKind;
 use foresound::propagation::PropagationSettings;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::Controller;
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 use glam::Vec3;

@@ -4,9 +4,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use foresound::acoustics::bands::CENTRES_HZ;
-use foresound_tools::clip::Clip;
-use foresound_tools::listener_path::{ListenerPath, parse_place};
-use foresound_tools::room_parameters::{BandParameters, room_parameters};
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
@@ -14,6 +11,9 @@ use foresound::propagation::PropagationSettings;
 use foresound::runtime::{OfflineSettings, Schedule};
 use foresound::scene::{SourceId, SourcePose};
 use foresound::{Error, Result};
+use foresound_tools::clip::Clip;
+use foresound_tools::listener_path::{ListenerPath, parse_place};
+use foresound_tools::room_parameters::{BandParameters, room_parameters};
 use serde_json::json;
 
 use crate::inputs::{SceneArguments, load_scene, tell};

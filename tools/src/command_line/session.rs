@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use foresound::Result;
-use foresound_tools::clip::Clip;
-use foresound_tools::listener_path::ListenerPath;
 use foresound::generation::Hrtf;
 use foresound::propagation::PathSet;
 use foresound::runtime::{OfflineRenderer, OfflineReport, OfflineSettings, Poses};
 use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose};
+use foresound_tools::clip::Clip;
+use foresound_tools::listener_path::ListenerPath;
 
 use crate::progress::Progress;
 

@@ -9,15 +9,15 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use foresound_tools::clicks::{ClickDetector, smooth_loop};
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
     Budget, Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
     thread_processor_time,
 };
 use foresound::{Error, Result};
+use foresound_tools::clicks::{ClickDetector, smooth_loop};
 use serde_json::{Value, json};
 
 use crate::counting;

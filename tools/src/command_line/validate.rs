@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use foresound::{Error, Result};
 use foresound_tools::edge_figure::draw_edge_figure;
 use foresound_tools::validate::{late_figures, law_names, measure};
-use foresound::{Error, Result};
 use serde_json::json;
 
 use crate::progress::Progress;

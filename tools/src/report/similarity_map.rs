@@ -2,13 +2,13 @@
 
 use glam::vec2;
 
-use foresound::Result;
 use crate::axis::hz_text;
 use crate::canvas::Canvas;
 use crate::colormap::{Colormap, Colour};
 use crate::lettering::{Align, Font};
 use crate::mel::{HOP_LENGTH, MEL_BANDS, MelAnalyser};
 use crate::ssim::{LEAST_SIZE, ssim_map};
+use foresound::Result;
 
 /// Width and height of the map in pixels, and the room around it.
 const MAP_PX: [f32; 2] = [1180.0, 240.0];

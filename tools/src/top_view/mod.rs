@@ -51,12 +51,12 @@ pub struct PathLine {
     /// Number of reflections.
     pub order: u8,
     /// Number of edges that it bends around.
-    pub bends: u8,
+    pub diffraction_order: u8,
 }
 
 impl PathLine {
     fn kind(&self) -> usize {
-        if self.bends > 0 {
+        if self.diffraction_order > 0 {
             BENT
         } else {
             usize::from(self.order)
@@ -74,7 +74,7 @@ pub fn path_lines(set: &PathSet) -> Vec<PathLine> {
         Some(PathLine {
             points,
             order: path.order,
-            bends: path.bends,
+            diffraction_order: path.diffraction_order,
         })
     };
     set.paths.iter().filter_map(line).collect()

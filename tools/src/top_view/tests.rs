@@ -188,7 +188,7 @@ fn lines(
                 lines.push(PathLine {
                     points,
                     order: order as u8,
-                    bends: 0,
+                    diffraction_order: 0,
                 });
             }
         }
@@ -346,10 +346,10 @@ fn labels_avoid_marks_and_each_other() {
 
 #[test]
 fn bent_paths_are_told_from_direct_ones() {
-    let line = |order, bends| PathLine {
+    let line = |order, diffraction_order| PathLine {
         points: vec![Vec3::ZERO, Vec3::X],
         order,
-        bends,
+        diffraction_order,
     };
     let view = TopView {
         paths: &[line(0, 0), line(0, 1), line(2, 1), line(2, 0)],

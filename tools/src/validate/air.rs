@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{Row, rooms};
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::error::Result;
-use foresound::propagation::direct::direct_path;
+use foresound::propagation::transmission::direct_path;
 use foresound::scene::SourceId;
 
 /// Printed values in dB/km, computed by others from the standard's formula.

@@ -2,7 +2,7 @@
 
 #[path = "../../../tests/reference/wedge.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
-pub(in crate) mod oracle;
+pub(crate) mod oracle;
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use foresound::acoustics::BANDS;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::error::Result;
 use foresound::propagation::diffraction::complex::Complex;
-use foresound::propagation::diffraction::wedge::{Spread, WedgeAngles};
+use foresound::propagation::diffraction::utd::{Spread, WedgeAngles};
 
 /// Speed of sound in m/s of the kernel's cases; any other would do.
 const SPEED_M_S: f64 = 343.4;
@@ -25,7 +25,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
 }
 
 /// Total field by the kernel, geometrical parts added, for a source whose free field is e^(−jkr)/r.
-pub(in crate) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64) -> Complex {
+pub(crate) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64) -> Complex {
     let [incoming, outgoing] = wedge.angles;
     let angles = WedgeAngles {
         n: wedge.n,

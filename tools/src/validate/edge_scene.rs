@@ -27,9 +27,9 @@ const RADIUS_M: f64 = 5.0;
 const TONES: usize = 12;
 
 /// A scene around the z axis, and what the exact solution needs to know of it.
-pub(in crate) struct EdgeScene {
-    pub(in crate) scene: Arc<Scene>,
-    pub(in crate) n: f64,
+pub(crate) struct EdgeScene {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) n: f64,
     /// Angle of the source from the first face, in radians.
     incoming: f64,
     propagator: Propagator,
@@ -38,7 +38,7 @@ pub(in crate) struct EdgeScene {
 
 impl EdgeScene {
     /// A screen downwards from the axis (n = 2), or a right-angled corner of rock at x > 0, y < 0 (n = 1.5).
-    pub(in crate) fn new(n: f64, incoming: f64) -> Result<Self> {
+    pub(crate) fn new(n: f64, incoming: f64) -> Result<Self> {
         let table = MaterialTable::from_materials(vec![rooms::even("rigid", 0.0, 0.0)]);
         let mut mesh = TriangleMesh::default();
         let material = mesh.material("rigid");
@@ -78,7 +78,7 @@ impl EdgeScene {
     }
 
     /// The exact solution's wedge for a listener at an angle in radians.
-    pub(in crate) fn wedge(&self, outgoing: f64) -> oracle::Wedge {
+    pub(crate) fn wedge(&self, outgoing: f64) -> oracle::Wedge {
         oracle::Wedge {
             n: self.n,
             radii_m: [RADIUS_M; 2],
@@ -88,13 +88,13 @@ impl EdgeScene {
     }
 
     /// Wavenumber of a band's centre in rad/m.
-    pub(in crate) fn wavenumber(&self, band: usize) -> f64 {
+    pub(crate) fn wavenumber(&self, band: usize) -> f64 {
         2.0 * PI * CENTRES_HZ[band] / self.scene.speed_of_sound_m_s()
     }
 
     /// Sum of all paths to a listener at an angle, in each band at its centre, air and spherical spreading to 1 m left
     /// in: what an ear gets of a steady tone, and the number of paths.
-    pub(in crate) fn level(&mut self, outgoing: f64, swapped: bool) -> [f64; BANDS] {
+    pub(crate) fn level(&mut self, outgoing: f64, swapped: bool) -> [f64; BANDS] {
         self.listen(outgoing, swapped);
         std::array::from_fn(|b| self.heard(b, self.wavenumber(b)))
     }
@@ -127,7 +127,7 @@ impl EdgeScene {
     }
 
     /// The exact level: direct, reflected and bent waves.
-    pub(in crate) fn exact(&self, outgoing: f64, band: usize) -> f64 {
+    pub(crate) fn exact(&self, outgoing: f64, band: usize) -> f64 {
         oracle::size(self.wedge(outgoing).total(self.wavenumber(band)))
     }
 }

@@ -13,7 +13,7 @@ use super::shoebox::oracle as shoebox;
 use super::{Row, rooms};
 use foresound::acoustics::{BANDS, Material};
 use foresound::error::Result;
-use foresound::propagation::late::tail_steps;
+use foresound::propagation::diffuse::late_segments;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 
@@ -145,7 +145,7 @@ fn add(response: &mut [[f64; BANDS]], window: f64, amplitude: [f64; BANDS]) {
 fn tail(set: &PathSet) -> Response {
     let mut response = vec![[0.0; BANDS]; WINDOWS];
     for late in &set.late {
-        for step in tail_steps(late, &late.decay_time_s) {
+        for step in late_segments(late, &late.decay_time_s) {
             for (window, sum) in response.iter_mut().enumerate() {
                 let start_s = f64::from(step.start_s).max(window as f64 * WINDOW_S);
                 let end_s = (window + 1) as f64 * WINDOW_S;

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use glam::{Vec2, vec2};
 
 use super::{decay, joining};
-use foresound::acoustics::BANDS;
-use foresound::error::Result;
 use crate::axis::{hz_text, round_step, tick_text, ticks};
 use crate::canvas::Canvas;
 use crate::colormap::Colour;
 use crate::lettering::{Align, Font};
+use foresound::acoustics::BANDS;
+use foresound::error::Result;
 
 /// Colours that stay apart in grey and for the colour-blind (\[OKABE08\]).
 const TOLD: Colour = Colour(0, 114, 178);

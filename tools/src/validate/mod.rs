@@ -3,7 +3,7 @@
 pub mod air;
 pub mod decay;
 pub mod edge;
-pub(in crate) mod edge_scene;
+pub(crate) mod edge_scene;
 pub mod joining;
 pub mod late_figures;
 pub mod recall;

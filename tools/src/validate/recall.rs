@@ -111,7 +111,7 @@ impl Ground {
         let reflected = set
             .paths
             .iter()
-            .filter(|path| path.order > 0 && path.bends == 0);
+            .filter(|path| path.order > 0 && path.diffraction_order == 0);
         reflected.map(|path| planes(path.surfaces())).collect()
     }
 }

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::rooms::even;
 use foresound::error::Result;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 /// Nearest that sources and listeners come to a wall, in metres.

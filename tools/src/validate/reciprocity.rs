@@ -5,9 +5,9 @@ use glam::Vec3;
 use super::Row;
 use foresound::acoustics::BANDS;
 use foresound::error::Result;
-use foresound::propagation::image_source::{is_clear, mirror_listener, unfold};
-use foresound::propagation::sampling::{mix, unit};
-use foresound::propagation::sequence::Sequence;
+use foresound::propagation::image_source::image_path::{is_clear, mirror_listener, unfold};
+use foresound::propagation::image_source::sequence::Sequence;
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{PathSet, PropagationSettings, Propagator, amplitude};
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
@@ -37,7 +37,11 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         let mut set = PathSet::default();
         propagator.update(&ear, &[pose], 0.0, &mut set);
         let (source, listener) = (scene.to_local(to), scene.to_local(from));
-        for path in set.paths.iter().filter(|p| p.order > 0 && p.bends == 0) {
+        for path in set
+            .paths
+            .iter()
+            .filter(|p| p.order > 0 && p.diffraction_order == 0)
+        {
             told += 1;
             let mut back: Vec<u32> = path.surfaces().to_vec();
             back.reverse();

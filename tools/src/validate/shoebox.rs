@@ -12,7 +12,7 @@ use glam::Vec3;
 use super::{Row, rooms};
 use foresound::acoustics::{BANDS, Material};
 use foresound::error::Result;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{MAX_ORDER, Path, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 

@@ -73,7 +73,11 @@ fn put_words(set: &PathSet, words: &mut Vec<u32>) {
     words.extend(long(set.rays));
     for path in &set.paths {
         words.extend(long(path.id.0));
-        words.extend([path.source.bits(), path.order.into(), path.bends.into()]);
+        words.extend([
+            path.source.bits(),
+            path.order.into(),
+            path.diffraction_order.into(),
+        ]);
         words.extend(path.surfaces.iter().chain(&path.edges));
         let points = path.points.iter().chain([&path.image]);
         words.extend(points.flat_map(|p| p.to_array()).map(f32::to_bits));

@@ -8,7 +8,7 @@ use super::Row;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::acoustics::{BANDS, Material};
 use foresound::error::Result;
-use foresound::propagation::direct::direct_path;
+use foresound::propagation::transmission::direct_path;
 use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, TriangleMesh};
 
 /// One sheet, one solid wall of two faces, and two such walls.

@@ -7,7 +7,7 @@ use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Budget, Engine, EngineSettings, FrameTime, NullDevice, OfflineRenderer,
-    OfflineSettings, Schedule, SoundThread, Threads, Tier, TierChoice,
+    OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,
 };
 use foresound::scene::{
     InstanceId, InstancePose, ListenerPose, SceneSettings, SourceId, SourcePose,
@@ -49,7 +49,7 @@ fn settings(errors: &mut Errors) {
     };
     with("a block of one", &|s| s.block_frames = 1);
     with("no voices", &|s| s.generation.max_voices = 0);
-    with("no distance", &|s| s.propagation.nearest_m = 0.0);
+    with("no distance", &|s| s.propagation.min_distance_m = 0.0);
     with("nine seconds", &|s| s.frame_time = FrameTime::Fixed(9.0));
     with("another head", &|s| s.generation.rate_hz = 48_000);
     with("a ceiling", &|s| s.generation.ceiling_db = 3.0);
@@ -58,7 +58,7 @@ fn settings(errors: &mut Errors) {
     });
     with("no tier", &|s| {
         s.budget = Budget {
-            tiers: TierChoice::AtLeast(Tier(200)),
+            tiers: QualityChoice::AtLeast(QualityLevel(200)),
             ..Budget::default()
         };
     });

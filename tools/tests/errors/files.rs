@@ -3,11 +3,11 @@
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use foresound_tools::clip::{load_clip, load_clip_within, load_recording};
-use foresound_tools::listener_path::ListenerPath;
 use foresound::output::{WavSink, WholeFile};
 use foresound::scene::procedural::{self, write_files};
 use foresound::scene::{MaterialTable, ObjOptions, load_obj};
+use foresound_tools::clip::{load_clip, load_clip_within, load_recording};
+use foresound_tools::listener_path::ListenerPath;
 
 use crate::Errors;
 

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use foresound::acoustics::BANDS;
-use foresound_tools::listener_path::ListenerPath;
 use foresound::scene::{DirectivityTable, MaterialTable, ObjOptions, SceneLayout, load_obj};
+use foresound_tools::listener_path::ListenerPath;
 
 use crate::Errors;
 

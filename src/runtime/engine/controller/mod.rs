@@ -13,22 +13,22 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::feed::Feed;
 use super::messages::{AudioFrame, FeedChange, FeedPlace, WorldFrame};
 use super::propagation_thread::Propagation;
-use super::rest::{Heard, rest_s};
 use super::scene_builder::SceneBuilder;
-use super::seating::{Guest, Seating};
 use super::settings::{EngineSettings, FrameTime};
-use super::shown_paths::{Picture, ShownPath};
+use super::shown_paths::{PathSnapshot, ShownPath};
 use super::source_table::{SourceTable, check_place};
 use super::statistics::{Meters, Statistics};
 use super::worker::{Orders, Worker};
 use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::runtime::budget::Budget;
-use crate::runtime::clock::now;
-use crate::runtime::handover::{Receiver, Sender};
+use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::engine::slot_release::{Heard, rest_s};
+use crate::runtime::engine::source_virtualization::{Guest, SourceVirtualizer};
+use crate::runtime::handover::newest::{Receiver, Sender};
+use crate::runtime::threads::clock::now;
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
 use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
 
@@ -53,7 +53,7 @@ pub(super) struct Links {
     pub(super) retired: rtrb::Consumer<Feed>,
     pub(super) orders: Orders,
     pub(super) meters: Arc<Meters>,
-    pub(super) shown: Receiver<Picture>,
+    pub(super) shown: Receiver<PathSnapshot>,
     pub(super) spans: SpanWriter,
     pub(super) span_readers: [SpanReader; 3],
 }
@@ -69,7 +69,7 @@ pub struct Controller {
     instances: Vec<InstancePose>,
     sources: SourceTable,
     /// Who shares slots, where there are more sources than slots.
-    seating: Option<Seating>,
+    seating: Option<SourceVirtualizer>,
     /// How long slots rest between two sources, in seconds of audio.
     rest_s: f64,
     /// What has a slot, and where each sound goes, as of the newest tick.
@@ -79,7 +79,7 @@ pub struct Controller {
     waiting: VecDeque<FeedChange>,
     listener: ListenerPose,
     paused: bool,
-    shown: Box<Picture>,
+    shown: Box<PathSnapshot>,
     began: Instant,
     ticks: u64,
 }
@@ -94,7 +94,7 @@ impl Controller {
             builder: SceneBuilder::default(),
             instances: Vec::new(),
             sources: SourceTable::new(sources),
-            seating: (sources > slots).then(|| Seating::new(sources, slots, rest_s)),
+            seating: (sources > slots).then(|| SourceVirtualizer::new(sources, slots, rest_s)),
             rest_s,
             seated: Vec::with_capacity(slots),
             places: Vec::with_capacity(sources),

@@ -6,8 +6,8 @@ use glam::Vec3;
 
 use super::Controller;
 use crate::error::{Error, Result};
-use crate::runtime::engine::feed::Feed;
 use crate::runtime::engine::messages::FeedChange;
+use crate::runtime::engine::sample_source::Feed;
 use crate::runtime::engine::stream::StreamWriter;
 use crate::scene::SourceId;
 

@@ -1,18 +1,18 @@
 //! A graphics frame on its way through the renderer: taken, described by extrapolation in parts, handed to generation.
 //!
-//! Audio side, as all of [`Renderer`]; how much of it a block does is [`super::super::pace`]'s to say.
+//! Audio side, as all of [`Renderer`]; how much of it a block does is [`crate::runtime::engine::block_pacing`]'s to say.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::{Parts, RenderReport, Renderer};
-use crate::extrapolation::effort::{Effort, cost};
 use crate::extrapolation::extrapolation_level;
+use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::MAX_ORDER;
-use crate::runtime::clock::now;
-use crate::runtime::engine::pace::ramp_frames;
+use crate::runtime::engine::block_pacing::ramp_frames;
 use crate::runtime::engine::settings::FrameTime;
 use crate::runtime::engine::statistics::add;
+use crate::runtime::threads::clock::now;
 use crate::runtime::trace::SpanKind;
 
 /// Longest ramp of a graphics frame, in seconds.
@@ -90,7 +90,7 @@ impl Renderer {
         let frame_s = self.clock.take(now(), frame.ticks);
         let (frame_ns, meters) = ((frame_s * 1e9) as u64, &self.parts.meters);
         meters.frame_ns.store(frame_ns, Ordering::Relaxed);
-        self.take_update(frame_s, report);
+        self.store_update(frame_s, report);
         let Parts {
             frame,
             extrapolator,
@@ -104,7 +104,7 @@ impl Renderer {
     }
 
     /// Direct paths, then everything else, until the effort is spent; gives whether the frame is described.
-    fn extrapolate(&mut self, effort: &mut Effort) -> bool {
+    fn extrapolate(&mut self, effort: &mut WorkBudget) -> bool {
         let Parts {
             frame,
             extrapolator,
@@ -172,7 +172,7 @@ impl Renderer {
     }
 
     /// Starts voices of the last frame that was handed over, if some wait.
-    fn start_voices(&mut self, effort: &mut Effort) {
+    fn start_voices(&mut self, effort: &mut WorkBudget) {
         if !self.is_held_up() {
             return;
         }
@@ -198,7 +198,7 @@ impl Renderer {
         }
     }
 
-    fn take_update(&mut self, frame_s: f64, report: &mut RenderReport) {
+    fn store_update(&mut self, frame_s: f64, report: &mut RenderReport) {
         let Some(mut delivery) = self.parts.deliveries.take() else {
             return;
         };
@@ -226,7 +226,7 @@ impl Renderer {
             .store(paths.paths.len() as u32, Ordering::Relaxed);
         add(&meters.updates, 1);
         report.updates += 1;
-        delivery.paths = extrapolator.take_prepared_update(paths, &mut delivery.groundwork, level);
+        delivery.paths = extrapolator.store_prepared_update(paths, &mut delivery.groundwork, level);
         self.parts.deliveries.give_back(delivery);
     }
 }

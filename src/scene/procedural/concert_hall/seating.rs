@@ -13,7 +13,7 @@ const ROW_PITCH_M: f64 = 0.9;
 const SEAT_PITCH_M: f64 = 0.5;
 /// Rows on the flat floor, then as many on tiers that rise by a step each.
 const FLAT_ROWS: u32 = 10;
-const TIERS: u32 = 10;
+const QUALITY_LEVELS: u32 = 10;
 const TIER_RISE_M: f64 = 0.15;
 /// Balconies: depth, underside and top, front end, in metres.
 const BALCONY_DEPTH_M: f64 = 2.2;
@@ -27,7 +27,7 @@ fn row_floor(row: u32) -> f64 {
 
 /// Height of the floor behind the last row, in metres.
 pub(super) fn back_floor() -> f64 {
-    row_floor(FLAT_ROWS + TIERS - 1)
+    row_floor(FLAT_ROWS + QUALITY_LEVELS - 1)
 }
 
 fn row_front(row: u32) -> f64 {
@@ -37,7 +37,7 @@ fn row_front(row: u32) -> f64 {
 /// Steps across the whole width; their ends lie behind the side walls and are left off, as is what lies below.
 pub(super) fn tiers(b: &mut MeshBuilder) {
     let mut steps = Carving::in_air();
-    for row in FLAT_ROWS..FLAT_ROWS + TIERS {
+    for row in FLAT_ROWS..FLAT_ROWS + QUALITY_LEVELS {
         steps.fill(
             dvec3(
                 row_front(row) - 0.2,
@@ -56,7 +56,7 @@ pub(super) fn tiers(b: &mut MeshBuilder) {
 
 pub(super) fn seats(b: &mut MeshBuilder) {
     b.part("seats");
-    for row in 0..FLAT_ROWS + TIERS {
+    for row in 0..FLAT_ROWS + QUALITY_LEVELS {
         let at = dvec3(row_front(row), row_floor(row), 0.0);
         seat_row(b, at.with_z(2.5), 14);
         seat_row(b, at.with_z(10.5), 14);

@@ -11,15 +11,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use foresound_tools::cells::{Platform, pace};
-use foresound_tools::clip::Clip;
-use foresound::extrapolation::{BestSettings, FramePaths, PredictorKind};
+use foresound::extrapolation::{FramePaths, GeometricSettings, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::engine::ramp_frames;
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 use foresound::{Error, Result};
+use foresound_tools::cells::{Platform, pace};
+use foresound_tools::clip::Clip;
 use serde_json::{Value, json};
 
 use super::share;
@@ -150,7 +150,7 @@ fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
                 level: pace.level,
                 latency: Latency::Modelled,
             },
-            predictor: PredictorKind::Best(BestSettings::default()),
+            predictor: PredictorKind::Geometric(GeometricSettings::default()),
             propagation: PropagationSettings::default(),
             generation: settings.clone(),
         },

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use foresound::Result;
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings};
 use foresound::scene::ListenerPose;
 use glam::Vec3;

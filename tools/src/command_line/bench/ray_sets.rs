@@ -5,7 +5,7 @@
 
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::geometry::{Bvh, Ray};
-use foresound::propagation::sampling::{fibonacci_direction, lambert_direction, mix, unit};
+use foresound::propagation::rays::directions::{fibonacci_direction, lambert_direction, mix, unit};
 use foresound::scene::Scene;
 use glam::Vec3;
 

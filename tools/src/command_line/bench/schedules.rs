@@ -16,7 +16,7 @@ use foresound::Result;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
-use foresound::propagation::sampling::mix;
+use foresound::propagation::rays::directions::mix;
 use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
     AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, Renderer,

@@ -2,7 +2,7 @@
 
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
-use foresound::propagation::sampling::{mix, unit};
+use foresound::propagation::rays::directions::{mix, unit};
 use foresound::scene::{Scene, SourceId, SourcePose};
 use glam::Vec3;
 

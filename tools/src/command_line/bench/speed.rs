@@ -6,9 +6,9 @@
 
 use std::path::PathBuf;
 
-use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS, pace, printed_speed};
-use foresound::runtime::{Budget, Tier, TierChoice, TraceLog};
+use foresound::runtime::{Budget, QualityChoice, QualityLevel, TraceLog};
 use foresound::{Error, Result};
+use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS, pace, printed_speed};
 use serde_json::{Value, json};
 
 use super::schedules::{Cell, LevelOf, loaded};
@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 sources: &places,
                 predictor,
                 budget: Budget {
-                    tiers: TierChoice::Exactly(Tier(arguments.tier)),
+                    tiers: QualityChoice::Exactly(QualityLevel(arguments.tier)),
                     ..Budget::default()
                 },
                 graphics_ms: arguments.graphics_ms,

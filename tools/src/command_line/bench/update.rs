@@ -34,8 +34,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0)]
     instances: usize,
     /// Most edges that one path bends around.
-    #[arg(long, default_value_t = PropagationSettings::default().bends)]
-    bends: usize,
+    #[arg(long, default_value_t = PropagationSettings::default().diffraction_order)]
+    diffraction_order: usize,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let walk = Walk::through(&arguments.scene)?;
     let sources = walk.sources(arguments.sources)?;
     let settings = PropagationSettings {
-        bends: arguments.bends,
+        diffraction_order: arguments.diffraction_order,
         ..PropagationSettings::default()
     };
     let threads = Threads::start(arguments.threads)?;
@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "threads": arguments.threads,
             "moving_sources": arguments.moving_sources,
             "instances": arguments.instances,
-            "bends": arguments.bends,
+            "bends": arguments.diffraction_order,
             "paths_an_update": paths,
             "rays_an_update": rays,
             "digest": format!("{digest:016x}"),

@@ -1,62 +1,62 @@
 //! `best` with one ingredient alone, and with all but one.
 
-use foresound::extrapolation::{BestSettings, Lead, PredictorKind};
+use foresound::extrapolation::{GeometricSettings, PredictionTarget, PredictorKind};
 
 use super::plan::Variant;
 
 /// `best` without any of its ingredients.
-const NOTHING: BestSettings = BestSettings {
+const NOTHING: GeometricSettings = GeometricSettings {
     rays_per_source: 0,
     remembered_updates: 0,
     exact_geometry: false,
     drop_outside: false,
     nearby: false,
-    lead: Lead::None,
+    lead: PredictionTarget::None,
     exact_every: 1,
 };
 
-const FULL: BestSettings = BestSettings::FULL;
+const FULL: GeometricSettings = GeometricSettings::FULL;
 
 /// Names and settings.
-const ABLATION: [(&str, BestSettings); 15] = [
+const ABLATION: [(&str, GeometricSettings); 15] = [
     (
         "best-geometry-alone",
-        BestSettings {
+        GeometricSettings {
             exact_geometry: true,
             ..NOTHING
         },
     ),
     (
         "best-dropping-alone",
-        BestSettings {
+        GeometricSettings {
             drop_outside: true,
             ..NOTHING
         },
     ),
     (
         "best-rays-alone",
-        BestSettings {
+        GeometricSettings {
             rays_per_source: FULL.rays_per_source,
             ..NOTHING
         },
     ),
     (
         "best-memory-alone",
-        BestSettings {
+        GeometricSettings {
             remembered_updates: FULL.remembered_updates,
             ..NOTHING
         },
     ),
     (
         "best-lead-alone",
-        BestSettings {
+        GeometricSettings {
             lead: FULL.lead,
             ..NOTHING
         },
     ),
     (
         "best-nearby-alone",
-        BestSettings {
+        GeometricSettings {
             nearby: true,
             ..NOTHING
         },
@@ -64,56 +64,56 @@ const ABLATION: [(&str, BestSettings); 15] = [
     ("best-nothing", NOTHING),
     (
         "best-without-geometry",
-        BestSettings {
+        GeometricSettings {
             exact_geometry: false,
             ..FULL
         },
     ),
     (
         "best-without-dropping",
-        BestSettings {
+        GeometricSettings {
             drop_outside: false,
             ..FULL
         },
     ),
     (
         "best-without-rays",
-        BestSettings {
+        GeometricSettings {
             rays_per_source: 0,
             ..FULL
         },
     ),
     (
         "best-without-memory",
-        BestSettings {
+        GeometricSettings {
             remembered_updates: 0,
             ..FULL
         },
     ),
     (
         "best-without-nearby",
-        BestSettings {
+        GeometricSettings {
             nearby: false,
             ..FULL
         },
     ),
     (
         "best-without-lead",
-        BestSettings {
-            lead: Lead::None,
+        GeometricSettings {
+            lead: PredictionTarget::None,
             ..FULL
         },
     ),
     (
         "best-lead-to-arrival",
-        BestSettings {
-            lead: Lead::Arrival,
+        GeometricSettings {
+            lead: PredictionTarget::Arrival,
             ..FULL
         },
     ),
     (
         "best-four-times-the-rays",
-        BestSettings {
+        GeometricSettings {
             rays_per_source: 4 * FULL.rays_per_source,
             ..FULL
         },
@@ -124,7 +124,7 @@ const ABLATION: [(&str, BestSettings); 15] = [
 pub(super) fn variants() -> Vec<Variant> {
     let variant = |(name, settings)| Variant {
         name,
-        kind: PredictorKind::Best(settings),
+        kind: PredictorKind::Geometric(settings),
     };
     ABLATION.into_iter().map(variant).collect()
 }

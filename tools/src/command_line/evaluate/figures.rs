@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use foresound::runtime::Latency;
+use foresound::{Error, Result};
 use foresound_tools::cells::Condition;
 use foresound_tools::report::{Figure, Listening, Report, Row, SimilarityMap, data_uri};
 use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::talk::{PAUSE_S, TALK_S};
 use foresound_tools::{Canvas, si_snr};
-use foresound::runtime::Latency;
-use foresound::{Error, Result};
 
 use super::Arguments;
 use super::plan::{Part, Unit};

@@ -13,9 +13,9 @@ mod work;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use foresound_tools::report::{Report, SpeedTable};
 use foresound::output::WholeFile;
 use foresound::{Error, Result};
+use foresound_tools::report::{Report, SpeedTable};
 
 use self::plan::{Part, Unit};
 use self::stage::Stage;

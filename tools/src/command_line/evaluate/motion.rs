@@ -1,9 +1,9 @@
 //! Where everybody is at a time, under each condition.
 
-use foresound_tools::cells::Condition;
 use foresound::runtime::Poses;
 use foresound::scene::layout::Walk;
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
+use foresound_tools::cells::Condition;
 
 use super::plan::Unit;
 use super::stage::Stage;

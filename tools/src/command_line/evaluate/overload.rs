@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use foresound::Result;
+use foresound::extrapolation::GeometricSettings;
+use foresound::output::wav::{WavFormat, WavSink};
+use foresound::runtime::Latency;
 use foresound_tools::cells::{Condition, printed_speed};
 use foresound_tools::playback::{AHEAD, Playback, play};
 use foresound_tools::report::{Figure, Listening, OverloadRow};
 use foresound_tools::scores::SKIP_S;
 use foresound_tools::si_snr::si_snr_ears_db;
 use foresound_tools::spectrogram_figure::SpectrogramFigure;
-use foresound::extrapolation::BestSettings;
-use foresound::output::wav::{WavFormat, WavSink};
-use foresound::runtime::Latency;
 
 use super::figures::{figure, read_ears};
 use super::plan::{Part, Unit};
@@ -67,7 +67,7 @@ pub(super) fn overload(out: &Path, units: &[Unit], results: &[UnitResult]) -> Re
         .map(|rays| *rays as f64)
         .collect();
     let typical = median(&rays).max(1.0);
-    let own = ((BestSettings::FULL.rays_per_source + 1) as usize * unit.sources) as f64;
+    let own = ((GeometricSettings::FULL.rays_per_source + 1) as usize * unit.sources) as f64;
     let paper = printed_speed(unit.platform, &unit.scene, unit.sources).map(|p| p.speedup);
     let mut overload = Overload::default();
     for load in LOADS.into_iter().chain(paper) {

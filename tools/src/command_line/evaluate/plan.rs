@@ -1,9 +1,9 @@
 //! What is to be rendered and compared: units of one reference and its estimates, with names for their results.
 
-use foresound_tools::cells::{self, Condition, Pace, Platform, SCENES, SOURCE_COUNTS};
 use foresound::extrapolation::PredictorKind;
 use foresound::runtime::Latency;
 use foresound::{Error, Result};
+use foresound_tools::cells::{self, Condition, Pace, Platform, SCENES, SOURCE_COUNTS};
 
 use super::Arguments;
 use super::ablation;

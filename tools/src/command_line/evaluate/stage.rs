@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound_tools::clip::{Clip, load_clip, load_recording};
-use foresound_tools::open_space::{clear_m, open_space};
 use foresound::generation::Hrtf;
 use foresound::scene::Scene;
 use foresound::scene::layout::Walk;
 use foresound::{Error, Result};
+use foresound_tools::clip::{Clip, load_clip, load_recording};
+use foresound_tools::open_space::{clear_m, open_space};
 use glam::Vec3;
 
 use super::Arguments;

@@ -3,13 +3,13 @@
 use std::io::Write;
 use std::path::Path;
 
+use foresound::output::WholeFile;
+use foresound::runtime::Latency;
+use foresound::{Error, Result};
 use foresound_tools::paper::table_five;
 use foresound_tools::report::{OverloadRow, Row};
 use foresound_tools::scores::Spread;
 use foresound_tools::si_snr::capped_text;
-use foresound::output::WholeFile;
-use foresound::runtime::Latency;
-use foresound::{Error, Result};
 use serde_json::{Value, json};
 
 use super::plan::{Part, Unit};

@@ -4,8 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use foresound_tools::scores::Scores;
-use foresound_tools::talk;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
 use foresound::output::WholeFile;
@@ -15,6 +13,8 @@ use foresound::runtime::{
     Latency, OfflineRenderer, OfflineReport, OfflineSettings, Poses, Schedule,
 };
 use foresound::{Error, Result};
+use foresound_tools::scores::Scores;
+use foresound_tools::talk;
 use serde::{Deserialize, Serialize};
 
 use super::motion;

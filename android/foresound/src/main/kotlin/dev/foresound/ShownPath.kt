@@ -7,7 +7,7 @@ class ShownPath internal constructor(numbers: DoubleArray, start: Int) {
     /** Slot of the source. */
     val sourceSlot = (numbers[start + Index.SOURCE].toLong() and 0xffff).toInt()
     val reflections = numbers[start + Index.REFLECTIONS].toInt()
-    val diffractions = numbers[start + Index.DIFFRACTIONS].toInt()
+    val diffractionOrder = numbers[start + Index.DIFFRACTION_ORDER].toInt()
     /** Level in dB re the free field at 1 m. */
     val levelDb = numbers[start + Index.LEVEL_DB].toFloat()
     /** Three coordinates a corner, both ends included. */

@@ -1,0 +1,5 @@
+//!
+
+pub(crate) mod band_correction;
+pub(crate) mod band_filter;
+pub(crate) mod crossover;

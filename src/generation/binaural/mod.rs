@@ -1,0 +1,8 @@
+//!
+
+pub(crate) mod ear_ramps;
+pub(crate) mod far_field;
+pub(crate) mod filter_bank;
+pub(crate) mod hrtf;
+#[cfg(feature = "builtin-hrtf")]
+pub(crate) mod hrtf_builtin;

@@ -1,0 +1,277 @@
+//! The past of one source, eight bands.
+//!
+//! Audio side; wait-free; allocates at birth only. Takes band samples in order, gives any past stretch.
+//!
+//! Positions are audio frames since the generator began. The ring is made of tiles of eight frames, in each of which the
+//! bands follow one another, a frame a lane: a reader that mixes the bands walks through memory once, without gaps, and
+//! needs neither shuffles nor eight streams.
+
+use crate::acoustics::BANDS;
+use crate::simd::{F32x8, LaneSet, kernel, prefetch};
+
+use crate::generation::CHUNK;
+
+/// Frames of a tile: the lanes.
+pub(crate) const TILE: usize = 8;
+
+/// Eight frames of eight bands, each at its [`place_of`].
+pub(crate) type Tile = [F32x8; BANDS];
+
+/// Where a band lies in a tile: beside the one four further on, so that sixteen lanes at a time add the lower bands to each
+/// other and the upper ones to each other, in the order of the bands.
+pub(crate) const fn place_of(band: usize) -> usize {
+    const HALF: usize = BANDS / 2;
+    2 * (band % HALF) + band / HALF
+}
+
+kernel! {
+    /// Turns frames with a band a lane into as many tiles as there is room for.
+    fn write_tiles<L>(frames: &[F32x8], tiles: &mut [Tile]) {
+        for (tile, frames) in tiles.iter_mut().zip(frames.chunks_exact(TILE)) {
+            let [a, b, c, d] = [frames[0], frames[1], frames[2], frames[3]];
+            let [e, f, g, h] = [frames[4], frames[5], frames[6], frames[7]];
+            let [a, b, c, d, e, f, g, h] = L::transpose([
+                L::of(a),
+                L::of(b),
+                L::of(c),
+                L::of(d),
+                L::of(e),
+                L::of(f),
+                L::of(g),
+                L::of(h),
+            ]);
+            *tile = [
+                a.give(),
+                e.give(),
+                b.give(),
+                f.give(),
+                c.give(),
+                g.give(),
+                d.give(),
+                h.give(),
+            ];
+        }
+    }
+}
+
+/// A stretch of the past that is read soon: what all lines remember fits no second-level cache, and a path's stretch is
+/// too short for the machine to guess where it goes on.
+#[derive(Debug, Default)]
+pub(crate) struct Ahead<'a> {
+    parts: [&'a [Tile]; 2],
+    quarter: usize,
+}
+
+impl Ahead<'_> {
+    /// Asks for all of it.
+    pub(crate) fn fetch(&mut self) {
+        (0..4).for_each(|_| self.fetch_quarter());
+    }
+
+    /// Asks for the next quarter of it; in four calls so that none waits for the memory.
+    #[inline]
+    pub(crate) fn fetch_quarter(&mut self) {
+        let mut wanted = self.quarter;
+        for part in &mut self.parts {
+            let (now, later) = part.split_at(wanted.min(part.len()));
+            for tile in now {
+                // Two bands a line of memory.
+                for band in (0..BANDS).step_by(2) {
+                    prefetch(&tile[band]);
+                }
+            }
+            wanted -= now.len();
+            *part = later;
+        }
+    }
+}
+
+/// A ring of tiles.
+#[derive(Debug)]
+pub(crate) struct DelayLine {
+    set: LaneSet,
+    tiles: Vec<Tile>,
+    /// Position behind the last frame that is not silent.
+    sound_end: i64,
+}
+
+impl DelayLine {
+    /// A silent line that remembers at least `history` frames besides the chunk that is being written.
+    pub(crate) fn new(history: usize) -> Self {
+        let length = (history + 2 * CHUNK).div_ceil(TILE);
+        // Written rather than asked for as zeros: the pages are touched here and not in the first blocks.
+        let mut tiles = Vec::with_capacity(length);
+        tiles.resize(length, [F32x8::ZERO; BANDS]);
+        Self {
+            set: LaneSet::best(),
+            tiles,
+            sound_end: i64::MIN / 2,
+        }
+    }
+
+    /// Whether nothing but silence is left in the line.
+    pub(crate) fn is_empty(&self, now: i64) -> bool {
+        now - self.sound_end > (self.tiles.len() * TILE + CHUNK) as i64
+    }
+
+    /// Whether everything from `position` on is silent.
+    pub(crate) fn is_silent_from(&self, position: i64) -> bool {
+        position >= self.sound_end
+    }
+
+    /// Appends a chunk of at most [`CHUNK`] frames at position `now`, a band a lane.
+    pub(crate) fn write(&mut self, now: i64, frames: &[F32x8]) {
+        let mut place = self.place(now);
+        let mut rest = frames;
+        while let [first, others @ ..] = rest {
+            let whole = (rest.len() / TILE).min(self.tiles.len() - place / TILE);
+            if place.is_multiple_of(TILE) && whole > 0 {
+                let tiles = &mut self.tiles[place / TILE..][..whole];
+                write_tiles(self.set, rest, tiles);
+                rest = &rest[whole * TILE..];
+                place = (place + whole * TILE) % (self.tiles.len() * TILE);
+                continue;
+            }
+            let tile = &mut self.tiles[place / TILE];
+            for (band, &value) in first.0.iter().enumerate() {
+                tile[place_of(band)].0[place % TILE] = value;
+            }
+            rest = others;
+            place = self.next(place);
+        }
+        self.sound_end = now + frames.len() as i64;
+    }
+
+    /// Appends a chunk of silence at position `now`. An empty line need not be told.
+    pub(crate) fn write_silence(&mut self, now: i64, frames: usize) {
+        let mut place = self.place(now);
+        for _ in 0..frames {
+            for band in &mut self.tiles[place / TILE] {
+                band.0[place % TILE] = 0.0;
+            }
+            place = self.next(place);
+        }
+    }
+
+    /// The tiles that hold `frames` frames from `position` on, in two parts for the ring's end, and the lane in the
+    /// first tile at which they begin.
+    #[inline]
+    pub(crate) fn tiles(&self, position: i64, frames: usize) -> (usize, [&[Tile]; 2]) {
+        let place = self.place(position);
+        let (first, lane) = (place / TILE, place % TILE);
+        let count = (lane + frames).div_ceil(TILE);
+        let to_end = count.min(self.tiles.len() - first);
+        let parts = [
+            &self.tiles[first..first + to_end],
+            &self.tiles[..count - to_end],
+        ];
+        (lane, parts)
+    }
+
+    /// The same tiles, to be asked for before they are read.
+    pub(crate) fn ahead(&self, position: i64, frames: usize) -> Ahead<'_> {
+        let (_, parts) = self.tiles(position, frames);
+        let quarter = (parts[0].len() + parts[1].len()).div_ceil(4);
+        Ahead { parts, quarter }
+    }
+
+    fn place(&self, position: i64) -> usize {
+        position.rem_euclid((self.tiles.len() * TILE) as i64) as usize
+    }
+
+    #[inline(always)]
+    fn next(&self, place: usize) -> usize {
+        if place + 1 == self.tiles.len() * TILE {
+            0
+        } else {
+            place + 1
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stretch_of_the_past_can_be_read() {
+        let mut line = DelayLine::new(1000);
+        let mut now = 0i64;
+        for round in 0..60 {
+            let frames = 1 + (round * 37) % CHUNK;
+            let bands: Vec<F32x8> = (0..frames)
+                .map(|i| {
+                    F32x8(std::array::from_fn(|b| {
+                        (8 * (now + i as i64)) as f32 + b as f32
+                    }))
+                })
+                .collect();
+            line.write(now, &bands);
+            now += frames as i64;
+            for back in (1..1000).step_by(13) {
+                let position = now - back;
+                if position < 0 {
+                    continue;
+                }
+                let frames = CHUNK.min(back as usize);
+                let (lane, parts) = line.tiles(position, frames);
+                let tiles: Vec<&Tile> = parts.into_iter().flatten().collect();
+                for i in 0..frames {
+                    let place = lane + i;
+                    for band in [3, 5] {
+                        assert_eq!(
+                            tiles[place / TILE][place_of(band)].0[place % TILE],
+                            (8 * (position + i as i64) + band as i64) as f32
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn line_runs_empty_after_its_length() {
+        let mut line = DelayLine::new(300);
+        assert!(line.is_empty(0));
+        line.write(0, &[F32x8::splat(1.0); CHUNK]);
+        let mut now = CHUNK as i64;
+        while !line.is_empty(now) {
+            line.write_silence(now, 100);
+            now += 100;
+        }
+        assert!(line.tiles.iter().all(|tile| *tile == [F32x8::ZERO; BANDS]));
+    }
+
+    #[test]
+    fn every_instruction_set_turns_frames_into_tiles() {
+        let frames: Vec<F32x8> = (0..3 * TILE)
+            .map(|frame| F32x8(std::array::from_fn(|band| (10 * frame + band) as f32)))
+            .collect();
+        let mut sets = LaneSet::vector_units();
+        sets.extend([LaneSet::Fused, LaneSet::Portable]);
+        for set in sets {
+            let mut tiles = vec![[F32x8::ZERO; BANDS]; 3];
+            write_tiles(set, &frames, &mut tiles);
+            for (frame, lanes) in frames.iter().enumerate() {
+                for band in 0..BANDS {
+                    let found = tiles[frame / TILE][place_of(band)].0[frame % TILE];
+                    assert_eq!(found, lanes.0[band]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_asked_for_ahead_is_what_is_read() {
+        let line = DelayLine::new(1000);
+        for (position, frames) in [(0, 1), (5, 260), (1200, 256), (-300, 40)] {
+            let (_, parts) = line.tiles(position, frames);
+            let mut ahead = line.ahead(position, frames);
+            assert_eq!(ahead.parts.map(<[Tile]>::len), parts.map(<[Tile]>::len));
+            for _ in 0..4 {
+                ahead.fetch_quarter();
+            }
+            assert!(ahead.parts.iter().all(|part| part.is_empty()));
+        }
+    }
+}

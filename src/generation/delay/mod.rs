@@ -1,0 +1,4 @@
+//!
+
+pub(crate) mod delay_line;
+pub(crate) mod interpolation;

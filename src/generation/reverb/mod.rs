@@ -1,0 +1,4 @@
+//!
+
+pub(crate) mod late_reverb;
+pub(crate) mod late_sends;

@@ -1,0 +1,124 @@
+//! Which paths are the loudest.
+//!
+//! Audio side; wait-free, bounded by the number of paths; allocates at birth only.
+
+use crate::extrapolation::FramePath;
+
+/// Largest amplitude of a path: 60 dB. The source would be a millimetre from the ear.
+const MAX_AMPLITUDE: f32 = 1000.0;
+
+/// Room for the ranks of the loudest paths.
+#[derive(Debug)]
+pub(crate) struct Ranking {
+    /// Twice as many as are asked for: when it is full the quieter half is dropped.
+    loudest: Vec<u64>,
+}
+
+impl Ranking {
+    /// A ranking that can tell up to `most` loudest paths.
+    pub(crate) fn new(most: usize) -> Self {
+        Self {
+            loudest: Vec::with_capacity(2 * most),
+        }
+    }
+
+    /// The rank from which on a path is among the `count` loudest of those that can sound.
+    pub(crate) fn threshold(
+        &mut self,
+        paths: &[FramePath],
+        slots: usize,
+        longest_s: f64,
+        count: usize,
+    ) -> u64 {
+        if count == 0 {
+            return u64::MAX;
+        }
+        if paths.len() <= count {
+            return 0;
+        }
+        let full = (2 * count).min(self.loudest.capacity());
+        let mut least = 0;
+        self.loudest.clear();
+        for (index, path) in paths.iter().enumerate() {
+            let rank = rank(path, index);
+            if rank < least || !is_sound(path, slots) || path.delay_s > longest_s {
+                continue;
+            }
+            self.loudest.push(rank);
+            if self.loudest.len() == full {
+                least = self.keep(count);
+            }
+        }
+        if self.loudest.len() >= count {
+            self.keep(count)
+        } else {
+            0
+        }
+    }
+
+    /// Drops all but so many of the loudest; gives the quietest of them.
+    fn keep(&mut self, count: usize) -> u64 {
+        let place = count.min(self.loudest.len()) - 1;
+        let (_, &mut least, _) = self.loudest.select_nth_unstable_by(place, |a, b| b.cmp(a));
+        self.loudest.truncate(place + 1);
+        least
+    }
+}
+
+/// Whether a path is one that can sound at all: of one of the slots, and every value a number in range.
+pub(crate) fn is_sound(path: &FramePath, slots: usize) -> bool {
+    path.source.slot() < slots
+        && path.delay_s >= 0.0
+        && path.delay_s.is_finite()
+        && path.arrival.is_finite()
+        && path.amplitude.iter().all(|a| a.abs() <= MAX_AMPLITUDE)
+}
+
+/// Orders paths by energy, then by place; energies are not negative, so their bits are ordered as they are.
+pub(crate) fn rank(path: &FramePath, index: usize) -> u64 {
+    let energy: f32 = path.amplitude.iter().map(|a| a * a).sum();
+    u64::from(energy.to_bits()) << 32 | u64::from(!(index as u32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::propagation::PathId;
+    use crate::scene::SourceId;
+    use glam::Vec3;
+
+    fn path(id: u64, amplitude: f32) -> FramePath {
+        FramePath {
+            id: PathId(id),
+            source: SourceId::new(0, 0),
+            order: 0,
+            amplitude: [amplitude; 8],
+            delay_s: 0.1,
+            arrival: Vec3::X,
+        }
+    }
+
+    #[test]
+    fn the_threshold_is_the_rank_of_the_quietest_that_counts() {
+        let mut paths: Vec<FramePath> = (0..500u64)
+            .map(|n| path(n, 0.1 + ((n * 7919) % 97) as f32))
+            .collect();
+        paths[3].amplitude[2] = f32::NAN;
+        paths[5].delay_s = 2.0;
+        paths[7].source = SourceId::new(9, 0);
+        let mut ranks: Vec<u64> = (0..paths.len())
+            .filter(|n| ![3, 5, 7].contains(n))
+            .map(|n| rank(&paths[n], n))
+            .collect();
+        ranks.sort_unstable_by(|a, b| b.cmp(a));
+        let mut ranking = Ranking::new(300);
+        for count in [1, 2, 10, 150, 299, 300] {
+            let found = ranking.threshold(&paths, 4, 1.0, count);
+            assert_eq!(found, ranks[count - 1], "{count}");
+        }
+        // Fewer can sound than are asked for; nobody is; and there are no more than are asked for.
+        assert_eq!(ranking.threshold(&paths[..12], 4, 1.0, 10), 0);
+        assert_eq!(ranking.threshold(&paths, 4, 1.0, 0), u64::MAX);
+        assert_eq!(ranking.threshold(&paths[..10], 4, 1.0, 10), 0);
+    }
+}

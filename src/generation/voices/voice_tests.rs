@@ -1,0 +1,94 @@
+//! The mixing kernel against a slow specification.
+
+use super::*;
+use crate::generation::delay::delay_line::place_of;
+
+/// Whole numbers' sines: bounded by one, no two alike.
+fn draw(n: usize) -> f32 {
+    ((n * n) as f32 * 0.37 + n as f32).sin()
+}
+
+fn tiles(count: usize) -> Vec<Tile> {
+    let tile = |t: usize| {
+        std::array::from_fn(|band| {
+            F32x8(std::array::from_fn(|frame| {
+                draw(8 * (8 * t + band) + frame)
+            }))
+        })
+    };
+    (0..count).map(tile).collect()
+}
+
+fn gains(to_come: i64) -> Gains {
+    Gains {
+        gain: F32x8(std::array::from_fn(|band| draw(1000 + band))),
+        growth: F32x8(std::array::from_fn(|band| 1e-3 * draw(2000 + band))),
+        to_come,
+    }
+}
+
+/// Ends of ramps before, at, within and beyond the tiles.
+const ENDS: [i64; 8] = [-5, 0, 1, 8, 13, 24, 40, 1000];
+
+#[test]
+fn a_mixture_is_the_sum_of_bands_at_gains_that_stop_growing_at_the_ramps_end() {
+    let tiles = tiles(5);
+    for to_come in ENDS {
+        let gains = gains(to_come);
+        let mut found = [f32::NAN; 5 * TILE];
+        mix(LaneSet::best(), &tiles, &gains, &mut found);
+        for (place, found) in found.into_iter().enumerate() {
+            let left = (to_come - place as i64).max(0) as f64;
+            let exact: f64 = (0..BANDS)
+                .map(|band| {
+                    let gain =
+                        f64::from(gains.gain.0[band]) - f64::from(gains.growth.0[band]) * left;
+                    gain * f64::from(tiles[place / TILE][place_of(band)].0[place % TILE])
+                })
+                .sum();
+            // Seventeen roundings of sums below 8 by the gains and 8 by the ramp of at most 1000 steps of 1e-3.
+            let bound = 17.0 * 16.0 * f64::from(f32::EPSILON) / 2.0;
+            assert!(
+                (f64::from(found) - exact).abs() < bound,
+                "{to_come} {place}"
+            );
+        }
+    }
+}
+
+#[test]
+fn instruction_sets_mix_alike() {
+    let tiles = tiles(7);
+    for to_come in ENDS {
+        let gains = gains(to_come);
+        let [mut specified, mut portable] = [[0.0; 7 * TILE]; 2];
+        mix(LaneSet::Fused, &tiles, &gains, &mut specified);
+        mix(LaneSet::Portable, &tiles, &gains, &mut portable);
+        for set in LaneSet::vector_units() {
+            let mut found = [0.0; 7 * TILE];
+            mix(set, &tiles, &gains, &mut found);
+            assert_eq!(found, specified, "{set:?}");
+        }
+        for (a, b) in portable.iter().zip(specified) {
+            // Seventeen products of up to 8 that are rounded before they are added.
+            assert!((a - b).abs() < 17.0 * 8.0 * f32::EPSILON / 2.0, "{to_come}");
+        }
+    }
+}
+
+#[test]
+fn a_ramp_in_parts_is_the_ramp() {
+    // A ring's end splits the tiles; the second part goes on where the first stopped.
+    let tiles = tiles(6);
+    let (mut whole, mut parts) = ([0.0; 6 * TILE], [0.0; 6 * TILE]);
+    let set = LaneSet::best();
+    mix(set, &tiles, &gains(29), &mut whole);
+    mix(set, &tiles[..2], &gains(29), &mut parts[..2 * TILE]);
+    mix(
+        set,
+        &tiles[2..],
+        &gains(29 - 2 * TILE as i64),
+        &mut parts[2 * TILE..],
+    );
+    assert_eq!(whole, parts);
+}

@@ -1,0 +1,91 @@
+//! What ends of panels make of a mirror reflection: less at low frequencies from small ones, and less near edges.
+//!
+//! Source: \[RINDEL86\]: along each of its two sides, as long as they look along the ray, `l`, a panel reflects all above
+//! the limit frequency `c a* / (2 l²)` with `a* = 2 a₁ a₂ / (a₁ + a₂)`, and energy in proportion to frequency below; both
+//! together make the amplitude of a small panel proportional to frequency, that of a long strip to its root. Towards a
+//! free edge the amplitude falls to nothing over a short way (own), so that a path fades where the geometry would end it.
+//! A single reflection in a large wall is continued over the wall's edges by their own waves ([`crate::propagation::diffraction`]); of
+//! reflections of second order and higher there are too many for that, so they fade as well, at most as far and within
+//! the first Fresnel zone. Where a reflection fades, the edge's wave has nothing to continue, and leaves that part out.
+
+use crate::acoustics::bands::CENTRES_HZ;
+use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::diffraction::smooth;
+use crate::propagation::image_source::image_path::ImagePath;
+use crate::scene::Scene;
+use crate::scene::surface::free_panel::FreePanel;
+
+/// Width of the fade at a free edge: this share of the shorter side, at most as many metres.
+const FADE: (f64, f64) = (0.2, 0.3);
+
+/// Shortest fade at a large wall's edge in metres: what is nearer to an end of the path than this is no wall.
+const LEAST_FADE_M: f64 = 0.02;
+
+/// Pressure factor of all ends of panels on a path, or none if it is near none.
+pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
+    let has_panels = scene.has_free_panels();
+    let fades = path.order > 1 && scene.has_edges();
+    if path.order == 0 || !(has_panels || fades) {
+        return None;
+    }
+    let mut product: Option<BandArray> = None;
+    // Way from the source to each point: the image sees the last point as far as the path is long up to there.
+    let mut before_m = path.image.distance(path.points[path.order - 1]);
+    for step in (0..path.order).rev() {
+        let point = path.points[step];
+        if step + 1 < path.order {
+            before_m -= point.distance(path.points[step + 1]);
+        }
+        let after_m = (path.length_m - before_m).max(0.0);
+        let apart_m = 2.0 * before_m.max(0.0) * after_m / path.length_m.max(1e-6);
+        let panel = match has_panels {
+            true => free_panel(scene, path, step),
+            false => None,
+        };
+        if let Some(panel) = panel {
+            // Reflection turns the ray within the plane that a side's length is seen in: coming and going it looks as
+            // long.
+            let ray = match step {
+                _ if step + 1 < path.order => path.points[step + 1] - point,
+                _ => point - path.image,
+            };
+            let ray = ray.normalize_or_zero();
+            let limits_hz = panel.sides.map(|side| {
+                let side = side.as_dvec3();
+                let seen = side.length_squared() - side.dot(ray).powi(2);
+                scene.speed_of_sound_m_s() * apart_m / (2.0 * seen.max(1e-9))
+            });
+            let shorter_m = f64::from(panel.sides[0].length().min(panel.sides[1].length()));
+            let fade_m = (FADE.0 * shorter_m).min(FADE.1);
+            let edge = smooth(panel.to_edge_m / fade_m);
+            let sum = product.get_or_insert([1.0; BANDS]);
+            for (value, hz) in sum.iter_mut().zip(CENTRES_HZ) {
+                let energy = limits_hz.map(|limit_hz| (hz / limit_hz.max(1e-6)).min(1.0));
+                *value *= (edge * (energy[0] * energy[1]).sqrt()) as f32;
+            }
+        } else if fades
+            && let Some(to_edge_m) = scene.edge_distance_m(path.surfaces[step], point, FADE.1)
+        {
+            let cosine = path.cosines[step].max(1e-3);
+            let sum = product.get_or_insert([1.0; BANDS]);
+            for (value, hz) in sum.iter_mut().zip(CENTRES_HZ) {
+                // Fresnel's parameter is 1 where the square of the distance is ¼ λ a*, seen along the path.
+                let zone_m = (0.25 * apart_m * scene.speed_of_sound_m_s() / hz).sqrt() / cosine;
+                *value *= smooth(to_edge_m / zone_m.clamp(LEAST_FADE_M, FADE.1)) as f32;
+            }
+        }
+    }
+    product
+}
+
+/// The small free panel that a path is reflected in at one of its points.
+fn free_panel(scene: &Scene, path: &ImagePath, step: usize) -> Option<FreePanel> {
+    let plane = scene.surface(path.surfaces[step]);
+    // Both legs are on one side of the surface; a first reflection's image is on the other.
+    let in_front = match step {
+        0 if path.order == 1 => plane.distance_m(path.image) < 0.0,
+        0 => plane.distance_m(path.points[1]) > 0.0,
+        _ => plane.distance_m(path.points[step - 1]) > 0.0,
+    };
+    scene.free_panel_at(path.surfaces[step], path.points[step], in_front)
+}

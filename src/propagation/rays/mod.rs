@@ -1,0 +1,6 @@
+//!
+
+pub mod directions;
+pub mod guide_rays;
+pub(crate) mod packet;
+pub(crate) mod prefix_set;

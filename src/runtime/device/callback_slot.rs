@@ -1,0 +1,90 @@
+//! Where the thing that fills blocks waits between two streams.
+//!
+//! A stream's callback owns a [`Loan`]; when the stream is dropped, on whichever thread, the thing is back in its berth.
+//! Wait-free both ways: one atomic exchange.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::runtime::handover::slot::Slot;
+
+/// Fills a block of interleaved stereo.
+pub type Fill = Box<dyn FnMut(&mut [f32]) + Send>;
+
+struct Place {
+    slot: Slot<Fill>,
+    blocks: AtomicU64,
+}
+
+/// The place where it waits. Control side.
+pub struct Berth(Arc<Place>);
+
+/// The thing, lent to a stream.
+pub struct Loan {
+    fill: Option<Box<Fill>>,
+    place: Arc<Place>,
+}
+
+impl Berth {
+    /// With something to lend.
+    pub fn new(fill: impl FnMut(&mut [f32]) + Send + 'static) -> Self {
+        let fill: Fill = Box::new(fill);
+        Self(Arc::new(Place {
+            slot: Slot::new(Some(Box::new(fill))),
+            blocks: AtomicU64::new(0),
+        }))
+    }
+
+    /// Lends it; `None` while a stream has it.
+    pub fn lend(&self) -> Option<Loan> {
+        let fill = self.0.slot.take()?;
+        Some(Loan {
+            fill: Some(fill),
+            place: Arc::clone(&self.0),
+        })
+    }
+
+    /// Blocks that have been filled so far, by all loans.
+    pub fn blocks(&self) -> u64 {
+        self.0.blocks.load(Ordering::Relaxed)
+    }
+}
+
+impl Loan {
+    /// Fills a block. Audio side, as far as what was lent is.
+    pub fn fill(&mut self, block: &mut [f32]) {
+        self.place.blocks.fetch_add(1, Ordering::Relaxed);
+        match &mut self.fill {
+            Some(fill) => fill(block),
+            None => block.fill(0.0),
+        }
+    }
+}
+
+impl Drop for Loan {
+    fn drop(&mut self) {
+        drop(self.place.slot.swap(self.fill.take()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_stream_has_it_at_a_time_and_gives_it_back() {
+        let mut count = 0.0;
+        let berth = Berth::new(move |block: &mut [f32]| {
+            count += 1.0;
+            block.fill(count);
+        });
+        let mut loan = berth.lend().expect("is there");
+        assert!(berth.lend().is_none());
+        let mut block = [0.0; 2];
+        loan.fill(&mut block);
+        std::thread::spawn(move || drop(loan)).join().expect("ends");
+        berth.lend().expect("is back").fill(&mut block);
+        assert_eq!(block, [2.0; 2]);
+        assert_eq!(berth.blocks(), 2);
+    }
+}

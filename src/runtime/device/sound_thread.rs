@@ -1,0 +1,116 @@
+//! The sound thread: renders ahead of a device into a ring, so that the device's callback only copies.
+//!
+//! Two ways to be heard. *Direct*: the device calls [`Renderer::render`]; nothing is added to the latency, and a block has
+//! to be ready within its period. *Ahead*: this thread renders, the callback calls [`RingOutput::read`]; the ring's length
+//! is added to the latency and a block may take as long as the ring lasts.
+//! The thread sleeps by the clock, half a block at a time when the ring is full: waking it from the callback would be a
+//! system call there.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use crate::error::{Error, Result};
+use crate::runtime::engine::Renderer;
+use crate::runtime::threads::flush_to_zero::FlushToZero;
+
+/// A thread with a renderer.
+pub struct SoundThread {
+    thread: Option<JoinHandle<Renderer>>,
+    stop: Arc<AtomicBool>,
+}
+
+/// The device's end of the ring: `Send`, one thread at a time, wait-free.
+pub struct RingOutput {
+    ring: rtrb::Consumer<f32>,
+    capacity_frames: usize,
+}
+
+impl SoundThread {
+    /// Starts the thread with a ring of `blocks_ahead` blocks, 1 to 64. It places itself by the engine's policy.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for another number, [`Error::Engine`] if no thread can be started. The renderer is lost then.
+    pub fn start(renderer: Renderer, blocks_ahead: usize) -> Result<(Self, RingOutput)> {
+        if !(1..=64).contains(&blocks_ahead) {
+            let problem = format!("{blocks_ahead} is outside 1 to 64");
+            let advice = "choose a number in that range";
+            return Err(Error::setting("blocks_ahead", problem, advice));
+        }
+        let capacity_frames = blocks_ahead * renderer.block_frames();
+        let (producer, ring) = rtrb::RingBuffer::new(2 * capacity_frames);
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let thread = thread::Builder::new()
+            .name("foresound-sound".into())
+            .spawn(move || run(renderer, producer, &stopped))
+            .map_err(|error| {
+                let advice = "let the device call the renderer";
+                Error::engine(format!("no sound thread: {error}"), advice)
+            })?;
+        let output = RingOutput {
+            ring,
+            capacity_frames,
+        };
+        let thread = Some(thread);
+        Ok((Self { thread, stop }, output))
+    }
+
+    /// Ends the thread after its block and gives the renderer back; `None` if it panicked.
+    pub fn stop(mut self) -> Option<Renderer> {
+        self.join()
+    }
+
+    fn join(&mut self) -> Option<Renderer> {
+        self.stop.store(true, Ordering::Release);
+        self.thread.take()?.join().ok()
+    }
+}
+
+impl Drop for SoundThread {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+impl RingOutput {
+    /// Audio frames that the ring adds to the latency.
+    pub fn latency_frames(&self) -> usize {
+        self.capacity_frames
+    }
+
+    /// Fills `output` with interleaved stereo; gives the number of audio frames that were not there in time, which are
+    /// silent.
+    pub fn read(&mut self, output: &mut [f32]) -> usize {
+        // Whole audio frames only, so that ears do not change places.
+        let count = self.ring.slots().min(output.len()) & !1;
+        if let Ok(chunk) = self.ring.read_chunk(count) {
+            let (first, second) = chunk.as_slices();
+            output[..first.len()].copy_from_slice(first);
+            output[first.len()..count].copy_from_slice(second);
+            chunk.commit_all();
+        }
+        output[count..].fill(0.0);
+        (output.len() - count) / 2
+    }
+}
+
+fn run(mut renderer: Renderer, mut ring: rtrb::Producer<f32>, stop: &AtomicBool) -> Renderer {
+    renderer.place_thread();
+    let _flush = FlushToZero::begin();
+    let mut block = vec![0.0; 2 * renderer.block_frames()];
+    let block_s = renderer.block_frames() as f64 / f64::from(renderer.rate_hz());
+    let pause = Duration::from_secs_f64(block_s / 2.0);
+    while !stop.load(Ordering::Acquire) && !ring.is_abandoned() {
+        if ring.slots() < block.len() {
+            thread::park_timeout(pause);
+            continue;
+        }
+        renderer.render(&mut block);
+        if let Ok(chunk) = ring.write_chunk_uninit(block.len()) {
+            chunk.fill_from_iter(block.iter().copied());
+        }
+    }
+    renderer
+}

@@ -1,0 +1,5 @@
+//!
+
+pub(crate) mod newest;
+pub(crate) mod seqlock;
+pub(crate) mod slot;

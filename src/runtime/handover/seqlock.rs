@@ -1,0 +1,118 @@
+//! A small value that one thread tells and others read, whole.
+//!
+//! Telling is wait-free: the value's words go into atomics between two steps of a number. A reader who finds the number
+//! odd or changed reads again, so only control threads read. `crossbeam_utils`' `AtomicCell` does the same for values of
+//! more than a word, but with one lock for many cells, which the sound thread would wait at, and by reading memory that
+//! is being written, as ThreadSanitizer finds. Own, after \[BOEHM12\].
+
+use std::marker::PhantomData;
+use std::sync::atomic::{AtomicU64, Ordering, fence};
+use std::thread;
+
+/// A value that can be taken apart into words.
+pub(crate) trait Words<const N: usize>: Copy {
+    fn to_words(self) -> [u64; N];
+
+    fn from_words(words: [u64; N]) -> Self;
+}
+
+/// The newest of a thread's values.
+pub(crate) struct Published<T, const N: usize> {
+    /// Odd while words change.
+    number: AtomicU64,
+    words: [AtomicU64; N],
+    value: PhantomData<fn(T) -> T>,
+}
+
+impl<T: Words<N>, const N: usize> Published<T, N> {
+    pub(crate) fn new(value: T) -> Self {
+        Self {
+            number: AtomicU64::new(0),
+            words: value.to_words().map(AtomicU64::new),
+            value: PhantomData,
+        }
+    }
+
+    /// Tells a value. Wait-free; one thread at a time, or readers may find a mixture.
+    pub(crate) fn store(&self, value: T) {
+        let number = self.number.load(Ordering::Relaxed);
+        self.number.store(number.wrapping_add(1), Ordering::Relaxed);
+        fence(Ordering::Release);
+        for (word, new) in self.words.iter().zip(value.to_words()) {
+            word.store(new, Ordering::Relaxed);
+        }
+        self.number.store(number.wrapping_add(2), Ordering::Release);
+    }
+
+    /// The newest value. Not on the audio side: waits for a value that is being told.
+    pub(crate) fn load(&self) -> T {
+        loop {
+            let before = self.number.load(Ordering::Acquire);
+            let words = std::array::from_fn(|at| self.words[at].load(Ordering::Relaxed));
+            fence(Ordering::Acquire);
+            if before.is_multiple_of(2) && self.number.load(Ordering::Relaxed) == before {
+                return T::from_words(words);
+            }
+            thread::yield_now();
+        }
+    }
+}
+
+impl<T: Words<N> + Default, const N: usize> Default for Published<T, N> {
+    fn default() -> Self {
+        Self::new(T::default())
+    }
+}
+
+/// Two numbers in one word.
+pub(crate) fn pair(high: u32, low: u32) -> u64 {
+    u64::from(high) << 32 | u64::from(low)
+}
+
+/// The two numbers of a word.
+pub(crate) fn halves(word: u64) -> [u32; 2] {
+    [(word >> 32) as u32, word as u32]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three numbers of which each tells the others.
+    #[derive(Clone, Copy, Default)]
+    struct Same([u64; 3]);
+
+    impl Words<3> for Same {
+        fn to_words(self) -> [u64; 3] {
+            self.0
+        }
+
+        fn from_words(words: [u64; 3]) -> Self {
+            Self(words)
+        }
+    }
+
+    #[test]
+    fn readers_find_whole_values_that_rise() {
+        let most = if cfg!(miri) { 100 } else { 100_000 };
+        let published = Published::<Same, 3>::default();
+        thread::scope(|scope| {
+            for _ in 0..2 {
+                scope.spawn(|| {
+                    let mut last = 0;
+                    while last < most {
+                        let Same([a, b, c]) = published.load();
+                        assert!(a == b && b == c && a >= last, "{a} {b} {c} after {last}");
+                        last = a;
+                    }
+                });
+            }
+            (1..=most).for_each(|n| published.store(Same([n; 3])));
+        });
+    }
+
+    #[test]
+    fn halves_are_those_of_the_pair() {
+        assert_eq!(halves(pair(7, u32::MAX)), [7, u32::MAX]);
+    }
+}

@@ -1,0 +1,54 @@
+//! Instances in offline rendering: added, moved and removed between graphics frames.
+//!
+//! Control side. What is changed holds from the next graphics frame on: for direct paths and for paths that are known at
+//! once, for propagation in the next update that starts.
+
+use std::sync::Arc;
+
+use crate::error::Result;
+use crate::extrapolation::ScenePair;
+use crate::runtime::offline::renderer::OfflineRenderer;
+use crate::scene::{InstanceId, InstancePose, Scene};
+
+impl OfflineRenderer {
+    /// Adds an instance of a part; the pose's own handle does not count.
+    ///
+    /// # Errors
+    /// As [`Scene::add_instance`].
+    pub fn add_instance(&mut self, part: Arc<Scene>, pose: &InstancePose) -> Result<InstanceId> {
+        let propagator = self.propagation.propagator_mut();
+        let id = propagator.scene_mut().add_instance(part, pose)?;
+        self.follow_scene();
+        Ok(id)
+    }
+
+    /// Moves instances. Good poses are taken, whatever the others are.
+    ///
+    /// # Errors
+    /// The first of: [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid, and the
+    /// last good one stays.
+    pub fn set_instance_poses(&mut self, poses: &[InstancePose]) -> Result<()> {
+        let scene = self.propagation.propagator_mut().scene_mut();
+        let checked = poses.iter().map(|pose| scene.check_instance_pose(pose));
+        let result = checked.fold(Ok(()), Result::and);
+        scene.set_instance_poses(poses);
+        self.extrapolator.set_instance_poses(poses);
+        result
+    }
+
+    /// Removes an instance; its handle is stale from now on.
+    ///
+    /// # Errors
+    /// [`crate::Error::StaleInstance`].
+    pub fn remove_instance(&mut self, id: InstanceId) -> Result<()> {
+        let propagator = self.propagation.propagator_mut();
+        propagator.scene_mut().remove_instance(id)?;
+        self.follow_scene();
+        Ok(())
+    }
+
+    fn follow_scene(&mut self) {
+        let scene = self.propagation.propagator_mut().scene();
+        self.extrapolator.swap_scene(&mut ScenePair::of(scene));
+    }
+}

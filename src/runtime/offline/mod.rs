@@ -1,0 +1,7 @@
+//!
+
+pub(crate) mod instances;
+pub(crate) mod motion_model;
+pub(crate) mod pose_prediction;
+pub mod renderer;
+pub mod schedule;

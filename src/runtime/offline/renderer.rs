@@ -1,0 +1,247 @@
+//! Offline rendering: all stages one after the other on a virtual clock. The same input gives the same bits.
+//!
+//! Control side; a clock is read for the report's times only and never decides anything.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::error::{Error, Result};
+use crate::extrapolation::{Extrapolator, FramePaths, PredictorKind};
+use crate::generation::{Generator, GeneratorSettings, Hrtf};
+use crate::propagation::{PathSet, PropagationSettings, Propagator};
+use crate::runtime::offline::schedule::{Poses, Schedule, ScheduledPropagation};
+use crate::runtime::threads::clock::thread_processor_time;
+use crate::scene::Scene;
+
+/// How to render.
+#[derive(Debug, Clone)]
+pub struct OfflineSettings {
+    /// Graphics frames a second on the virtual clock, 1 to 1,000.
+    pub graphics_rate_hz: f64,
+    /// Audio frames generated in one call, 32 to 4,096; changes nothing that can be heard.
+    pub block_frames: usize,
+    /// When propagation runs.
+    pub schedule: Schedule,
+    /// How paths continue between updates.
+    pub predictor: PredictorKind,
+    /// Rays, depth, seed.
+    pub propagation: PropagationSettings,
+    /// Rate, sources, voices, limiter.
+    pub generation: GeneratorSettings,
+}
+
+/// What a rendering found, one entry an event in each list.
+#[derive(Debug, Clone, Default)]
+pub struct OfflineReport {
+    /// Graphics frames rendered.
+    pub graphics_frames: u64,
+    /// Time of each propagation update (SPS).
+    pub propagation: Vec<Duration>,
+    /// Processor time of each graphics frame's extrapolation (EPS): all that a sound thread has to do for it, direct paths
+    /// and the update that it may begin with included. Plain time where a system does not tell.
+    pub extrapolation: Vec<Duration>,
+    /// Time of each graphics frame's generation (SGS).
+    pub generation: Vec<Duration>,
+    /// Rays of each update.
+    pub rays: Vec<u64>,
+    /// Valid paths in each update.
+    pub paths: Vec<usize>,
+    /// Paths that generation had no voice for, over all blocks.
+    pub dropped_paths: u64,
+}
+
+/// Renders graphics frame after graphics frame.
+pub struct OfflineRenderer {
+    settings: OfflineSettings,
+    pub(crate) propagation: ScheduledPropagation,
+    pub(crate) extrapolator: Extrapolator,
+    generator: Generator,
+    frame_paths: FramePaths,
+    report: OfflineReport,
+    frame: u64,
+    inputs: Vec<Vec<f32>>,
+    output: Vec<f32>,
+}
+
+/// Fills a source slot's mono samples from a sample position on; gives nothing back for a silent slot.
+pub type Signal<'a> = dyn FnMut(usize, u64, &mut [f32]) + 'a;
+
+impl OfflineRenderer {
+    /// For a scene and a head.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] names a setting outside its range.
+    pub fn new(scene: Arc<Scene>, hrtf: Arc<Hrtf>, settings: OfflineSettings) -> Result<Self> {
+        let rate_hz = settings.graphics_rate_hz;
+        if !(1.0..=1000.0).contains(&rate_hz) {
+            let problem = format!("{rate_hz} Hz is outside 1 to 1000");
+            return Err(Error::setting(
+                "graphics_rate_hz",
+                problem,
+                "choose a rate in that range",
+            ));
+        }
+        if !(32..=4096).contains(&settings.block_frames) {
+            let problem = format!(
+                "{} audio frames is outside 32 to 4096",
+                settings.block_frames
+            );
+            return Err(Error::setting(
+                "block_frames",
+                problem,
+                "choose a size in that range",
+            ));
+        }
+        settings.schedule.check()?;
+        let propagator = Propagator::new(Arc::clone(&scene), settings.propagation)?;
+        let generator = Generator::new(settings.generation.clone(), hrtf)?;
+        let min_distance_m = settings.propagation.min_distance_m;
+        Ok(Self {
+            propagation: ScheduledPropagation::new(
+                settings.schedule,
+                propagator,
+                rate_hz,
+                settings.predictor,
+            ),
+            extrapolator: Extrapolator::new(scene, settings.predictor, min_distance_m),
+            generator,
+            frame_paths: FramePaths::default(),
+            report: OfflineReport::default(),
+            frame: 0,
+            inputs: vec![vec![0.0; settings.block_frames]; settings.generation.max_sources],
+            output: vec![0.0; 2 * settings.block_frames],
+            settings,
+        })
+    }
+
+    /// Time of the next graphics frame in seconds.
+    pub fn time_s(&self) -> f64 {
+        self.frame as f64 / self.settings.graphics_rate_hz
+    }
+
+    /// The newest update in use.
+    pub fn paths(&self) -> &PathSet {
+        self.extrapolator.current()
+    }
+
+    /// The last graphics frame's paths, as generation took them.
+    pub fn frame_paths(&self) -> &FramePaths {
+        &self.frame_paths
+    }
+
+    /// What has been found so far.
+    pub fn report(&self) -> &OfflineReport {
+        &self.report
+    }
+
+    /// Audio frames by which the output is late against the geometry (the limiter's look-ahead).
+    pub fn latency_frames(&self) -> usize {
+        self.generator.latency_frames()
+    }
+
+    fn sample_at(&self, frame: u64) -> u64 {
+        let rate_hz = f64::from(self.settings.generation.rate_hz);
+        (frame as f64 * rate_hz / self.settings.graphics_rate_hz).round() as u64
+    }
+
+    /// Renders one graphics frame: the sound from this frame's time to the next one's, at whose end every path stands
+    /// where these poses put it. `sink` gets interleaved stereo.
+    ///
+    /// # Errors
+    /// Those of `sink`.
+    pub fn next_frame(
+        &mut self,
+        poses: &Poses,
+        signal: &mut Signal<'_>,
+        sink: &mut dyn FnMut(&[f32]) -> Result<()>,
+    ) -> Result<()> {
+        let started = self.propagation.starts_update().then(now);
+        let arrived = self.propagation.next_frame(poses);
+        if let Some(started) = started.filter(|_| self.frame > 0) {
+            self.report.propagation.push(started.elapsed());
+        }
+        if let Some(update) = &arrived {
+            self.report.rays.push(update.rays);
+            self.report.paths.push(update.paths.len());
+        }
+        let started = Work::begins();
+        if let Some(update) = arrived {
+            let level = self.settings.schedule.level();
+            let groundwork = self.propagation.groundwork_mut();
+            let extrapolator = &mut self.extrapolator;
+            let retired = extrapolator.store_prepared_update(update, groundwork, level);
+            self.propagation.recycle(retired);
+        }
+        self.extrapolator
+            .frame(&poses.listener, &poses.sources, &mut self.frame_paths);
+        self.report.extrapolation.push(started.spent());
+        self.generate(poses, signal, sink)?;
+        self.frame += 1;
+        self.report.graphics_frames += 1;
+        Ok(())
+    }
+
+    fn generate(
+        &mut self,
+        poses: &Poses,
+        signal: &mut Signal<'_>,
+        sink: &mut dyn FnMut(&[f32]) -> Result<()>,
+    ) -> Result<()> {
+        let (mut from, to) = (self.sample_at(self.frame), self.sample_at(self.frame + 1));
+        let mut spent = Duration::ZERO;
+        let started = now();
+        self.generator
+            .set_frame(&self.frame_paths, (to - from) as u32);
+        spent += started.elapsed();
+        while from < to {
+            let frames = self.settings.block_frames.min((to - from) as usize);
+            let mut inputs: Vec<&[f32]> = vec![&[]; self.inputs.len()];
+            for (slot, buffer) in self.inputs.iter_mut().enumerate() {
+                if poses.sources.iter().any(|pose| pose.id.slot() == slot) {
+                    signal(slot, from, &mut buffer[..frames]);
+                    inputs[slot] = &buffer[..frames];
+                }
+            }
+            let output = &mut self.output[..2 * frames];
+            let started = now();
+            let block = self.generator.render(&inputs, output);
+            spent += started.elapsed();
+            self.report.dropped_paths += u64::from(block.dropped_paths);
+            sink(output)?;
+            from += frames as u64;
+        }
+        self.report.generation.push(spent);
+        Ok(())
+    }
+}
+
+/// How long this thread has been at work: its processor's time, which other programs do not add to, if the system tells.
+struct Work {
+    processor: Option<Duration>,
+    clock: Instant,
+}
+
+impl Work {
+    fn begins() -> Self {
+        Self {
+            processor: thread_processor_time(),
+            clock: now(),
+        }
+    }
+
+    fn spent(&self) -> Duration {
+        let both = self.processor.zip(thread_processor_time());
+        both.map_or_else(
+            || self.clock.elapsed(),
+            |(before, after)| after.saturating_sub(before),
+        )
+    }
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the report tells how long stages took; nothing depends on it"
+)]
+fn now() -> Instant {
+    Instant::now()
+}

@@ -1,0 +1,232 @@
+//! Which cores a thread runs on and how urgent it is: asked for, read back, told; never fatal.
+//!
+//! Each call concerns the thread that makes it and makes system calls, so threads place themselves once, before their
+//! first block. Linux and Android; elsewhere nothing is asked for and nothing reported. Capacities come from
+//! `/sys/devices/system/cpu/cpuN/cpu_capacity` (1024 is the fastest core) or else from the highest clock frequency.
+
+use crate::runtime::handover::seqlock::{Words, halves, pair};
+
+/// Where the engine's threads may run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AffinityPolicy {
+    /// The system decides.
+    None,
+    /// The two fastest cores, one a thread: the fastest for propagation, the next for sound. Where all cores are alike,
+    /// the highest numbers, which systems load last.
+    #[default]
+    PreferBig,
+    /// These cores.
+    Exact {
+        /// Core of the propagation thread.
+        propagation: usize,
+        /// Core of the sound thread.
+        sound: usize,
+    },
+}
+
+/// What a thread does, which decides its core and priority.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ThreadRole {
+    /// Traces rays. Priority as it is.
+    Propagation,
+    /// Makes sound. Real-time priority (`SCHED_FIFO` 10) or else nice −16, Android's for urgent audio, if allowed.
+    Sound,
+}
+
+/// What the system made of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Placement {
+    /// Cores the thread may run on, a bit each for the first 64; 0 if not known.
+    pub cores: u64,
+    /// Whether that is the one core that was asked for. True if none was.
+    pub pinned: bool,
+    /// Priority of the real-time class, 0 outside it.
+    pub realtime_priority: i32,
+    /// Niceness from −20 (urgent) to 19.
+    pub nice: i32,
+}
+
+impl Words<3> for Placement {
+    fn to_words(self) -> [u64; 3] {
+        let priority = self.realtime_priority.cast_unsigned();
+        let nice = self.nice.cast_unsigned();
+        [self.cores, self.pinned.into(), pair(priority, nice)]
+    }
+
+    fn from_words([cores, pinned, priorities]: [u64; 3]) -> Self {
+        let [priority, nice] = halves(priorities).map(u32::cast_signed);
+        Self {
+            cores,
+            pinned: pinned == 1,
+            realtime_priority: priority,
+            nice,
+        }
+    }
+}
+
+impl AffinityPolicy {
+    /// The core for a role; `None` if the system decides.
+    pub fn core(self, role: ThreadRole) -> Option<usize> {
+        let rank = match role {
+            ThreadRole::Propagation => 0,
+            ThreadRole::Sound => 1,
+        };
+        match self {
+            Self::None => None,
+            Self::Exact { propagation, .. } if rank == 0 => Some(propagation),
+            Self::Exact { sound, .. } => Some(sound),
+            Self::PreferBig => {
+                let cores = cores_by_capacity();
+                cores.get(rank.min(cores.len().checked_sub(1)?)).copied()
+            }
+        }
+    }
+}
+
+/// Places the calling thread by policy and role and tells what came of it. Makes system calls.
+pub fn place_this_thread(policy: AffinityPolicy, role: ThreadRole) -> Placement {
+    let core = policy.core(role);
+    if let Some(core) = core {
+        system::pin(core);
+    }
+    if role == ThreadRole::Sound {
+        system::raise_priority();
+    }
+    let mut placement = system::read_back();
+    placement.pinned = core.is_none_or(|c| c < 64 && placement.cores == 1 << c);
+    placement
+}
+
+/// Cores this process may use, fastest first; of equally fast ones the highest number first.
+pub fn cores_by_capacity() -> Vec<usize> {
+    let allowed = system::read_back().cores;
+    let mut cores: Vec<usize> = (0..64).filter(|c| allowed >> c & 1 == 1).collect();
+    cores.sort_by_key(|&core| std::cmp::Reverse((capacity(core), core)));
+    cores
+}
+
+/// Capacity of a core in the system's own unit; 0 if it is not known.
+fn capacity(core: usize) -> u64 {
+    ["cpu_capacity", "cpufreq/cpuinfo_max_freq"]
+        .iter()
+        .find_map(|name| {
+            let file = format!("/sys/devices/system/cpu/cpu{core}/{name}");
+            std::fs::read_to_string(file).ok()?.trim().parse().ok()
+        })
+        .unwrap_or(0)
+}
+
+#[cfg(any(target_os = "linux", target_os = "android"))]
+mod system {
+    use crate::runtime::Placement;
+    use std::mem::{size_of, zeroed};
+
+    /// Low in the real-time class: above every ordinary thread, below the system's own.
+    const REALTIME_PRIORITY: i32 = 10;
+    /// `ANDROID_PRIORITY_AUDIO`.
+    const AUDIO_NICE: i32 = -16;
+
+    fn no_cores() -> libc::cpu_set_t {
+        // SAFETY: the type is an array of integers, for which zero is a value.
+        unsafe { zeroed() }
+    }
+
+    pub(crate) fn pin(core: usize) {
+        if core >= 64 {
+            return;
+        }
+        let mut set = no_cores();
+        // SAFETY: a set has at least 1024 bits (32-bit Android: 32, and the macro checks bounds), core is below 64.
+        unsafe { libc::CPU_SET(core, &mut set) };
+        // SAFETY: 0 is the calling thread; the set is initialised and its size is its own. A refusal is read back.
+        unsafe { libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &raw const set) };
+    }
+
+    pub(crate) fn raise_priority() {
+        // SAFETY: plain integers, for which zero is a value.
+        let mut parameters: libc::sched_param = unsafe { zeroed() };
+        parameters.sched_priority = REALTIME_PRIORITY;
+        // SAFETY: 0 is the calling thread; the parameters are initialised. A refusal is answered below.
+        let refused =
+            unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) };
+        if refused != 0 {
+            // SAFETY: takes numbers only; on Linux 0 is the calling thread. A refusal is read back.
+            unsafe { libc::setpriority(libc::PRIO_PROCESS, 0, AUDIO_NICE) };
+        }
+    }
+
+    pub(crate) fn read_back() -> Placement {
+        let mut set = no_cores();
+        // SAFETY: 0 is the calling thread; writes at most the given size into a set of that size.
+        let failed =
+            unsafe { libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &raw mut set) };
+        let mut cores = 0;
+        if failed == 0 {
+            for core in 0..64.min(8 * size_of::<libc::cpu_set_t>()) {
+                // SAFETY: the set is initialised and has this many bits.
+                let has = unsafe { libc::CPU_ISSET(core, &set) };
+                cores |= u64::from(has) << core;
+            }
+        }
+        // SAFETY: plain integers, for which zero is a value.
+        let mut parameters: libc::sched_param = unsafe { zeroed() };
+        // SAFETY: 0 is the calling thread; writes one structure of that type.
+        unsafe { libc::sched_getparam(0, &raw mut parameters) };
+        Placement {
+            cores,
+            pinned: false,
+            realtime_priority: parameters.sched_priority,
+            // SAFETY: takes numbers only; on Linux 0 is the calling thread.
+            nice: unsafe { libc::getpriority(libc::PRIO_PROCESS, 0) },
+        }
+    }
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "android")))]
+mod system {
+    use crate::runtime::Placement;
+
+    pub(crate) fn pin(_: usize) {}
+
+    pub(crate) fn raise_priority() {}
+
+    pub(crate) fn read_back() -> Placement {
+        Placement::default()
+    }
+}
+
+#[cfg(all(test, any(target_os = "linux", target_os = "android")))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_exact_core_is_read_back() {
+        let Some(&core) = cores_by_capacity().first() else {
+            return;
+        };
+        let policy = AffinityPolicy::Exact {
+            propagation: core,
+            sound: core,
+        };
+        let on_core =
+            std::thread::spawn(move || place_this_thread(policy, ThreadRole::Propagation));
+        let placement = on_core.join().expect("places itself");
+        assert!(placement.pinned && placement.cores == 1 << core);
+    }
+
+    #[test]
+    fn a_core_that_is_not_there_is_told_not_fatal() {
+        let policy = AffinityPolicy::Exact {
+            propagation: 63,
+            sound: 4000,
+        };
+        let lost = std::thread::spawn(move || {
+            let first = place_this_thread(policy, ThreadRole::Propagation);
+            [first, place_this_thread(policy, ThreadRole::Sound)]
+        });
+        let placements = lost.join().expect("is not fatal");
+        let has_64 = placements[0].cores == 1 << 63;
+        assert!(has_64 || !placements[0].pinned);
+        assert!(!placements[1].pinned && placements[1].cores != 0);
+    }
+}

@@ -1,0 +1,6 @@
+//!
+
+pub mod affinity;
+pub(crate) mod clock;
+pub mod flush_to_zero;
+pub mod workers;

@@ -1,0 +1,170 @@
+//! Which edges see each other, for ways that bend twice.
+
+use glam::DVec3;
+
+use crate::geometry::bvh::NO_GROUP;
+use crate::geometry::{Bvh, Ray};
+use crate::scene::edges::edge::Edge;
+use crate::scene::edges::tree::EdgeTree;
+
+/// Most neighbours of one edge.
+pub const MOST_NEIGHBOURS: usize = 12;
+
+/// Edges farther apart than this bend sound one after the other too weakly to matter, in metres.
+pub const REACH_M: f64 = 6.0;
+
+/// How far in front of an edge, in the middle of its air, sight lines start and end, in metres.
+const CLEARANCE_M: f64 = 1e-3;
+
+/// Candidates of one edge that are looked at, nearest first.
+const MOST_LOOKED_AT: usize = 32;
+
+/// Edges that one edge is compared with, in the tree's order: bounds the time in a heap of thousands of edges that all
+/// lie within reach of each other. The benchmark scenes stay below a quarter of it.
+const MOST_COMPARED: usize = 4096;
+
+/// Neighbour lists of all edges, end to end.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Neighbours {
+    first: Vec<u32>,
+    list: Vec<u32>,
+}
+
+impl Neighbours {
+    pub(crate) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh) -> Self {
+        let mut result = Self {
+            first: vec![0],
+            list: Vec::new(),
+        };
+        let mut near: Vec<(f64, u32)> = Vec::new();
+        for (number, edge) in edges.iter().enumerate() {
+            near.clear();
+            let (a, b) = (edge.at(0.0), edge.at(edge.length_m));
+            let (low, high) = (a.min(b), a.max(b));
+            let mut compared = 0;
+            tree.walk(|min, max, leaf| {
+                let gap_m = (min - high).max(low - max).max(DVec3::ZERO).length();
+                let bound_m = match near.get(MOST_LOOKED_AT - 1) {
+                    Some((farthest_m, _)) => *farthest_m,
+                    None => REACH_M,
+                };
+                if compared >= MOST_COMPARED || gap_m - tree.slack_m() > bound_m {
+                    return false;
+                }
+                for &other in leaf.iter().filter(|&&o| o as usize != number) {
+                    compared += 1;
+                    let (s, t) = edge.closest(&edges[other as usize]);
+                    let apart_m = edge.at(s).distance(edges[other as usize].at(t));
+                    let rank =
+                        |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
+                    let place = near.partition_point(rank);
+                    if place < MOST_LOOKED_AT
+                        && apart_m < REACH_M
+                        && outside(edge, &edges[other as usize])
+                    {
+                        near.truncate(MOST_LOOKED_AT - 1);
+                        near.insert(place, (apart_m, other));
+                    }
+                }
+                true
+            });
+            let seen = near
+                .iter()
+                .filter(|(_, other)| sees(edge, &edges[*other as usize], bvh))
+                .take(MOST_NEIGHBOURS);
+            result.list.extend(seen.map(|(_, other)| *other));
+            result.first.push(result.list.len() as u32);
+        }
+        result
+    }
+
+    pub(crate) fn of(&self, number: u32) -> &[u32] {
+        let [first, end] = [0, 1].map(|k| self.first[number as usize + k] as usize);
+        &self.list[first..end]
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        size_of_val(self.first.as_slice()) + size_of_val(self.list.as_slice())
+    }
+}
+
+/// Whether some of each edge lies in the other's air.
+fn outside(a: &Edge, b: &Edge) -> bool {
+    let touches = |e: &Edge, o: &Edge| {
+        [0.1, 0.5, 0.9]
+            .iter()
+            .any(|share| e.angle_of(o.at(share * o.length_m)).is_some())
+    };
+    touches(a, b) && touches(b, a)
+}
+
+/// Whether any of four sight lines between two edges is free.
+fn sees(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
+    let (s, t) = a.closest(b);
+    let same_way = a.direction.dot(b.direction) >= 0.0;
+    let across = |share: f64| {
+        let other = if same_way { share } else { 1.0 - share };
+        (share * a.length_m, other * b.length_m)
+    };
+    let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
+    [(s, t), across(0.5), across(0.1), across(0.9)]
+        .into_iter()
+        .any(|(s, t)| {
+            let clear = |e: &Edge, along: f64| -> DVec3 { e.at(along) + CLEARANCE_M * e.outward() };
+            let sight = Ray::between(clear(a, s).as_vec3(), clear(b, t).as_vec3());
+            !bvh.any_hit(&sight, [shared.unwrap_or(NO_GROUP), NO_GROUP])
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
+
+    /// Loose triangles within reach of each other.
+    fn heap(count: u32) -> TriangleMesh {
+        let mut mesh = TriangleMesh::default();
+        let material = mesh.material("concrete");
+        let place = |n: u32| (n.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
+        for n in 0..3 * count {
+            let at = Vec3::new(place(3 * n), place(3 * n + 1), place(3 * n + 2));
+            mesh.vertices.push(8.0 * at);
+        }
+        for n in 0..count {
+            mesh.triangles.push([3 * n, 3 * n + 1, 3 * n + 2]);
+            mesh.triangle_materials.push(material);
+        }
+        mesh
+    }
+
+    #[test]
+    fn neighbours_are_those_that_a_look_at_all_edges_finds() {
+        let doorway = procedural::by_name("doorway").expect("a scene").mesh;
+        for mesh in [doorway, heap(120)] {
+            let table = MaterialTable::built_in();
+            let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
+            let edges = scene.edges().as_slice();
+            assert!(edges.len() > 40 && edges.len() < MOST_COMPARED);
+            for (number, edge) in edges.iter().enumerate() {
+                let mut near: Vec<(f64, u32)> = Vec::new();
+                for (other, candidate) in edges.iter().enumerate() {
+                    let (s, t) = edge.closest(candidate);
+                    let apart_m = edge.at(s).distance(candidate.at(t));
+                    if other != number && apart_m < REACH_M && outside(edge, candidate) {
+                        near.push((apart_m, other as u32));
+                    }
+                }
+                near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                let seen = near
+                    .iter()
+                    .take(MOST_LOOKED_AT)
+                    .map(|(_, other)| *other)
+                    .filter(|&other| sees(edge, &edges[other as usize], scene.bvh()));
+                let expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
+                assert_eq!(scene.edges().neighbours(number as u32), expected);
+            }
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Numbers of surfaces, triangles and edges that belong to instances.
+//!
+//! The fixed scene counts from 0; a number with the highest bit names an instance's slot and the number in its part. So
+//! numbers do not change when other instances come and go, and one of an instance that has gone names nothing.
+
+/// Bit of numbers that are an instance's.
+const INSTANCE: u32 = 1 << 31;
+
+/// Bits of the number in the part.
+const LOCAL_BITS: u32 = 19;
+
+/// Most surfaces, triangles or edges of a part.
+pub const MOST_IN_A_PART: usize = 1 << LOCAL_BITS;
+
+/// Most instances at a time. One slot less than there are numbers for, so that none is
+/// [`crate::geometry::bvh::NO_GROUP`].
+pub const MOST_INSTANCES: usize = (1 << (31 - LOCAL_BITS)) - 1;
+
+/// The number of a part's thing in the instance of a slot.
+#[inline]
+pub(crate) fn global(slot: usize, local: u32) -> u32 {
+    INSTANCE | (slot as u32) << LOCAL_BITS | local
+}
+
+/// Slot and number in the part, of a number that is not the fixed scene's.
+#[inline]
+pub(crate) fn split(global: u32) -> (usize, u32) {
+    let slot = (global & !INSTANCE) >> LOCAL_BITS;
+    (slot as usize, global & (MOST_IN_A_PART as u32 - 1))
+}
+
+/// Whether a number is an instance's.
+#[inline]
+pub(crate) fn is_instance(global: u32) -> bool {
+    global & INSTANCE != 0
+}
+
+/// Whether two numbers are of one instance, or both of the fixed scene.
+#[inline]
+pub(crate) fn is_one(a: u32, b: u32) -> bool {
+    match (is_instance(a), is_instance(b)) {
+        (true, true) => split(a).0 == split(b).0,
+        (a, b) => a == b,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::bvh::NO_GROUP;
+
+    #[test]
+    fn numbers_come_apart_again() {
+        for (slot, local) in [
+            (0, 0),
+            (1, 5),
+            (MOST_INSTANCES - 1, MOST_IN_A_PART as u32 - 1),
+        ] {
+            let number = global(slot, local);
+            assert!(is_instance(number) && number != NO_GROUP);
+            assert_eq!(split(number), (slot, local));
+        }
+        assert!(split(NO_GROUP).0 >= MOST_INSTANCES);
+        assert!(is_one(3, 7) && is_one(global(2, 3), global(2, 7)));
+        assert!(!is_one(3, global(0, 3)) && !is_one(global(0, 3), global(1, 3)));
+    }
+}
