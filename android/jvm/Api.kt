@@ -16,13 +16,13 @@ private inline fun <reified E : Throwable> refuses(call: () -> Unit) {
     try {
         call()
     } catch (thrown: Throwable) {
-        check(thrown is E && (thrown.message ?: "").length > 5) { "${E::class} wanted, $thrown came" }
+        check(thrown is E && (thrown.message ?: "").length > 5) { "$thrown instead of ${E::class}" }
         return
     }
-    error("should have been refused: ${E::class}")
+    error("no exception: ${E::class}")
 }
 
-/** The Kotlin face on a host: everything in it once. One argument: the folder of the repository's assets. */
+/** Calls every function of the Kotlin interface on a host. One argument: the folder of the repository's assets. */
 fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
     val context = Context(File(arguments[0]))
     val options = EngineOptions(
@@ -52,7 +52,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         }
         val voice = engine.addSource(5f, 1.5f, 3f)
         clip.await().use { voice.play(it, looped = true) }
-        voice.configure(SourceOptions(late = false, directivity = FloatArray(8) { 0.5f }))
+        voice.configure(SourceOptions(lateReverb = false, directivity = FloatArray(8) { 0.5f }))
         voice.setGain(0.8f)
         val buffer = ByteBuffer.allocateDirect(2 * 800 * 4).order(ByteOrder.nativeOrder())
         var loudest = 0f
@@ -70,14 +70,14 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
 
         val lines = engine.paths()
         check(lines.size in 2..40 && lines.all { it.corners.size in 6..18 && it.corners.size % 3 == 0 }) { "$lines" }
-        val direct = lines.single { it.reflections == 0 && it.bends == 0 }
+        val direct = lines.single { it.reflections == 0 && it.diffractionOrder == 0 }
         check(Math.abs(direct.corners[2] - 2.71f) < 1e-4 && Math.abs(direct.corners[3] - 6.5f) < 1e-4)
         val health = engine.health()
-        check(health.tier == 0 && health.thermalHeadroom == null && health.thermalStatus == null && health.rays > 64)
-        engine.setBudget(Budget(leastTier = 3, fixed = true))
+        check(health.qualityLevel == 0 && health.thermalHeadroom == null && health.thermalStatus == null && health.rays > 64)
+        engine.setBudget(Budget(qualityLevel = 3, fixed = true))
         engine.tick()
-        check(engine.health().tier == 3) { "${engine.health().tier}" }
-        refuses<IllegalArgumentException> { engine.setBudget(Budget(leastTier = -1)) }
+        check(engine.health().qualityLevel == 3) { "${engine.health().qualityLevel}" }
+        refuses<IllegalArgumentException> { engine.setBudget(Budget(qualityLevel = -1)) }
         refuses<IllegalArgumentException> { engine.setBudget(Budget(updateSeconds = Double.NaN)) }
         refuses<IllegalArgumentException> { engine.setBudget(Budget(updateSeconds = 0.0)) }
         engine.setBudget(Budget())
@@ -125,7 +125,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         repeat(4) { engine.addSource(0f, 1f, 0f) }
         refuses<IllegalStateException> { engine.addSource(0f, 1f, 0f) }
 
-        // Loads that nobody waits for any more leave nothing open.
+        // Cancelled loads leave no handle open.
         repeat(20) { n ->
             val load = launch { Scene.fromAsset(context, "scenes/doorway.obj").close() }
             if (n % 2 == 0) Thread.sleep(1)
@@ -147,8 +147,8 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         watch.join()
         refuses<IllegalStateException> { engine.tick() }
     }
-    // A load that was cancelled may end a moment later.
+    // A cancelled load may end a moment later.
     for (n in 0 until 100) if (Native.openHandles() != 0) Thread.sleep(50)
     check(Native.openHandles() == 0) { "${Native.openHandles()} handles are left open" }
-    println("face voices $last")
+    println("kotlin voices $last")
 }

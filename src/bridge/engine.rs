@@ -1,42 +1,41 @@
-//! An engine behind a handle: the controller, and what sources are like, which travels with their poses.
+//! An engine behind a handle: its controller, and the settings of sources, which accompany their poses.
 //!
-//! Control side, any thread, one call at a time: calls on one engine wait for each other.
+//! Any control thread; calls on one engine wait for each other.
 
 use super::clip::CLIPS;
-use super::fault::{Fault, Status};
+use super::error::CallError;
+use super::handles::{HandleTable, Kind};
 use super::health::{BudgetOptions, EngineHealth};
 use super::options::Options;
-use super::picture::ShownPath;
 use super::pose::{Pose, source_id};
+use super::record::record;
 use super::scenes::SCENES;
+use super::shown_paths::ShownPath;
 use super::sound::{RENDERERS, STREAMS};
 use super::statistics::EngineStatistics;
-use super::table::{Kind, Table};
 use crate::acoustics::BANDS;
 use crate::runtime::{Controller, Engine};
 use crate::scene::{Directivity, Effects, ListenerPose, SourcePose, SourceSettings};
 use glam::Vec3;
 
-// The header says eight.
+// The array below has a literal length, which cbindgen reads.
 const _: () = assert!(BANDS == 8);
 
-/// All engines.
-pub static ENGINES: Table<Session> = Table::new(Kind::Engine);
+/// Engines.
+pub static ENGINES: HandleTable<EngineControl> = HandleTable::new(Kind::Engine);
 
-/// What a source is like. Fill it with the defaults first, then change what is to differ.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SourceOptions {
-    /// Bytes of this structure, as the caller knows it: what lies beyond takes its default.
-    pub size: u32,
-    /// What is computed of it, a sum of bits: 1 direct, 2 reflections, 4 diffraction, 8 transmission, 16 late reverb.
-    pub effects: u32,
-    /// Radius in metres within which it gets no louder; 0 as the engine has it.
-    pub radius_m: f32,
-    /// Exponent of the directivity, 0 to 64.
-    pub order: f32,
-    /// Directivity in each band, from the lowest: 0 sounds all around, 0.5 is a cardioid, 1 a dipole.
-    pub directivity: [f32; 8],
+record! {
+    /// Settings of a source. Fill it with the defaults, then change fields.
+    pub struct SourceOptions[size] {
+        /// Computed parts, a sum of bits: 1 direct, 2 reflections, 4 diffraction, 8 transmission, 16 late reverb.
+        pub effects: u32,
+        /// Radius in metres within which the source gets no louder; 0: the engine's.
+        pub radius_m: f32,
+        /// Exponent of the directivity, 0 to 64.
+        pub order: f32,
+        /// Directivity in each octave band, from the lowest: 0 omnidirectional, 0.5 cardioid, 1 dipole.
+        pub directivity: [f32; 8],
+    }
 }
 
 impl Default for SourceOptions {
@@ -52,21 +51,18 @@ impl Default for SourceOptions {
 }
 
 impl SourceOptions {
-    fn settings(&self) -> Result<SourceSettings, Fault> {
-        let wrong = |text: String| Err(Fault::new(Status::BadArgument, text));
-        if self.effects > 31 {
-            let text = format!("effects: {} has unknown bits; give 0 to 31", self.effects);
-            return wrong(text);
-        }
-        if !(0.0..=64.0).contains(&self.order) {
-            return wrong(format!("order: {} is outside 0 to 64", self.order));
-        }
-        if !(self.radius_m.is_finite() && self.radius_m >= 0.0) {
-            let text = format!("radius: {} is none; give metres, or 0", self.radius_m);
-            return wrong(text);
-        }
-        if let Some(weight) = self.directivity.iter().find(|w| !(0.0..=1.0).contains(*w)) {
-            return wrong(format!("directivity: {weight} is outside 0 to 1"));
+    fn settings(&self) -> Result<SourceSettings, CallError> {
+        let check = |valid: bool, name: &str, value: &dyn std::fmt::Display, range: &str| {
+            let text = || CallError::bad(format!("{name}: {value} is outside {range}"));
+            if valid { Ok(()) } else { Err(text()) }
+        };
+        check(self.effects <= 31, "effects", &self.effects, "0 to 31")?;
+        let is_order = (0.0..=64.0).contains(&self.order);
+        check(is_order, "order", &self.order, "0 to 64")?;
+        let is_radius = self.radius_m.is_finite() && self.radius_m >= 0.0;
+        check(is_radius, "radius_m", &self.radius_m, "0 to infinity")?;
+        for weight in self.directivity {
+            check((0.0..=1.0).contains(&weight), "directivity", &weight, "0 to 1")?;
         }
         let has = |bit: u32| self.effects & bit != 0;
         Ok(SourceSettings {
@@ -87,32 +83,32 @@ impl SourceOptions {
     }
 }
 
-/// An engine's control side.
-pub struct Session {
+/// The control half of an engine.
+pub struct EngineControl {
     controller: Controller,
-    /// Each slot's pose as it was last given.
+    /// Last valid pose of each source slot.
     last: Vec<Option<SourcePose>>,
-    /// Slots whose settings have changed since the last tick.
+    /// Slots with new settings since the last tick.
     changed: Vec<usize>,
-    /// The poses of a tick.
+    /// Scratch: the poses of a tick.
     poses: Vec<SourcePose>,
 }
 
-/// Makes an engine; gives the handles of its two halves.
+/// Creates an engine; returns the handles of its control half and of its renderer.
 ///
 /// # Errors
-/// [`Status::BadArgument`] names an option outside its range, [`Status::Format`] for a head-related set that is none,
-/// [`Status::State`] if no thread can be started, [`Status::Full`].
-pub fn create(options: &Options, hrtf: Option<&[u8]>) -> Result<(u64, u64), Fault> {
+/// `Status::BadArgument` names an option out of range, `Status::Format` for an invalid HRTF set, `Status::State` if
+/// no thread can be started, `Status::Full`.
+pub fn create(options: &Options, hrtf: Option<&[u8]>) -> Result<(u64, u64), CallError> {
     let (controller, renderer) = Engine::new(options.settings(hrtf)?)?;
     let slots = options.max_sources as usize;
-    let session = Session {
+    let control = EngineControl {
         controller,
         last: vec![None; slots],
         changed: Vec::with_capacity(slots),
         poses: Vec::with_capacity(2 * slots),
     };
-    let engine = ENGINES.insert(session)?;
+    let engine = ENGINES.insert(control)?;
     match RENDERERS.insert(renderer.into()) {
         Ok(renderer) => Ok((engine, renderer)),
         Err(full) => {
@@ -122,17 +118,16 @@ pub fn create(options: &Options, hrtf: Option<&[u8]>) -> Result<(u64, u64), Faul
     }
 }
 
-impl Session {
-    /// One graphics frame.
+impl EngineControl {
+    /// Submits one graphics frame.
     ///
     /// # Errors
-    /// The first pose that is none or a source's that is not there; the frame goes out all the same, with the last good
-    /// poses.
+    /// Names the first invalid pose or unknown source; the frame is submitted with the last valid poses.
     pub fn tick(
         &mut self,
         listener: ListenerPose,
         sources: impl Iterator<Item = Pose>,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), CallError> {
         self.poses.clear();
         let most = self.poses.capacity().max(self.last.len());
         for pose in sources.take(most) {
@@ -148,7 +143,7 @@ impl Session {
             }
             self.poses.push(pose);
         }
-        // A source that has changed but not moved.
+        // Sources with new settings and without a new pose.
         for slot in self.changed.drain(..) {
             if let Some(Some(pose)) = self.last.get(slot)
                 && !self.poses.iter().any(|given| given.id == pose.id)
@@ -162,8 +157,8 @@ impl Session {
     /// Adds a silent source.
     ///
     /// # Errors
-    /// [`Status::State`] if all slots are in use, [`Status::BadArgument`] for a place that is none.
-    pub fn add_source(&mut self, position_m: [f32; 3]) -> Result<u32, Fault> {
+    /// `Status::State` if all slots are in use, `Status::BadArgument` for a position that is not finite.
+    pub fn add_source(&mut self, position_m: [f32; 3]) -> Result<u32, CallError> {
         let position = Vec3::from_array(position_m);
         let id = self.controller.add_source(position)?;
         if let Some(last) = self.last.get_mut(id.slot()) {
@@ -175,8 +170,8 @@ impl Session {
     /// Removes a source.
     ///
     /// # Errors
-    /// [`Status::StaleSource`].
-    pub fn remove_source(&mut self, source: u32) -> Result<(), Fault> {
+    /// `Status::StaleSource`.
+    pub fn remove_source(&mut self, source: u32) -> Result<(), CallError> {
         let id = source_id(source);
         self.controller.remove_source(id)?;
         if let Some(last) = self.last.get_mut(id.slot()) {
@@ -185,16 +180,16 @@ impl Session {
         Ok(())
     }
 
-    /// Says what a source is like, from the next tick on.
+    /// Sets a source's options from the next tick on.
     ///
     /// # Errors
-    /// [`Status::BadArgument`] names what is out of range, [`Status::StaleSource`].
-    pub fn configure(&mut self, source: u32, options: &SourceOptions) -> Result<(), Fault> {
+    /// `Status::BadArgument` names the value out of range, `Status::StaleSource`.
+    pub fn configure(&mut self, source: u32, options: &SourceOptions) -> Result<(), CallError> {
         let settings = options.settings()?;
         let id = source_id(source);
         let last = self.last.get_mut(id.slot()).and_then(Option::as_mut);
         let Some(last) = last.filter(|last| last.id == id) else {
-            // The engine's own words for it.
+            // The controller's error for an unknown source.
             return Ok(self.controller.mute_source(id, false)?);
         };
         last.settings = settings;
@@ -209,41 +204,41 @@ impl Session {
         &mut self.controller
     }
 
-    /// What the engine tells about itself.
+    /// Statistics.
     pub fn statistics(&self) -> EngineStatistics {
         let controller = &self.controller;
         let sources = controller.source_count();
         EngineStatistics::new(&controller.statistics(), controller.state(), sources)
     }
 
-    /// How the engine bears its load, and the phone its heat.
+    /// Load of the engine and temperature of the phone.
     pub fn health(&self) -> EngineHealth {
         EngineHealth::new(&self.controller.statistics(), self.controller.state())
     }
 
-    /// Says what may be spent.
+    /// Sets the budget.
     ///
     /// # Errors
-    /// [`Status::BadArgument`] names what is out of range; nothing changes then.
-    pub fn set_budget(&mut self, options: &BudgetOptions) -> Result<(), Fault> {
+    /// `Status::BadArgument` names the value out of range; the budget stays.
+    pub fn set_budget(&mut self, options: &BudgetOptions) -> Result<(), CallError> {
         Ok(self.controller.set_budget(options.budget()?)?)
     }
 
-    /// The loudest paths of the newest update, as many as the options say.
+    /// The loudest paths of the newest update, at most [`Options::shown_paths`], in no order.
     pub fn shown_paths(&mut self) -> impl Iterator<Item = ShownPath> {
         self.controller.shown_paths().iter().map(ShownPath::from)
     }
 
-    /// Sets rays and depth of propagation.
+    /// Sets rays and reflection order of propagation.
     ///
     /// # Errors
-    /// [`Status::BadArgument`] names what is out of range.
+    /// `Status::BadArgument` names the value out of range.
     pub fn set_propagation(
         &mut self,
         guide_rays: u32,
         source_rays: u32,
         depth: u32,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), CallError> {
         let mut settings = self.controller.settings().propagation;
         settings.guide_rays = guide_rays;
         settings.source_rays = source_rays;
@@ -255,37 +250,37 @@ impl Session {
 /// Replaces an engine's scene. The scene's handle may be closed afterwards.
 ///
 /// # Errors
-/// The handles'.
-pub fn set_scene(engine: u64, scene: u64) -> Result<(), Fault> {
+/// Those of the handles.
+pub fn set_scene(engine: u64, scene: u64) -> Result<(), CallError> {
     let scene = SCENES.with(scene, |scene| Ok(scene.clone()))?;
-    ENGINES.with(engine, |session| Ok(session.controller.set_scene(scene)?))
+    ENGINES.with(engine, |engine| Ok(engine.controller.set_scene(scene)?))
 }
 
 /// Plays a clip from its beginning. The clip's handle may be closed afterwards.
 ///
 /// # Errors
-/// The handles'; [`Status::StaleSource`]; [`Status::BadArgument`] for a clip that was made for another rate.
-pub fn play(engine: u64, source: u32, clip: u64, looped: bool) -> Result<(), Fault> {
+/// Those of the handles; `Status::StaleSource`; `Status::BadArgument` for a clip at another rate.
+pub fn play(engine: u64, source: u32, clip: u64, looped: bool) -> Result<(), CallError> {
     let (samples, rate_hz) = CLIPS.with(clip, |clip| Ok((clip.samples.clone(), clip.rate_hz)))?;
-    ENGINES.with(engine, |session| {
-        let wanted_hz = session.controller.settings().generation.rate_hz;
+    ENGINES.with(engine, |engine| {
+        let wanted_hz = engine.controller.settings().generation.rate_hz;
         if rate_hz != wanted_hz {
             let text = format!(
-                "the clip was made for {rate_hz} Hz and the engine runs at {wanted_hz}; make it for the engine's rate"
+                "the clip is at {rate_hz} Hz and the engine at {wanted_hz} Hz; make it for the engine's rate"
             );
-            return Err(Fault::new(Status::BadArgument, text));
+            return Err(CallError::bad(text));
         }
-        Ok(session.controller.play(source_id(source), samples, looped)?)
+        Ok(engine.controller.play(source_id(source), samples, looped)?)
     })
 }
 
-/// Plays what is written to a stream from now on; gives its handle.
+/// Attaches a stream to a source; returns the handle of its writing end.
 ///
 /// # Errors
-/// The handle's; [`Status::StaleSource`]; [`Status::BadArgument`] for a capacity outside 1 to 2^24 samples.
-pub fn stream(engine: u64, source: u32, capacity: usize) -> Result<u64, Fault> {
-    let writer = ENGINES.with(engine, |session| {
-        Ok(session.controller.stream(source_id(source), capacity)?)
+/// Those of the handle; `Status::StaleSource`; `Status::BadArgument` for a capacity outside 1 to 2^24 samples.
+pub fn stream(engine: u64, source: u32, capacity: usize) -> Result<u64, CallError> {
+    let writer = ENGINES.with(engine, |engine| {
+        Ok(engine.controller.stream(source_id(source), capacity)?)
     })?;
     STREAMS.insert(writer)
 }

@@ -3,11 +3,11 @@ package dev.foresound
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.withContext
 
-/** What is loaded by the library and freed by [close]: a [Scene] or a [Clip]. */
-sealed class Loaded(internal val handle: Long) : AutoCloseable {
+/** An object of the library that [close] frees: a [Scene] or a [Clip]. */
+sealed class Resource(internal val handle: Long) : AutoCloseable {
     private var closed = false
 
-    /** Lets go of it; who uses it keeps it. Closing twice is nothing. */
+    /** Frees it, after its last use by an engine. Idempotent. */
     @Synchronized
     final override fun close() {
         if (closed) return
@@ -16,8 +16,8 @@ sealed class Loaded(internal val handle: Long) : AutoCloseable {
     }
 }
 
-/** Loads on a dispatcher. A handle whose waiter was cancelled must not be lost on its way back. */
-internal suspend fun <T : Loaded> load(dispatcher: CoroutineDispatcher, of: (Long) -> T, make: () -> Long): T {
+/** Loads on a dispatcher. Closes what was loaded if the caller was cancelled. */
+internal suspend fun <T : Resource> load(dispatcher: CoroutineDispatcher, of: (Long) -> T, make: () -> Long): T {
     Native.require()
     var made: T? = null
     try {

@@ -1,11 +1,11 @@
-//! Handles: numbers that stand for objects, with generations.
+//! Handle tables: numbers with a generation instead of pointers.
 //!
-//! Any thread. A slot's object sits in an atomic box: taking it out is having it to oneself, for one exchange without a
-//! lock. Sound calls try once ([`Table::try_with`]); control calls come again until it is back ([`Table::with`]), which
-//! is at most as long as another control call takes.
+//! Any thread. A slot holds its object in an atomic box; a call takes the object out with one atomic exchange and has it
+//! exclusively until it puts it back. Audio calls try once ([`HandleTable::try_with`]); control calls wait for the object
+//! ([`HandleTable::with`]), at most as long as another control call takes.
 //!
 //! A handle, from the top bit: 0, 7 bits of kind, 8 fixed bits, 32 bits of generation, 16 bits of slot. It is never 0 and
-//! fits a Java `long` above zero. A generation comes again after 2^32 objects in one slot.
+//! positive as a Java `long`. A generation repeats after 2^32 objects in one slot.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
@@ -13,28 +13,28 @@ use std::time::Duration;
 
 use crossbeam_utils::Backoff;
 
-use super::fault::{Fault, Status, guarded};
+use super::error::{CallError, Status, catch_panic};
 use crate::runtime::handover::slot;
 
-/// Most objects of one kind.
+/// Maximum number of objects of one kind.
 const MOST: usize = 4096;
-/// The fixed bits: a number that lacks them was never a handle.
+/// The fixed bits, which tell handles from other numbers.
 const MARK: u64 = 0xf5;
-/// How long a control call waits between looks at an object that another has.
-const LOOK_AGAIN: Duration = Duration::from_micros(100);
+/// Time between a control call's attempts to take an object in use.
+const RETRY_INTERVAL: Duration = Duration::from_micros(100);
 
-/// What a handle stands for.
+/// Type of a handle's object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The app's half of an engine.
+    /// The control half of an engine.
     Engine = 1,
     /// The audio half of an engine.
     Renderer = 2,
     /// A committed scene.
     Scene = 3,
-    /// Samples.
+    /// The samples of a clip.
     Clip = 4,
-    /// The app's end of a stream.
+    /// The writing end of a stream.
     Stream = 5,
     /// A device that plays a renderer.
     Output = 6,
@@ -50,31 +50,31 @@ impl Kind {
         Self::Output,
     ];
 
-    /// That a handle is another kind's. A text that is there already: sound calls fail with it too.
-    const fn wrong(self) -> Fault {
+    /// The error for a handle of another kind. Its message is static, for audio calls.
+    const fn wrong(self) -> CallError {
         let text = match self {
-            Self::Engine => "the handle is not an engine's; give an engine's",
-            Self::Renderer => "the handle is not a renderer's; give a renderer's",
-            Self::Scene => "the handle is not a scene's; give a scene's",
-            Self::Clip => "the handle is not a clip's; give a clip's",
-            Self::Stream => "the handle is not a stream's; give a stream's",
-            Self::Output => "the handle is not an output's; give an output's",
+            Self::Engine => "the handle is not an engine's; pass an engine's",
+            Self::Renderer => "the handle is not a renderer's; pass a renderer's",
+            Self::Scene => "the handle is not a scene's; pass a scene's",
+            Self::Clip => "the handle is not a clip's; pass a clip's",
+            Self::Stream => "the handle is not a stream's; pass a stream's",
+            Self::Output => "the handle is not an output's; pass an output's",
         };
-        Fault::fixed(Status::WrongKind, text)
+        CallError::fixed(Status::WrongKind, text)
     }
 }
 
-const CLOSED: Fault = Fault::fixed(
+const CLOSED: CallError = CallError::fixed(
     Status::Closed,
-    "the handle was closed or never was one; use one that is open",
+    "the handle was closed or never existed; pass an open one",
 );
-const BUSY: Fault = Fault::fixed(
+const BUSY: CallError = CallError::fixed(
     Status::Busy,
-    "another thread is using the handle; give it to one thread",
+    "another thread is using the handle; call from one thread",
 );
-const BROKEN: Fault = Fault::fixed(Status::Panic, "an earlier call panicked; close the handle");
+const BROKEN: CallError = CallError::fixed(Status::Panic, "an earlier call panicked; close the handle");
 
-struct Tenant<T> {
+struct Entry<T> {
     generation: u32,
     broken: bool,
     value: T,
@@ -83,14 +83,14 @@ struct Tenant<T> {
 struct Slot<T> {
     claimed: AtomicBool,
     generation: AtomicU32,
-    tenant: slot::Slot<Tenant<T>>,
+    entry: slot::Slot<Entry<T>>,
 }
 
-/// All objects of one kind.
-pub struct Table<T> {
+/// The objects of one kind.
+pub struct HandleTable<T> {
     kind: Kind,
     slots: OnceLock<Box<[Slot<T>]>>,
-    /// Where to look for a free slot first.
+    /// First slot to try for the next object.
     next: AtomicUsize,
     count: AtomicUsize,
 }
@@ -98,14 +98,14 @@ pub struct Table<T> {
 /// The kind of a handle.
 ///
 /// # Errors
-/// [`Status::Closed`] for a number that never was one.
-pub fn kind_of(handle: u64) -> Result<Kind, Fault> {
+/// [`Status::Closed`] for a number that is no handle.
+pub fn kind_of(handle: u64) -> Result<Kind, CallError> {
     let is_marked = handle >> 48 & 0xff == MARK;
     let kind = Kind::ALL.into_iter().find(|k| *k as u64 == handle >> 56);
     kind.filter(|_| is_marked).ok_or(CLOSED)
 }
 
-impl<T: Send> Table<T> {
+impl<T: Send> HandleTable<T> {
     /// An empty table.
     pub const fn new(kind: Kind) -> Self {
         Self {
@@ -126,74 +126,74 @@ impl<T: Send> Table<T> {
         self.len() == 0
     }
 
-    /// Takes an object in and gives its handle. Control side.
+    /// Adds an object; returns its handle. Control thread.
     ///
     /// # Errors
-    /// [`Status::Full`] with 4,096 of a kind; the object is dropped then.
-    pub fn insert(&self, value: T) -> Result<u64, Fault> {
+    /// [`Status::Full`] at 4,096 objects; the object is dropped.
+    pub fn insert(&self, value: T) -> Result<u64, CallError> {
         let slots = self.slots.get_or_init(|| {
             let slot = |_| Slot {
                 claimed: AtomicBool::new(false),
                 generation: AtomicU32::new(0),
-                tenant: slot::Slot::default(),
+                entry: slot::Slot::default(),
             };
             (0..MOST).map(slot).collect()
         });
         let first = self.next.fetch_add(1, Ordering::Relaxed);
-        let mut places = (0..MOST).map(|i| first.wrapping_add(i) % MOST);
-        let free = |place: &usize| !slots[*place].claimed.swap(true, Ordering::Acquire);
-        let Some(place) = places.find(free) else {
+        let mut indices = (0..MOST).map(|i| first.wrapping_add(i) % MOST);
+        let free = |index: &usize| !slots[*index].claimed.swap(true, Ordering::Acquire);
+        let Some(index) = indices.find(free) else {
             let text = format!("{MOST} handles are open; close some");
-            return Err(Fault::new(Status::Full, text));
+            return Err(CallError::new(Status::Full, text));
         };
-        let slot = &slots[place];
+        let slot = &slots[index];
         let generation = slot.generation.load(Ordering::Relaxed);
-        slot.tenant.swap(Some(Box::new(Tenant {
+        slot.entry.swap(Some(Box::new(Entry {
             generation,
             broken: false,
             value,
         })));
         self.count.fetch_add(1, Ordering::Relaxed);
-        Ok((self.kind as u64) << 56 | MARK << 48 | u64::from(generation) << 16 | place as u64)
+        Ok((self.kind as u64) << 56 | MARK << 48 | u64::from(generation) << 16 | index as u64)
     }
 
-    /// Calls `call` with the object if nobody else has it just now. Wait-free but for the call itself; allocates nothing
-    /// unless the call panics.
+    /// Calls `call` with the object if no other call has it. Wait-free except for the call itself; does not allocate unless
+    /// the call panics.
     ///
     /// # Errors
-    /// The call's; [`Status::Busy`]; [`Status::Closed`]; [`Status::WrongKind`]; [`Status::Panic`] now and ever after if
-    /// the call panics.
+    /// The call's; [`Status::Busy`]; [`Status::Closed`]; [`Status::WrongKind`]; [`Status::Panic`] if the call panics, and
+    /// from then on.
     pub fn try_with<R>(
         &self,
         handle: u64,
-        call: impl FnOnce(&mut T) -> Result<R, Fault>,
-    ) -> Result<R, Fault> {
+        call: impl FnOnce(&mut T) -> Result<R, CallError>,
+    ) -> Result<R, CallError> {
         let slot = self.slot(handle)?;
-        let mut tenant = take(slot, handle)?;
-        if tenant.broken {
-            slot.tenant.swap(Some(tenant));
+        let mut entry = take(slot, handle)?;
+        if entry.broken {
+            slot.entry.swap(Some(entry));
             return Err(BROKEN);
         }
         let mut finished = false;
-        let result = guarded(|| {
-            let result = call(&mut tenant.value);
+        let result = catch_panic(|| {
+            let result = call(&mut entry.value);
             finished = true;
             result
         });
-        tenant.broken = !finished;
-        slot.tenant.swap(Some(tenant));
+        entry.broken = !finished;
+        slot.entry.swap(Some(entry));
         result
     }
 
-    /// Calls `call` with the object as soon as nobody else has it. Control side.
+    /// Calls `call` with the object, after waiting for other calls. Control thread.
     ///
     /// # Errors
-    /// As [`Self::try_with`], but for [`Status::Busy`].
+    /// Those of [`Self::try_with`] except [`Status::Busy`].
     pub fn with<R>(
         &self,
         handle: u64,
-        call: impl FnOnce(&mut T) -> Result<R, Fault>,
-    ) -> Result<R, Fault> {
+        call: impl FnOnce(&mut T) -> Result<R, CallError>,
+    ) -> Result<R, CallError> {
         let mut call = Some(call);
         wait(|| {
             self.try_with(handle, |value| match call.take() {
@@ -203,20 +203,20 @@ impl<T: Send> Table<T> {
         })
     }
 
-    /// Takes an object out; its handle is closed from then on. Control side.
+    /// Removes an object, which closes its handle. Control thread.
     ///
     /// # Errors
     /// [`Status::Closed`], [`Status::WrongKind`].
-    pub fn remove(&self, handle: u64) -> Result<T, Fault> {
+    pub fn remove(&self, handle: u64) -> Result<T, CallError> {
         let slot = self.slot(handle)?;
-        let tenant = wait(|| take(slot, handle))?;
+        let entry = wait(|| take(slot, handle))?;
         slot.generation.fetch_add(1, Ordering::Relaxed);
         slot.claimed.store(false, Ordering::Release);
         self.count.fetch_sub(1, Ordering::Relaxed);
-        Ok(tenant.value)
+        Ok(entry.value)
     }
 
-    fn slot(&self, handle: u64) -> Result<&Slot<T>, Fault> {
+    fn slot(&self, handle: u64) -> Result<&Slot<T>, CallError> {
         let kind = kind_of(handle)?;
         if kind != self.kind {
             return Err(self.kind.wrong());
@@ -226,17 +226,17 @@ impl<T: Send> Table<T> {
     }
 }
 
-/// The slot's object, if it is the handle's.
-fn take<T: Send>(slot: &Slot<T>, handle: u64) -> Result<Box<Tenant<T>>, Fault> {
+/// Takes the slot's object if the generation is the handle's.
+fn take<T: Send>(slot: &Slot<T>, handle: u64) -> Result<Box<Entry<T>>, CallError> {
     let generation = (handle >> 16) as u32;
     if slot.generation.load(Ordering::Relaxed) != generation {
         return Err(CLOSED);
     }
-    match slot.tenant.take() {
-        Some(tenant) if tenant.generation == generation => Ok(tenant),
+    match slot.entry.take() {
+        Some(entry) if entry.generation == generation => Ok(entry),
         Some(other) => {
-            // The slot has changed hands meanwhile.
-            slot.tenant.swap(Some(other));
+            // Another object took the slot in between.
+            slot.entry.swap(Some(other));
             Err(CLOSED)
         }
         None if slot.claimed.load(Ordering::Relaxed) => Err(BUSY),
@@ -244,16 +244,16 @@ fn take<T: Send>(slot: &Slot<T>, handle: u64) -> Result<Box<Tenant<T>>, Fault> {
     }
 }
 
-/// Tries until it is anything but busy.
-fn wait<R>(mut attempt: impl FnMut() -> Result<R, Fault>) -> Result<R, Fault> {
+/// Retries while the object is busy.
+fn wait<R>(mut attempt: impl FnMut() -> Result<R, CallError>) -> Result<R, CallError> {
     let backoff = Backoff::new();
     loop {
         match attempt() {
-            Err(fault) if fault.status == Status::Busy => {}
+            Err(error) if error.status == Status::Busy => {}
             done => return done,
         }
         if backoff.is_completed() {
-            std::thread::park_timeout(LOOK_AGAIN);
+            std::thread::park_timeout(RETRY_INTERVAL);
         } else {
             backoff.snooze();
         }
@@ -264,15 +264,15 @@ fn wait<R>(mut attempt: impl FnMut() -> Result<R, Fault>) -> Result<R, Fault> {
 mod tests {
     use super::*;
 
-    static NUMBERS: Table<u64> = Table::new(Kind::Clip);
+    static NUMBERS: HandleTable<u64> = HandleTable::new(Kind::Clip);
 
-    fn status<R: std::fmt::Debug>(result: Result<R, Fault>) -> Status {
+    fn status<R: std::fmt::Debug>(result: Result<R, CallError>) -> Status {
         result.expect_err("fails").status
     }
 
     #[test]
     fn a_handle_outlives_its_object_harmlessly() {
-        let table: Table<u64> = Table::new(Kind::Scene);
+        let table: HandleTable<u64> = HandleTable::new(Kind::Scene);
         assert_eq!(status(table.remove(0)), Status::Closed);
         let mut old = Vec::new();
         for n in 0..3 * MOST as u64 {
@@ -291,9 +291,9 @@ mod tests {
 
     #[test]
     fn foreign_numbers_are_no_handles() {
-        let table: Table<u64> = Table::new(Kind::Scene);
+        let table: HandleTable<u64> = HandleTable::new(Kind::Scene);
         let handle = table.insert(1).expect("has room");
-        let other: Table<u64> = Table::new(Kind::Clip);
+        let other: HandleTable<u64> = HandleTable::new(Kind::Clip);
         let clip = other.insert(2).expect("has room");
         assert_eq!(status(table.with(clip, |_| Ok(()))), Status::WrongKind);
         for wrong in [
@@ -311,7 +311,7 @@ mod tests {
 
     #[test]
     fn a_full_table_says_so() {
-        let table: Table<usize> = Table::new(Kind::Clip);
+        let table: HandleTable<usize> = HandleTable::new(Kind::Clip);
         let handles: Vec<u64> = (0..MOST)
             .map(|n| table.insert(n).expect("has room"))
             .collect();
@@ -322,9 +322,9 @@ mod tests {
 
     #[test]
     fn a_panic_shuts_the_object() {
-        let table: Table<u64> = Table::new(Kind::Clip);
+        let table: HandleTable<u64> = HandleTable::new(Kind::Clip);
         let handle = table.insert(1).expect("has room");
-        let broke = table.with(handle, |_| -> Result<(), Fault> { panic!("oh") });
+        let broke = table.with(handle, |_| -> Result<(), CallError> { panic!("oh") });
         assert_eq!(status(broke), Status::Panic);
         assert_eq!(status(table.with(handle, |_| Ok(()))), Status::Panic);
         assert_eq!(table.remove(handle), Ok(1));
