@@ -2,16 +2,18 @@
 //!
 //! The listener walks at 1.4 m/s, 20 updates a second. Sources rest, so that their rays of a rotation are cast once and
 //! remembered; beside that the same with sources that leap in every update, so that all rays are cast anew. Rays alone are
-//! those of the latter, ray for ray and in their order: another propagator computes the same updates in a scene whose tree
-//! writes down what it is asked, and the tree is asked the same again. The measurements alternate, update by update, so that
-//! whatever else the machine does falls on all of them alike.
+//! those of the latter, in their order: another propagator computes the same updates in a scene whose rays are recorded, and
+//! the tree traces them again. The measurements alternate, update by update: other load of the machine affects all alike.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
+#![expect(clippy::disallowed_types, reason = "a record of rays locks")]
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use foresound::Result;
+use foresound::geometry::bvh::RayObserver;
+use foresound::geometry::{Bvh, Ray};
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::SourcePose;
@@ -36,6 +38,44 @@ pub(super) struct Times {
     resting_rays: Vec<f64>,
 }
 
+/// A ray that a tree has traced.
+#[derive(Debug)]
+struct TracedRay {
+    ray: Ray,
+    ignored: [u32; 2],
+    any: bool,
+}
+
+impl TracedRay {
+    /// Traces the ray again; whether it hits something.
+    #[inline(always)]
+    fn repeat(&self, tree: &Bvh) -> bool {
+        match self.any {
+            true => tree.any_hit(&self.ray, self.ignored),
+            false => tree.closest_hit(&self.ray, self.ignored).is_some(),
+        }
+    }
+}
+
+/// The rays that a tree has traced, in order.
+#[derive(Debug, Default)]
+struct Record(Mutex<Vec<TracedRay>>);
+
+impl Record {
+    /// The rays since the last call.
+    fn take(&self) -> Vec<TracedRay> {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl RayObserver for Record {
+    fn on_ray(&self, ray: &Ray, ignored: [u32; 2], any: bool) {
+        let ray = *ray;
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        all.push(TracedRay { ray, ignored, any });
+    }
+}
+
 pub(super) fn measure(
     walk: &Walk,
     sources: &[SourcePose],
@@ -48,14 +88,15 @@ pub(super) fn measure(
     let mut two = Propagator::new(Arc::clone(scene), settings)?;
     let mut one_moving = Propagator::new(Arc::clone(scene), settings)?;
     let mut two_moving = Propagator::new(Arc::clone(scene), settings)?;
-    let (recorded, record) = scene.recorded();
-    let mut asking = Propagator::new(Arc::new(recorded), settings)?;
+    let record = Arc::new(Record::default());
+    let recorded = scene.with_observer(record.clone());
+    let mut recording = Propagator::new(Arc::new(recorded), settings)?;
     for propagator in [
         &mut one,
         &mut two,
         &mut one_moving,
         &mut two_moving,
-        &mut asking,
+        &mut recording,
     ] {
         propagator.warm_up(&walk.ear(0), sources);
     }
@@ -84,10 +125,10 @@ pub(super) fn measure(
         two_moving.update_with(&threads, &ear, &moved, 0.0, &mut other);
         times.moving[1].push(ms(time.elapsed()));
         record.take();
-        asking.update(&ear, &moved, 0.0, &mut set);
+        recording.update(&ear, &moved, 0.0, &mut set);
         let rays = record.take();
         let time = Instant::now();
-        let hits = rays.iter().filter(|asked| asked.again(scene.bvh()));
+        let hits = rays.iter().filter(|traced| traced.repeat(scene.bvh()));
         std::hint::black_box(hits.count());
         times.alone.push(ms(time.elapsed()));
         times.rays.push(rays.len() as f64);

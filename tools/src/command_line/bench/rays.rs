@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
     /// Benchmark scene by name (the three that are open to a comparison, if not given).
     #[arg(long)]
     scene: Option<String>,
-    /// scalar, sse2, avx2 or neon; the machine's best if not given.
+    /// scalar, avx2 or neon; the machine's best if not given.
     #[arg(long, value_name = "SET")]
     instruction_set: Option<String>,
     /// Rounds of which the fastest counts.
