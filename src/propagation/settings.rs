@@ -69,7 +69,7 @@ impl PropagationSettings {
         range("source_rays", self.source_rays.into(), 1, 65_536)?;
         range("depth", self.depth as u64, 0, MAX_ORDER as u64)?;
         range(
-            "bends",
+            "diffraction_order",
             self.diffraction_order as u64,
             0,
             MAX_DIFFRACTION_ORDER as u64,

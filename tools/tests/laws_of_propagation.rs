@@ -40,16 +40,44 @@ fn update(scene: &Arc<Scene>, listener: Vec3, sources: &[SourcePose], updates: u
     set
 }
 
-#[test]
-fn every_law_of_validate_holds() {
-    for law in validate::law_names() {
-        for row in validate::measure(law).expect("measures") {
-            assert!(
-                row.pass,
-                "{}: {} {}, bound {}",
-                row.law, row.figure, row.unit, row.bound
-            );
+/// One test a law, and one that no law is without.
+macro_rules! laws {
+    ($($law:ident $name:literal)*) => {
+        mod laws {
+            $(#[test]
+            fn $law() {
+                super::holds($name);
+            })*
         }
+
+        #[test]
+        fn every_law_has_a_test() {
+            assert_eq!(validate::law_names(), [$($name),*]);
+        }
+    };
+}
+
+laws! {
+    shoebox "shoebox"
+    recall "recall"
+    decay "decay"
+    joining "joining"
+    reciprocity "reciprocity"
+    air "air"
+    edge "edge"
+    transmission "transmission"
+    thread_count "thread count"
+}
+
+fn holds(law: &str) {
+    let rows = validate::measure(law).expect("measures");
+    assert!(!rows.is_empty(), "{law} has no figure");
+    for row in rows {
+        assert!(
+            row.pass,
+            "{}: {} {}, bound {}",
+            row.law, row.figure, row.unit, row.bound
+        );
     }
 }
 
@@ -183,6 +211,7 @@ fn awkward_places_give_finite_paths() {
     let inside = doorway.sources[0].1;
     let wall = Vec3::new(inside.x, inside.y, bounds.bounds_min.z);
     let far = Vec3::splat(9e4);
+    let mut found = 0;
     for (source, listener) in [
         (inside, inside),
         (inside, wall),
@@ -191,7 +220,10 @@ fn awkward_places_give_finite_paths() {
         (wall, wall),
     ] {
         let pose = SourcePose::at(SourceId::new(0, 0), source);
-        for path in &update(&scene, listener, &[pose], 2).paths {
+        let set = update(&scene, listener, &[pose], 2);
+        assert_eq!(set.late.len(), 1);
+        found += set.paths.len();
+        for path in &set.paths {
             assert!(
                 path.amplitude
                     .iter()
@@ -204,6 +236,8 @@ fn awkward_places_give_finite_paths() {
             );
         }
     }
+    // Two of the five pairs see each other at least, each with first-order reflections.
+    assert!(found > 10, "{found} paths show little");
 }
 
 #[test]
@@ -229,7 +263,7 @@ fn settings_out_of_range_are_refused_by_name() {
                 min_distance_m: f32::NAN,
                 ..Default::default()
             },
-            "nearest_m",
+            "min_distance_m",
         ),
     ] {
         let error = Propagator::new(Arc::clone(&scene), settings).expect_err("refused");

@@ -1,12 +1,12 @@
-//! What ends of panels make of a mirror reflection: less at low frequencies from small ones, and less near edges.
+//! Reflection factors of finite panels: lower at low frequencies for small panels, and lower near edges.
 //!
-//! Source: \[RINDEL86\]: along each of its two sides, as long as they look along the ray, `l`, a panel reflects all above
-//! the limit frequency `c a* / (2 l²)` with `a* = 2 a₁ a₂ / (a₁ + a₂)`, and energy in proportion to frequency below; both
-//! together make the amplitude of a small panel proportional to frequency, that of a long strip to its root. Towards a
-//! free edge the amplitude falls to nothing over a short way (own), so that a path fades where the geometry would end it.
-//! A single reflection in a large wall is continued over the wall's edges by their own waves ([`crate::propagation::diffraction`]); of
-//! reflections of second order and higher there are too many for that, so they fade as well, at most as far and within
-//! the first Fresnel zone. Where a reflection fades, the edge's wave has nothing to continue, and leaves that part out.
+//! Source: \[RINDEL86\]. With `l` the length of a side as projected along the ray, a panel reflects all energy above the limit
+//! frequency `c a* / (2 l²)` with `a* = 2 a₁ a₂ / (a₁ + a₂)`, and energy in proportion to frequency below it. The product of
+//! both sides makes the amplitude of a small panel proportional to frequency, that of a long strip to its root. Own: towards
+//! a free edge the amplitude falls smoothly to zero, and a path fades where the geometry would end it.
+//! A single reflection in a large wall is continued over the wall's edges by diffracted waves ([`crate::propagation::diffraction`]); of
+//! reflections of second order and higher there are too many for that: they fade too, over at most the same distance and
+//! within the first Fresnel zone. A diffracted wave leaves out the part of a reflection that fades.
 
 use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::{BANDS, BandArray};
@@ -15,13 +15,13 @@ use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::Scene;
 use crate::scene::surface::free_panel::FreePanel;
 
-/// Width of the fade at a free edge: this share of the shorter side, at most as many metres.
+/// Width of the fade at a free edge: a fraction of the shorter side, and its limit in metres.
 const FADE: (f64, f64) = (0.2, 0.3);
 
-/// Shortest fade at a large wall's edge in metres: what is nearer to an end of the path than this is no wall.
+/// Least width of the fade at a large wall's edge in metres.
 const LEAST_FADE_M: f64 = 0.02;
 
-/// Pressure factor of all ends of panels on a path, or none if it is near none.
+/// Amplitude factor of the finite panels of a path, 0 to 1 by band; `None` stands for 1.
 pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
     let has_panels = scene.has_free_panels();
     let fades = path.order > 1 && scene.has_edges();
@@ -29,7 +29,7 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
         return None;
     }
     let mut product: Option<BandArray> = None;
-    // Way from the source to each point: the image sees the last point as far as the path is long up to there.
+    // Distance along the path from the source to each point, from the last one back.
     let mut before_m = path.image.distance(path.points[path.order - 1]);
     for step in (0..path.order).rev() {
         let point = path.points[step];
@@ -43,8 +43,7 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
             false => None,
         };
         if let Some(panel) = panel {
-            // Reflection turns the ray within the plane that a side's length is seen in: coming and going it looks as
-            // long.
+            // A side's projected length is the same for the incident and the reflected ray.
             let ray = match step {
                 _ if step + 1 < path.order => path.points[step + 1] - point,
                 _ => point - path.image,
@@ -52,14 +51,14 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
             let ray = ray.normalize_or_zero();
             let limits_hz = panel.sides.map(|side| {
                 let side = side.as_dvec3();
-                let seen = side.length_squared() - side.dot(ray).powi(2);
-                scene.speed_of_sound_m_s() * apart_m / (2.0 * seen.max(1e-9))
+                let projected = side.length_squared() - side.dot(ray).powi(2);
+                scene.speed_of_sound_m_s() * apart_m / (2.0 * projected.max(1e-9))
             });
             let shorter_m = f64::from(panel.sides[0].length().min(panel.sides[1].length()));
             let fade_m = (FADE.0 * shorter_m).min(FADE.1);
             let edge = smooth(panel.to_edge_m / fade_m);
-            let sum = product.get_or_insert([1.0; BANDS]);
-            for (value, hz) in sum.iter_mut().zip(CENTRES_HZ) {
+            let factor = product.get_or_insert([1.0; BANDS]);
+            for (value, hz) in factor.iter_mut().zip(CENTRES_HZ) {
                 let energy = limits_hz.map(|limit_hz| (hz / limit_hz.max(1e-6)).min(1.0));
                 *value *= (edge * (energy[0] * energy[1]).sqrt()) as f32;
             }
@@ -67,9 +66,9 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
             && let Some(to_edge_m) = scene.edge_distance_m(path.surfaces[step], point, FADE.1)
         {
             let cosine = path.cosines[step].max(1e-3);
-            let sum = product.get_or_insert([1.0; BANDS]);
-            for (value, hz) in sum.iter_mut().zip(CENTRES_HZ) {
-                // Fresnel's parameter is 1 where the square of the distance is ¼ λ a*, seen along the path.
+            let factor = product.get_or_insert([1.0; BANDS]);
+            for (value, hz) in factor.iter_mut().zip(CENTRES_HZ) {
+                // Fresnel's parameter is 1 where the squared distance, projected along the path, is ¼ λ a*.
                 let zone_m = (0.25 * apart_m * scene.speed_of_sound_m_s() / hz).sqrt() / cosine;
                 *value *= smooth(to_edge_m / zone_m.clamp(LEAST_FADE_M, FADE.1)) as f32;
             }
@@ -78,10 +77,10 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
     product
 }
 
-/// The small free panel that a path is reflected in at one of its points.
+/// The small free panel at reflection number `step` of a path.
 fn free_panel(scene: &Scene, path: &ImagePath, step: usize) -> Option<FreePanel> {
     let plane = scene.surface(path.surfaces[step]);
-    // Both legs are on one side of the surface; a first reflection's image is on the other.
+    // Both legs are on one side of the surface. The image source of a first reflection is on the other.
     let in_front = match step {
         0 if path.order == 1 => plane.distance_m(path.image) < 0.0,
         0 => plane.distance_m(path.points[1]) > 0.0,

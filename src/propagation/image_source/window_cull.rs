@@ -20,8 +20,8 @@ use crate::simd::{LaneSet, kernel};
 /// Sequences that are tested together.
 const LANES: usize = 8;
 
-/// Number of sources up to which candidates are unfolded instead of tested against apertures, whose computation does not pay
-/// for so few: FIGURE.
+/// Number of sources up to which candidates are unfolded instead of tested against apertures. With one source in the concert
+/// hall an update takes 10 % fewer instructions on x86-64 (5.76 instead of 6.43 million).
 const MAX_EXACT_SOURCES: usize = 3;
 
 /// Bound of the rounding error of a few single-precision sums and products, relative to their largest term, with a margin.
