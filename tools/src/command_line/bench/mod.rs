@@ -6,6 +6,7 @@ mod dump;
 mod memory;
 mod ray_sets;
 mod rays;
+mod recorded_rays;
 mod schedules;
 mod sources;
 mod speed;

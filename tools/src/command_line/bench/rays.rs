@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     /// Benchmark scene by name; all three of the paper's kind if not given.
     #[arg(long)]
     scene: Option<String>,
-    /// scalar, sse2, avx2 or neon; the machine's best if not given.
+    /// scalar, avx2 or neon; the machine's best if not given.
     #[arg(long, value_name = "SET")]
     instruction_set: Option<String>,
     /// Number of rounds; the fastest counts.

@@ -17,6 +17,7 @@ use foresound::scene::SourcePose;
 use serde_json::{Value, json};
 
 use super::boxes::Boxes;
+use super::recorded_rays::Record;
 use super::share;
 use super::walk::Walk;
 
@@ -103,7 +104,8 @@ pub(super) fn alone(
     let runner = |threads| Runner::new(walk, sources, settings, [threads, 0]);
     let (mut one, mut two) = (runner(1)?, runner(2)?);
     let (mut one_moving, mut two_moving) = (runner(1)?, runner(2)?);
-    let (recorded, record) = walk.scene.recorded();
+    let record = Arc::new(Record::default());
+    let recorded = walk.scene.with_observer(record.clone());
     let mut recording = Propagator::new(Arc::new(recorded), settings)?;
     recording.warm_up(&walk.ear(0), sources);
     let (mut alone_ms, mut rays_cast) = (Vec::new(), Vec::new());
@@ -118,7 +120,7 @@ pub(super) fn alone(
         recording.update(&walk.ear(step), &moved, 0.0, &mut set);
         let rays = record.take();
         let time = Instant::now();
-        let hits = rays.iter().filter(|ray| ray.again(walk.scene.bvh()));
+        let hits = rays.iter().filter(|ray| ray.repeat(walk.scene.bvh()));
         std::hint::black_box(hits.count());
         alone_ms.push(1e3 * time.elapsed().as_secs_f64());
         rays_cast.push(rays.len() as f64);
