@@ -64,11 +64,7 @@ fn listening(out: &Path, unit: &Unit) -> Listening {
             unit.scene,
             unit.platform.name(),
             unit.condition.name(),
-            if unit.sources == 1 {
-                "1 source".to_owned()
-            } else {
-                format!("{} sources", unit.sources)
-            },
+            sources_text(unit.sources),
             unit.signal
         ),
         files: files.filter(|(_, file)| out.join(file).is_file()).collect(),
@@ -107,8 +103,10 @@ fn pictures(out: &Path, unit: &Unit, rows: &[Row]) -> Result<Vec<Figure>> {
         });
         let ratio = row.map_or(0.0, |row| row.si_snr_db.mean);
         let what = format!(
-            "{}, {} sources, L = {}, {name}",
-            unit.scene, unit.sources, unit.pace.level
+            "{}, {}, L = {}, {name}",
+            unit.scene,
+            sources_text(unit.sources),
+            unit.pace.level
         );
         let mut caption = format!("{what}: SI-SNR {} dB", si_snr::capped_text(ratio));
         if doorway {
@@ -201,6 +199,11 @@ pub(super) fn figure(
         caption,
         image: data_uri("image/png", &bytes),
     })
+}
+
+/// A number of sources as text.
+fn sources_text(count: usize) -> String {
+    format!("{count} source{}", if count == 1 { "" } else { "s" })
 }
 
 /// Both ears of a rendering.
