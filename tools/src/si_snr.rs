@@ -6,7 +6,7 @@
 /// Highest printed ratio in dB; the paper prints "> 40" above.
 pub const CAP_DB: f64 = 40.0;
 
-/// Least energy of numerator and denominator, so that silence and identity stay finite.
+/// Least energy of numerator and denominator: keeps silence and identity finite.
 const LEAST_ENERGY: f64 = 1e-20;
 
 /// SI-SNR of one channel in dB, not capped. The longer signal is cut to the shorter one's length.

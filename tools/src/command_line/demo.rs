@@ -16,7 +16,7 @@ use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
-use crate::inputs::{LoadedScene, SceneArguments, load_scene, tell, voice, within};
+use crate::inputs::{LoadedScene, SceneArguments, load_scene, print_notes, voice, within};
 use crate::session::{Rendered, Session, Sound, median, milliseconds};
 
 /// Sample rate of the speech.
@@ -66,7 +66,7 @@ struct Walked {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     within("--seconds", arguments.seconds, 1.0..=600.0, " s")?;
     let hall = load_scene(Path::new("concert_hall"), &SceneArguments::default())?;
-    tell(&hall.notes);
+    print_notes(&hall.notes);
     let layout = hall.layout.as_ref().filter(|l| l.sources.len() >= SOURCES);
     let (Some(layout), Some(walk)) = (layout, hall.walk()) else {
         return Err(Error::file(

@@ -11,7 +11,9 @@ use foresound::{Error, Result};
 use foresound_tools::listener_path::ListenerPath;
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, predictor_named, tell};
+use crate::inputs::{
+    SceneArguments, load_scene, load_sound, parse_source, predictor_named, print_notes,
+};
 use crate::session::{MovingPart, Session, Sound, median, milliseconds};
 
 /// Seconds of reverb after the last sound ends.
@@ -125,7 +127,7 @@ fn load_part(text: &str, intake: &SceneArguments) -> Result<MovingPart> {
     };
     let path = ListenerPath::parse(path)?;
     let loaded = load_scene(Path::new(file), intake)?;
-    tell(&loaded.notes);
+    print_notes(&loaded.notes);
     Ok(MovingPart {
         part: loaded.scene,
         path,
@@ -143,7 +145,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let listener = ListenerPath::parse(&arguments.listener)?;
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
-    tell(&loaded.notes);
+    print_notes(&loaded.notes);
     let parts: Vec<_> = arguments
         .parts
         .iter()
