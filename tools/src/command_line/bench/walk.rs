@@ -46,8 +46,12 @@ impl Walk {
 
     /// A number of sources in the scene's open space.
     pub(super) fn sources(&self, count: usize) -> Result<Vec<SourcePose>> {
-        let sources = self.benchmark.sources.iter();
-        let own: Vec<_> = sources.map(|(_, position)| *position).collect();
+        let own: Vec<_> = self
+            .benchmark
+            .sources
+            .iter()
+            .map(|source| source.1)
+            .collect();
         let sources = sources(&self.scene, &own, count);
         if sources.len() < count {
             let problem = format!("{count} do not fit into the scene's open space");
