@@ -165,6 +165,7 @@ macro_rules! record {
 pub(super) use record;
 
 #[cfg(test)]
+#[expect(unreachable_pub, reason = "the macro declares public structures")]
 mod tests {
     use super::super::Status;
     use super::*;
@@ -189,10 +190,7 @@ mod tests {
         assert_eq!((sample.count, sample.status), (3, -7));
         assert_eq!(sample.size as usize, size_of::<Sample>());
         assert_eq!(sample.to_list(), list);
-        assert_eq!(
-            Sample::fields(),
-            [("count", 0), ("pair", 1), ("status", 3)]
-        );
+        assert_eq!(Sample::fields(), [("count", 0), ("pair", 1), ("status", 3)]);
         assert!(Sample::SOURCE.contains("Two elements"));
     }
 
