@@ -1,27 +1,22 @@
-//! Kernels of ray tracing for aarch64: four lanes of NEON, which every aarch64 has.
+//! aarch64: one ray against four boxes and four triangles with NEON.
 //!
-//! `unsafe` for two reasons: loads take pointers, and a function that carries a target feature must be entered from
-//! one that does not ([`enter_neon`]). Specification: [`super::tracing`]. Triangles give its bits; boxes may be entered
-//! where it does not enter them, never the other way round. Kernels are generic over a number for their caller, so that
-//! each has one caller and becomes part of it; of a shared one the compiler makes a call.
+//! `unsafe` because loads and stores take pointers, and to call a function with target features from one without
+//! ([`enter_neon`]). Every function is generic over `CALLER`, an index of its caller, and over the [`DirectionClass`] of its
+//! ray: a function with target features inlines reliably only if it has a single caller.
 
 mod boxes;
-mod course;
-mod lanes;
-mod prefetch;
+mod direction_class;
 mod triangles;
 
-pub(crate) use boxes::{Limit, Slabs4, summand, summand_number, take4};
-pub(crate) use course::Course;
-pub(crate) use lanes::TwoQuads;
-pub(crate) use prefetch::prefetch;
-pub(crate) use triangles::Shear4;
+pub(crate) use boxes::{RayLimit, SlabRay4, encode_link, link_index, pop_nearest};
+pub(crate) use direction_class::DirectionClass;
+pub(crate) use triangles::ShearRay4;
 
 use core::arch::aarch64::*;
 
-use super::tracing::{Near, RawRay, SMALLEST_COMPONENT};
+use super::{RawRay, RayRange, SMALLEST_COMPONENT};
 
-/// Calls a safe function that carries the feature `neon`, which every aarch64 has.
+/// Calls a safe function with the target feature `neon`, which every aarch64 has.
 macro_rules! enter_neon {
     ($function:ident($($argument:expr),*)) => {
         // SAFETY: the function is safe but for its feature, and NEON is part of aarch64 as Rust targets it.
@@ -31,43 +26,45 @@ macro_rules! enter_neon {
 
 pub(crate) use enter_neon;
 
-/// Three lanes, the fourth zero.
+/// Loads three lanes; the fourth is zero.
 #[inline]
 #[target_feature(enable = "neon")]
 fn load3(lanes: &[f32; 3]) -> float32x4_t {
-    // SAFETY: a reference to three f32, of which these are two; the load needs no more alignment than theirs.
+    // SAFETY: a reference to three f32, of which these are two; the load needs only their alignment.
     let two = unsafe { vld1_f32(lanes.as_ptr()) };
     let two = vcombine_f32(two, vcreate_f32(0));
-    // SAFETY: the third of them; the load needs no more alignment than its.
+    // SAFETY: the third f32; the load needs only its alignment.
     unsafe { vld1q_lane_f32::<2>(&raw const lanes[2], two) }
 }
 
-/// A ray in the first three lanes.
+/// A ray in the first three lanes of registers.
 #[derive(Clone, Copy)]
-pub(crate) struct Ready {
+pub(crate) struct RayVectors {
     origin: float32x4_t,
     direction: float32x4_t,
+    /// Reciprocal of the direction.
     inverse: float32x4_t,
 }
 
-impl Ready {
-    /// Of a ray that is near.
+impl RayVectors {
+    /// Loads a ray; none if it is out of range.
     #[inline]
     #[target_feature(enable = "neon")]
-    pub(crate) fn of<const CALLER: u8, const COURSE: u8>(
+    pub(crate) fn new<const CALLER: u8, const CLASS: u8>(
         ray: RawRay<'_>,
-        near: Near,
+        range: RayRange,
     ) -> Option<Self> {
         let origin = load3(ray.origin);
         let direction = load3(ray.direction);
         let size = vabsq_f32(direction);
         let farthest = vmaxvq_f32(vabsq_f32(origin));
-        let [_, _, z] = Course::axes(COURSE);
-        // A number that is none is longer than all.
+        let [_, _, z] = DirectionClass::axes(CLASS);
+        // A NaN counts as the longest component.
         let largest = get(size, z);
-        // Of lanes with a number that is none the greatest is none, and none is near.
-        let is_near = farthest <= near.reach && (Near::SHORTEST..=Near::LONGEST).contains(&largest);
-        if !is_near {
+        // The maximum of lanes with a NaN is a NaN, which is out of range.
+        let in_range =
+            farthest <= range.reach && (RayRange::SHORTEST..=RayRange::LONGEST).contains(&largest);
+        if !in_range {
             return None;
         }
         let smallest = vmulq_n_f32(vdupq_n_f32(SMALLEST_COMPONENT), largest);
@@ -81,7 +78,7 @@ impl Ready {
     }
 }
 
-/// A lane in all lanes, which operations take as it is.
+/// Broadcasts a lane; operations take it as an operand.
 #[inline]
 #[target_feature(enable = "neon")]
 fn splat(values: float32x4_t, lane: usize) -> float32x4_t {
@@ -92,7 +89,7 @@ fn splat(values: float32x4_t, lane: usize) -> float32x4_t {
     }
 }
 
-/// A lane as a number.
+/// The value of a lane.
 #[inline]
 #[target_feature(enable = "neon")]
 fn get(values: float32x4_t, lane: usize) -> f32 {

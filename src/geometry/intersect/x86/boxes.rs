@@ -1,9 +1,9 @@
-//! A ray against eight boxes: AVX2 and FMA. `unsafe` for loads and stores.
+//! A ray against eight boxes. `unsafe` for loads and stores.
 
 use core::arch::x86_64::*;
 
-use super::{Ready, splat4};
-use crate::simd::tracing::{BitEach, Child, Planes, Row};
+use super::RayVectors;
+use crate::geometry::intersect::{Child, LaneMask, PlaneRow, Planes};
 
 #[inline]
 #[target_feature(enable = "avx2,fma")]
@@ -12,51 +12,50 @@ fn store8(lanes: &mut [f32; 8], values: __m256) {
     unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), values) }
 }
 
-/// A row of planes.
+/// Loads a row of planes.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-fn row8(planes: &Planes<8>, row: Row) -> __m256 {
-    // SAFETY: a row's number is 5 at most, and there are six rows.
-    let row = unsafe { planes.as_ptr().add(row.number()) };
+fn row8(planes: &Planes<8>, row: PlaneRow) -> __m256 {
+    // SAFETY: a row index is at most 5, and there are six rows.
+    let row = unsafe { planes.as_ptr().add(row.index()) };
     // SAFETY: a row is eight f32; the load needs no alignment.
     unsafe { _mm256_loadu_ps(row.cast::<f32>()) }
 }
 
-/// The same in eight lanes.
+/// Broadcasts each of the first three lanes. Not by `map`, whose closure would have target features and not inline.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
 fn splat8(values: __m128) -> [__m256; 3] {
-    let [x, y, z] = splat4(values);
     [
-        _mm256_broadcastss_ps(x),
-        _mm256_broadcastss_ps(y),
-        _mm256_broadcastss_ps(z),
+        _mm256_broadcastss_ps(values),
+        _mm256_broadcastss_ps(_mm_shuffle_ps::<0b01_01_01_01>(values, values)),
+        _mm256_broadcastss_ps(_mm_shuffle_ps::<0b10_10_10_10>(values, values)),
     ]
 }
 
-/// A ray against eight boxes at once, fused.
+/// A ray against eight boxes; planes are crossed by fused multiply-add.
 #[derive(Clone, Copy)]
-pub(crate) struct Slabs8 {
-    near: [Row; 3],
+pub(crate) struct SlabRay8 {
+    near: [PlaneRow; 3],
     scale: [__m256; 3],
     offset: [__m256; 3],
 }
 
-impl Slabs8 {
-    /// Of a ray.
+impl SlabRay8 {
+    /// Precomputes the terms of a ray.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub(crate) fn of<const CALLER: u8>(ray: &Ready) -> Self {
+    pub(crate) fn new<const CALLER: u8>(ray: &RayVectors) -> Self {
         let offset = _mm_xor_ps(_mm_mul_ps(ray.origin, ray.inverse), _mm_set1_ps(-0.0));
-        let inverse = Ready::lanes(ray.inverse);
+        let inverse = RayVectors::lanes(ray.inverse);
         Self {
-            near: Row::near(inverse),
+            near: PlaneRow::near(inverse),
             scale: splat8(ray.inverse),
             offset: splat8(offset),
         }
     }
 
-    /// Where the ray enters each box, and where it leaves it.
+    /// Parameters at which the ray enters and leaves each box.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
     fn spans(&self, planes: &Planes<8>, t_max: f32) -> (__m256, __m256) {
@@ -68,7 +67,7 @@ impl Slabs8 {
             let plane = row8(planes, self.near[axis].opposite());
             _mm256_fmadd_ps(plane, self.scale[axis], self.offset[axis])
         };
-        // Of two zeros the second counts, so no entry is −0.
+        // Of two zeros the second is the maximum: no entry is −0.
         let zero = _mm256_setzero_ps();
         let entry = _mm256_max_ps(
             _mm256_max_ps(near(0), near(1)),
@@ -81,20 +80,20 @@ impl Slabs8 {
         (entry, exit)
     }
 
-    /// Which boxes the ray enters, and where.
+    /// The boxes that the ray enters, and their spans.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
     pub(crate) fn enter<const CALLER: u8>(
         &self,
         planes: &Planes<8>,
         t_max: f32,
-    ) -> (BitEach, Spans8) {
+    ) -> (LaneMask, BoxSpans8) {
         let (entry, exit) = self.spans(planes, t_max);
         let bits = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32;
-        (BitEach(bits), Spans8 { entry, exit })
+        (LaneMask(bits), BoxSpans8 { entry, exit })
     }
 
-    /// Which boxes the ray enters, a bit each.
+    /// The boxes that the ray enters, one bit a lane.
     #[inline]
     #[target_feature(enable = "avx2,fma")]
     pub(crate) fn entered<const CALLER: u8>(&self, planes: &Planes<8>, t_max: f32) -> u32 {
@@ -103,9 +102,9 @@ impl Slabs8 {
     }
 }
 
-/// Where a ray enters eight boxes and where it leaves them, before that if it does not enter.
+/// Parameters at which a ray enters and leaves eight boxes; the exit is first where it misses.
 #[derive(Clone, Copy)]
-pub(crate) struct Spans8 {
+pub(crate) struct BoxSpans8 {
     entry: __m256,
     exit: __m256,
 }
@@ -113,38 +112,38 @@ pub(crate) struct Spans8 {
 /// The two boxes that a ray enters, the nearer first.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-pub(crate) fn pair8<const CALLER: u8>(entered: BitEach, spans: Spans8) -> [Child; 2] {
+pub(crate) fn nearer_first<const CALLER: u8>(entered: LaneMask, spans: BoxSpans8) -> [Child; 2] {
     let mut entries = [0.0; 8];
     store8(&mut entries, spans.entry);
     entered.pair(&entries.map(f32::to_bits))
 }
 
-/// Keys of sixteen bits: the highest of where a box is entered but for the sign; the greatest for boxes that are not.
+/// 16-bit distance keys: the upper bits of the entry without its sign; the maximum for a box that the ray misses.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-pub(crate) fn sort8<const CALLER: u8>(spans: Spans8) -> __m128i {
+pub(crate) fn sort_keys<const CALLER: u8>(spans: BoxSpans8) -> __m128i {
     let missed = _mm256_cmp_ps::<_CMP_NLE_UQ>(spans.entry, spans.exit);
     let keys = _mm256_castps_si256(_mm256_or_ps(spans.entry, missed));
     let keys = _mm256_srli_epi32::<15>(keys);
-    // What is too large for sixteen bits becomes the greatest.
+    // Saturates to the maximum.
     _mm_packus_epi32(
         _mm256_castsi256_si128(keys),
         _mm256_extracti128_si256::<1>(keys),
     )
 }
 
-/// The nearest of eight boxes, and the keys of the others.
+/// Removes the nearest box from the keys.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-pub(crate) fn take8<const CALLER: u8>(keys: __m128i) -> (Child, __m128i) {
-    // The least key, its lane above it.
+pub(crate) fn pop_nearest<const CALLER: u8>(keys: __m128i) -> (Child, __m128i) {
+    // The smallest key, and its lane above it.
     let least = _mm_minpos_epu16(keys);
     let lane = _mm_shuffle_epi8(least, _mm_set1_epi16(0x0302));
-    let gone = _mm_cmpeq_epi16(lane, _mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7));
+    let removed = _mm_cmpeq_epi16(lane, _mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7));
     let found = _mm_cvtsi128_si32(least) as u32;
     let child = Child {
         lane: (found >> 16) as usize % 8,
         entry: (found & 0xffff) << 15,
     };
-    (child, _mm_or_si128(keys, gone))
+    (child, _mm_or_si128(keys, removed))
 }

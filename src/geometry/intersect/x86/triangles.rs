@@ -1,34 +1,36 @@
-//! A ray against four triangles: SSE2.
+//! A ray against four triangles.
 
 use core::arch::x86_64::*;
 
-use super::{Ready, load4, store4};
-use crate::simd::tracing::{Axes, Corners, FAR_WIDENING, Met, NEAR_NARROWING, RawRay, TriangleRay};
+use super::{RayVectors, load4, store4};
+use crate::geometry::intersect::{
+    Axes, Corners, FAR_WIDENING, HitLanes, NEAR_NARROWING, RawRay, ScalarRay,
+};
 
-/// A ray against four triangles at once.
+/// A ray against four triangles.
 #[derive(Clone, Copy)]
-pub(crate) struct Shear4<'a> {
+pub(crate) struct ShearRay4<'a> {
     ray: RawRay<'a>,
-    ready: Ready,
+    vectors: RayVectors,
     axes: [usize; 3],
-    /// Permuted.
+    /// By permuted axis.
     origin: [__m128; 3],
-    /// As [`TriangleRay`] has it, the last turned about.
+    /// As in [`ShearRay`](crate::geometry::intersect::ShearRay), the last negated.
     shear: [__m128; 3],
 }
 
-impl<'a> Shear4<'a> {
-    /// Of a ray, raw and ready.
+impl<'a> ShearRay4<'a> {
+    /// Precomputes the terms of a ray.
     #[inline]
-    #[target_feature(enable = "sse2")]
-    pub(crate) fn of<const CALLER: u8>(ray: RawRay<'a>, ready: &Ready) -> Self {
-        let [x, y, z] = Axes::ending_at(ready.longest).numbers();
+    #[target_feature(enable = "avx2,fma")]
+    pub(crate) fn new<const CALLER: u8>(ray: RawRay<'a>, vectors: &RayVectors) -> Self {
+        let [x, y, z] = Axes::ending_at(vectors.longest).indices();
         let axes = [x.min(2), y.min(2), z.min(2)];
-        let inverse = Ready::lanes(ready.inverse)[axes[2]];
-        let stretched = Ready::lanes(_mm_mul_ps(ready.direction, _mm_set1_ps(inverse)));
+        let inverse = RayVectors::lanes(vectors.inverse)[axes[2]];
+        let stretched = RayVectors::lanes(_mm_mul_ps(vectors.direction, _mm_set1_ps(inverse)));
         Self {
             ray,
-            ready: *ready,
+            vectors: *vectors,
             axes,
             origin: [
                 _mm_set1_ps(ray.origin[axes[0]]),
@@ -43,18 +45,18 @@ impl<'a> Shear4<'a> {
         }
     }
 
-    /// As [`TriangleRay::meet_four`], to the bit.
+    /// [`ScalarRay::intersect_four`], to the bit.
     #[inline]
-    #[target_feature(enable = "sse2")]
-    pub(crate) fn meet<const CALLER: u8>(
+    #[target_feature(enable = "avx2,fma")]
+    pub(crate) fn intersect<const CALLER: u8>(
         &self,
         corners: &Corners,
-        before: f32,
+        t_max: f32,
         at: &mut [f32; 4],
-    ) -> Met<1> {
+    ) -> HitLanes<1> {
         let [kx, ky, kz] = self.axes;
         let [sx, sy, sz] = self.shear;
-        // All three turned about, which changes no sign of u, v and w and lets loads be operands.
+        // All three negated: this keeps the signs of u, v and w and allows loads as operands.
         let sheared = |corner: &[[f32; 4]; 3]| {
             let z = _mm_sub_ps(self.origin[2], load4(&corner[kz]));
             let x = _mm_sub_ps(self.origin[0], load4(&corner[kx]));
@@ -71,15 +73,15 @@ impl<'a> Shear4<'a> {
         let w = _mm_sub_ps(_mm_mul_ps(bx, ay), _mm_mul_ps(by, ax));
         let zero = _mm_setzero_ps();
         let least = _mm_min_ps(u, _mm_min_ps(v, w));
-        let most = _mm_max_ps(u, _mm_max_ps(v, w));
-        // Written so that numbers that are none are outside.
-        let inside = _mm_or_ps(_mm_cmple_ps(zero, least), _mm_cmple_ps(most, zero));
-        let may_meet = _mm_movemask_ps(inside) as u64;
-        if may_meet == 0 {
-            return Met(0);
+        let greatest = _mm_max_ps(u, _mm_max_ps(v, w));
+        // False for a NaN.
+        let inside = _mm_or_ps(_mm_cmple_ps(zero, least), _mm_cmple_ps(greatest, zero));
+        let candidates = _mm_movemask_ps(inside) as u64;
+        if candidates == 0 {
+            return HitLanes(0);
         }
-        let within = _mm_or_ps(_mm_cmplt_ps(zero, least), _mm_cmplt_ps(most, zero));
-        let on_edge = may_meet & !(_mm_movemask_ps(within) as u64);
+        let within = _mm_or_ps(_mm_cmplt_ps(zero, least), _mm_cmplt_ps(greatest, zero));
+        let on_edge = candidates & !(_mm_movemask_ps(within) as u64);
         if on_edge != 0 {
             let RawRay {
                 origin,
@@ -88,14 +90,14 @@ impl<'a> Shear4<'a> {
                 margin,
             } = self.ray;
             let limits = [t_min, margin];
-            return Self::meet_again(
+            return Self::intersect_lanes(
                 origin,
                 direction,
                 limits,
                 corners,
-                before,
+                t_max,
                 at,
-                Met(may_meet),
+                HitLanes(candidates),
             );
         }
         let determinant = _mm_add_ps(_mm_add_ps(u, v), w);
@@ -104,29 +106,29 @@ impl<'a> Shear4<'a> {
             _mm_mul_ps(w, cz),
         );
         let t = _mm_div_ps(_mm_mul_ps(depth, sz), determinant);
-        let in_time = _mm_and_ps(
+        let in_range = _mm_and_ps(
             _mm_cmpgt_ps(t, _mm_set1_ps(self.ray.t_min)),
-            _mm_cmplt_ps(t, _mm_set1_ps(before)),
+            _mm_cmplt_ps(t, _mm_set1_ps(t_max)),
         );
-        let met = _mm_and_ps(within, in_time);
-        if _mm_movemask_ps(met) == 0 {
-            return Met(0);
+        let hits = _mm_and_ps(within, in_range);
+        if _mm_movemask_ps(hits) == 0 {
+            return HitLanes(0);
         }
         let (near, far) = self.spans(corners);
         let t = _mm_max_ps(near, t);
         let in_box = _mm_and_ps(_mm_cmple_ps(near, far), _mm_cmple_ps(zero, far));
-        let in_time = _mm_cmplt_ps(t, _mm_set1_ps(before));
+        let in_range = _mm_cmplt_ps(t, _mm_set1_ps(t_max));
         store4(at, t);
-        Met(_mm_movemask_ps(_mm_and_ps(met, _mm_and_ps(in_box, in_time))) as u64)
+        HitLanes(_mm_movemask_ps(_mm_and_ps(hits, _mm_and_ps(in_box, in_range))) as u64)
     }
 
-    /// Where the ray is in each triangle's own box.
+    /// Parameters at which the ray enters and leaves the box of each triangle.
     #[inline]
-    #[target_feature(enable = "sse2")]
+    #[target_feature(enable = "avx2,fma")]
     fn spans(&self, corners: &Corners) -> (__m128, __m128) {
         let [a, b, c] = corners;
         let margin = _mm_set1_ps(self.ray.margin);
-        let inverse = Ready::lanes(self.ready.inverse);
+        let inverse = RayVectors::lanes(self.vectors.inverse);
         let span = |axis: usize| {
             let (a, b, c) = (load4(&a[axis]), load4(&b[axis]), load4(&c[axis]));
             let lower = _mm_sub_ps(_mm_min_ps(_mm_min_ps(a, b), c), margin);
@@ -146,25 +148,25 @@ impl<'a> Shear4<'a> {
         )
     }
 
-    /// For blocks of which an edge function is zero: the specification itself. Takes parts, so that none of the ray's need
-    /// stand in memory for it.
+    /// The scalar reference, for blocks with an edge function of zero. Takes the ray in parts: a reference to `self` would
+    /// force it into memory.
     #[cold]
     #[inline(never)]
-    fn meet_again(
+    fn intersect_lanes(
         origin: &[f32; 3],
         direction: &[f32; 3],
         [t_min, margin]: [f32; 2],
         corners: &Corners,
-        before: f32,
+        t_max: f32,
         at: &mut [f32; 4],
-        lanes: Met<1>,
-    ) -> Met<1> {
+        lanes: HitLanes<1>,
+    ) -> HitLanes<1> {
         let ray = RawRay {
             origin,
             direction,
             t_min,
             margin,
         };
-        TriangleRay::of(ray).meet_again(corners, before, at, lanes)
+        ScalarRay::new(ray).intersect_lanes(corners, t_max, at, lanes)
     }
 }

@@ -1,25 +1,25 @@
-//! The walk without lanes: the specification that every instruction set is tested against, and the way of rays too far
-//! out for the lanes' arithmetic. `number` reads a link.
+//! Traversal by the scalar reference: on machines without vector kernels, and for rays out of the kernels' range.
+//! `index` decodes a link.
 
 use super::Query;
 use super::node::Node;
-use super::walk::{self, Nearest};
+use super::traverse::{self, PackedHit};
+use crate::geometry::intersect::Child;
 use crate::geometry::triangle::PreparedRay;
-use crate::simd::tracing::Child;
 
 #[cold]
 pub(super) fn closest<const W: usize>(
     nodes: &[Node<W>],
     query: &Query<'_>,
-    number: impl Fn(u32) -> u32,
-) -> Nearest {
-    let Some(PreparedRay { ray, .. }) = PreparedRay::of(query.ray, query.margin) else {
-        return Nearest::none();
+    index: impl Fn(u32) -> u32,
+) -> PackedHit {
+    let Some(PreparedRay { ray, .. }) = PreparedRay::new(query.ray, query.margin) else {
+        return PackedHit::none();
     };
-    walk::closest(
+    traverse::closest(
         nodes,
         query,
-        number,
+        index,
         |t_max| (t_max, Child::bound(t_max)),
         |node, t_max| ray.slabs.enter(&node.planes, t_max),
         |entered, entries| entered.pair(&entries),
@@ -39,24 +39,24 @@ pub(super) fn closest<const W: usize>(
             let entry = std::mem::replace(&mut keys[lane], u32::MAX);
             (Child { lane, entry }, keys)
         },
-        |block, t_max, at| Some(ray.meet_four::<1>(&block.corners, t_max, at)),
+        |block, t_max, at| Some(ray.intersect_four::<1>(&block.corners, t_max, at)),
     )
-    .unwrap_or_else(Nearest::none)
+    .unwrap_or_else(PackedHit::none)
 }
 
 #[cold]
 pub(super) fn any<const W: usize>(
     nodes: &[Node<W>],
     query: &Query<'_>,
-    number: impl Fn(u32) -> u32,
+    index: impl Fn(u32) -> u32,
 ) -> Option<u32> {
-    let PreparedRay { ray, t_max } = PreparedRay::of(query.ray, query.margin)?;
-    walk::any(
+    let PreparedRay { ray, t_max } = PreparedRay::new(query.ray, query.margin)?;
+    traverse::any(
         nodes,
         query,
-        number,
+        index,
         |node| ray.slabs.enter(&node.planes, t_max).0.0,
-        |block, at| Some(ray.meet_four::<1>(&block.corners, t_max, at)),
+        |block, at| Some(ray.intersect_four::<1>(&block.corners, t_max, at)),
     )
     .flatten()
 }
