@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use foresound::Result;
-use foresound::runtime::device::{CpalBackend, StandIn, Supervisor};
+use foresound::runtime::device::{CpalBackend, NullDeviceSettings, Supervisor};
 use foresound::runtime::{Engine, EngineSettings};
 use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourcePose, procedural};
 use glam::Vec3;
@@ -15,7 +15,7 @@ use glam::Vec3;
 fn main() -> Result<()> {
     let settings = EngineSettings::default();
     let rate_hz = settings.generation.rate_hz;
-    let stand_in = StandIn {
+    let stand_in = NullDeviceSettings {
         rate_hz,
         block_frames: settings.block_frames,
         affinity: settings.affinity,

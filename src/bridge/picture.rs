@@ -8,7 +8,7 @@ pub const CORNERS: usize = 6;
 pub const PATH_FLOATS: usize = 5 + 3 * CORNERS;
 
 // The header says six.
-const _: () = assert!(CORNERS == engine::MOST_CORNERS);
+const _: () = assert!(CORNERS == engine::MAX_CORNERS);
 
 /// A path of sound as a line with corners, from source to listener.
 #[repr(C)]
@@ -28,8 +28,8 @@ pub struct ShownPath {
     pub corners_m: [[f32; 3]; 6],
 }
 
-impl From<&engine::ShownPath> for ShownPath {
-    fn from(from: &engine::ShownPath) -> Self {
+impl From<&engine::SnapshotPath> for ShownPath {
+    fn from(from: &engine::SnapshotPath) -> Self {
         Self {
             source: from.source.bits(),
             corner_count: from.corners().len() as u32,

@@ -14,7 +14,7 @@ use std::time::Duration;
 use crossbeam_utils::Backoff;
 
 use super::fault::{Fault, Status, guarded};
-use crate::runtime::handover::slot;
+use crate::runtime::handover::atomic_box::AtomicBox;
 
 /// Most objects of one kind.
 const MOST: usize = 4096;
@@ -83,7 +83,7 @@ struct Tenant<T> {
 struct Slot<T> {
     claimed: AtomicBool,
     generation: AtomicU32,
-    tenant: slot::Slot<Tenant<T>>,
+    tenant: AtomicBox<Tenant<T>>,
 }
 
 /// All objects of one kind.
@@ -135,7 +135,7 @@ impl<T: Send> Table<T> {
             let slot = |_| Slot {
                 claimed: AtomicBool::new(false),
                 generation: AtomicU32::new(0),
-                tenant: slot::Slot::default(),
+                tenant: AtomicBox::default(),
             };
             (0..MOST).map(slot).collect()
         });

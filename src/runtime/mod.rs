@@ -16,7 +16,7 @@ pub use crate::runtime::offline::renderer::{OfflineRenderer, OfflineReport, Offl
 pub use crate::runtime::offline::schedule::{Latency, Poses, Schedule};
 pub use crate::runtime::threads::affinity::{AffinityPolicy, Placement};
 pub use crate::runtime::threads::clock::thread_processor_time;
-pub use crate::runtime::threads::workers::{MOST_THREADS, Threads};
+pub use crate::runtime::threads::workers::{MAX_THREADS, Threads};
 pub use budget::{Budget, QualityChoice, QualityLevel};
 pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,

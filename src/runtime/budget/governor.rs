@@ -4,8 +4,8 @@
 //! and after a while; a step up that has to be taken back makes the next wait longer. So a load at the edge does not
 //! make the detail swing.
 
-use super::tier::{ActiveQuality, LAST_QUALITY_LEVEL, QualityLevel};
-use super::{Budget, LONGEST_SPACING_S, QualityChoice};
+use super::quality_level::{ActiveQuality, LAST_QUALITY_LEVEL, QualityLevel};
+use super::{Budget, MAX_UPDATE_SPACING_S, QualityChoice};
 use crate::propagation::PropagationSettings;
 
 /// Share of a new time in the mean.
@@ -15,11 +15,11 @@ const WEIGHT: f64 = 0.25;
 const OUTLIER: f64 = 3.0;
 
 /// Mean over limit above which detail goes down, and updates in a row for which it has to be so.
-const TOO_MUCH: f64 = 1.0;
-const PATIENCE: u32 = 3;
+const OVERLOAD_RATIO: f64 = 1.0;
+const OVERLOAD_UPDATES: u32 = 3;
 
 /// Share of the limit that the tier above has to fit into before detail goes up.
-const ROOM: f64 = 0.8;
+const HEADROOM_RATIO: f64 = 0.8;
 
 /// What a tier costs of the one before it, until it has been measured.
 const FIRST_RATIO: f64 = 0.6;
@@ -28,23 +28,23 @@ const FIRST_RATIO: f64 = 0.6;
 const DWELL_S: (f64, f64) = (1.0, 32.0);
 
 /// Seconds within which a step up that is taken back was a mistake.
-const REGRET_S: f64 = 3.0;
+const REVERT_S: f64 = 3.0;
 
 /// Seconds that a glide from one tier to the next takes; farther ones are faster.
-const GLIDE_S: f64 = 0.5;
+const TRANSITION_S: f64 = 0.5;
 
 /// Seconds in which the highest mean is forgotten, to 1/e.
-const FORGET_S: f64 = 4.0;
+const PEAK_DECAY_S: f64 = 4.0;
 
 /// Seconds after a glide until a tier's cost is known.
 const SETTLED_S: f64 = 2.0;
 
 /// Farthest that one update moves between tiers.
-pub(super) const LONGEST_STEP: f64 = 0.25;
+pub(super) const MAX_LEVEL_STEP: f64 = 0.25;
 
 /// What an update has taken.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Spent {
+pub struct UpdateCost {
     /// Seconds the update took.
     pub update_s: f64,
     /// Seconds since the update before began, on the app's clock.
@@ -119,7 +119,7 @@ impl Governor {
     }
 
     /// Takes notice of an update.
-    pub fn observe(&mut self, budget: &Budget, spent: &Spent) {
+    pub fn observe(&mut self, budget: &Budget, spent: &UpdateCost) {
         let passed_s = spent.since_last_s.clamp(0.0, 1.0);
         self.since_change_s += passed_s;
         let mean_s = match self.mean_s {
@@ -130,7 +130,7 @@ impl Governor {
             None => spent.update_s,
         };
         self.mean_s = Some(mean_s);
-        self.peak_s = mean_s.max(self.peak_s * (-passed_s / FORGET_S).exp());
+        self.peak_s = mean_s.max(self.peak_s * (-passed_s / PEAK_DECAY_S).exp());
         let limit_s = self.limit(budget, spent, mean_s);
         match budget.tiers {
             QualityChoice::Exactly(tier) => self.change(tier.0.min(LAST_QUALITY_LEVEL)),
@@ -141,23 +141,23 @@ impl Governor {
         }
         let way = f64::from(self.tier) - self.place;
         if way != 0.0 {
-            let step = (passed_s / GLIDE_S * way.abs().max(1.0)).min(LONGEST_STEP);
+            let step = (passed_s / TRANSITION_S * way.abs().max(1.0)).min(MAX_LEVEL_STEP);
             self.place += way.clamp(-step, step);
             self.peak_s = mean_s;
         }
     }
 
     /// Seconds that an update may take; sets the rest besides.
-    fn limit(&mut self, budget: &Budget, spent: &Spent, mean_s: f64) -> f64 {
+    fn limit(&mut self, budget: &Budget, spent: &UpdateCost, mean_s: f64) -> f64 {
         let mut limit_s = budget.update_s.unwrap_or(f64::INFINITY);
         self.rest_s = 0.0;
         if let Some(core_share) = budget.core_share {
             // Sound cannot be put off: what is left of the share is propagation's, and something always is.
             let share = (core_share - spent.sound_share).clamp(0.1 * core_share, 1.0);
-            limit_s = limit_s.min(share * LONGEST_SPACING_S);
+            limit_s = limit_s.min(share * MAX_UPDATE_SPACING_S);
             if spent.can_rest && share < 1.0 {
                 let rest_s = spent.update_s.max(mean_s) * (1.0 / share - 1.0);
-                self.rest_s = rest_s.min(LONGEST_SPACING_S);
+                self.rest_s = rest_s.min(MAX_UPDATE_SPACING_S);
             }
         }
         limit_s
@@ -170,17 +170,17 @@ impl Governor {
         }
         self.learn();
         let gliding = self.place != f64::from(self.tier);
-        self.over = if mean_s > TOO_MUCH * limit_s {
+        self.over = if mean_s > OVERLOAD_RATIO * limit_s {
             self.over + 1
         } else {
             0
         };
-        if self.over >= PATIENCE && self.tier < LAST_QUALITY_LEVEL {
+        if self.over >= OVERLOAD_UPDATES && self.tier < LAST_QUALITY_LEVEL {
             // On its way down already, it waits for what that brings, unless that cannot be enough.
             let on_its_way = f64::from(self.tier) - self.place;
             let expected_s = mean_s * self.mean_ratio().powf(on_its_way.max(0.0));
-            if expected_s > TOO_MUCH * limit_s {
-                if self.rose && self.since_change_s < REGRET_S + GLIDE_S {
+            if expected_s > OVERLOAD_RATIO * limit_s {
+                if self.rose && self.since_change_s < REVERT_S + TRANSITION_S {
                     self.dwell_s = (2.0 * self.dwell_s).min(DWELL_S.1);
                 }
                 self.before = (!gliding).then_some((self.tier, self.peak_s));
@@ -193,7 +193,7 @@ impl Governor {
             return;
         }
         let expected_s = self.peak_s / self.ratios[usize::from(above)];
-        if expected_s < ROOM * limit_s {
+        if expected_s < HEADROOM_RATIO * limit_s {
             self.before = Some((self.tier, self.peak_s));
             self.change(above);
             self.rose = true;
@@ -212,7 +212,7 @@ impl Governor {
     /// Learns what the last step was worth once it is settled.
     fn learn(&mut self) {
         let still = self.place == f64::from(self.tier);
-        let settled = still && self.since_change_s > GLIDE_S + SETTLED_S;
+        let settled = still && self.since_change_s > TRANSITION_S + SETTLED_S;
         let Some((from, before_s)) = self.before.filter(|_| settled) else {
             return;
         };

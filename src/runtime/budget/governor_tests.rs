@@ -17,7 +17,7 @@ fn cost_s(full_s: f64, effort: &PropagationQuality) -> f64 {
     full_s * (0.1 + 0.6 * rays * depth + 0.3 / effort.late_interval as f64 * rays)
 }
 
-struct World {
+struct Simulation {
     governor: Governor,
     budget: Budget,
     time_s: f64,
@@ -26,7 +26,7 @@ struct World {
     sound_share: f64,
 }
 
-impl World {
+impl Simulation {
     fn new(budget: Budget) -> Self {
         budget.check().expect("in range");
         Self {
@@ -49,14 +49,14 @@ impl World {
             let detail = self.governor.detail(&settings(), PATHS);
             let update_s = cost_s(full_s(self.time_s), &detail.effort);
             let before = self.governor.clone();
-            let spent = Spent {
+            let spent = UpdateCost {
                 update_s,
                 since_last_s,
                 sound_share: self.sound_share,
                 can_rest: true,
             };
             self.governor.observe(&self.budget, &spent);
-            assert!((self.governor.place - before.place).abs() <= LONGEST_STEP + 1e-12);
+            assert!((self.governor.place - before.place).abs() <= MAX_LEVEL_STEP + 1e-12);
             self.changes += u32::from(self.governor.tier() != before.tier());
             self.time_s += update_s + self.governor.rest_s();
             self.busy_s += update_s;
@@ -77,7 +77,7 @@ fn within(update_s: f64) -> Budget {
 
 #[test]
 fn without_a_limit_everything_is_done() {
-    let mut world = World::new(Budget::default());
+    let mut world = Simulation::new(Budget::default());
     world.run(10.0, |_| 0.5);
     assert_eq!(
         (world.governor.tier(), world.governor.rest_s()),
@@ -88,7 +88,7 @@ fn without_a_limit_everything_is_done() {
 
 #[test]
 fn an_overload_is_answered_and_given_back_when_it_ends() {
-    let mut world = World::new(within(0.010));
+    let mut world = Simulation::new(within(0.010));
     world.run(5.0, |_| 0.008);
     assert_eq!(world.governor.tier(), QualityLevel(0));
     world.run(5.0, |_| 0.030);
@@ -101,7 +101,7 @@ fn an_overload_is_answered_and_given_back_when_it_ends() {
 
 #[test]
 fn a_step_of_load_is_answered_within_two_seconds() {
-    let mut world = World::new(within(0.010));
+    let mut world = Simulation::new(within(0.010));
     world.run(3.0, |_| 0.009);
     world.run(2.0, |_| 0.045);
     assert!(world.update_s(0.045) <= 0.010, "{:?}", world.governor);
@@ -109,7 +109,7 @@ fn a_step_of_load_is_answered_within_two_seconds() {
 
 #[test]
 fn updates_that_are_held_up_now_and_then_change_nothing() {
-    let mut world = World::new(within(0.010));
+    let mut world = Simulation::new(within(0.010));
     world.run(60.0, |time_s| {
         if (time_s + 0.5) % 1.0 < 0.006 {
             0.5
@@ -122,7 +122,7 @@ fn updates_that_are_held_up_now_and_then_change_nothing() {
 
 #[test]
 fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
-    let mut world = World::new(within(0.001));
+    let mut world = Simulation::new(within(0.001));
     world.run(10.0, |_| 1.0);
     let changes = world.changes;
     assert_eq!(world.governor.tier(), QualityLevel(LAST_QUALITY_LEVEL));
@@ -135,7 +135,7 @@ fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
 fn a_load_at_the_edge_does_not_make_the_tier_swing() {
     for tenths in 10..80 {
         let full_s = 0.001 * f64::from(tenths);
-        let mut world = World::new(within(0.010));
+        let mut world = Simulation::new(within(0.010));
         world.run(60.0, |_| full_s);
         world.changes = 0;
         world.run(60.0, |time_s| full_s * (1.0 + 0.15 * (7.0 * time_s).sin()));
@@ -153,14 +153,14 @@ fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
         core_share: Some(core_share),
         ..Budget::default()
     };
-    let mut world = World::new(share(0.5));
+    let mut world = Simulation::new(share(0.5));
     world.sound_share = 0.1;
     world.run(10.0, |_| 0.010);
     assert_eq!(world.governor.tier(), QualityLevel(0));
     let used = world.busy_s / world.time_s;
     assert!((0.36..=0.41).contains(&used), "{used}");
     // 120 ms at full detail in a fifth of a core: an update may take 20 ms.
-    let mut world = World::new(share(0.2));
+    let mut world = Simulation::new(share(0.2));
     world.run(20.0, |_| 0.120);
     assert!(world.governor.tier() > QualityLevel(0));
     (world.busy_s, world.time_s) = (0.0, 0.0);
@@ -171,7 +171,7 @@ fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
 
 #[test]
 fn tiers_can_be_forced_and_freed() {
-    let mut world = World::new(within(0.010));
+    let mut world = Simulation::new(within(0.010));
     world.budget.tiers = QualityChoice::Exactly(QualityLevel(3));
     world.run(4.0, |_| 0.001);
     assert_eq!(world.governor.tier(), QualityLevel(3));
@@ -189,7 +189,7 @@ fn tiers_can_be_forced_and_freed() {
 #[test]
 fn the_same_times_choose_the_same_tiers() {
     let run = || {
-        let mut world = World::new(within(0.010));
+        let mut world = Simulation::new(within(0.010));
         world.run(30.0, |time_s| 0.02 + 0.015 * time_s.sin());
         (world.governor.place.to_bits(), world.changes)
     };

@@ -6,10 +6,10 @@
 //! has faded before propagation stops looking for it. Own.
 
 mod governor;
-mod tier;
+mod quality_level;
 
-pub use governor::{Governor, Spent};
-pub use tier::{ActiveQuality, LAST_QUALITY_LEVEL, QUALITY_LEVELS, QualityLevel};
+pub use governor::{Governor, UpdateCost};
+pub use quality_level::{ActiveQuality, LAST_QUALITY_LEVEL, QUALITY_LEVELS, QualityLevel};
 
 use crate::error::{Error, Result};
 
@@ -19,7 +19,7 @@ pub struct Budget {
     /// Longest time of a propagation update, T_SPS, in seconds, 0.0001 to 10; `None` is no limit.
     pub update_s: Option<f64>,
     /// Share of one core that propagation and sound may use together, 0.05 to 2; `None` is no limit. Updates are spaced
-    /// out first, to [`LONGEST_SPACING_S`]; what does not fit then is scaled down. The synchronous schedule cannot space
+    /// out first, to [`MAX_UPDATE_SPACING_S`]; what does not fit then is scaled down. The synchronous schedule cannot space
     /// out: its updates are the app's own time.
     pub core_share: Option<f64>,
     /// Which tiers may be used.
@@ -39,7 +39,7 @@ pub enum QualityChoice {
 }
 
 /// Longest time between the beginnings of two updates that spacing out may bring about, in seconds.
-pub const LONGEST_SPACING_S: f64 = 0.1;
+pub const MAX_UPDATE_SPACING_S: f64 = 0.1;
 
 impl Budget {
     /// Checks every range.

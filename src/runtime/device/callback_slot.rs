@@ -1,44 +1,44 @@
 //! Where the thing that fills blocks waits between two streams.
 //!
-//! A stream's callback owns a [`Loan`]; when the stream is dropped, on whichever thread, the thing is back in its berth.
+//! A stream's callback owns a [`LeasedCallback`]; when the stream is dropped, on whichever thread, the thing is back in its berth.
 //! Wait-free both ways: one atomic exchange.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::runtime::handover::slot::Slot;
+use crate::runtime::handover::atomic_box::AtomicBox;
 
 /// Fills a block of interleaved stereo.
-pub type Fill = Box<dyn FnMut(&mut [f32]) + Send>;
+pub type RenderCallback = Box<dyn FnMut(&mut [f32]) + Send>;
 
-struct Place {
-    slot: Slot<Fill>,
+struct SharedCallback {
+    slot: AtomicBox<RenderCallback>,
     blocks: AtomicU64,
 }
 
 /// The place where it waits. Control side.
-pub struct Berth(Arc<Place>);
+pub struct CallbackSlot(Arc<SharedCallback>);
 
 /// The thing, lent to a stream.
-pub struct Loan {
-    fill: Option<Box<Fill>>,
-    place: Arc<Place>,
+pub struct LeasedCallback {
+    fill: Option<Box<RenderCallback>>,
+    place: Arc<SharedCallback>,
 }
 
-impl Berth {
+impl CallbackSlot {
     /// With something to lend.
     pub fn new(fill: impl FnMut(&mut [f32]) + Send + 'static) -> Self {
-        let fill: Fill = Box::new(fill);
-        Self(Arc::new(Place {
-            slot: Slot::new(Some(Box::new(fill))),
+        let fill: RenderCallback = Box::new(fill);
+        Self(Arc::new(SharedCallback {
+            slot: AtomicBox::new(Some(Box::new(fill))),
             blocks: AtomicU64::new(0),
         }))
     }
 
     /// Lends it; `None` while a stream has it.
-    pub fn lend(&self) -> Option<Loan> {
+    pub fn lend(&self) -> Option<LeasedCallback> {
         let fill = self.0.slot.take()?;
-        Some(Loan {
+        Some(LeasedCallback {
             fill: Some(fill),
             place: Arc::clone(&self.0),
         })
@@ -50,7 +50,7 @@ impl Berth {
     }
 }
 
-impl Loan {
+impl LeasedCallback {
     /// Fills a block. Audio side, as far as what was lent is.
     pub fn fill(&mut self, block: &mut [f32]) {
         self.place.blocks.fetch_add(1, Ordering::Relaxed);
@@ -61,7 +61,7 @@ impl Loan {
     }
 }
 
-impl Drop for Loan {
+impl Drop for LeasedCallback {
     fn drop(&mut self) {
         drop(self.place.slot.swap(self.fill.take()));
     }
@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn one_stream_has_it_at_a_time_and_gives_it_back() {
         let mut count = 0.0;
-        let berth = Berth::new(move |block: &mut [f32]| {
+        let berth = CallbackSlot::new(move |block: &mut [f32]| {
             count += 1.0;
             block.fill(count);
         });

@@ -11,7 +11,7 @@ use cpal::{ErrorKind, FromSample, SampleFormat, SizedSample, StreamConfig};
 
 use super::supervisor::Backend;
 use crate::error::{Error, Result};
-use crate::runtime::device::callback_slot::Loan;
+use crate::runtime::device::callback_slot::LeasedCallback;
 
 /// Audio frames rendered at once for a device.
 const CHUNK_FRAMES: usize = 256;
@@ -55,7 +55,7 @@ impl CpalBackend {
 impl Backend for CpalBackend {
     type Stream = cpal::Stream;
 
-    fn open(&mut self, loan: Loan, lost: Arc<AtomicBool>) -> Result<cpal::Stream> {
+    fn open(&mut self, loan: LeasedCallback, lost: Arc<AtomicBool>) -> Result<cpal::Stream> {
         let device = cpal::default_host().default_output_device();
         let device = device.ok_or_else(|| {
             let advice = "plug one in, or start the sound system";
@@ -73,7 +73,7 @@ impl Backend for CpalBackend {
 fn open_as<T: SizedSample + FromSample<f32>>(
     device: &cpal::Device,
     config: StreamConfig,
-    mut loan: Loan,
+    mut loan: LeasedCallback,
     lost: Arc<AtomicBool>,
 ) -> Result<cpal::Stream> {
     let channels = usize::from(config.channels.max(1));

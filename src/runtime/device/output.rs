@@ -16,36 +16,36 @@ use std::time::Duration;
 
 use crate::error::{Error, Result};
 use crate::output::device::{Device, DeviceCallback, DeviceGrant, DeviceInterface, OpenDevice};
-use crate::runtime::device::reopening::{Counts, Order, Reopening};
+use crate::runtime::device::reopen_policy::{ReopenAction, ReopenCounts, ReopenPolicy};
 use crate::runtime::device::sound_thread::{RingOutput, SoundThread};
 use crate::runtime::engine::Renderer;
-use crate::runtime::handover::seqlock::{Published, Words, halves, pair};
-use crate::runtime::handover::slot::Slot;
+use crate::runtime::handover::atomic_box::AtomicBox;
+use crate::runtime::handover::seqlock::{Seqlock, Words, halves, pair};
 use crate::runtime::threads::clock::now;
 
 /// How often the supervisor looks.
-const LOOK: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// What callback and supervisor share.
 struct Shared {
-    ring: Slot<RingOutput>,
+    ring: AtomicBox<RingOutput>,
     stop: AtomicBool,
     callbacks: AtomicU64,
     starved_frames: AtomicU64,
     least_frames: AtomicU32,
     most_frames: AtomicU32,
-    report: Published<Watched, 5>,
+    report: Seqlock<DeviceSnapshot, 5>,
 }
 
 /// What the supervisor has seen last.
 #[derive(Clone, Copy, Default)]
-struct Watched {
-    counts: Counts,
+struct DeviceSnapshot {
+    counts: ReopenCounts,
     grant: Option<DeviceGrant>,
     xruns: u32,
 }
 
-impl Words<5> for Watched {
+impl Words<5> for DeviceSnapshot {
     fn to_words(self) -> [u64; 5] {
         let (counts, grant) = (self.counts, self.grant.unwrap_or_default());
         let flags = u32::from(self.grant.is_some())
@@ -83,7 +83,7 @@ impl Words<5> for Watched {
             },
         };
         Self {
-            counts: Counts {
+            counts: ReopenCounts {
                 opened,
                 refused,
                 lost,
@@ -173,13 +173,13 @@ impl DeviceOutput {
         let (sound, ring) = SoundThread::start(renderer, blocks_ahead)?;
         let ring_frames = ring.latency_frames() as u32;
         let shared = Arc::new(Shared {
-            ring: Slot::new(Some(Box::new(ring))),
+            ring: AtomicBox::new(Some(Box::new(ring))),
             stop: AtomicBool::new(false),
             callbacks: AtomicU64::new(0),
             starved_frames: AtomicU64::new(0),
             least_frames: AtomicU32::new(u32::MAX),
             most_frames: AtomicU32::new(0),
-            report: Published::default(),
+            report: Seqlock::default(),
         });
         let watched = Arc::clone(&shared);
         let supervisor = thread::Builder::new()
@@ -245,16 +245,16 @@ impl Drop for DeviceOutput {
 
 fn watch(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
     let began = now();
-    let mut reopening = Reopening::new();
+    let mut reopening = ReopenPolicy::new();
     let mut open: Option<Box<dyn OpenDevice>> = None;
     let mut lost = Arc::new(AtomicBool::new(false));
     while !shared.stop.load(Ordering::Acquire) {
         let now_s = began.elapsed().as_secs_f64();
         let callbacks = shared.callbacks.load(Ordering::Relaxed);
         match reopening.step(now_s, callbacks, lost.load(Ordering::Acquire)) {
-            Order::Wait => thread::park_timeout(LOOK),
-            Order::Close => open = None,
-            Order::Open => {
+            ReopenAction::Wait => thread::park_timeout(POLL_INTERVAL),
+            ReopenAction::Close => open = None,
+            ReopenAction::Open => {
                 // A late word of an earlier device is not heard here.
                 lost = Arc::new(AtomicBool::new(false));
                 let callback = RingCallback {
@@ -269,7 +269,7 @@ fn watch(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
                 reopening.opened(now_s, callbacks, open.is_some());
             }
         }
-        shared.report.store(Watched {
+        shared.report.store(DeviceSnapshot {
             counts: reopening.counts(),
             grant: open.as_ref().map(|open| open.grant()),
             xruns: open.as_mut().map_or(0, |open| open.xruns()),

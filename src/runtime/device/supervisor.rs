@@ -1,4 +1,4 @@
-//! Keeps a device open: does what [`Reopening`] says, and lets a null device stand in meanwhile.
+//! Keeps a device open: does what [`ReopenPolicy`] says, and lets a null device stand in meanwhile.
 //!
 //! Control side, one thread: whoever calls [`Supervisor::poll`], some times a second. It reads no clock: the caller says
 //! how late it is, so that a test can.
@@ -7,9 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::Result;
-use crate::runtime::device::callback_slot::{Berth, Loan};
+use crate::runtime::device::callback_slot::{CallbackSlot, LeasedCallback};
 use crate::runtime::device::null_device::NullDevice;
-use crate::runtime::device::reopening::{Counts, Order, Reopening};
+use crate::runtime::device::reopen_policy::{ReopenAction, ReopenCounts, ReopenPolicy};
 use crate::runtime::threads::affinity::AffinityPolicy;
 
 /// Opens streams to a device.
@@ -22,12 +22,12 @@ pub trait Backend {
     ///
     /// # Errors
     /// Those of the device; the loan has to be dropped then.
-    fn open(&mut self, loan: Loan, lost: Arc<AtomicBool>) -> Result<Self::Stream>;
+    fn open(&mut self, loan: LeasedCallback, lost: Arc<AtomicBool>) -> Result<Self::Stream>;
 }
 
 /// A null device's shape, for the time without a device.
 #[derive(Debug, Clone, Copy)]
-pub struct StandIn {
+pub struct NullDeviceSettings {
     /// Sample rate in Hz.
     pub rate_hz: u32,
     /// Audio frames a block.
@@ -50,7 +50,7 @@ pub enum DeviceState {
     },
 }
 
-enum Now<S> {
+enum SupervisorState<S> {
     Playing {
         stream: S,
         lost: Arc<AtomicBool>,
@@ -64,10 +64,10 @@ enum Now<S> {
 /// Keeps a device open.
 pub struct Supervisor<B: Backend> {
     backend: B,
-    berth: Berth,
-    stand_in: Option<StandIn>,
-    now: Now<B::Stream>,
-    reopening: Reopening,
+    berth: CallbackSlot,
+    stand_in: Option<NullDeviceSettings>,
+    now: SupervisorState<B::Stream>,
+    reopening: ReopenPolicy,
 }
 
 impl<B: Backend> Supervisor<B> {
@@ -76,35 +76,35 @@ impl<B: Backend> Supervisor<B> {
     pub fn new(
         backend: B,
         fill: impl FnMut(&mut [f32]) + Send + 'static,
-        stand_in: Option<StandIn>,
+        stand_in: Option<NullDeviceSettings>,
     ) -> Self {
         Self {
             backend,
-            berth: Berth::new(fill),
+            berth: CallbackSlot::new(fill),
             stand_in,
-            now: Now::Waiting {
+            now: SupervisorState::Waiting {
                 because: "not opened yet".into(),
                 stand_in: None,
             },
-            reopening: Reopening::new(),
+            reopening: ReopenPolicy::new(),
         }
     }
 
     /// Looks after the device; `time_s` is the caller's clock, which never goes back.
     pub fn poll(&mut self, time_s: f64) -> DeviceState {
         let lost = match &self.now {
-            Now::Playing { lost, .. } => lost.load(Ordering::Acquire),
-            Now::Waiting { .. } => false,
+            SupervisorState::Playing { lost, .. } => lost.load(Ordering::Acquire),
+            SupervisorState::Waiting { .. } => false,
         };
         match self.reopening.step(time_s, self.berth.blocks(), lost) {
-            Order::Wait => {}
-            Order::Close if lost => self.wait("the device was lost".into()),
-            Order::Close => self.wait("the device asked for nothing any more".into()),
-            Order::Open => self.attempt(time_s),
+            ReopenAction::Wait => {}
+            ReopenAction::Close if lost => self.wait("the device was lost".into()),
+            ReopenAction::Close => self.wait("the device asked for nothing any more".into()),
+            ReopenAction::Open => self.attempt(time_s),
         }
         match &self.now {
-            Now::Playing { .. } => DeviceState::Playing,
-            Now::Waiting { because, .. } => DeviceState::Waiting {
+            SupervisorState::Playing { .. } => DeviceState::Playing,
+            SupervisorState::Waiting { because, .. } => DeviceState::Waiting {
                 until_s: self.reopening.due_s().unwrap_or(time_s),
                 because: because.clone(),
             },
@@ -112,14 +112,14 @@ impl<B: Backend> Supervisor<B> {
     }
 
     fn attempt(&mut self, time_s: f64) {
-        if let Now::Waiting { stand_in, .. } = &mut self.now {
+        if let SupervisorState::Waiting { stand_in, .. } = &mut self.now {
             drop(stand_in.take());
         }
         let lost = Arc::new(AtomicBool::new(false));
         let refusal = match self.berth.lend() {
             Some(loan) => match self.backend.open(loan, Arc::clone(&lost)) {
                 Ok(stream) => {
-                    self.now = Now::Playing { stream, lost };
+                    self.now = SupervisorState::Playing { stream, lost };
                     None
                 }
                 Err(error) => Some(error.to_string()),
@@ -136,7 +136,7 @@ impl<B: Backend> Supervisor<B> {
 
     /// Ends the stream, so that the loan is back, and lets the null device play.
     fn wait(&mut self, because: String) {
-        self.now = Now::Waiting {
+        self.now = SupervisorState::Waiting {
             because,
             stand_in: None,
         };
@@ -148,7 +148,7 @@ impl<B: Backend> Supervisor<B> {
         let started = NullDevice::start(rate_hz, frames, shape.affinity, move |block| {
             loan.fill(block);
         });
-        if let Now::Waiting { stand_in, .. } = &mut self.now {
+        if let SupervisorState::Waiting { stand_in, .. } = &mut self.now {
             // Without a thread for it, time stands still until the next attempt.
             *stand_in = started.ok();
         }
@@ -157,13 +157,13 @@ impl<B: Backend> Supervisor<B> {
     /// The stream that plays, if one does.
     pub fn stream(&self) -> Option<&B::Stream> {
         match &self.now {
-            Now::Playing { stream, .. } => Some(stream),
-            Now::Waiting { .. } => None,
+            SupervisorState::Playing { stream, .. } => Some(stream),
+            SupervisorState::Waiting { .. } => None,
         }
     }
 
     /// Streams opened, refused, lost and stalled so far.
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> ReopenCounts {
         self.reopening.counts()
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicU64;
 
 use super::*;
 use crate::error::Error;
-use crate::runtime::device::reopening::{LONGEST_WAIT_S, STALL_S};
+use crate::runtime::device::reopen_policy::{MAX_WAIT_S, STALL_S};
 
 /// What the fake device does and has seen.
 #[derive(Default)]
@@ -18,12 +18,12 @@ struct Script {
 
 struct Fake(Rc<RefCell<Script>>);
 
-struct FakeStream(RefCell<Loan>);
+struct FakeStream(RefCell<LeasedCallback>);
 
 impl Backend for Fake {
     type Stream = FakeStream;
 
-    fn open(&mut self, loan: Loan, lost: Arc<AtomicBool>) -> Result<FakeStream> {
+    fn open(&mut self, loan: LeasedCallback, lost: Arc<AtomicBool>) -> Result<FakeStream> {
         let mut script = self.0.borrow_mut();
         script.attempts += 1;
         if !script.is_there {
@@ -35,7 +35,7 @@ impl Backend for Fake {
 }
 
 fn supervised(
-    stand_in: Option<StandIn>,
+    stand_in: Option<NullDeviceSettings>,
 ) -> (Supervisor<Fake>, Rc<RefCell<Script>>, Arc<AtomicU64>) {
     let script = Rc::new(RefCell::new(Script {
         is_there: true,
@@ -102,8 +102,8 @@ fn attempts_become_rarer_and_never_stop() {
     }
     let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!((gaps[0] - 0.1).abs() < 0.02 && (gaps[1] - 0.2).abs() < 0.02);
-    assert!(gaps.iter().all(|gap| *gap <= LONGEST_WAIT_S + 0.02));
-    assert!((gaps.last().expect("many") - LONGEST_WAIT_S).abs() < 0.02);
+    assert!(gaps.iter().all(|gap| *gap <= MAX_WAIT_S + 0.02));
+    assert!((gaps.last().expect("many") - MAX_WAIT_S).abs() < 0.02);
     script.borrow_mut().is_there = true;
     assert_eq!(supervisor.poll(70.0), DeviceState::Playing);
 }
@@ -139,7 +139,7 @@ fn a_device_that_asks_for_nothing_is_opened_again() {
 
 #[test]
 fn a_null_device_stands_in() {
-    let shape = StandIn {
+    let shape = NullDeviceSettings {
         rate_hz: 44_100,
         block_frames: 64,
         affinity: AffinityPolicy::None,

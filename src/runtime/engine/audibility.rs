@@ -18,12 +18,12 @@ const MASKED: f32 = 1e-6;
 const HYSTERESIS: f32 = 0.25;
 
 /// Distance in metres below which a source gets no louder.
-const NEAREST_M: f32 = 0.3;
+const MIN_DISTANCE_M: f32 = 0.3;
 
 /// Energy at the listener of a source that plays at full scale, without walls.
 pub(super) fn energy(pose: &SourcePose, gain: f32, listener: Vec3) -> f32 {
     let way = listener - pose.position;
-    let distance_m = way.length().max(NEAREST_M);
+    let distance_m = way.length().max(MIN_DISTANCE_M);
     let factor = pose.factor_towards(way.normalize_or(Vec3::NEG_Z));
     // Reflections go everywhere, so facing away silences nobody.
     let directed: f32 = factor.iter().map(|f| f * f).sum::<f32>() / BANDS as f32;

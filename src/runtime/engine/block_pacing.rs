@@ -16,17 +16,17 @@ const SPARE: f64 = 1.1;
 /// Most work in a block, as a share of its period on a desktop's core. Where a frame takes more (that of a scene that has
 /// just come, in which every path is new), the next one waits for it: fewer frames are heard for a moment, each of them
 /// whole, and no block is much longer than the others.
-const MOST_SHARE: f64 = 0.05;
+const MAX_SHARE: f64 = 0.05;
 
-/// What voices leave of a block that is as full as blocks should be is what a frame's work may take, between [`LEAST_SHARE`]
-/// and [`MOST_SHARE`]: a thousand voices are a fifth of a block, and what is added to them is what makes the slowest blocks.
+/// What voices leave of a block that is as full as blocks should be is what a frame's work may take, between [`MIN_SHARE`]
+/// and [`MAX_SHARE`]: a thousand voices are a fifth of a block, and what is added to them is what makes the slowest blocks.
 /// Shares of the period on a desktop's core: of the whole block, of what does not hang on voices, and of a voice (`soak` on a
 /// Xeon of 2.6 GHz with other work beside it). Beyond 730 voices frames take more blocks than the app's frames last: a soak
 /// of 760 in the mean hears 34 a second instead of 40, and its slowest blocks take a twentieth less.
 const FULL_SHARE: f64 = 0.20;
 const SOURCES_SHARE: f64 = 0.04;
 const VOICE_SHARE: f64 = 1.5e-4;
-const LEAST_SHARE: f64 = 0.015;
+const MIN_SHARE: f64 = 0.015;
 
 /// What a unit of work takes there, in seconds.
 const UNIT_S: f64 = 1e-7;
@@ -45,7 +45,7 @@ pub fn ramp_frames(frame_s: f64, rate_hz: u32, block_frames: usize) -> u32 {
 
 /// The share of a graphics frame that each block works out.
 #[derive(Debug)]
-pub(crate) struct Pace {
+pub(crate) struct BlockPacing {
     block_s: f64,
     is_even: bool,
     /// Blocks that a frame's work is spread over.
@@ -55,7 +55,7 @@ pub(crate) struct Pace {
     last: u32,
 }
 
-impl Pace {
+impl BlockPacing {
     /// For blocks of this length; without `is_even` every frame is done at once.
     pub(crate) fn new(block_s: f64, is_even: bool) -> Self {
         Self {
@@ -86,7 +86,7 @@ impl Pace {
         }
         let even = SPARE * share * f64::from(self.last) / f64::from(self.blocks);
         let left = FULL_SHARE - SOURCES_SHARE - VOICE_SHARE * f64::from(voices);
-        let most = share * left.clamp(LEAST_SHARE, MOST_SHARE) * self.block_s / UNIT_S;
+        let most = share * left.clamp(MIN_SHARE, MAX_SHARE) * self.block_s / UNIT_S;
         WorkBudget::of((even.min(most) as u32).max(AT_ONCE))
     }
 
@@ -106,17 +106,17 @@ mod tests {
     use super::*;
 
     /// Blocks that a frame of so much work takes, in pieces of 50.
-    fn blocks_for(pace: &mut Pace, work: u32) -> u32 {
+    fn blocks_for(pace: &mut BlockPacing, work: u32) -> u32 {
         spread(pace, work).0
     }
 
     /// The same, and the most work of a block.
-    fn spread(pace: &mut Pace, work: u32) -> (u32, u32) {
+    fn spread(pace: &mut BlockPacing, work: u32) -> (u32, u32) {
         spread_beside(pace, work, 0)
     }
 
     /// The same beside so many voices.
-    fn spread_beside(pace: &mut Pace, work: u32, voices: u32) -> (u32, u32) {
+    fn spread_beside(pace: &mut BlockPacing, work: u32, voices: u32) -> (u32, u32) {
         pace.begin(1.0 / 60.0);
         let (mut left, mut blocks, mut most) = (work, 0, 0);
         while left > 0 {
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn much_work_is_spread_and_little_is_not() {
-        let mut pace = Pace::new(256.0 / 44_100.0, true);
+        let mut pace = BlockPacing::new(256.0 / 44_100.0, true);
         assert_eq!(blocks_for(&mut pace, 500), 1);
         // What a frame takes is known after the first of its kind.
         blocks_for(&mut pace, 6_000);
@@ -143,16 +143,16 @@ mod tests {
             assert_eq!(blocks_for(&mut pace, 6_000), 3);
             assert_eq!(blocks_for(&mut pace, 6_200), 3);
         }
-        let mut at_once = Pace::new(256.0 / 44_100.0, false);
+        let mut at_once = BlockPacing::new(256.0 / 44_100.0, false);
         assert_eq!(blocks_for(&mut at_once, 18_000), 1);
-        let mut long_blocks = Pace::new(1024.0 / 44_100.0, true);
+        let mut long_blocks = BlockPacing::new(1024.0 / 44_100.0, true);
         assert_eq!(blocks_for(&mut long_blocks, 18_000), 1);
     }
 
     #[test]
     fn what_is_too_much_for_a_frames_blocks_takes_more_of_them_and_then_no_more() {
         let block_s = 256.0 / 44_100.0;
-        let mut pace = Pace::new(block_s, true);
+        let mut pace = BlockPacing::new(block_s, true);
         // 5 % of 5.8 ms in tenths of a microsecond, and the piece that was begun.
         let bound = (0.05 * block_s / 1e-7) as u32 + 50;
         for work in [18_000, 18_000, 30_000] {
@@ -169,7 +169,7 @@ mod tests {
         let block_s = 256.0 / 44_100.0;
         let mut most = Vec::new();
         for voices in [0, 730, 850, 1_000, 10_000] {
-            let mut pace = Pace::new(block_s, true);
+            let mut pace = BlockPacing::new(block_s, true);
             spread_beside(&mut pace, 18_000, voices);
             most.push(spread_beside(&mut pace, 18_000, voices).1);
         }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::settings::FrameTime;
 
 /// Frames farther apart than this, in seconds, are a pause and not a graphics frame.
-const LONGEST_FRAME_S: f64 = 0.5;
+const MAX_FRAME_S: f64 = 0.5;
 /// Share of a new graphics frame in the mean.
 const FRAME_WEIGHT: f64 = 0.1;
 /// T_g until two frames have been seen, in seconds.
@@ -45,7 +45,7 @@ impl FrameClock {
         if let Some((last, before)) = self.last.replace((at, ticks)) {
             let passed_s = at.saturating_duration_since(last).as_secs_f64();
             let passed = ticks.saturating_sub(before).max(1) as f64;
-            if passed_s < LONGEST_FRAME_S {
+            if passed_s < MAX_FRAME_S {
                 self.frame_s += FRAME_WEIGHT * (passed_s - self.frame_s);
                 self.tick_s += FRAME_WEIGHT * (passed_s / passed - self.tick_s);
             }

@@ -9,14 +9,14 @@ use crate::propagation::{MAX_ORDER, PathSet};
 use crate::runtime::budget::Budget;
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
-use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::engine::sample_source::SampleSource;
 
 /// A slot that is none: the source is not heard.
 pub(super) const NO_SLOT: u16 = u16::MAX;
 
 /// Where a source's sound goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FeedPlace {
+pub(super) struct SourceRoute {
     /// The app's source.
     pub(super) id: SourceId,
     /// The generator's slot, or [`NO_SLOT`].
@@ -33,7 +33,7 @@ pub(super) struct AudioFrame {
     /// Where instances stand.
     pub(super) instances: Vec<InstancePose>,
     /// Every source's sound, in the order of their handles' slots.
-    pub(super) feeds: Vec<FeedPlace>,
+    pub(super) feeds: Vec<SourceRoute>,
     pub(super) paused: bool,
     /// The app's graphics frames so far.
     pub(super) ticks: u64,
@@ -69,7 +69,7 @@ pub(super) struct WorldFrame {
 /// One propagation update on its way to the renderer, and what it brings along. The renderer puts what it replaces in
 /// the same box, which travels back.
 #[derive(Default)]
-pub(super) struct Delivery {
+pub(super) struct UpdateMessage {
     pub(super) paths: PathSet,
     /// What the predictor would otherwise have to work out of them.
     pub(super) groundwork: PreparedUpdate,
@@ -88,7 +88,7 @@ pub(super) struct Delivery {
 }
 
 /// A source's new sound.
-pub(super) struct FeedChange {
+pub(super) struct SampleSourceChange {
     pub(super) id: SourceId,
-    pub(super) feed: Feed,
+    pub(super) feed: SampleSource,
 }

@@ -2,30 +2,30 @@
 //!
 //! Audio side; wait-free, bounded by the number of sources; allocates at birth only. Where every source has a slot the
 //! mixture is the source itself. A source that changes slots fades out of one while it fades into the other, and changes
-//! again only after that; one in no slot keeps its place in its sound. What ends fades where it was heard ([`Afterglow`]).
-//! Levels follow the frame's without a bend ([`Gain`]).
+//! again only after that; one in no slot keeps its place in its sound. What ends fades where it was heard ([`ReleaseTails`]).
+//! Levels follow the frame's without a bend ([`SmoothedGain`]).
 
-use super::messages::{FeedChange, FeedPlace, NO_SLOT};
-use super::smooth_gain::{Fade, Gain, mix_into};
-use crate::runtime::engine::release_tails::{AFTERGLOW_FRAMES, Afterglow};
-use crate::runtime::engine::sample_source::Feed;
+use super::messages::{NO_SLOT, SampleSourceChange, SourceRoute};
+use super::smooth_gain::{CrossFade, SmoothedGain, mix_into};
+use crate::runtime::engine::release_tails::{RELEASE_FRAMES, ReleaseTails};
+use crate::runtime::engine::sample_source::SampleSource;
 use crate::scene::SourceId;
 
 /// Seconds of a cross-fade between two slots.
-pub(super) const FADE_S: f32 = 0.05;
+pub(super) const CROSS_FADE_S: f32 = 0.05;
 
 /// What the renderer knows of one source.
 #[derive(Default)]
-struct Seat {
+struct MixerSource {
     /// Whether the last block had it in a slot.
     sounds: bool,
-    feed: Feed,
+    feed: SampleSource,
     /// Whose feed it is.
     owner: Option<SourceId>,
     /// Who is here in the graphics frame in use.
     tenant: Option<SourceId>,
     is_present: bool,
-    gain: Gain,
+    gain: SmoothedGain,
     target: f32,
     slot: u16,
     /// The slot it is to be in, which it goes to when it has left the one before.
@@ -37,29 +37,29 @@ struct Seat {
     left_fade: f32,
 }
 
-impl Seat {
+impl MixerSource {
     /// Leaves what would have been heard next to the slots where it is heard.
-    fn end(&mut self, afterglow: &mut Afterglow) {
+    fn end(&mut self, tails: &mut ReleaseTails) {
         if !std::mem::take(&mut self.sounds) {
             return;
         }
-        let mut samples = [0.0; AFTERGLOW_FRAMES];
+        let mut samples = [0.0; RELEASE_FRAMES];
         self.feed.fill(&mut samples);
-        let gain = |place: f32| self.gain.value * Fade { place, growth: 0.0 }.share(0);
-        afterglow.add(self.slot, &samples, gain(self.fade));
-        afterglow.add(self.left, &samples, gain(self.left_fade));
+        let gain = |place: f32| self.gain.value * CrossFade { place, growth: 0.0 }.share(0);
+        tails.add(self.slot, &samples, gain(self.fade));
+        tails.add(self.left, &samples, gain(self.left_fade));
     }
 }
 
 /// All sources and the slots that they are mixed into.
 pub(super) struct Mixer {
-    seats: Vec<Seat>,
+    seats: Vec<MixerSource>,
     block: usize,
     /// One block a slot.
     inputs: Vec<f32>,
     /// Slots that something was mixed into.
     sounds: Vec<bool>,
-    afterglow: Afterglow,
+    tails: ReleaseTails,
     scratch: Vec<f32>,
     rate_hz: f32,
 }
@@ -67,21 +67,21 @@ pub(super) struct Mixer {
 impl Mixer {
     pub(super) fn new(sources: usize, slots: usize, block: usize, rate_hz: u32) -> Self {
         Self {
-            seats: (0..sources).map(|_| Seat::default()).collect(),
+            seats: (0..sources).map(|_| MixerSource::default()).collect(),
             block,
             inputs: vec![0.0; slots * block],
             sounds: vec![false; slots],
-            afterglow: Afterglow::new(slots),
+            tails: ReleaseTails::new(slots),
             scratch: vec![0.0; block],
             rate_hz: rate_hz as f32,
         }
     }
 
     /// Gives a source another sound; the old one comes back.
-    pub(super) fn change(&mut self, change: FeedChange) -> Feed {
+    pub(super) fn change(&mut self, change: SampleSourceChange) -> SampleSource {
         let mut old = change.feed;
         if let Some(seat) = self.seats.get_mut(change.id.slot()) {
-            seat.end(&mut self.afterglow);
+            seat.end(&mut self.tails);
             std::mem::swap(&mut seat.feed, &mut old);
             seat.owner = Some(change.id);
         }
@@ -89,7 +89,7 @@ impl Mixer {
     }
 
     /// Takes over a graphics frame's sources: those and no others are there.
-    pub(super) fn place(&mut self, places: &[FeedPlace]) {
+    pub(super) fn place(&mut self, places: &[SourceRoute]) {
         for seat in &mut self.seats {
             seat.is_present = false;
         }
@@ -99,8 +99,8 @@ impl Mixer {
             };
             if seat.tenant != Some(place.id) {
                 // Another source begins at its own gain.
-                seat.end(&mut self.afterglow);
-                seat.gain = Gain::at(place.gain);
+                seat.end(&mut self.tails);
+                seat.gain = SmoothedGain::at(place.gain);
                 (seat.slot, seat.fade) = (place.slot, 1.0);
                 seat.left_fade = 0.0;
             }
@@ -117,21 +117,22 @@ impl Mixer {
             seats,
             inputs,
             sounds,
-            afterglow,
+            tails,
             scratch,
             rate_hz,
             ..
         } = self;
-        let growth = 1.0 / (FADE_S * *rate_hz);
+        let growth = 1.0 / (CROSS_FADE_S * *rate_hz);
         let step = frames as f32 * growth;
         let scratch = &mut scratch[..frames];
         let mut starved = 0;
         sounds.fill(false);
         for seat in seats {
-            let plays =
-                seat.is_present && seat.owner == seat.tenant && !matches!(seat.feed, Feed::Silence);
+            let plays = seat.is_present
+                && seat.owner == seat.tenant
+                && !matches!(seat.feed, SampleSource::Silence);
             if !plays {
-                seat.end(afterglow);
+                seat.end(tails);
                 continue;
             }
             if seat.slot != seat.wanted && seat.left_fade == 0.0 {
@@ -142,13 +143,13 @@ impl Mixer {
             seat.sounds = heard || seat.left_fade > 0.0;
             if !seat.sounds {
                 starved += seat.feed.skip(frames);
-                seat.gain = Gain::at(seat.target);
+                seat.gain = SmoothedGain::at(seat.target);
                 continue;
             }
             starved += seat.feed.fill(scratch);
             let from = seat.gain;
             let to = from.after(frames, seat.target, *rate_hz);
-            let mut add = |slot: u16, fade: Fade| {
+            let mut add = |slot: u16, fade: CrossFade| {
                 let slot = usize::from(slot);
                 if let Some(sounds) = sounds.get_mut(slot) {
                     let input = &mut inputs[slot * self.block..][..frames];
@@ -161,23 +162,23 @@ impl Mixer {
             if seat.left_fade > 0.0 {
                 let place = seat.left_fade;
                 let growth = -growth;
-                add(seat.left, Fade { place, growth });
+                add(seat.left, CrossFade { place, growth });
                 seat.left_fade = (place - step).max(0.0);
             }
             if heard {
                 let place = seat.fade;
-                add(seat.slot, Fade { place, growth });
+                add(seat.slot, CrossFade { place, growth });
                 seat.fade = (place + step).min(1.0);
             }
             seat.gain = to;
         }
         for (slot, sounds) in sounds.iter_mut().enumerate() {
-            if afterglow.is_heard(slot) {
+            if tails.is_heard(slot) {
                 let input = &mut inputs[slot * self.block..][..frames];
                 if !std::mem::replace(sounds, true) {
                     input.fill(0.0);
                 }
-                afterglow.mix(slot, input);
+                tails.mix(slot, input);
             }
         }
         starved

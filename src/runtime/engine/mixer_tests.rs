@@ -4,21 +4,21 @@ use super::*;
 
 const BLOCK: usize = 64;
 
-fn place(number: u16, slot: u16, gain: f32) -> FeedPlace {
+fn place(number: u16, slot: u16, gain: f32) -> SourceRoute {
     let id = SourceId::new(number, 0);
-    FeedPlace { id, slot, gain }
+    SourceRoute { id, slot, gain }
 }
 
 fn mixer(sources: u16) -> Mixer {
     let mut mixer = Mixer::new(usize::from(sources), 2, BLOCK, 44_100);
     for number in 0..sources {
-        let feed = Feed::Clip {
+        let feed = SampleSource::Clip {
             samples: vec![1.0; 100].into(),
             next: 0,
             looped: true,
         };
         let id = SourceId::new(number, 0);
-        mixer.change(FeedChange { id, feed });
+        mixer.change(SampleSourceChange { id, feed });
     }
     mixer
 }
@@ -57,7 +57,7 @@ fn several_share_a_slot_and_the_unheard_keep_their_place() {
     let mut mixer = mixer(3);
     mixer.place(&[place(0, 1, 0.5), place(1, 1, 0.25), place(2, NO_SLOT, 1.0)]);
     assert_eq!(mixed(&mut mixer), [0.0, 0.75]);
-    let Feed::Clip { next, .. } = &mixer.seats[2].feed else {
+    let SampleSource::Clip { next, .. } = &mixer.seats[2].feed else {
         panic!("a clip");
     };
     assert_eq!(*next, BLOCK);
@@ -65,12 +65,12 @@ fn several_share_a_slot_and_the_unheard_keep_their_place() {
     // The other one fades.
     let [_, first] = mixed(&mut mixer);
     assert!(first > 0.5 && first < 0.75, "{first}");
-    (1..AFTERGLOW_FRAMES / BLOCK).for_each(|_| {
+    (1..RELEASE_FRAMES / BLOCK).for_each(|_| {
         mixed(&mut mixer);
     });
     assert_eq!(mixed(&mut mixer), [0.0, 0.5]);
     mixer.place(&[]);
-    (0..AFTERGLOW_FRAMES / BLOCK).for_each(|_| {
+    (0..RELEASE_FRAMES / BLOCK).for_each(|_| {
         mixed(&mut mixer);
     });
     assert_eq!(mixed(&mut mixer), [0.0, 0.0]);
@@ -86,13 +86,13 @@ fn a_sound_that_is_taken_away_ends_without_a_step() {
         match how {
             // Removed, stopped, or given another sound that begins softly.
             0 => mixer.place(&[]),
-            1 => drop(mixer.change(FeedChange {
+            1 => drop(mixer.change(SampleSourceChange {
                 id,
-                feed: Feed::Silence,
+                feed: SampleSource::Silence,
             })),
-            _ => drop(mixer.change(FeedChange {
+            _ => drop(mixer.change(SampleSourceChange {
                 id,
-                feed: Feed::Clip {
+                feed: SampleSource::Clip {
                     samples: vec![0.0; 100].into(),
                     next: 0,
                     looped: true,
@@ -100,14 +100,14 @@ fn a_sound_that_is_taken_away_ends_without_a_step() {
             })),
         }
         let mut last = 0.5;
-        for _ in 0..AFTERGLOW_FRAMES / BLOCK + 1 {
+        for _ in 0..RELEASE_FRAMES / BLOCK + 1 {
             mixer.mix(BLOCK);
             let mut inputs: [&[f32]; 2] = [&[]; 2];
             mixer.inputs(BLOCK, &mut inputs);
             for n in 0..BLOCK {
                 let next = inputs[0].get(n).copied().unwrap_or(0.0);
                 // A cubic's steepest step is one and a half times a line's.
-                assert!(next <= last && last - next <= 0.76 / AFTERGLOW_FRAMES as f32);
+                assert!(next <= last && last - next <= 0.76 / RELEASE_FRAMES as f32);
                 last = next;
             }
         }
@@ -135,7 +135,7 @@ fn steepest(mixer: &mut Mixer, last: &mut [f32; 2], blocks: usize) -> f32 {
 
 #[test]
 fn whoever_changes_slots_again_or_goes_meanwhile_is_not_cut_off() {
-    let smooth = 1.52 / AFTERGLOW_FRAMES as f32;
+    let smooth = 1.52 / RELEASE_FRAMES as f32;
     for goes in [false, true] {
         let mut mixer = mixer(1);
         let mut last = [0.0; 2];
@@ -147,7 +147,7 @@ fn whoever_changes_slots_again_or_goes_meanwhile_is_not_cut_off() {
         mixer.place(&[place(0, 1, 1.0)]);
         assert!(steepest(&mut mixer, &mut last, 40) < smooth);
         assert!(last[0] == 0.0 && last[1] > 0.1, "{last:?}");
-        let places: &[FeedPlace] = if goes { &[] } else { &[place(0, 0, 1.0)] };
+        let places: &[SourceRoute] = if goes { &[] } else { &[place(0, 0, 1.0)] };
         mixer.place(places);
         assert!(steepest(&mut mixer, &mut last, 80) < smooth);
         assert_eq!(last, if goes { [0.0; 2] } else { [1.0, 0.0] });
@@ -162,16 +162,16 @@ fn sounds_that_end_one_after_the_other_all_fade() {
     steepest(&mut mixer, &mut last, 1);
     let id = SourceId::new(0, 0);
     let rising: Vec<f32> = (0..640).map(|n| n as f32 / 640.0).collect();
-    let feed = Feed::Clip {
+    let feed = SampleSource::Clip {
         samples: rising.into(),
         next: 0,
         looped: false,
     };
-    mixer.change(FeedChange { id, feed });
-    let smooth = 1.52 / AFTERGLOW_FRAMES as f32 + 1.0 / 640.0;
+    mixer.change(SampleSourceChange { id, feed });
+    let smooth = 1.52 / RELEASE_FRAMES as f32 + 1.0 / 640.0;
     assert!(steepest(&mut mixer, &mut last, 2) < smooth);
-    let feed = Feed::Silence;
-    mixer.change(FeedChange { id, feed });
+    let feed = SampleSource::Silence;
+    mixer.change(SampleSourceChange { id, feed });
     assert!(steepest(&mut mixer, &mut last, 5) < smooth);
     assert_eq!(last, [0.0; 2]);
 }

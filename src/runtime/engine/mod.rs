@@ -20,13 +20,13 @@ mod frame_clock;
 mod histogram;
 mod messages;
 mod mixer;
+mod path_snapshot;
 mod propagation_thread;
 mod release_tails;
 mod renderer;
 mod sample_source;
 mod scene_builder;
 mod settings;
-mod shown_paths;
 mod slot_release;
 mod smooth_gain;
 mod source_table;
@@ -41,9 +41,9 @@ pub use controller::{Controller, EngineState};
 
 pub use crate::runtime::engine::block_pacing::ramp_frames;
 pub use histogram::Percentiles;
+pub use path_snapshot::{MAX_CORNERS, SnapshotPath};
 pub use renderer::{RenderReport, Renderer};
-pub use settings::{EngineSchedule, EngineSettings, FrameTime, MOST_SOURCES};
-pub use shown_paths::{MOST_CORNERS, ShownPath};
+pub use settings::{EngineSchedule, EngineSettings, FrameTime, MAX_SOURCES};
 pub use statistics::Statistics;
 pub use stream::StreamWriter;
 
@@ -58,14 +58,14 @@ use super::trace::{Track, spans};
 use crate::runtime::handover::newest::newest;
 use crate::runtime::threads::clock::now;
 use crate::runtime::threads::workers::Threads;
-use controller::Links;
+use controller::Channels;
 use messages::AudioFrame;
-use renderer::Parts;
-use statistics::Meters;
-use worker::{Orders, Worker, extrapolator_for};
+use renderer::RendererParts;
+use statistics::Metrics;
+use worker::{PendingPropagator, Worker, extrapolator_for};
 
 /// Feed changes that may wait for the renderer; beyond them the controller keeps the newest one a source.
-const FEEDS_AHEAD: usize = 64;
+const CHANGES_AHEAD: usize = 64;
 
 /// Makes engines.
 pub struct Engine;
@@ -92,19 +92,19 @@ impl Engine {
         };
         let extrapolator = extrapolator_for(&propagator, predictor, [settings.max_paths, slots]);
         let generator = Generator::new(settings.generation.clone(), head)?;
-        let meters = Arc::new(Meters::default());
+        let metrics = Arc::new(Metrics::default());
         let (frame_sender, frames) = newest();
         let (world_sender, world) = newest();
         let (delivery_sender, deliveries) = newest();
         let (shown_sender, shown) = newest();
-        let (feed_sender, feeds) = rtrb::RingBuffer::new(FEEDS_AHEAD);
-        let (retired, retired_receiver) = rtrb::RingBuffer::new(FEEDS_AHEAD);
-        let orders = Orders::default();
+        let (feed_sender, feeds) = rtrb::RingBuffer::new(CHANGES_AHEAD);
+        let (retired, retired_receiver) = rtrb::RingBuffer::new(CHANGES_AHEAD);
+        let pending_propagator = PendingPropagator::default();
         let worker = Worker {
-            orders: Arc::clone(&orders),
+            pending_propagator: Arc::clone(&pending_propagator),
             world,
             deliveries: delivery_sender,
-            meters: Arc::clone(&meters),
+            metrics: Arc::clone(&metrics),
             max_paths: settings.max_paths,
             max_sources: slots,
             synchronous: false,
@@ -127,7 +127,7 @@ impl Engine {
             update: 0,
             propagator,
         };
-        let renderer = Renderer::new(Parts {
+        let renderer = Renderer::new(RendererParts {
             frames,
             deliveries,
             feeds,
@@ -136,21 +136,21 @@ impl Engine {
             extrapolator,
             generator,
             spans: sound.0,
-            meters: Arc::clone(&meters),
+            metrics: Arc::clone(&metrics),
             settings: settings.clone(),
         });
-        let links = Links {
+        let channels = Channels {
             frames: frame_sender,
             world: world_sender,
             feeds: feed_sender,
             retired: retired_receiver,
-            orders,
-            meters,
+            pending_propagator,
+            metrics,
             shown,
             spans: app.0,
             span_readers: [app.1, propagation.1, sound.1],
         };
-        let controller = Controller::new(settings, links, Box::new(worker))?;
+        let controller = Controller::new(settings, channels, Box::new(worker))?;
         Ok((controller, renderer))
     }
 }

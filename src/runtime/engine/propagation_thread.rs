@@ -20,7 +20,7 @@ use crate::runtime::threads::flush_to_zero::FlushToZero;
 use crate::runtime::threads::workers::Threads;
 
 /// Longest sleep without a wake-up call, so that a lost one costs no more than that.
-const LONGEST_SLEEP: Duration = Duration::from_millis(100);
+const MAX_SLEEP: Duration = Duration::from_millis(100);
 
 /// Where the worker is.
 pub(super) enum Propagation {
@@ -39,7 +39,7 @@ impl Propagation {
     /// Puts a worker where the schedule wants it.
     pub(super) fn start(mut worker: Box<Worker>, settings: &EngineSettings) -> Result<Self> {
         worker
-            .meters
+            .metrics
             .propagation_failed
             .store(false, Ordering::Release);
         worker.synchronous = settings.schedule == EngineSchedule::Synchronous;
@@ -70,7 +70,7 @@ impl Propagation {
     pub(super) fn wake(&mut self) {
         match self {
             Self::Inline(worker) => {
-                let failed = worker.meters.propagation_failed.load(Ordering::Acquire);
+                let failed = worker.metrics.propagation_failed.load(Ordering::Acquire);
                 if !failed {
                     let _flush = FlushToZero::begin();
                     try_step(worker);
@@ -98,12 +98,12 @@ impl Propagation {
 fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Box<Worker> {
     worker.manners.change_thread();
     let placement = place_this_thread(policy, ThreadRole::Propagation);
-    worker.meters.propagation_placement.store(placement);
+    worker.metrics.propagation_placement.store(placement);
     let _flush = FlushToZero::begin();
     while !stop.load(Ordering::Acquire) {
         match try_step(&mut worker) {
             Some(Some(rest)) => wait(rest, stop),
-            Some(None) => thread::park_timeout(LONGEST_SLEEP),
+            Some(None) => thread::park_timeout(MAX_SLEEP),
             None => break,
         }
     }
@@ -131,7 +131,7 @@ fn try_step(worker: &mut Worker) -> Option<Option<Duration>> {
     let result = catch_unwind(AssertUnwindSafe(|| worker.step()));
     if result.is_err() {
         worker
-            .meters
+            .metrics
             .propagation_failed
             .store(true, Ordering::Release);
     }

@@ -4,25 +4,25 @@
 
 /// Audio frames over which a sound fades that is taken away: long enough not to click, short enough to be over before a
 /// slot has another tenant.
-pub(crate) const AFTERGLOW_FRAMES: usize = 256;
+pub(crate) const RELEASE_FRAMES: usize = 256;
 
 /// What is still to come of one slot's ended sounds: a ring.
 struct Ring {
-    samples: [f32; AFTERGLOW_FRAMES],
+    samples: [f32; RELEASE_FRAMES],
     next: usize,
     /// How many of them may be other than zero.
     left: usize,
 }
 
 /// The ends of all slots.
-pub(crate) struct Afterglow {
+pub(crate) struct ReleaseTails {
     rings: Vec<Ring>,
 }
 
-impl Afterglow {
+impl ReleaseTails {
     pub(crate) fn new(slots: usize) -> Self {
         let ring = || Ring {
-            samples: [0.0; AFTERGLOW_FRAMES],
+            samples: [0.0; RELEASE_FRAMES],
             next: 0,
             left: 0,
         };
@@ -32,19 +32,19 @@ impl Afterglow {
     }
 
     /// Adds the samples that a sound would have had next, at a gain that goes to nothing. Slots that are none are silent.
-    pub(crate) fn add(&mut self, slot: u16, samples: &[f32; AFTERGLOW_FRAMES], gain: f32) {
+    pub(crate) fn add(&mut self, slot: u16, samples: &[f32; RELEASE_FRAMES], gain: f32) {
         let Some(ring) = self.rings.get_mut(usize::from(slot)) else {
             return;
         };
         if gain == 0.0 {
             return;
         }
-        ring.left = AFTERGLOW_FRAMES;
+        ring.left = RELEASE_FRAMES;
         for (n, sample) in samples.iter().enumerate() {
             // From one to nothing without a bend at either end.
-            let left = 1.0 - (n + 1) as f32 / AFTERGLOW_FRAMES as f32;
+            let left = 1.0 - (n + 1) as f32 / RELEASE_FRAMES as f32;
             let faded = sample * gain * left * left * (3.0 - 2.0 * left);
-            ring.samples[(ring.next + n) % AFTERGLOW_FRAMES] += faded;
+            ring.samples[(ring.next + n) % RELEASE_FRAMES] += faded;
         }
     }
 
@@ -61,7 +61,7 @@ impl Afterglow {
         let count = ring.left.min(input.len());
         for sum in &mut input[..count] {
             *sum += std::mem::take(&mut ring.samples[ring.next]);
-            ring.next = (ring.next + 1) % AFTERGLOW_FRAMES;
+            ring.next = (ring.next + 1) % RELEASE_FRAMES;
         }
         ring.left -= count;
     }

@@ -11,15 +11,15 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::frame_clock::FrameClock;
-use super::messages::{AudioFrame, Delivery, FeedChange};
+use super::messages::{AudioFrame, SampleSourceChange, UpdateMessage};
 use super::mixer::Mixer;
 use super::settings::EngineSettings;
-use super::statistics::{Meters, add};
+use super::statistics::{Metrics, add};
 use crate::extrapolation::{Extrapolator, FramePaths, LATE_SEGMENTS, PredictorState};
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
-use crate::runtime::engine::block_pacing::Pace;
-use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::engine::block_pacing::BlockPacing;
+use crate::runtime::engine::sample_source::SampleSource;
 use crate::runtime::handover::newest::Receiver;
 use crate::runtime::phone::this_thread;
 use crate::runtime::threads::affinity::{Placement, ThreadRole, place_this_thread};
@@ -28,7 +28,7 @@ use crate::runtime::threads::flush_to_zero::FlushToZero;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 
 /// Most slots of a generator.
-const MOST_SLOTS: usize = 256;
+const MAX_SLOTS: usize = 256;
 /// Share of a block in the mean of sound's share of a core.
 const SHARE_WEIGHT: f64 = 0.02;
 /// Time in seconds of the fade into and out of a pause.
@@ -58,23 +58,23 @@ pub struct RenderReport {
 }
 
 /// What a renderer is made of.
-pub(super) struct Parts {
+pub(super) struct RendererParts {
     pub(super) frames: Receiver<AudioFrame>,
-    pub(super) deliveries: Receiver<Delivery>,
-    pub(super) feeds: rtrb::Consumer<FeedChange>,
-    pub(super) retired: rtrb::Producer<Feed>,
+    pub(super) deliveries: Receiver<UpdateMessage>,
+    pub(super) feeds: rtrb::Consumer<SampleSourceChange>,
+    pub(super) retired: rtrb::Producer<SampleSource>,
     /// The graphics frame in use.
     pub(super) frame: Box<AudioFrame>,
     pub(super) extrapolator: Box<Extrapolator>,
     pub(super) generator: Generator,
     pub(super) spans: SpanWriter,
-    pub(super) meters: Arc<Meters>,
+    pub(super) metrics: Arc<Metrics>,
     pub(super) settings: EngineSettings,
 }
 
 /// The audio half. Moves to the thread that makes sound; not shared.
 pub struct Renderer {
-    parts: Parts,
+    parts: RendererParts,
     mixer: Mixer,
     frame_paths: FramePaths,
     clock: FrameClock,
@@ -85,7 +85,7 @@ pub struct Renderer {
     share: f64,
     /// Gain of everything, on its way to 0 in a pause.
     master: f32,
-    pace: Pace,
+    pace: BlockPacing,
     /// Whether a graphics frame is being worked out, and whether only generation has not got it yet.
     is_under_way: bool,
     is_described: bool,
@@ -102,7 +102,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    pub(super) fn new(parts: Parts) -> Self {
+    pub(super) fn new(parts: RendererParts) -> Self {
         let settings = &parts.settings;
         let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
         let mut frame_paths = FramePaths::default();
@@ -122,7 +122,7 @@ impl Renderer {
             wanted_gain: [1.0; MAX_ORDER + 1],
             share: 0.0,
             master: 1.0,
-            pace: Pace::new(
+            pace: BlockPacing::new(
                 settings.block_frames as f64 / f64::from(settings.generation.rate_hz),
                 settings.even_blocks,
             ),
@@ -157,9 +157,9 @@ impl Renderer {
     /// block; makes system calls.
     pub fn place_thread(&mut self) -> Placement {
         let placement = place_this_thread(self.parts.settings.affinity, ThreadRole::Sound);
-        let meters = &self.parts.meters;
-        meters.sound_placement.store(placement);
-        meters.sound_thread.store(this_thread(), Ordering::Relaxed);
+        let metrics = &self.parts.metrics;
+        metrics.sound_placement.store(placement);
+        metrics.sound_thread.store(this_thread(), Ordering::Relaxed);
         placement
     }
 
@@ -175,27 +175,29 @@ impl Renderer {
             self.render_block(chunk, &mut report);
         }
         let spent = started.elapsed();
-        let meters = &self.parts.meters;
+        let metrics = &self.parts.metrics;
         let lasts_s = f64::from(report.frames) / f64::from(self.rate_hz());
         report.missed_deadline = spent.as_secs_f64() > lasts_s;
-        report.level = meters.level.load(Ordering::Relaxed);
+        report.level = metrics.level.load(Ordering::Relaxed);
         report.controller_gone = self.parts.frames.is_abandoned();
         self.share += SHARE_WEIGHT * (spent.as_secs_f64() / lasts_s.max(1e-6) - self.share);
         let millicores = (1e3 * self.share) as u32;
-        meters.sound_millicores.store(millicores, Ordering::Relaxed);
+        metrics
+            .sound_millicores
+            .store(millicores, Ordering::Relaxed);
         self.parts
             .spans
             .record(SpanKind::Block, started, spent, report.level.into());
-        meters.block.record(spent);
+        metrics.block.record(spent);
         let lasts_ns = (1e9 * lasts_s) as u64;
-        meters.block_lasts_ns.store(lasts_ns, Ordering::Relaxed);
-        meters
+        metrics.block_lasts_ns.store(lasts_ns, Ordering::Relaxed);
+        metrics
             .block_peak_ns
             .fetch_max(nanoseconds(spent), Ordering::Relaxed);
-        add(&meters.blocks, 1);
-        add(&meters.missed, u64::from(report.missed_deadline));
-        add(&meters.dropped_paths, u64::from(report.dropped_paths));
-        add(&meters.starved_samples, u64::from(report.starved_samples));
+        add(&metrics.blocks, 1);
+        add(&metrics.missed, u64::from(report.missed_deadline));
+        add(&metrics.dropped_paths, u64::from(report.dropped_paths));
+        add(&metrics.starved_samples, u64::from(report.starved_samples));
         report
     }
 
@@ -223,8 +225,8 @@ impl Renderer {
         }
         let started = now();
         report.starved_samples += self.mixer.mix(frames);
-        add(&self.parts.meters.mixed_frames, frames as u64);
-        let mut inputs: [&[f32]; MOST_SLOTS] = [&[]; MOST_SLOTS];
+        add(&self.parts.metrics.mixed_frames, frames as u64);
+        let mut inputs: [&[f32]; MAX_SLOTS] = [&[]; MAX_SLOTS];
         let slots = self.mixer.inputs(frames, &mut inputs);
         let made = self.parts.generator.render(&inputs[..slots], output);
         report.voices = made.voices;
@@ -232,7 +234,7 @@ impl Renderer {
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
         self.fade_master(output, if paused { 0.0 } else { 1.0 });
         let spent = started.elapsed();
-        self.parts.meters.generation.record(spent);
+        self.parts.metrics.generation.record(spent);
         self.parts
             .spans
             .record(SpanKind::Generation, started, spent, made.voices.into());

@@ -1,6 +1,6 @@
 //! Where a source's samples come from: a clip, or a stream that the app fills.
 //!
-//! Audio side: [`Feed::fill`] is wait-free. Made and freed on the control side.
+//! Audio side: [`SampleSource::fill`] is wait-free. Made and freed on the control side.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::runtime::engine::stream::Stream;
 
 /// A source's sound.
 #[derive(Default)]
-pub(crate) enum Feed {
+pub(crate) enum SampleSource {
     #[default]
     Silence,
     Clip {
@@ -19,7 +19,7 @@ pub(crate) enum Feed {
     Stream(Stream),
 }
 
-impl Feed {
+impl SampleSource {
     /// Fills a block with the next samples; gives the number of samples that a stream owed. A clip at its end and a
     /// stream without a writer are silent and owe nothing.
     pub(crate) fn fill(&mut self, block: &mut [f32]) -> u32 {
@@ -71,8 +71,8 @@ impl Feed {
 mod tests {
     use super::*;
 
-    fn clip(samples: &[f32], looped: bool) -> Feed {
-        Feed::Clip {
+    fn clip(samples: &[f32], looped: bool) -> SampleSource {
+        SampleSource::Clip {
             samples: samples.into(),
             next: 0,
             looped,

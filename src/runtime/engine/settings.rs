@@ -9,10 +9,10 @@ use crate::propagation::PropagationSettings;
 use crate::runtime::budget::Budget;
 use crate::runtime::phone::DeviceHintsSettings;
 use crate::runtime::threads::affinity::AffinityPolicy;
-use crate::runtime::threads::workers::MOST_THREADS;
+use crate::runtime::threads::workers::MAX_THREADS;
 
 /// Most sources of an engine.
-pub const MOST_SOURCES: usize = 4096;
+pub const MAX_SOURCES: usize = 4096;
 
 /// When propagation runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,7 +40,7 @@ pub enum FrameTime {
 pub struct EngineSettings {
     /// Rate, slots for sources and everything else of the sound itself.
     pub generation: GeneratorSettings,
-    /// Most sources that the app may add, 1 to [`MOST_SOURCES`]; `None` is one a slot of
+    /// Most sources that the app may add, 1 to [`MAX_SOURCES`]; `None` is one a slot of
     /// [`GeneratorSettings::max_sources`]. Where there are more sources than slots, the loudest at the listener have
     /// slots of their own, neighbours among the others share one, and the masked are not heard; cost grows with slots.
     pub most_sources: Option<usize>,
@@ -52,7 +52,7 @@ pub struct EngineSettings {
     pub max_paths: usize,
     /// Rays, depth and memory of propagation.
     pub propagation: PropagationSettings,
-    /// Threads that trace an update of the synchronous schedule, the app's among them, 1 to [`MOST_THREADS`]. In the
+    /// Threads that trace an update of the synchronous schedule, the app's among them, 1 to [`MAX_THREADS`]. In the
     /// asynchronous schedule the propagation thread traces alone: the other core is the sound's.
     pub tracing_threads: usize,
     /// When propagation runs.
@@ -123,10 +123,10 @@ impl EngineSettings {
         range("trace_spans", self.trace_spans, 0, 1 << 20)?;
         range("shown_paths", self.shown_paths, 0, 16_384)?;
         if let Some(most_sources) = self.most_sources {
-            range("most_sources", most_sources, 1, MOST_SOURCES)?;
+            range("most_sources", most_sources, 1, MAX_SOURCES)?;
         }
         self.budget.check()?;
-        range("tracing_threads", self.tracing_threads, 1, MOST_THREADS)?;
+        range("tracing_threads", self.tracing_threads, 1, MAX_THREADS)?;
         match self.frame_time {
             FrameTime::Fixed(seconds) if !(0.001..=1.0).contains(&seconds) => {
                 let problem = format!("{seconds} s is outside 0.001 to 1");

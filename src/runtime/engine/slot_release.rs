@@ -3,15 +3,15 @@
 //! Control side. Counted in audio that was mixed since the renderer took the frame in which the tenant is gone: a device may
 //! stop asking for a while, and the app's clock goes on.
 
-use crate::runtime::engine::mixer::FADE_S;
-use crate::runtime::engine::release_tails::AFTERGLOW_FRAMES;
+use crate::runtime::engine::mixer::CROSS_FADE_S;
+use crate::runtime::engine::release_tails::RELEASE_FRAMES;
 
 /// Seconds of audio that a slot rests, with blocks of up to 1,000 frames.
-pub(crate) const REST_S: f64 = 0.15;
+pub(crate) const MIN_RELEASE_S: f64 = 0.15;
 
 /// How far the app and the renderer are.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Heard {
+pub(crate) struct PlaybackProgress {
     /// The app's graphics frame that goes out now.
     pub(crate) tick: u64,
     /// The newest one that the renderer uses.
@@ -22,7 +22,7 @@ pub(crate) struct Heard {
 
 /// A slot's rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) enum Rest {
+pub(crate) enum SlotRelease {
     /// A tenant may come.
     #[default]
     Over,
@@ -32,16 +32,16 @@ pub(crate) enum Rest {
     Since(f64),
 }
 
-impl Rest {
+impl SlotRelease {
     /// Begins with a graphics frame, goes on with each, and is over after so many seconds of audio.
-    pub(crate) fn go_on(&mut self, heard: &Heard, rest_s: f64) {
+    pub(crate) fn go_on(&mut self, heard: &PlaybackProgress, release_s: f64) {
         if let Self::Left(tick) = *self
             && heard.placed >= tick
         {
             *self = Self::Since(heard.time_s);
         }
         if let Self::Since(since_s) = *self
-            && heard.time_s - since_s >= rest_s
+            && heard.time_s - since_s >= release_s
         {
             *self = Self::Over;
         }
@@ -50,12 +50,12 @@ impl Rest {
 
 /// Seconds of a rest: longer than two cross-fades in whole blocks, of which the second waits for the first, and the end of a
 /// sound after them.
-pub(crate) fn rest_s(block_frames: usize, rate_hz: u32) -> f64 {
+pub(crate) fn release_s(block_frames: usize, rate_hz: u32) -> f64 {
     let block = block_frames as f64;
     let rate_hz = f64::from(rate_hz);
-    let fade = (f64::from(FADE_S) * rate_hz / block).ceil() * block;
-    let frames = 2.0 * fade + block + AFTERGLOW_FRAMES as f64;
-    REST_S.max(frames / rate_hz)
+    let fade = (f64::from(CROSS_FADE_S) * rate_hz / block).ceil() * block;
+    let frames = 2.0 * fade + block + RELEASE_FRAMES as f64;
+    MIN_RELEASE_S.max(frames / rate_hz)
 }
 
 #[cfg(test)]
@@ -64,8 +64,8 @@ mod tests {
 
     #[test]
     fn a_rest_lasts_as_long_as_audio_is_mixed_after_the_frame_is_in_use() {
-        let mut rest = Rest::Left(5);
-        let mut heard = Heard {
+        let mut rest = SlotRelease::Left(5);
+        let mut heard = PlaybackProgress {
             tick: 5,
             placed: 4,
             time_s: 1.0,
@@ -75,25 +75,25 @@ mod tests {
             heard.time_s += 1.0;
             rest.go_on(&heard, 0.15);
         }
-        assert_eq!(rest, Rest::Left(5));
+        assert_eq!(rest, SlotRelease::Left(5));
         // A later one is as good. Nothing is heard, however many go out.
         heard.placed = 7;
         for tick in 7..100 {
             heard.tick = tick;
             rest.go_on(&heard, 0.15);
         }
-        assert_eq!(rest, Rest::Since(11.0));
+        assert_eq!(rest, SlotRelease::Since(11.0));
         heard.time_s = 11.14;
         rest.go_on(&heard, 0.15);
-        assert_ne!(rest, Rest::Over);
+        assert_ne!(rest, SlotRelease::Over);
         heard.time_s = 11.15;
         rest.go_on(&heard, 0.15);
-        assert_eq!(rest, Rest::Over);
+        assert_eq!(rest, SlotRelease::Over);
     }
 
     #[test]
     fn long_blocks_take_longer_rests() {
-        assert_eq!(rest_s(256, 44_100), REST_S);
-        assert!(rest_s(8192, 44_100) > 3.0 * 8192.0 / 44_100.0);
+        assert_eq!(release_s(256, 44_100), MIN_RELEASE_S);
+        assert!(release_s(8192, 44_100) > 3.0 * 8192.0 / 44_100.0);
     }
 }

@@ -11,12 +11,12 @@ const NOTHING: f32 = 1e-5;
 
 /// A value and its growth a frame at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Gain {
+pub(super) struct SmoothedGain {
     pub(super) value: f32,
     pub(super) growth: f32,
 }
 
-impl Gain {
+impl SmoothedGain {
     /// At rest.
     pub(super) fn at(value: f32) -> Self {
         Self { value, growth: 0.0 }
@@ -48,12 +48,12 @@ impl Gain {
 
 /// Place in a fade before its first frame, from 0 for nothing to 1 for everything, and growth a frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fade {
+pub(super) struct CrossFade {
     pub(super) place: f32,
     pub(super) growth: f32,
 }
 
-impl Fade {
+impl CrossFade {
     /// The share after so many frames; neither end has a bend, and what falls and what rises are a whole together.
     pub(super) fn share(self, frames: usize) -> f32 {
         let place = (self.place + self.growth * frames as f32).clamp(0.0, 1.0);
@@ -66,7 +66,12 @@ impl Fade {
 }
 
 /// Adds samples at a share of a gain that goes from one to another without a bend.
-pub(super) fn mix_into(input: &mut [f32], samples: &[f32], [from, to]: [Gain; 2], fade: Fade) {
+pub(super) fn mix_into(
+    input: &mut [f32],
+    samples: &[f32],
+    [from, to]: [SmoothedGain; 2],
+    fade: CrossFade,
+) {
     let count = input.len().min(samples.len());
     let pairs = input.iter_mut().zip(samples);
     if from == to && from.growth == 0.0 && fade.rests() {
@@ -92,13 +97,13 @@ mod tests {
     use super::*;
 
     const RATE_HZ: f32 = 44_100.0;
-    const WHOLE: Fade = Fade {
+    const WHOLE: CrossFade = CrossFade {
         place: 1.0,
         growth: 0.0,
     };
 
     /// The gain at every frame, mixed in blocks of one length.
-    fn course(mut gain: Gain, target: f32, block: usize, frames: usize) -> Vec<f32> {
+    fn course(mut gain: SmoothedGain, target: f32, block: usize, frames: usize) -> Vec<f32> {
         let mut heard = vec![0.0; frames];
         for part in heard.chunks_mut(block) {
             let next = gain.after(part.len(), target, RATE_HZ);
@@ -118,7 +123,7 @@ mod tests {
     fn it_gets_there_without_overshoot_or_bend() {
         for (from, to) in [(0.0, 1.0), (1.0, 0.0), (1.0, 8.0), (8.0, 0.5)] {
             for block in [16, 64, 256, 1000] {
-                let heard = course(Gain::at(from), to, block, 4410);
+                let heard = course(SmoothedGain::at(from), to, block, 4410);
                 // The cubic of a block of some five time constants swings by 0.24 % of the way; shorter ones do not.
                 let swing = if block > 512 { 2.5e-3 } else { 1e-5 };
                 let swing = swing * (from - to).abs();
@@ -137,9 +142,14 @@ mod tests {
 
     #[test]
     fn it_turns_back_without_a_bend() {
-        let risen = Gain::at(0.0).after(150, 1.0, RATE_HZ);
+        let risen = SmoothedGain::at(0.0).after(150, 1.0, RATE_HZ);
         let mut heard = vec![0.0; 150];
-        mix_into(&mut heard, &[1.0; 150], [Gain::at(0.0), risen], WHOLE);
+        mix_into(
+            &mut heard,
+            &[1.0; 150],
+            [SmoothedGain::at(0.0), risen],
+            WHOLE,
+        );
         heard.extend(course(risen, 0.0, 64, 4410));
         assert!(sharpest(&heard, 0.0) < 2e-4);
         assert_eq!(heard.last(), Some(&0.0));
@@ -147,8 +157,8 @@ mod tests {
 
     #[test]
     fn blocks_meet_in_the_same_places() {
-        let whole = Gain::at(0.3).after(300, 2.0, RATE_HZ);
-        let mut parts = Gain::at(0.3);
+        let whole = SmoothedGain::at(0.3).after(300, 2.0, RATE_HZ);
+        let mut parts = SmoothedGain::at(0.3);
         for frames in [1, 49, 100, 150] {
             parts = parts.after(frames, 2.0, RATE_HZ);
         }
@@ -159,13 +169,13 @@ mod tests {
     #[test]
     fn what_falls_and_what_rises_are_a_whole() {
         let growth = 1.0 / 50.0;
-        let rises = |place| Fade { place, growth };
-        let falls = |place| Fade {
+        let rises = |place| CrossFade { place, growth };
+        let falls = |place| CrossFade {
             place,
             growth: -growth,
         };
         let [mut low, mut high] = [vec![0.0f32; 80], vec![0.0f32; 80]];
-        let gain = [Gain::at(2.0); 2];
+        let gain = [SmoothedGain::at(2.0); 2];
         mix_into(&mut low, &[1.0; 80], gain, rises(0.0));
         mix_into(&mut high, &[1.0; 80], gain, falls(1.0));
         for (low, high) in low.iter().zip(&high) {

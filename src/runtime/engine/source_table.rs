@@ -8,13 +8,13 @@ use std::collections::VecDeque;
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::runtime::engine::slot_release::{Heard, Rest};
-use crate::runtime::engine::source_virtualization::Guest;
+use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
+use crate::runtime::engine::source_virtualization::VirtualSource;
 use crate::scene::{SourceId, SourcePose};
 
 /// What the app has said of one source.
 #[derive(Debug, Clone, Copy)]
-struct Tenant {
+struct SourceState {
     pose: SourcePose,
     gain: f32,
     muted: bool,
@@ -23,16 +23,16 @@ struct Tenant {
 }
 
 #[derive(Debug)]
-struct Slot {
+struct SourceEntry {
     generation: u16,
-    tenant: Option<Tenant>,
-    rest: Rest,
+    tenant: Option<SourceState>,
+    rest: SlotRelease,
 }
 
-impl Slot {
-    fn guest(&self) -> Option<Guest> {
+impl SourceEntry {
+    fn guest(&self) -> Option<VirtualSource> {
         let tenant = self.tenant?;
-        Some(Guest {
+        Some(VirtualSource {
             pose: tenant.pose,
             gain: if tenant.muted { 0.0 } else { tenant.gain },
             plays: tenant.plays,
@@ -43,16 +43,16 @@ impl Slot {
 /// All slots.
 #[derive(Debug)]
 pub(super) struct SourceTable {
-    slots: Vec<Slot>,
+    slots: Vec<SourceEntry>,
     free: VecDeque<u16>,
 }
 
 /// Farthest coordinate in metres that a pose may have: beyond it squares of distances lose all meaning.
-const FARTHEST_M: f32 = 1e6;
+const MAX_COORDINATE_M: f32 = 1e6;
 
 /// Refuses places that are no places.
 pub(super) fn check_place(name: &str, place: Vec3) -> Result<()> {
-    if place.abs().cmple(Vec3::splat(FARTHEST_M)).all() {
+    if place.abs().cmple(Vec3::splat(MAX_COORDINATE_M)).all() {
         return Ok(());
     }
     let problem = format!("{place} is no place");
@@ -64,10 +64,10 @@ impl SourceTable {
     pub(super) fn new(slots: usize) -> Self {
         Self {
             slots: (0..slots)
-                .map(|_| Slot {
+                .map(|_| SourceEntry {
                     generation: 0,
                     tenant: None,
-                    rest: Rest::Over,
+                    rest: SlotRelease::Over,
                 })
                 .collect(),
             free: (0..slots as u16).collect(),
@@ -83,7 +83,7 @@ impl SourceTable {
         };
         let slot = &mut self.slots[usize::from(index)];
         let id = SourceId::new(index, slot.generation);
-        slot.tenant = Some(Tenant {
+        slot.tenant = Some(SourceState {
             pose: SourcePose::at(id, position),
             gain: 1.0,
             muted: false,
@@ -97,7 +97,7 @@ impl SourceTable {
         self.tenant(id)?;
         let slot = &mut self.slots[id.slot()];
         slot.tenant = None;
-        slot.rest = Rest::Left(tick);
+        slot.rest = SlotRelease::Left(tick);
         slot.generation = slot.generation.wrapping_add(1);
         self.free.push_back(id.slot() as u16);
         Ok(())
@@ -154,7 +154,7 @@ impl SourceTable {
         }
     }
 
-    fn tenant(&mut self, id: SourceId) -> Result<&mut Tenant> {
+    fn tenant(&mut self, id: SourceId) -> Result<&mut SourceState> {
         let stale = Error::StaleSource {
             slot: id.slot(),
             generation: id.generation(),
@@ -171,21 +171,24 @@ impl SourceTable {
     }
 
     /// Every source, by slot.
-    pub(super) fn iter(&self) -> impl Iterator<Item = Guest> + Clone + '_ {
-        self.slots.iter().filter_map(Slot::guest)
+    pub(super) fn iter(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
+        self.slots.iter().filter_map(SourceEntry::guest)
     }
 
-    /// Lets slots without tenants rest on, `rest_s` seconds of audio in all.
-    pub(super) fn rest(&mut self, heard: &Heard, rest_s: f64) {
+    /// Lets slots without tenants rest on, `release_s` seconds of audio in all.
+    pub(super) fn rest(&mut self, heard: &PlaybackProgress, release_s: f64) {
         for slot in &mut self.slots {
-            slot.rest.go_on(heard, rest_s);
+            slot.rest.go_on(heard, release_s);
         }
     }
 
     /// Every source but those whose slot has to rest after its last tenant, who would be cut off.
-    pub(super) fn after_rest(&self) -> impl Iterator<Item = Guest> + Clone + '_ {
-        let rested = |slot: &&Slot| slot.rest == Rest::Over;
-        self.slots.iter().filter(rested).filter_map(Slot::guest)
+    pub(super) fn after_rest(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
+        let rested = |slot: &&SourceEntry| slot.rest == SlotRelease::Over;
+        self.slots
+            .iter()
+            .filter(rested)
+            .filter_map(SourceEntry::guest)
     }
 }
 
@@ -198,7 +201,7 @@ mod tests {
         let mut table = SourceTable::new(1);
         let first = table.add(Vec3::ZERO).expect("is free");
         let ids = |table: &mut SourceTable, placed: u64, time_s: f64| -> Vec<SourceId> {
-            let heard = Heard {
+            let heard = PlaybackProgress {
                 tick: 9,
                 placed,
                 time_s,

@@ -6,18 +6,18 @@
 //! level; the masked ones are silent and only keep their place in their sound.
 //!
 //! Smooth: nobody changes places without a clear reason nor sooner than [`DWELL_S`] after the last change, every change is
-//! a cross-fade in the renderer, and a slot rests between two tenants ([`Rest`]), so that what one has sent is not heard from
+//! a cross-fade in the renderer, and a slot rests between two tenants ([`SlotRelease`]), so that what one has sent is not heard from
 //! where the next stands. Nothing here depends on anything but poses, gains, times of ticks and how much was heard.
 
 use glam::Vec3;
 
 use crate::runtime::engine::audibility::{energy, is_audible};
-use crate::runtime::engine::messages::{FeedPlace, NO_SLOT};
-use crate::runtime::engine::slot_release::{Heard, Rest};
+use crate::runtime::engine::messages::{NO_SLOT, SourceRoute};
+use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
 use crate::scene::{SourceId, SourcePose};
 
 /// Of the slots, one in so many is shared.
-const SHARED_OF: usize = 4;
+const SLOTS_PER_SHARED: usize = 4;
 /// Seconds that a source stays where it is at least.
 const DWELL_S: f64 = 0.3;
 /// Energy over that of a slot's tenant from which another takes its place: 3 dB.
@@ -32,11 +32,11 @@ const LOST: f32 = 1.0;
 /// Seconds in which a shared slot follows its loudest member, to 1/e.
 const FOLLOW_S: f64 = 0.15;
 /// Most that a member's level is raised because its slot stands farther away than it does.
-const MOST_GAIN: f32 = 8.0;
+const MAX_GAIN: f32 = 8.0;
 
 /// One source as the app has it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Guest {
+pub(crate) struct VirtualSource {
     pub(crate) pose: SourcePose,
     pub(crate) gain: f32,
     /// Whether it has a sound at all.
@@ -45,7 +45,7 @@ pub(crate) struct Guest {
 
 /// Where a source is, by its own slot in the app's table.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct Assignment {
     id: SourceId,
     slot: Option<usize>,
     since_s: f64,
@@ -54,12 +54,12 @@ struct Place {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Slot {
+struct RenderSlot {
     generation: u16,
     /// Who owns it; nobody owns a shared one.
     owner: Option<SourceId>,
     members: u32,
-    rest: Rest,
+    rest: SlotRelease,
     /// Where a shared one stands, and its loudest member's energy and place.
     position: Vec3,
     loudest: f32,
@@ -71,14 +71,14 @@ struct Slot {
 /// The seating of one engine.
 #[derive(Debug)]
 pub(crate) struct SourceVirtualizer {
-    places: Vec<Place>,
-    slots: Vec<Slot>,
+    places: Vec<Assignment>,
+    slots: Vec<RenderSlot>,
     /// Slots before this one have owners.
     first_shared: usize,
     time_s: f64,
-    heard: Heard,
+    heard: PlaybackProgress,
     /// How long slots rest, in seconds of audio.
-    rest_s: f64,
+    release_s: f64,
     /// Waiting for slots of their own, loudest first; scratch.
     waiting: Vec<usize>,
     pub(crate) unheard: u32,
@@ -86,19 +86,19 @@ pub(crate) struct SourceVirtualizer {
 
 impl SourceVirtualizer {
     /// For this many sources and fewer slots, which rest for so many seconds of audio.
-    pub(crate) fn new(sources: usize, slots: usize, rest_s: f64) -> Self {
-        let place = Place {
+    pub(crate) fn new(sources: usize, slots: usize, release_s: f64) -> Self {
+        let place = Assignment {
             id: SourceId::default(),
             slot: None,
             since_s: f64::NEG_INFINITY,
             audible: false,
             energy: 0.0,
         };
-        let slot = Slot {
+        let slot = RenderSlot {
             generation: 0,
             owner: None,
             members: 0,
-            rest: Rest::Over,
+            rest: SlotRelease::Over,
             position: Vec3::ZERO,
             loudest: 0.0,
             toward: Vec3::ZERO,
@@ -107,10 +107,10 @@ impl SourceVirtualizer {
         Self {
             places: vec![place; sources],
             slots: vec![slot; slots],
-            first_shared: slots - (slots / SHARED_OF).max(1),
+            first_shared: slots - (slots / SLOTS_PER_SHARED).max(1),
             time_s: 0.0,
-            heard: Heard::default(),
-            rest_s,
+            heard: PlaybackProgress::default(),
+            release_s,
             waiting: Vec::with_capacity(sources),
             unheard: 0,
         }
@@ -120,16 +120,16 @@ impl SourceVirtualizer {
     /// mixed to `feeds`.
     pub(crate) fn arrange(
         &mut self,
-        guests: impl Iterator<Item = Guest> + Clone,
+        guests: impl Iterator<Item = VirtualSource> + Clone,
         listener: Vec3,
-        (time_s, heard): (f64, Heard),
+        (time_s, heard): (f64, PlaybackProgress),
         sources: &mut Vec<SourcePose>,
-        feeds: &mut Vec<FeedPlace>,
+        feeds: &mut Vec<SourceRoute>,
     ) {
         let passed_s = (time_s - self.time_s).max(0.0);
         (self.time_s, self.heard) = (time_s, heard);
         for slot in &mut self.slots {
-            slot.rest.go_on(&heard, self.rest_s);
+            slot.rest.go_on(&heard, self.release_s);
         }
         self.listen(guests.clone(), listener);
         self.give_own_slots(guests.clone());
@@ -140,8 +140,8 @@ impl SourceVirtualizer {
     }
 
     /// Who is heard, and who has left.
-    fn listen(&mut self, guests: impl Iterator<Item = Guest> + Clone, listener: Vec3) {
-        let loudness = |guest: &Guest| match guest.plays {
+    fn listen(&mut self, guests: impl Iterator<Item = VirtualSource> + Clone, listener: Vec3) {
+        let loudness = |guest: &VirtualSource| match guest.plays {
             true => energy(&guest.pose, guest.gain, listener),
             false => 0.0,
         };
@@ -181,7 +181,7 @@ impl SourceVirtualizer {
             slot.owner = None;
         }
         if slot.members == 0 {
-            slot.rest = Rest::Left(self.heard.tick);
+            slot.rest = SlotRelease::Left(self.heard.tick);
         }
     }
 
@@ -200,7 +200,7 @@ impl SourceVirtualizer {
 
     fn is_free(&self, slot: usize) -> bool {
         let slot = &self.slots[slot];
-        slot.members == 0 && slot.rest == Rest::Over
+        slot.members == 0 && slot.rest == SlotRelease::Over
     }
 
     fn may_move(&self, number: usize) -> bool {
@@ -208,7 +208,7 @@ impl SourceVirtualizer {
     }
 
     /// The loudest who have none get what slots are free; the faintest owners make room for who is clearly louder.
-    fn give_own_slots(&mut self, guests: impl Iterator<Item = Guest>) {
+    fn give_own_slots(&mut self, guests: impl Iterator<Item = VirtualSource>) {
         self.waiting.clear();
         for guest in guests {
             let number = guest.pose.id.slot();
@@ -250,7 +250,7 @@ impl SourceVirtualizer {
     }
 
     /// Everybody else to the nearest shared slot.
-    fn share(&mut self, guests: impl Iterator<Item = Guest>, listener: Vec3) {
+    fn share(&mut self, guests: impl Iterator<Item = VirtualSource>, listener: Vec3) {
         for guest in guests {
             let number = guest.pose.id.slot();
             let place = self.places[number];
@@ -284,7 +284,12 @@ impl SourceVirtualizer {
     }
 
     /// Shared slots go where their loudest member is.
-    fn follow(&mut self, guests: impl Iterator<Item = Guest>, listener: Vec3, passed_s: f64) {
+    fn follow(
+        &mut self,
+        guests: impl Iterator<Item = VirtualSource>,
+        listener: Vec3,
+        passed_s: f64,
+    ) {
         for slot in &mut self.slots {
             (slot.loudest, slot.nearest) = (0.0, f32::INFINITY);
         }
@@ -308,10 +313,10 @@ impl SourceVirtualizer {
 
     fn tell(
         &self,
-        guests: impl Iterator<Item = Guest> + Clone,
+        guests: impl Iterator<Item = VirtualSource> + Clone,
         listener: Vec3,
         sources: &mut Vec<SourcePose>,
-        feeds: &mut Vec<FeedPlace>,
+        feeds: &mut Vec<SourceRoute>,
     ) {
         sources.clear();
         feeds.clear();
@@ -324,14 +329,14 @@ impl SourceVirtualizer {
                 }
                 _ => guest.gain,
             };
-            feeds.push(FeedPlace {
+            feeds.push(SourceRoute {
                 id: guest.pose.id,
                 slot: slot.map_or(NO_SLOT, |slot| slot as u16),
                 gain,
             });
         }
         for (number, slot) in self.slots.iter().enumerate() {
-            if slot.members == 0 && slot.rest == Rest::Over {
+            if slot.members == 0 && slot.rest == SlotRelease::Over {
                 continue;
             }
             let id = SourceId::new(number as u16, slot.generation);
@@ -367,7 +372,7 @@ fn apart(a: Vec3, b: Vec3, listener: Vec3) -> f32 {
 /// Gain of a source that is played from another place, so that it is as loud as from its own.
 fn level(own: Vec3, at: Vec3, listener: Vec3) -> f32 {
     let distance_m = |place: Vec3| place.distance(listener).max(0.3);
-    (distance_m(at) / distance_m(own)).min(MOST_GAIN)
+    (distance_m(at) / distance_m(own)).min(MAX_GAIN)
 }
 
 #[cfg(test)]

@@ -7,13 +7,13 @@ use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU64, Ordering};
 
 use super::histogram::{Histogram, Percentiles};
 use crate::runtime::budget::QualityLevel;
-use crate::runtime::handover::seqlock::Published;
+use crate::runtime::handover::seqlock::Seqlock;
 use crate::runtime::phone::{DeviceHintsReport, SoundLoad};
 use crate::runtime::threads::affinity::Placement;
 
 /// Counters and times that the engine's threads share.
 #[derive(Default)]
-pub(super) struct Meters {
+pub(super) struct Metrics {
     pub(super) propagation: Histogram,
     pub(super) direct: Histogram,
     pub(super) extrapolation: Histogram,
@@ -38,14 +38,14 @@ pub(super) struct Meters {
     pub(super) propagation_ns: AtomicU64,
     pub(super) frame_ns: AtomicU64,
     pub(super) propagation_failed: AtomicBool,
-    pub(super) propagation_placement: Published<Placement, 3>,
-    pub(super) sound_placement: Published<Placement, 3>,
+    pub(super) propagation_placement: Seqlock<Placement, 3>,
+    pub(super) sound_placement: Seqlock<Placement, 3>,
     /// Kernel's number of the sound thread, once it has placed itself.
     pub(super) sound_thread: AtomicI32,
     /// The longest block since propagation has looked, and what it lasts.
     pub(super) block_peak_ns: AtomicU64,
     pub(super) block_lasts_ns: AtomicU64,
-    pub(super) manners: Published<DeviceHintsReport, 3>,
+    pub(super) manners: Seqlock<DeviceHintsReport, 3>,
 }
 
 /// A look at the engine. Counts are since it began.
@@ -97,7 +97,7 @@ pub struct Statistics {
     pub manners: DeviceHintsReport,
 }
 
-impl Meters {
+impl Metrics {
     /// Share of a core that sound takes, lately.
     pub(super) fn sound_share(&self) -> f64 {
         f64::from(self.sound_millicores.load(Ordering::Relaxed)) * 1e-3

@@ -4,7 +4,7 @@
 //! breaks off nor comes back with a step: its last sample fades, and what comes later rises. A stream that was at zero is
 //! given as it is. Own.
 
-use super::smooth_gain::Fade;
+use super::smooth_gain::CrossFade;
 
 /// Audio frames of either fade.
 const FADE_FRAMES: usize = 256;
@@ -104,7 +104,7 @@ impl Stream {
 
 fn share(frames: usize) -> f32 {
     let growth = 1.0 / FADE_FRAMES as f32;
-    Fade { place: 0.0, growth }.share(frames)
+    CrossFade { place: 0.0, growth }.share(frames)
 }
 
 /// The app's end of a stream: a ring of mono samples at the engine's rate. May move to any one thread; wait-free.

@@ -7,14 +7,14 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use super::messages::{Delivery, WorldFrame};
-use super::shown_paths::{PathSnapshot, show};
-use super::statistics::{Meters, add};
+use super::messages::{UpdateMessage, WorldFrame};
+use super::path_snapshot::{PathSnapshot, show};
+use super::statistics::{Metrics, add};
 use crate::extrapolation::{Extrapolator, PredictorKind, PredictorState, ScenePair};
 use crate::propagation::{Path, Propagator};
-use crate::runtime::budget::{ActiveQuality, Governor, Spent};
+use crate::runtime::budget::{ActiveQuality, Governor, UpdateCost};
+use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::newest::{Receiver, Sender};
-use crate::runtime::handover::slot::Slot;
 use crate::runtime::phone::DeviceHints;
 use crate::runtime::threads::clock::{nanoseconds, now};
 use crate::runtime::threads::workers::Threads;
@@ -23,15 +23,15 @@ use crate::runtime::trace::{SpanKind, SpanWriter};
 use crate::scene::Scene;
 
 /// The newest propagator that the controller wants used: for another scene, or with other settings.
-pub(super) type Orders = Arc<Slot<Propagator>>;
+pub(super) type PendingPropagator = Arc<AtomicBox<Propagator>>;
 
 /// Propagation with its ends of the handovers.
 pub(super) struct Worker {
     pub(super) propagator: Box<Propagator>,
-    pub(super) orders: Orders,
+    pub(super) pending_propagator: PendingPropagator,
     pub(super) world: Receiver<WorldFrame>,
-    pub(super) deliveries: Sender<Delivery>,
-    pub(super) meters: Arc<Meters>,
+    pub(super) deliveries: Sender<UpdateMessage>,
+    pub(super) metrics: Arc<Metrics>,
     pub(super) max_paths: usize,
     pub(super) max_sources: usize,
     pub(super) synchronous: bool,
@@ -88,7 +88,7 @@ impl Worker {
         if let Some(before_update) = self.before_update {
             before_update(self.update);
         }
-        let mut delivery = self.deliveries.blank(Delivery::default);
+        let mut delivery = self.deliveries.blank(UpdateMessage::default);
         let started = now();
         let _section = section("foresound update");
         self.propagator.update_with(
@@ -108,7 +108,7 @@ impl Worker {
             show(&delivery.paths, self.most_shown, &mut shown.paths);
             self.shown.send(shown);
         }
-        self.meters
+        self.metrics
             .rays
             .store(delivery.paths.rays, Ordering::Relaxed);
         self.govern(&world, spent);
@@ -125,10 +125,10 @@ impl Worker {
         self.newest = Some(world);
         self.update += 1;
         self.spans.record(SpanKind::Update, started, spent, paths);
-        self.meters.propagation.record(spent);
-        add(&self.meters.trimmed_paths, trimmed as u64);
+        self.metrics.propagation.record(spent);
+        add(&self.metrics.trimmed_paths, trimmed as u64);
         let latest_ns = nanoseconds(spent);
-        self.meters
+        self.metrics
             .propagation_ns
             .store(latest_ns, Ordering::Relaxed);
         self.send(delivery);
@@ -144,8 +144,8 @@ impl Worker {
     }
 
     /// Works out here what the sound thread would have to when it takes the update.
-    fn lay_groundwork(&self, predictor: PredictorKind, delivery: &mut Delivery) {
-        let Delivery {
+    fn lay_groundwork(&self, predictor: PredictorKind, delivery: &mut UpdateMessage) {
+        let UpdateMessage {
             paths, groundwork, ..
         } = delivery;
         match predictor {
@@ -159,10 +159,10 @@ impl Worker {
     /// What the budget makes of an update.
     fn govern(&mut self, world: &WorldFrame, took: Duration) {
         let before = self.governor.tier();
-        let spent = Spent {
+        let spent = UpdateCost {
             update_s: took.as_secs_f64(),
             since_last_s: world.time_s - self.last_time_s.unwrap_or(world.time_s),
-            sound_share: self.meters.sound_share(),
+            sound_share: self.metrics.sound_share(),
             can_rest: !self.synchronous,
         };
         self.last_time_s = Some(world.time_s);
@@ -173,14 +173,14 @@ impl Worker {
             self.manners.tell_update(spent.update_s, &budget);
         }
         if self.manners.wants_sound(now_s) {
-            let load = self.meters.take_sound_load();
+            let load = self.metrics.take_sound_load();
             self.manners.tell_sound(load, now_s);
         }
-        self.meters.manners.store(self.manners.report());
+        self.metrics.manners.store(self.manners.report());
         let tier = self.governor.tier();
         if tier != before {
             let number = u32::from(tier.0);
-            self.meters.tier.store(number, Ordering::Relaxed);
+            self.metrics.tier.store(number, Ordering::Relaxed);
             self.spans
                 .record(SpanKind::QualityLevel, now(), Duration::ZERO, number.into());
         }
@@ -194,7 +194,7 @@ impl Worker {
     }
 
     fn take_order(&mut self) -> bool {
-        let Some(ordered) = self.orders.take() else {
+        let Some(ordered) = self.pending_propagator.take() else {
             return false;
         };
         let before = std::mem::replace(&mut self.propagator, ordered);
@@ -240,7 +240,7 @@ impl Worker {
     }
 
     /// Sends an update, with what an earlier one that nobody took had brought along.
-    fn send(&mut self, mut delivery: Box<Delivery>) {
+    fn send(&mut self, mut delivery: Box<UpdateMessage>) {
         if let Some(mut missed) = self.deliveries.recall() {
             if delivery.extrapolator.is_none() {
                 delivery.extrapolator = missed.extrapolator.take();
@@ -257,7 +257,7 @@ impl Worker {
 
 /// Energy over that of the loudest path dropped up to which paths are faded, so that one whose rank changes neither
 /// comes nor goes with a step: 6 dB.
-const KNEE: f32 = 4.0;
+const FADE_RANGE: f32 = 4.0;
 
 /// Drops the quietest paths beyond a limit, keeps the order, and gives the number dropped.
 fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
@@ -273,8 +273,8 @@ fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
         paths.truncate(most);
         for path in paths.iter_mut() {
             let over = energy(path) / silent;
-            if over < KNEE {
-                let gain = (over - 1.0) / (KNEE - 1.0);
+            if over < FADE_RANGE {
+                let gain = (over - 1.0) / (FADE_RANGE - 1.0);
                 path.amplitude = path.amplitude.map(|a| a * gain.max(0.0));
             }
         }

@@ -1,5 +1,5 @@
 //!
 
+pub(crate) mod atomic_box;
 pub(crate) mod newest;
 pub(crate) mod seqlock;
-pub(crate) mod slot;

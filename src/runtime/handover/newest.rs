@@ -4,36 +4,36 @@
 //! reads it for as long as it likes and gives it back for the sender to fill again or free. The receiver neither
 //! allocates nor frees. Queues, where every value counts, are plain `rtrb` rings.
 //!
-//! Built on [`Slot`]; the `triple_buffer` crate does as much, but under the MPL and without giving ownership away.
+//! Built on [`AtomicBox`]; the `triple_buffer` crate does as much, but under the MPL and without giving ownership away.
 
 use std::sync::Arc;
 
-use crate::runtime::handover::slot::Slot;
+use crate::runtime::handover::atomic_box::AtomicBox;
 
 /// Boxes that a receiver may hold at a time without giving one back.
-const HELD: usize = 4;
+const MAX_HELD: usize = 4;
 
 /// Places on the way back: for what the receiver holds, one in the slot and one in the sender's hand there is always
 /// one, since the sender makes a box only when none is left in it.
-const PLACES: usize = 2 * (HELD + 2);
+const RETURN_CAPACITY: usize = 2 * (MAX_HELD + 2);
 
 /// The sending end.
 pub(crate) struct Sender<T> {
-    slot: Arc<Slot<T>>,
+    slot: Arc<AtomicBox<T>>,
     returned: rtrb::Consumer<Box<T>>,
     spare: Option<Box<T>>,
 }
 
 /// The receiving end.
 pub(crate) struct Receiver<T> {
-    slot: Arc<Slot<T>>,
+    slot: Arc<AtomicBox<T>>,
     returns: rtrb::Producer<Box<T>>,
 }
 
 /// A slot that holds the newest value, empty at first.
 pub(crate) fn newest<T: Send>() -> (Sender<T>, Receiver<T>) {
-    let slot = Arc::new(Slot::default());
-    let (returns, returned) = rtrb::RingBuffer::new(PLACES);
+    let slot = Arc::new(AtomicBox::default());
+    let (returns, returned) = rtrb::RingBuffer::new(RETURN_CAPACITY);
     let sender = Sender {
         slot: Arc::clone(&slot),
         returned,
@@ -149,6 +149,6 @@ mod tests {
             sender.send(place);
         }
         reading.join().expect("no assertion fails");
-        assert!(made <= HELD + 2, "{made} boxes");
+        assert!(made <= MAX_HELD + 2, "{made} boxes");
     }
 }

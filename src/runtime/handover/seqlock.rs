@@ -17,14 +17,14 @@ pub(crate) trait Words<const N: usize>: Copy {
 }
 
 /// The newest of a thread's values.
-pub(crate) struct Published<T, const N: usize> {
+pub(crate) struct Seqlock<T, const N: usize> {
     /// Odd while words change.
     number: AtomicU64,
     words: [AtomicU64; N],
     value: PhantomData<fn(T) -> T>,
 }
 
-impl<T: Words<N>, const N: usize> Published<T, N> {
+impl<T: Words<N>, const N: usize> Seqlock<T, N> {
     pub(crate) fn new(value: T) -> Self {
         Self {
             number: AtomicU64::new(0),
@@ -58,7 +58,7 @@ impl<T: Words<N>, const N: usize> Published<T, N> {
     }
 }
 
-impl<T: Words<N> + Default, const N: usize> Default for Published<T, N> {
+impl<T: Words<N> + Default, const N: usize> Default for Seqlock<T, N> {
     fn default() -> Self {
         Self::new(T::default())
     }
@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn readers_find_whole_values_that_rise() {
         let most = if cfg!(miri) { 100 } else { 100_000 };
-        let published = Published::<Same, 3>::default();
+        let published = Seqlock::<Same, 3>::default();
         thread::scope(|scope| {
             for _ in 0..2 {
                 scope.spawn(|| {

@@ -14,22 +14,22 @@ use crate::runtime::offline::schedule::Poses;
 use crate::scene::{SourceId, SourcePose};
 
 /// Longest step between two graphics frames that counts as motion, in metres; beyond it somebody was put elsewhere.
-const LONGEST_STEP_M: f32 = 0.5;
+const MAX_STEP_M: f32 = 0.5;
 
 /// Places of a source that are looked at, and graphics frames from one to the next at most.
-const PLACES: usize = 5;
-const MOST_APART: usize = 16;
+const HISTORY_POINTS: usize = 5;
+const MAX_STRIDE: usize = 16;
 
 /// By how much a source may be beside where its places before would have led it, as a share of its longest step.
 const UNEVEN: f32 = 0.25;
 
 /// Longest way that a turn is followed for, in radians.
-const LONGEST_TURN: f32 = std::f32::consts::PI;
+const MAX_TURN_RAD: f32 = std::f32::consts::PI;
 
 /// Within what a turn is one, `2 − 2 cos` of the angle from one place to the next: below it is as good as straight, above
 /// nobody knows which way round.
-const SLOWEST_BEND: f32 = 1e-4;
-const FASTEST_BEND: f32 = 1.0;
+const MIN_CURVATURE: f32 = 1e-4;
+const MAX_CURVATURE: f32 = 1.0;
 
 /// Where sources were in the last graphics frames.
 #[derive(Debug)]
@@ -43,14 +43,14 @@ impl MotionModel {
     /// For updates that start so many graphics frames after each other.
     pub(crate) fn new(interval: usize) -> Self {
         Self {
-            apart: (interval / (PLACES - 1)).clamp(1, MOST_APART),
+            apart: (interval / (HISTORY_POINTS - 1)).clamp(1, MAX_STRIDE),
             places: VecDeque::new(),
         }
     }
 
     /// Keeps the poses of a graphics frame that is over.
     pub(crate) fn remember(&mut self, poses: &Poses) {
-        let most = (PLACES - 1) * self.apart;
+        let most = (HISTORY_POINTS - 1) * self.apart;
         let spare = (self.places.len() >= most).then(|| self.places.pop_back());
         let mut places = spare.flatten().unwrap_or_default();
         places.clear();
@@ -66,7 +66,7 @@ impl MotionModel {
 
     /// Its way if it turns evenly.
     fn turn(&self, now: &SourcePose, frames: f32) -> Option<Vec3> {
-        let mut places = [now.position; PLACES];
+        let mut places = [now.position; HISTORY_POINTS];
         for (number, place) in places.iter_mut().enumerate().skip(1) {
             let known = self.places.get(number * self.apart - 1)?;
             *place = known.iter().find(|(id, _)| *id == now.id)?.1;
@@ -75,7 +75,7 @@ impl MotionModel {
         let steps = [p - q, q - r, r - s, s - t].map(Vec3::length);
         let longest = steps.into_iter().fold(0.0, f32::max);
         let beside = (p - 4.0 * q + 6.0 * r - 4.0 * s + t).length();
-        let was_put = longest > LONGEST_STEP_M * self.apart as f32;
+        let was_put = longest > MAX_STEP_M * self.apart as f32;
         if was_put || beside > UNEVEN * longest {
             return None;
         }
@@ -85,12 +85,12 @@ impl MotionModel {
         let squares = speed.length_squared() + change.length_squared();
         let bend = -(jerk.dot(speed) + snap.dot(change)) / squares.max(f32::MIN_POSITIVE);
         let time = frames / self.apart as f32;
-        if bend > SLOWEST_BEND && bend < FASTEST_BEND {
+        if bend > MIN_CURVATURE && bend < MAX_CURVATURE {
             let step = (1.0 - 0.5 * bend).acos();
             let from_middle = |angle: f32| {
                 speed * (angle.sin() / step.sin()) + change * ((1.0 - angle.cos()) / bend)
             };
-            let turned = (step * time).min(LONGEST_TURN);
+            let turned = (step * time).min(MAX_TURN_RAD);
             return Some(from_middle(2.0 * step + turned) - from_middle(2.0 * step));
         }
         // It does not come back: its speed changes by what it is at most.
@@ -109,7 +109,7 @@ pub(crate) fn place_in(poses: &Poses, id: SourceId) -> Option<Vec3> {
 /// The way from `at` straight on, if that is motion.
 pub(crate) fn way(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
     let step = at - before;
-    let moves = step != Vec3::ZERO && step.length() <= LONGEST_STEP_M;
+    let moves = step != Vec3::ZERO && step.length() <= MAX_STEP_M;
     moves.then(|| step * frames)
 }
 

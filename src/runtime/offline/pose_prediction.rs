@@ -15,12 +15,12 @@ use crate::scene::{ListenerPose, Scene, SourcePose};
 const CLEARANCE_M: f32 = 0.1;
 
 /// Least and farthest distance in metres within which paths are asked for that are not there.
-const LEAST_REACH_M: f64 = 0.05;
-const FARTHEST_REACH_M: f64 = 0.5;
+const MIN_NEARBY_RADIUS_M: f64 = 0.05;
+const MAX_NEARBY_RADIUS_M: f64 = 0.5;
 
 /// Distance in metres between places that late fields are asked for, and most of those.
-const WAY_STEP_M: f32 = 0.15;
-const MOST_STEPS: f32 = 16.0;
+const SAMPLE_SPACING_M: f32 = 0.15;
+const MAX_STEPS: f32 = 16.0;
 
 /// Predicts poses some graphics frames ahead.
 #[derive(Debug)]
@@ -113,7 +113,7 @@ impl PosePrediction {
         let fastest = now.sources.iter().filter_map(step_of);
         let fastest = fastest.map(Vec3::length).fold(0.0, f32::max);
         let way_m = used * listener_step.length().max(0.5 * fastest);
-        let steps = (way_m / WAY_STEP_M).ceil().min(MOST_STEPS);
+        let steps = (way_m / SAMPLE_SPACING_M).ceil().min(MAX_STEPS);
         for step in 0..steps as u16 {
             let frames = self.frames_late + used * f32::from(step) / steps;
             self.way.push(at + listener_step * frames);
@@ -148,7 +148,7 @@ impl PosePrediction {
     pub(crate) fn reach_m(&self, now: &Poses) -> Option<f64> {
         let frames = self.frames_off?;
         let Some(last) = &self.last else {
-            return Some(FARTHEST_REACH_M);
+            return Some(MAX_NEARBY_RADIUS_M);
         };
         let mut steps = now.listener.position.distance(last.listener.position);
         let mut fastest = 0.0f32;
@@ -158,8 +158,8 @@ impl PosePrediction {
             }
         }
         steps += fastest;
-        let way_m = f64::from(steps * frames) + LEAST_REACH_M;
-        Some(way_m.min(FARTHEST_REACH_M))
+        let way_m = f64::from(steps * frames) + MIN_NEARBY_RADIUS_M;
+        Some(way_m.min(MAX_NEARBY_RADIUS_M))
     }
 
     /// Keeps the poses of a graphics frame that is over.

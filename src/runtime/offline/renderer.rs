@@ -164,7 +164,7 @@ impl OfflineRenderer {
             self.report.rays.push(update.rays);
             self.report.paths.push(update.paths.len());
         }
-        let started = Work::begins();
+        let started = ProcessorTimer::begins();
         if let Some(update) = arrived {
             let level = self.settings.schedule.level();
             let groundwork = self.propagation.groundwork_mut();
@@ -216,12 +216,12 @@ impl OfflineRenderer {
 }
 
 /// How long this thread has been at work: its processor's time, which other programs do not add to, if the system tells.
-struct Work {
+struct ProcessorTimer {
     processor: Option<Duration>,
     clock: Instant,
 }
 
-impl Work {
+impl ProcessorTimer {
     fn begins() -> Self {
         Self {
             processor: thread_processor_time(),

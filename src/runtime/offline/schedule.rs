@@ -42,7 +42,7 @@ pub enum Schedule {
 }
 
 /// Highest level that is accepted: ten seconds of graphics frames at 100 Hz.
-const HIGHEST_LEVEL: u32 = 1000;
+const MAX_EXTRAPOLATION_LEVEL: u32 = 1000;
 
 impl Schedule {
     /// The level L of an interval of this schedule.
@@ -55,7 +55,7 @@ impl Schedule {
 
     pub(crate) fn check(&self) -> Result<()> {
         let level = self.level();
-        if level <= HIGHEST_LEVEL {
+        if level <= MAX_EXTRAPOLATION_LEVEL {
             return Ok(());
         }
         let problem = format!("{level} graphics frames without an update");

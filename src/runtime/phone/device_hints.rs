@@ -4,7 +4,7 @@ use crate::runtime::budget::{Budget, QualityChoice, QualityLevel};
 use crate::runtime::handover::seqlock::{Words, halves, pair};
 use crate::runtime::phone::hints::HintSession;
 use crate::runtime::phone::symbols::Symbols;
-use crate::runtime::phone::thermal::{ThermalReading, ThermalWatch};
+use crate::runtime::phone::thermal::{ThermalMonitor, ThermalReading};
 
 /// Seconds that an update should take where no budget says: extrapolation follows two frames at 60 Hz without effort, and
 /// clocks raised beyond that would cost heat for nothing that is heard.
@@ -88,7 +88,7 @@ enum Hints {
 /// Heat and hints. One thread at a time: whoever runs propagation; its calls may wait for another process.
 pub struct DeviceHints {
     settings: DeviceHintsSettings,
-    thermal: Option<ThermalWatch>,
+    thermal: Option<ThermalMonitor>,
     updates: Hints,
     sound: Hints,
     /// The sound thread's number, as of the session that is open.
@@ -117,7 +117,7 @@ impl DeviceHints {
             false => Hints::Ended,
         };
         Self {
-            thermal: thermal.and_then(ThermalWatch::begin),
+            thermal: thermal.and_then(ThermalMonitor::begin),
             updates: hints(),
             sound: hints(),
             sound_thread: 0,
@@ -202,7 +202,7 @@ impl DeviceHints {
             reading: self
                 .thermal
                 .as_ref()
-                .map(ThermalWatch::reading)
+                .map(ThermalMonitor::reading)
                 .unwrap_or_default(),
             tier: self.tier,
             hints_updates: matches!(self.updates, Hints::Open(_)),

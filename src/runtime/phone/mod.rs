@@ -16,7 +16,7 @@ pub use crate::runtime::phone::device_hints::{
 };
 pub use hints::HintSession;
 pub use symbols::{Handle, HintSymbols, Lookup, Symbols, ThermalSymbols};
-pub use thermal::{ThermalPolicy, ThermalReading, ThermalWatch};
+pub use thermal::{ThermalMonitor, ThermalPolicy, ThermalReading};
 
 #[cfg(test)]
 mod fake;

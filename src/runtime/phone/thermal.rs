@@ -91,7 +91,7 @@ impl ThermalPolicy {
 
 /// Asks the system, once a second at most, and keeps the policy. One thread at a time; the calls may wait for another
 /// process.
-pub struct ThermalWatch {
+pub struct ThermalMonitor {
     symbols: ThermalSymbols,
     manager: Handle,
     asked_s: Option<f64>,
@@ -100,9 +100,9 @@ pub struct ThermalWatch {
 }
 
 // SAFETY: the system's manager may be used from any thread; ours has no thread of its own.
-unsafe impl Send for ThermalWatch {}
+unsafe impl Send for ThermalMonitor {}
 
-impl ThermalWatch {
+impl ThermalMonitor {
     /// With the system's manager; `None` if it has none.
     pub fn begin(symbols: ThermalSymbols) -> Option<Self> {
         // SAFETY: takes nothing.
@@ -146,7 +146,7 @@ impl ThermalWatch {
     }
 }
 
-impl Drop for ThermalWatch {
+impl Drop for ThermalMonitor {
     fn drop(&mut self) {
         // SAFETY: acquired, and released once.
         unsafe { (self.symbols.release)(self.manager) };

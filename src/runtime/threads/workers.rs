@@ -22,7 +22,7 @@ use crate::propagation::{MOST_WORKERS, Serial, Workers};
 use crate::runtime::threads::flush_to_zero::{FlushToZero, flushes};
 
 /// Most threads that are started.
-pub const MOST_THREADS: usize = MOST_WORKERS;
+pub const MAX_THREADS: usize = MOST_WORKERS;
 
 /// Turns that a helper waits awake for the next phase before it sleeps, and the caller for a helper's last job: some tens
 /// of microseconds, about what the caller needs between two phases of an update.
@@ -49,7 +49,7 @@ struct Round {
     panic: Option<Box<dyn Any + Send>>,
 }
 
-/// What [`Floor::gate`] says: a round's number, whether helpers may still join it, and how many are in it.
+/// What [`PoolState::gate`] says: a round's number, whether helpers may still join it, and how many are in it.
 ///
 /// A helper that comes late finds the gate shut and is not waited for, so a slow wake-up costs nothing but its help.
 #[derive(Clone, Copy)]
@@ -79,7 +79,7 @@ impl Gate {
 }
 
 #[derive(Default)]
-struct Floor {
+struct PoolState {
     round: Mutex<Round>,
     begins: Condvar,
     ends: Condvar,
@@ -89,7 +89,7 @@ struct Floor {
     closing: AtomicBool,
 }
 
-impl Floor {
+impl PoolState {
     /// A panic under the lock leaves nothing half done: it is caught before.
     fn round(&self) -> MutexGuard<'_, Round> {
         self.round.lock().unwrap_or_else(PoisonError::into_inner)
@@ -213,7 +213,7 @@ impl Floor {
 
 /// A number of threads, the caller's among them.
 pub struct Threads {
-    floor: Arc<Floor>,
+    pool: Arc<PoolState>,
     helpers: Vec<JoinHandle<()>>,
     /// Held through a round: a second caller, or a job that calls again, works alone.
     caller: Mutex<()>,
@@ -229,10 +229,10 @@ impl Threads {
     /// Starts `count` − 1 helpers; 1 is the caller alone.
     ///
     /// # Errors
-    /// [`Error::Setting`] for none or more than [`MOST_THREADS`], or if the system refuses a thread.
+    /// [`Error::Setting`] for none or more than [`MAX_THREADS`], or if the system refuses a thread.
     pub fn start(count: usize) -> Result<Self> {
-        if !(1..=MOST_THREADS).contains(&count) {
-            let problem = format!("{count} is outside 1 to {MOST_THREADS}");
+        if !(1..=MAX_THREADS).contains(&count) {
+            let problem = format!("{count} is outside 1 to {MAX_THREADS}");
             return Err(Error::setting(
                 "threads",
                 problem,
@@ -240,15 +240,15 @@ impl Threads {
             ));
         }
         let mut threads = Self {
-            floor: Arc::default(),
+            pool: Arc::default(),
             helpers: Vec::with_capacity(count - 1),
             caller: Mutex::new(()),
         };
         for number in 1..count {
-            let floor = Arc::clone(&threads.floor);
+            let pool = Arc::clone(&threads.pool);
             let helper = Builder::new()
                 .name(format!("propagation-{number}"))
-                .spawn(move || floor.help(number))
+                .spawn(move || pool.help(number))
                 .map_err(|error| {
                     Error::setting("threads", error.to_string(), "choose fewer threads")
                 })?;
@@ -260,10 +260,10 @@ impl Threads {
     fn share_out(&self, count: usize, job: &Task<'_>) {
         // SAFETY: only the lifetime changes; `close` does not return before every helper has left the round, and nothing before it unwinds.
         let lasting: *const Task<'static> = unsafe { std::mem::transmute(job) };
-        self.floor.open(Some(Job(lasting)), count);
-        self.floor.work(0, count, job);
-        self.floor.close();
-        let mut round = self.floor.round();
+        self.pool.open(Some(Job(lasting)), count);
+        self.pool.work(0, count, job);
+        self.pool.close();
+        let mut round = self.pool.round();
         round.job = None;
         let panic = round.panic.take();
         drop(round);
@@ -274,13 +274,13 @@ impl Threads {
 }
 
 /// The first item of a list that threads take items of.
-struct First<T>(*mut T);
+struct SharedItems<T>(*mut T);
 
 // SAFETY: every index is handed out once, so no two threads have the same item, and each thread has its own scratch; both may
 // change threads.
-unsafe impl<T: Send> Sync for First<T> {}
+unsafe impl<T: Send> Sync for SharedItems<T> {}
 
-impl<T> First<T> {
+impl<T> SharedItems<T> {
     /// # Safety
     /// `index` is below the list's length, and nobody else has that item.
     #[expect(
@@ -314,13 +314,13 @@ impl Workers for Threads {
             Serial.for_both((a, b), scratch, first, second);
             return;
         }
-        let (a, b) = (First(a.as_mut_ptr()), First(b.as_mut_ptr()));
-        let scratch = First(scratch.as_mut_ptr());
+        let (a, b) = (SharedItems(a.as_mut_ptr()), SharedItems(b.as_mut_ptr()));
+        let scratch = SharedItems(scratch.as_mut_ptr());
         self.share_out(count, &|thread, index| {
             // SAFETY: threads have different numbers below `count`, and each does one job at a time.
             let scratch = unsafe { scratch.item(thread) };
             if index < middle {
-                // SAFETY: `Floor::work` hands out each index below the sum of lengths once.
+                // SAFETY: `PoolState::work` hands out each index below the sum of lengths once.
                 first(index, unsafe { a.item(index) }, scratch);
             } else {
                 // SAFETY: as above; what is beyond the first list lies in the second.
@@ -332,8 +332,8 @@ impl Workers for Threads {
 
 impl Drop for Threads {
     fn drop(&mut self) {
-        self.floor.closing.store(true, Ordering::Relaxed);
-        self.floor.open(None, 0);
+        self.pool.closing.store(true, Ordering::Relaxed);
+        self.pool.open(None, 0);
         for helper in self.helpers.drain(..) {
             // Jobs' panics are caught, so a helper ends well.
             let _ = helper.join();
@@ -439,6 +439,6 @@ mod tests {
     #[test]
     fn no_threads_are_refused() {
         assert!(Threads::start(0).is_err());
-        assert!(Threads::start(MOST_THREADS + 1).is_err());
+        assert!(Threads::start(MAX_THREADS + 1).is_err());
     }
 }

@@ -12,7 +12,7 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, poll, read};
 use crossterm::terminal::{disable_raw_mode, enable_raw_mode, size};
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
-use foresound::runtime::device::{CpalBackend, DeviceState, StandIn, Supervisor};
+use foresound::runtime::device::{CpalBackend, DeviceState, NullDeviceSettings, Supervisor};
 use foresound::runtime::{
     Budget, Controller, Engine, EngineSchedule, EngineSettings, EngineState, TraceLog,
 };
@@ -143,7 +143,7 @@ impl Session {
         };
         let loaded = load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
         tell(&loaded.notes);
-        let stand_in = StandIn {
+        let stand_in = NullDeviceSettings {
             rate_hz,
             block_frames: settings.block_frames,
             affinity: settings.affinity,

@@ -13,20 +13,20 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::messages::{AudioFrame, FeedChange, FeedPlace, WorldFrame};
+use super::messages::{AudioFrame, SampleSourceChange, SourceRoute, WorldFrame};
+use super::path_snapshot::{PathSnapshot, SnapshotPath};
 use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
 use super::settings::{EngineSettings, FrameTime};
-use super::shown_paths::{PathSnapshot, ShownPath};
 use super::source_table::{SourceTable, check_place};
-use super::statistics::{Meters, Statistics};
-use super::worker::{Orders, Worker};
+use super::statistics::{Metrics, Statistics};
+use super::worker::{PendingPropagator, Worker};
 use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::runtime::budget::Budget;
-use crate::runtime::engine::sample_source::Feed;
-use crate::runtime::engine::slot_release::{Heard, rest_s};
-use crate::runtime::engine::source_virtualization::{Guest, SourceVirtualizer};
+use crate::runtime::engine::sample_source::SampleSource;
+use crate::runtime::engine::slot_release::{PlaybackProgress, release_s};
+use crate::runtime::engine::source_virtualization::{SourceVirtualizer, VirtualSource};
 use crate::runtime::handover::newest::{Receiver, Sender};
 use crate::runtime::threads::clock::now;
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
@@ -46,13 +46,13 @@ pub enum EngineState {
 }
 
 /// The controller's ends of the handovers.
-pub(super) struct Links {
+pub(super) struct Channels {
     pub(super) frames: Sender<AudioFrame>,
     pub(super) world: Sender<WorldFrame>,
-    pub(super) feeds: rtrb::Producer<FeedChange>,
-    pub(super) retired: rtrb::Consumer<Feed>,
-    pub(super) orders: Orders,
-    pub(super) meters: Arc<Meters>,
+    pub(super) feeds: rtrb::Producer<SampleSourceChange>,
+    pub(super) retired: rtrb::Consumer<SampleSource>,
+    pub(super) pending_propagator: PendingPropagator,
+    pub(super) metrics: Arc<Metrics>,
     pub(super) shown: Receiver<PathSnapshot>,
     pub(super) spans: SpanWriter,
     pub(super) span_readers: [SpanReader; 3],
@@ -61,7 +61,7 @@ pub(super) struct Links {
 /// The app's half.
 pub struct Controller {
     settings: EngineSettings,
-    links: Links,
+    channels: Channels,
     propagation: Propagation,
     builder: SceneBuilder,
     scene: Arc<Scene>,
@@ -71,12 +71,12 @@ pub struct Controller {
     /// Who shares slots, where there are more sources than slots.
     seating: Option<SourceVirtualizer>,
     /// How long slots rest between two sources, in seconds of audio.
-    rest_s: f64,
+    release_s: f64,
     /// What has a slot, and where each sound goes, as of the newest tick.
     seated: Vec<SourcePose>,
-    places: Vec<FeedPlace>,
+    places: Vec<SourceRoute>,
     /// Feed changes that the ring had no place for, one a slot at most.
-    waiting: VecDeque<FeedChange>,
+    waiting: VecDeque<SampleSourceChange>,
     listener: ListenerPose,
     paused: bool,
     shown: Box<PathSnapshot>,
@@ -85,17 +85,21 @@ pub struct Controller {
 }
 
 impl Controller {
-    pub(super) fn new(settings: EngineSettings, links: Links, worker: Box<Worker>) -> Result<Self> {
+    pub(super) fn new(
+        settings: EngineSettings,
+        channels: Channels,
+        worker: Box<Worker>,
+    ) -> Result<Self> {
         let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
-        let rest_s = rest_s(settings.block_frames, settings.generation.rate_hz);
+        let release_s = release_s(settings.block_frames, settings.generation.rate_hz);
         Ok(Self {
             scene: Arc::clone(worker.propagator.scene()),
             propagation: Propagation::start(worker, &settings)?,
             builder: SceneBuilder::default(),
             instances: Vec::new(),
             sources: SourceTable::new(sources),
-            seating: (sources > slots).then(|| SourceVirtualizer::new(sources, slots, rest_s)),
-            rest_s,
+            seating: (sources > slots).then(|| SourceVirtualizer::new(sources, slots, release_s)),
+            release_s,
             seated: Vec::with_capacity(slots),
             places: Vec::with_capacity(sources),
             waiting: VecDeque::new(),
@@ -104,7 +108,7 @@ impl Controller {
             shown: Box::default(),
             began: now(),
             ticks: 0,
-            links,
+            channels,
             settings,
         })
     }
@@ -124,7 +128,7 @@ impl Controller {
         let time_s = self.time_s();
         self.ticks += 1;
         self.seat(time_s);
-        let mut world = self.links.world.blank(|| WorldFrame {
+        let mut world = self.channels.world.blank(|| WorldFrame {
             listener,
             sources: Vec::new(),
             scene: Arc::clone(&self.scene),
@@ -143,11 +147,11 @@ impl Controller {
         world.predictor = self.settings.predictor;
         world.budget = self.settings.budget;
         world.time_s = time_s;
-        self.links.world.send(world);
+        self.channels.world.send(world);
         self.propagation.wake();
         self.send_frame(true);
         let sources = self.sources.count() as u64;
-        self.links
+        self.channels
             .spans
             .record(SpanKind::Tick, began, began.elapsed(), sources);
         result
@@ -162,12 +166,12 @@ impl Controller {
     }
 
     /// How far the renderer is.
-    fn heard(&self) -> Heard {
-        let meters = &self.links.meters;
+    fn heard(&self) -> PlaybackProgress {
+        let metrics = &self.channels.metrics;
         // In this order: what was mixed before a frame came into use has been counted when the frame is seen.
-        let placed = meters.placed_ticks.load(Ordering::Acquire);
-        let frames = meters.mixed_frames.load(Ordering::Relaxed);
-        Heard {
+        let placed = metrics.placed_ticks.load(Ordering::Acquire);
+        let frames = metrics.mixed_frames.load(Ordering::Relaxed);
+        PlaybackProgress {
             tick: self.ticks,
             placed,
             time_s: frames as f64 / f64::from(self.settings.generation.rate_hz),
@@ -181,17 +185,17 @@ impl Controller {
             let (guests, ear) = (self.sources.iter(), self.listener.position);
             let times = (time_s, heard);
             seating.arrange(guests, ear, times, &mut self.seated, &mut self.places);
-            let unheard = &self.links.meters.unheard_sources;
+            let unheard = &self.channels.metrics.unheard_sources;
             unheard.store(seating.unheard, Ordering::Relaxed);
             return;
         }
         self.seated.clear();
         self.places.clear();
-        self.sources.rest(&heard, self.rest_s);
-        for Guest { pose, gain, .. } in self.sources.after_rest() {
+        self.sources.rest(&heard, self.release_s);
+        for VirtualSource { pose, gain, .. } in self.sources.after_rest() {
             self.seated.push(pose);
             let (id, slot) = (pose.id, pose.id.slot() as u16);
-            self.places.push(FeedPlace { id, slot, gain });
+            self.places.push(SourceRoute { id, slot, gain });
         }
     }
 
@@ -213,14 +217,14 @@ impl Controller {
     fn send_frame(&mut self, is_new: bool) {
         self.send_waiting();
         let settings = &self.settings;
-        let mut frame = self.links.frames.blank(|| {
+        let mut frame = self.channels.frames.blank(|| {
             AudioFrame::with_capacity(settings.most_sources(), settings.generation.max_sources)
         });
         // A frame that nobody took is a frame still.
-        let missed = self.links.frames.recall();
+        let missed = self.channels.frames.recall();
         frame.is_new = is_new || missed.as_ref().is_some_and(|missed| missed.is_new);
         if let Some(missed) = missed {
-            self.links.frames.keep(missed);
+            self.channels.frames.keep(missed);
         }
         frame.listener = self.listener;
         frame.paused = self.paused;
@@ -228,7 +232,7 @@ impl Controller {
         frame.instances.clone_from(&self.instances);
         frame.sources.clone_from(&self.seated);
         frame.feeds.clone_from(&self.places);
-        self.links.frames.send(frame);
+        self.channels.frames.send(frame);
     }
 
     /// Fades to silence within milliseconds; sounds stand still.
@@ -245,10 +249,10 @@ impl Controller {
 
     /// How the engine is.
     pub fn state(&self) -> EngineState {
-        let meters = &self.links.meters;
-        if self.links.feeds.is_abandoned() {
+        let metrics = &self.channels.metrics;
+        if self.channels.feeds.is_abandoned() {
             EngineState::RendererGone
-        } else if meters.propagation_failed.load(Ordering::Acquire) {
+        } else if metrics.propagation_failed.load(Ordering::Acquire) {
             EngineState::PropagationFailed
         } else if self.paused {
             EngineState::Paused
@@ -269,24 +273,24 @@ impl Controller {
 
     /// Moves what the threads have recorded to a log, if [`EngineSettings::trace_spans`] has them record.
     pub fn collect_spans(&mut self, log: &mut TraceLog) {
-        for reader in &mut self.links.span_readers {
+        for reader in &mut self.channels.span_readers {
             log.collect(reader);
         }
     }
 
     /// The loudest paths of the newest update, for a picture: as many as [`EngineSettings::shown_paths`] says, in no
     /// order.
-    pub fn shown_paths(&mut self) -> &[ShownPath] {
-        if let Some(newest) = self.links.shown.take() {
+    pub fn shown_paths(&mut self) -> &[SnapshotPath] {
+        if let Some(newest) = self.channels.shown.take() {
             let old = std::mem::replace(&mut self.shown, newest);
-            self.links.shown.give_back(old);
+            self.channels.shown.give_back(old);
         }
         &self.shown.paths
     }
 
     /// What the engine tells about itself.
     pub fn statistics(&self) -> Statistics {
-        self.links.meters.read()
+        self.channels.metrics.read()
     }
 
     /// The settings in force.

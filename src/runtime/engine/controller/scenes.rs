@@ -70,7 +70,11 @@ impl Controller {
         self.scene = scene;
         self.settings.propagation = settings;
         // An order that nobody took is freed here.
-        drop(self.links.orders.swap(Some(Box::new(propagator))));
+        drop(
+            self.channels
+                .pending_propagator
+                .swap(Some(Box::new(propagator))),
+        );
         Ok(())
     }
 

@@ -6,8 +6,8 @@ use glam::Vec3;
 
 use super::Controller;
 use crate::error::{Error, Result};
-use crate::runtime::engine::messages::FeedChange;
-use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::engine::messages::SampleSourceChange;
+use crate::runtime::engine::sample_source::SampleSource;
 use crate::runtime::engine::stream::StreamWriter;
 use crate::scene::SourceId;
 
@@ -29,7 +29,7 @@ impl Controller {
     /// [`Error::StaleSource`], as for every handle that is not a present source's.
     pub fn remove_source(&mut self, id: SourceId) -> Result<()> {
         self.sources.remove(id, self.ticks + 1)?;
-        self.send_feed(id, Feed::Silence);
+        self.send_feed(id, SampleSource::Silence);
         Ok(())
     }
 
@@ -64,7 +64,7 @@ impl Controller {
     /// [`Error::StaleSource`].
     pub fn play(&mut self, id: SourceId, samples: Arc<[f32]>, looped: bool) -> Result<()> {
         self.sources.set_plays(id, !samples.is_empty())?;
-        let clip = Feed::Clip {
+        let clip = SampleSource::Clip {
             samples,
             next: 0,
             looped,
@@ -90,7 +90,7 @@ impl Controller {
         }
         let (writer, stream) = StreamWriter::new(capacity);
         self.sources.set_plays(id, true)?;
-        self.send_feed(id, Feed::Stream(stream));
+        self.send_feed(id, SampleSource::Stream(stream));
         Ok(writer)
     }
 
@@ -100,7 +100,7 @@ impl Controller {
     /// [`Error::StaleSource`].
     pub fn stop(&mut self, id: SourceId) -> Result<()> {
         self.sources.set_plays(id, false)?;
-        self.send_feed(id, Feed::Silence);
+        self.send_feed(id, SampleSource::Silence);
         Ok(())
     }
 
@@ -109,23 +109,23 @@ impl Controller {
         self.sources.count()
     }
 
-    fn send_feed(&mut self, id: SourceId, feed: Feed) {
+    fn send_feed(&mut self, id: SourceId, feed: SampleSource) {
         self.waiting.retain(|change| change.id.slot() != id.slot());
-        self.waiting.push_back(FeedChange { id, feed });
+        self.waiting.push_back(SampleSourceChange { id, feed });
         self.send_waiting();
     }
 
     /// Sends what waits and frees what came back.
     pub(super) fn send_waiting(&mut self) {
-        while self.links.retired.pop().is_ok() {}
-        if self.links.feeds.is_abandoned() {
+        while self.channels.retired.pop().is_ok() {}
+        if self.channels.feeds.is_abandoned() {
             self.waiting.clear();
         }
-        while !self.links.feeds.is_full() {
+        while !self.channels.feeds.is_full() {
             let Some(change) = self.waiting.pop_front() else {
                 break;
             };
-            if self.links.feeds.push(change).is_err() {
+            if self.channels.feeds.push(change).is_err() {
                 break;
             }
         }

@@ -5,7 +5,7 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use super::{Parts, RenderReport, Renderer};
+use super::{RenderReport, Renderer, RendererParts};
 use crate::extrapolation::extrapolation_level;
 use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::MAX_ORDER;
@@ -16,10 +16,10 @@ use crate::runtime::threads::clock::now;
 use crate::runtime::trace::SpanKind;
 
 /// Longest ramp of a graphics frame, in seconds.
-const LONGEST_RAMP_S: f64 = 0.1;
+const MAX_RAMP_S: f64 = 0.1;
 
 /// Voices that may start in any block.
-const LEAST_STARTS: usize = 64;
+const MIN_STARTS: usize = 64;
 
 /// Most that an order's gain moves in a second, under the budget.
 const ORDER_FADE_PER_S: f64 = 4.0;
@@ -88,10 +88,10 @@ impl Renderer {
         }
         report.graphics_frames += 1;
         let frame_s = self.clock.take(now(), frame.ticks);
-        let (frame_ns, meters) = ((frame_s * 1e9) as u64, &self.parts.meters);
-        meters.frame_ns.store(frame_ns, Ordering::Relaxed);
+        let (frame_ns, metrics) = ((frame_s * 1e9) as u64, &self.parts.metrics);
+        metrics.frame_ns.store(frame_ns, Ordering::Relaxed);
         self.store_update(frame_s, report);
-        let Parts {
+        let RendererParts {
             frame,
             extrapolator,
             ..
@@ -105,10 +105,10 @@ impl Renderer {
 
     /// Direct paths, then everything else, until the effort is spent; gives whether the frame is described.
     fn extrapolate(&mut self, effort: &mut WorkBudget) -> bool {
-        let Parts {
+        let RendererParts {
             frame,
             extrapolator,
-            meters,
+            metrics,
             spans,
             ..
         } = &mut self.parts;
@@ -129,8 +129,8 @@ impl Renderer {
         let paths = self.frame_paths.paths.len() as u64;
         spans.record(SpanKind::Extrapolation, began, spent, paths);
         if part.is_done {
-            meters.direct.record(*took_direct);
-            meters.extrapolation.record(*took_others);
+            metrics.direct.record(*took_direct);
+            metrics.extrapolation.record(*took_others);
         }
         part.is_done
     }
@@ -139,7 +139,7 @@ impl Renderer {
     fn place_sounds(&mut self) {
         let frame = &self.parts.frame;
         self.mixer.place(&frame.feeds);
-        let placed = &self.parts.meters.placed_ticks;
+        let placed = &self.parts.metrics.placed_ticks;
         placed.store(frame.ticks, Ordering::Release);
     }
 
@@ -155,7 +155,7 @@ impl Renderer {
             FrameTime::Fixed(frame_s) => (frame_s * f64::from(rate_hz)).round() as u32,
         };
         // A block that lasts longer than a graphics frame is ramped as a whole.
-        let longest = (LONGEST_RAMP_S * f64::from(rate_hz)) as u32;
+        let longest = (MAX_RAMP_S * f64::from(rate_hz)) as u32;
         let ramp_frames = ramp.max(block_frames as u32).min(longest);
         let generator = &mut self.parts.generator;
         if !self.pace.is_even() {
@@ -176,7 +176,7 @@ impl Renderer {
         if !self.is_held_up() {
             return;
         }
-        let most = (effort.left() as usize / cost::STARTED).max(LEAST_STARTS);
+        let most = (effort.left() as usize / cost::STARTED).max(MIN_STARTS);
         let generator = &mut self.parts.generator;
         let before = std::mem::replace(&mut self.waiting, generator.start_voices(most));
         effort.spend(cost::STARTED * (before - self.waiting));
@@ -219,12 +219,12 @@ impl Renderer {
         };
         self.wanted_gain = delivery.order_gain;
         let paths = std::mem::take(&mut delivery.paths);
-        let meters = &self.parts.meters;
-        meters.level.store(level, Ordering::Relaxed);
-        meters
+        let metrics = &self.parts.metrics;
+        metrics.level.store(level, Ordering::Relaxed);
+        metrics
             .paths
             .store(paths.paths.len() as u32, Ordering::Relaxed);
-        add(&meters.updates, 1);
+        add(&metrics.updates, 1);
         report.updates += 1;
         delivery.paths = extrapolator.store_prepared_update(paths, &mut delivery.groundwork, level);
         self.parts.deliveries.give_back(delivery);

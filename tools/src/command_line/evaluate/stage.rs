@@ -17,7 +17,7 @@ use super::unit::{RATE_HZ, fnv};
 use crate::inputs::{SceneArguments, asset, load_scene, tell};
 
 /// Most sources of a cell.
-const MOST_SOURCES: usize = 16;
+const MAX_SOURCES: usize = 16;
 
 /// Farthest that a source of the stress condition sways to each side, in metres.
 const SWAY_M: f32 = 1.5;
@@ -57,7 +57,7 @@ pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
         .unwrap_or_default();
     let mut walk = layout.and_then(|layout| layout.listener);
     if sources.is_empty() || walk.is_none() {
-        let found = open_space(&loaded.scene, MOST_SOURCES)?;
+        let found = open_space(&loaded.scene, MAX_SOURCES)?;
         if sources.is_empty() {
             tell(&[format!(
                 "{named}: {} sources laid out in open space",
@@ -75,7 +75,7 @@ pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
         let advice = "put a TOML file with sources and a listener beside the OBJ file";
         return Err(Error::file(named, "has no layout", advice));
     };
-    sources.truncate(MOST_SOURCES);
+    sources.truncate(MAX_SOURCES);
     let sways: Vec<Vec3> = sources
         .iter()
         .map(|place| sway(&loaded.scene, *place))
@@ -155,7 +155,7 @@ pub(super) fn props<'a>(
 fn load(signal: &str, own: Option<&Path>) -> Result<Sounds> {
     let clips = match (signal, own) {
         ("speech", Some(folder)) => recordings(folder)?,
-        ("speech", None) => (1..=MOST_SOURCES)
+        ("speech", None) => (1..=MAX_SOURCES)
             .map(|voice| clip(&asset(&format!("speech/voice{voice:02}.wav"))?))
             .collect::<Result<_>>()?,
         (other, _) => vec![clip(&asset(&format!("signals/{other}.wav"))?)?],
@@ -190,7 +190,7 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
         return Err(Error::file(folder, "holds no WAV file", advice));
     }
     let mut clips = Vec::with_capacity(files.len());
-    for file in files.iter().take(MOST_SOURCES) {
+    for file in files.iter().take(MAX_SOURCES) {
         let (clip, notes) = load_recording(file, RATE_HZ)?;
         tell(&notes);
         if clip.samples.iter().all(|sample| *sample == 0.0) {
@@ -199,9 +199,9 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
         }
         clips.push(clip);
     }
-    if files.len() > MOST_SOURCES {
+    if files.len() > MAX_SOURCES {
         tell(&[format!(
-            "{}: the first {MOST_SOURCES} of {} files are used",
+            "{}: the first {MAX_SOURCES} of {} files are used",
             folder.display(),
             files.len()
         )]);

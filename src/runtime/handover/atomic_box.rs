@@ -9,11 +9,11 @@ use std::ptr::null_mut;
 use std::sync::atomic::{AtomicPtr, Ordering};
 
 /// A place for one box or none. Only what may change threads can be put in, so that it may be shared.
-pub(crate) struct Slot<T> {
+pub(crate) struct AtomicBox<T> {
     place: AtomicPtr<T>,
 }
 
-impl<T: Send> Slot<T> {
+impl<T: Send> AtomicBox<T> {
     /// With a box or without.
     pub(crate) fn new(value: Option<Box<T>>) -> Self {
         Self {
@@ -33,13 +33,13 @@ impl<T: Send> Slot<T> {
     }
 }
 
-impl<T: Send> Default for Slot<T> {
+impl<T: Send> Default for AtomicBox<T> {
     fn default() -> Self {
         Self::new(None)
     }
 }
 
-impl<T> Drop for Slot<T> {
+impl<T> Drop for AtomicBox<T> {
     fn drop(&mut self) {
         drop(own(*self.place.get_mut()));
     }
@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn what_is_put_in_comes_out_once_or_is_freed() {
         let counted = Arc::new(());
-        let slot = Slot::new(Some(Box::new(Arc::clone(&counted))));
+        let slot = AtomicBox::new(Some(Box::new(Arc::clone(&counted))));
         assert!(slot.take().is_some() && slot.take().is_none());
         assert!(slot.swap(Some(Box::new(Arc::clone(&counted)))).is_none());
         assert!(slot.swap(Some(Box::new(Arc::clone(&counted)))).is_some());

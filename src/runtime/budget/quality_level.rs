@@ -8,7 +8,7 @@ pub struct QualityLevel(pub u8);
 
 /// What a tier has of each setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Share {
+pub struct QualityFactors {
     /// Of guide rays.
     pub guide_rays: f32,
     /// Of source rays.
@@ -25,7 +25,7 @@ pub struct Share {
 
 /// The tiers: rays go first, then how often the late field is looked at, orders last. What each costs in a scene the
 /// governor learns; `bench speed --tier N` tells.
-pub const QUALITY_LEVELS: [Share; 6] = [
+pub const QUALITY_LEVELS: [QualityFactors; 6] = [
     share(1.0, 1.0, 0, 1),
     share(0.7, 0.7, 0, 1),
     share(0.5, 0.5, 0, 2),
@@ -37,8 +37,8 @@ pub const QUALITY_LEVELS: [Share; 6] = [
 /// The number of the last tier.
 pub const LAST_QUALITY_LEVEL: u8 = QUALITY_LEVELS.len() as u8 - 1;
 
-const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> Share {
-    Share {
+const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> QualityFactors {
+    QualityFactors {
         guide_rays: rays,
         source_rays: rays,
         cache_updates: paths,
@@ -49,8 +49,8 @@ const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> Sh
 }
 
 /// How far before a tier's number the orders that it leaves out are silent: they have faded for at least one update when
-/// propagation stops looking for them, since no update moves farther than [`super::governor::LONGEST_STEP`].
-const SILENT_BEFORE: f64 = 0.25;
+/// propagation stops looking for them, since no update moves farther than [`super::governor::MAX_LEVEL_STEP`].
+const FADE_OUT_MARGIN: f64 = 0.25;
 
 /// What is in force somewhere between two tiers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +71,7 @@ impl ActiveQuality {
         let above = (below + 1).min(QUALITY_LEVELS.len() - 1);
         let (from, to) = (&QUALITY_LEVELS[below], &QUALITY_LEVELS[above]);
         // Geometric, so that each step is the same for the ear and for the cost.
-        let scaled = |full: f64, share: fn(&Share) -> f32| {
+        let scaled = |full: f64, share: fn(&QualityFactors) -> f32| {
             let share = share(from) * (share(to) / share(from)).powf(part);
             (full * f64::from(share)).round().max(1.0)
         };
@@ -93,16 +93,16 @@ impl ActiveQuality {
 
 /// Gain of an order of reflection: it falls from 1 to 0 on the way to the first tier that leaves the order out.
 fn order_gain(place: f64, order: usize, depth: usize) -> f32 {
-    let leaves_out = |share: &Share| order > depth.saturating_sub(usize::from(share.orders_less));
+    let leaves_out =
+        |share: &QualityFactors| order > depth.saturating_sub(usize::from(share.orders_less));
     let reflected = order > 0 && order <= depth;
     match QUALITY_LEVELS
         .iter()
         .position(leaves_out)
         .filter(|_| reflected)
     {
-        Some(tier) => {
-            ((tier as f64 - SILENT_BEFORE - place) / (1.0 - SILENT_BEFORE)).clamp(0.0, 1.0) as f32
-        }
+        Some(tier) => ((tier as f64 - FADE_OUT_MARGIN - place) / (1.0 - FADE_OUT_MARGIN))
+            .clamp(0.0, 1.0) as f32,
         None => 1.0,
     }
 }
@@ -146,7 +146,7 @@ mod tests {
             assert_eq!(detail.order_gain[0], 1.0);
         }
         // An update's longest step before it is left out, it is silent already.
-        let before = ActiveQuality::at(3.0 - SILENT_BEFORE, &SETTINGS(), 2048);
+        let before = ActiveQuality::at(3.0 - FADE_OUT_MARGIN, &SETTINGS(), 2048);
         assert_eq!((before.effort.depth, before.order_gain[4]), (4, 0.0));
     }
 

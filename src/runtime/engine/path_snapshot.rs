@@ -7,11 +7,11 @@ use crate::propagation::{MAX_ORDER, Path, PathSet};
 use crate::scene::SourceId;
 
 /// Most corners of a path, both ends among them.
-pub const MOST_CORNERS: usize = MAX_ORDER + 2;
+pub const MAX_CORNERS: usize = MAX_ORDER + 2;
 
 /// A path as a line with corners.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ShownPath {
+pub struct SnapshotPath {
     /// The source it starts at. Where sources share slots, the one whose place the slot has.
     pub source: SourceId,
     /// Number of reflections.
@@ -19,12 +19,12 @@ pub struct ShownPath {
     /// Number of edges that it bends around.
     pub diffraction_order: u8,
     /// Corners in metres, from source to listener; the first `order + diffraction_order + 2` count.
-    pub corners: [Vec3; MOST_CORNERS],
+    pub corners: [Vec3; MAX_CORNERS],
     /// Level in dB relative to the free field at 1 m, the mean of all bands' energies.
     pub level_db: f32,
 }
 
-impl ShownPath {
+impl SnapshotPath {
     /// The corners that count.
     pub fn corners(&self) -> &[Vec3] {
         &self.corners[..usize::from(self.order + self.diffraction_order) + 2]
@@ -35,7 +35,7 @@ impl ShownPath {
 #[derive(Debug, Default)]
 pub(super) struct PathSnapshot {
     /// In no order.
-    pub(super) paths: Vec<ShownPath>,
+    pub(super) paths: Vec<SnapshotPath>,
 }
 
 fn energy(path: &Path) -> f32 {
@@ -43,16 +43,16 @@ fn energy(path: &Path) -> f32 {
 }
 
 /// Fills `shown` with the loudest paths of an update, `most` at most, in no order.
-pub(super) fn show(update: &PathSet, most: usize, shown: &mut Vec<ShownPath>) {
+pub(super) fn show(update: &PathSet, most: usize, shown: &mut Vec<SnapshotPath>) {
     shown.clear();
     for path in &update.paths {
         let source = update.sources.iter().find(|s| s.id == path.source);
         let Some(source) = source else { continue };
         let between = path.points();
-        let mut corners = [update.listener.position; MOST_CORNERS];
+        let mut corners = [update.listener.position; MAX_CORNERS];
         corners[0] = source.position;
         corners[1..=between.len()].copy_from_slice(between);
-        shown.push(ShownPath {
+        shown.push(SnapshotPath {
             source: path.source,
             order: path.order,
             diffraction_order: path.diffraction_order,

@@ -7,18 +7,18 @@
 /// First wait after a loss, in seconds; twice as long after every further one.
 pub const FIRST_WAIT_S: f64 = 0.1;
 /// Longest wait in seconds.
-pub const LONGEST_WAIT_S: f64 = 5.0;
+pub const MAX_WAIT_S: f64 = 5.0;
 /// A device that asks for nothing this long, in seconds, has stalled. Streams on Bluetooth take half of it to start.
 pub const STALL_S: f64 = 1.0;
 /// A device that has played this long, in seconds, is well: the next wait is the first again.
-pub const WELL_S: f64 = 2.0;
+pub const STABLE_S: f64 = 2.0;
 
 /// What to do now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
+pub enum ReopenAction {
     /// Nothing.
     Wait,
-    /// Open the device and report with [`Reopening::opened`].
+    /// Open the device and report with [`ReopenPolicy::opened`].
     Open,
     /// Close it: it was lost or has stalled.
     Close,
@@ -26,7 +26,7 @@ pub enum Order {
 
 /// What was counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counts {
+pub struct ReopenCounts {
     /// Times that a device was opened.
     pub opened: u32,
     /// Times that opening failed.
@@ -49,13 +49,13 @@ enum State {
 }
 
 /// Decides when to open and close.
-pub struct Reopening {
+pub struct ReopenPolicy {
     state: State,
     wait_s: f64,
-    counts: Counts,
+    counts: ReopenCounts,
 }
 
-impl Reopening {
+impl ReopenPolicy {
     /// Begins closed, to be opened at once.
     pub fn new() -> Self {
         Self {
@@ -63,21 +63,21 @@ impl Reopening {
                 until_s: f64::NEG_INFINITY,
             },
             wait_s: FIRST_WAIT_S,
-            counts: Counts::default(),
+            counts: ReopenCounts::default(),
         }
     }
 
     /// What to do at `now_s`, given how many callbacks there have been in all and whether the open device has said that it
     /// is lost.
-    pub fn step(&mut self, now_s: f64, callbacks: u64, lost: bool) -> Order {
+    pub fn step(&mut self, now_s: f64, callbacks: u64, lost: bool) -> ReopenAction {
         match &mut self.state {
-            State::Closed { until_s } if now_s >= *until_s => Order::Open,
-            State::Closed { .. } => Order::Wait,
+            State::Closed { until_s } if now_s >= *until_s => ReopenAction::Open,
+            State::Closed { .. } => ReopenAction::Wait,
             State::Open { since_s, .. } if lost => {
                 let since_s = *since_s;
                 self.counts.lost += 1;
                 self.close(now_s, now_s - since_s);
-                Order::Close
+                ReopenAction::Close
             }
             State::Open {
                 callbacks: seen,
@@ -91,14 +91,14 @@ impl Reopening {
                     let played_s = *moved_s - *since_s;
                     self.counts.stalled += 1;
                     self.close(now_s, played_s);
-                    return Order::Close;
+                    return ReopenAction::Close;
                 }
-                Order::Wait
+                ReopenAction::Wait
             }
         }
     }
 
-    /// Reports what came of [`Order::Open`].
+    /// Reports what came of [`ReopenAction::Open`].
     pub fn opened(&mut self, now_s: f64, callbacks: u64, success: bool) {
         if success {
             self.counts.opened += 1;
@@ -114,16 +114,16 @@ impl Reopening {
     }
 
     fn close(&mut self, now_s: f64, played_s: f64) {
-        if played_s >= WELL_S {
+        if played_s >= STABLE_S {
             self.wait_s = FIRST_WAIT_S;
         }
         self.state = State::Closed {
             until_s: now_s + self.wait_s,
         };
-        self.wait_s = (2.0 * self.wait_s).min(LONGEST_WAIT_S);
+        self.wait_s = (2.0 * self.wait_s).min(MAX_WAIT_S);
     }
 
-    /// When [`Order::Open`] comes, in seconds; `None` while the device is open.
+    /// When [`ReopenAction::Open`] comes, in seconds; `None` while the device is open.
     pub fn due_s(&self) -> Option<f64> {
         match self.state {
             State::Closed { until_s } => Some(until_s),
@@ -132,12 +132,12 @@ impl Reopening {
     }
 
     /// What has happened so far.
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> ReopenCounts {
         self.counts
     }
 }
 
-impl Default for Reopening {
+impl Default for ReopenPolicy {
     fn default() -> Self {
         Self::new()
     }
@@ -149,18 +149,18 @@ mod tests {
 
     #[test]
     fn refusals_come_farther_and_farther_apart() {
-        let mut reopening = Reopening::new();
+        let mut reopening = ReopenPolicy::new();
         let mut asked = Vec::new();
         for tick in 0..3000 {
             let now_s = f64::from(tick) * 0.01;
-            if reopening.step(now_s, 0, false) == Order::Open {
+            if reopening.step(now_s, 0, false) == ReopenAction::Open {
                 asked.push(now_s);
                 reopening.opened(now_s, 0, false);
             }
         }
         let waits: Vec<f64> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
         for (n, wait) in waits.iter().enumerate() {
-            let wanted = (FIRST_WAIT_S * 2f64.powi(n as i32)).min(LONGEST_WAIT_S);
+            let wanted = (FIRST_WAIT_S * 2f64.powi(n as i32)).min(MAX_WAIT_S);
             // Steps are a hundredth apart.
             assert!((wait - wanted).abs() < 0.011, "{n}: {wait}");
         }
@@ -169,15 +169,18 @@ mod tests {
 
     #[test]
     fn a_loss_is_answered_after_the_first_wait_again_once_all_was_well() {
-        let mut reopening = Reopening::new();
+        let mut reopening = ReopenPolicy::new();
         let mut now_s = 0.0;
         for round in 0..4 {
-            assert_eq!(reopening.step(now_s, round, false), Order::Open);
+            assert_eq!(reopening.step(now_s, round, false), ReopenAction::Open);
             reopening.opened(now_s, round, true);
             // A little more than the limit: sums of decimal fractions are rounded.
-            now_s += WELL_S + 1e-6;
-            assert_eq!(reopening.step(now_s, round + 1, true), Order::Close);
-            assert_eq!(reopening.step(now_s + 0.09, round + 1, true), Order::Wait);
+            now_s += STABLE_S + 1e-6;
+            assert_eq!(reopening.step(now_s, round + 1, true), ReopenAction::Close);
+            assert_eq!(
+                reopening.step(now_s + 0.09, round + 1, true),
+                ReopenAction::Wait
+            );
             now_s += FIRST_WAIT_S + 1e-6;
         }
         let counts = reopening.counts();
@@ -186,14 +189,14 @@ mod tests {
 
     #[test]
     fn silence_is_a_stall_and_late_words_of_a_closed_device_are_nothing() {
-        let mut reopening = Reopening::new();
-        assert_eq!(reopening.step(0.0, 0, false), Order::Open);
+        let mut reopening = ReopenPolicy::new();
+        assert_eq!(reopening.step(0.0, 0, false), ReopenAction::Open);
         reopening.opened(0.0, 0, true);
-        assert_eq!(reopening.step(0.9, 0, false), Order::Wait);
-        assert_eq!(reopening.step(0.95, 1, false), Order::Wait);
-        assert_eq!(reopening.step(1.9, 1, false), Order::Wait);
-        assert_eq!(reopening.step(1.96, 1, false), Order::Close);
-        assert_eq!(reopening.step(1.97, 1, true), Order::Wait);
+        assert_eq!(reopening.step(0.9, 0, false), ReopenAction::Wait);
+        assert_eq!(reopening.step(0.95, 1, false), ReopenAction::Wait);
+        assert_eq!(reopening.step(1.9, 1, false), ReopenAction::Wait);
+        assert_eq!(reopening.step(1.96, 1, false), ReopenAction::Close);
+        assert_eq!(reopening.step(1.97, 1, true), ReopenAction::Wait);
         assert_eq!(reopening.counts().stalled, 1);
         assert_eq!(reopening.counts().lost, 0);
     }
