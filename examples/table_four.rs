@@ -139,7 +139,7 @@ fn measure(
 /// A row of JSON; numbers only, so nothing needs escaping.
 fn row(cell: &Cell, pinned: bool, [baseline, ours]: &[Measured; 2]) -> String {
     let now = &ours.statistics;
-    let heat = now.manners.reading;
+    let heat = now.device_hints.reading;
     format!(
         "{{\"scene\":\"{}\",\"sources\":{},\"pinned\":{pinned},\"synchronous_fps\":{:.2},\"asynchronous_fps\":{:.2},\
          \"speedup\":{:.3},\"paper_synchronous_fps\":{},\"paper_asynchronous_fps\":{},\"update_p50_ms\":{:.3},\
@@ -154,8 +154,8 @@ fn row(cell: &Cell, pinned: bool, [baseline, ours]: &[Measured; 2]) -> String {
         cell.paper_fps[1],
         1e3 * now.propagation.p50_s,
         1e3 * now.propagation.p95_s,
-        now.level,
-        now.tier.0,
+        now.extrapolation_level,
+        now.quality_level.0,
         now.paths,
         1e3 * now.block.p50_s,
         1e3 * now.block.worst_s,
@@ -213,7 +213,7 @@ fn main() -> Result<()> {
                 cell.paper_fps[0],
                 cell.paper_fps[1],
                 1e3 * both[1].statistics.propagation.p50_s,
-                both[1].statistics.level,
+                both[1].statistics.extrapolation_level,
             );
             rows.push(row(&cell, pinned, &both));
         }

@@ -19,7 +19,7 @@ use glam::Vec3;
 const BEST: PredictorKind = PredictorKind::Geometric(GeometricSettings::FULL);
 
 const LATE: Schedule = Schedule::Asynchronous {
-    level: 5,
+    extrapolation_level: 5,
     latency: Latency::Modelled,
 };
 

@@ -211,7 +211,7 @@ fn empty_clips_and_dry_streams_are_silence() {
     assert_eq!(writer.write(&hum()), 4410);
     assert!(run(&mut controller, &mut renderer, Vec3::ZERO, 9) > 0.01);
     run(&mut controller, &mut renderer, Vec3::ZERO, 5);
-    assert!(controller.statistics().starved_samples > 0);
+    assert!(controller.statistics().underrun_samples > 0);
     controller.stop(id).expect("is there");
     run(&mut controller, &mut renderer, Vec3::ZERO, 1);
     // What was retired is freed by the next tick.
@@ -293,7 +293,7 @@ fn either_half_may_go_first() {
     drop(controller);
     let mut block = [0.0; 882];
     let report = renderer.render(&mut block);
-    assert!(report.controller_gone);
+    assert!(report.controller_dropped);
     assert!(block.iter().any(|s| s.abs() > 0.01));
 }
 
@@ -358,7 +358,7 @@ fn predictor_schedule_and_rays_change_while_running() {
         ..PropagationSettings::default()
     };
     assert!(controller.set_propagation(wrong).is_err());
-    assert_eq!(controller.statistics().level, 0);
+    assert_eq!(controller.statistics().extrapolation_level, 0);
 }
 
 #[test]

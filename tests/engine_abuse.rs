@@ -22,7 +22,7 @@ fn settings(schedule: EngineSchedule) -> EngineSettings {
             max_sources: 4,
             ..GeneratorSettings::default()
         },
-        most_sources: Some(12),
+        max_sources: Some(12),
         propagation: PropagationSettings {
             guide_rays: 64,
             source_rays: 16,

@@ -91,16 +91,16 @@ fn forced_tiers_take_paths_away_without_a_click() {
     assert!(paths > 60, "{paths}");
     for tier in [LAST_QUALITY_LEVEL, 2, 4, 0] {
         let budget = Budget {
-            tiers: QualityChoice::Exactly(QualityLevel(tier)),
+            quality: QualityChoice::Exactly(QualityLevel(tier)),
             ..Budget::default()
         };
         controller.set_budget(budget).expect("in range");
         // Two seconds: the glide takes half of one, the cache of paths as long again.
         let moving = run(&mut controller, &mut renderer, at, 200, &mut tail);
         let statistics = controller.statistics();
-        assert_eq!(statistics.tier, QualityLevel(tier));
+        assert_eq!(statistics.quality_level, QualityLevel(tier));
         // In a rectangular room a half of the rays finds every path; fewer orders do not.
-        match QUALITY_LEVELS[usize::from(tier)].orders_less {
+        match QUALITY_LEVELS[usize::from(tier)].skipped_orders {
             0 => assert_eq!(statistics.paths, paths),
             _ => assert!(statistics.paths < paths, "{} paths", statistics.paths),
         }
@@ -141,7 +141,7 @@ struct Crowd {
 impl Crowd {
     fn new(sources: usize, slots: usize) -> Self {
         let settings = EngineSettings {
-            most_sources: Some(sources),
+            max_sources: Some(sources),
             ..settings(slots)
         };
         let (mut controller, renderer) = Engine::new(settings).expect("an engine");
@@ -225,7 +225,7 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
 #[test]
 fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
     let (mut controller, _renderer) = Engine::new(EngineSettings {
-        most_sources: Some(5),
+        max_sources: Some(5),
         ..settings(4)
     })
     .expect("an engine");
@@ -234,7 +234,7 @@ fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
     }
     assert!(controller.add_source(Vec3::X).is_err());
     let wrong = EngineSettings {
-        most_sources: Some(0),
+        max_sources: Some(0),
         ..settings(4)
     };
     assert!(Engine::new(wrong).is_err());
@@ -271,7 +271,7 @@ fn what_threads_did_is_told_in_order_and_a_full_ring_counts() {
     assert_eq!(count(Track::Sound, SpanKind::Generation), 80);
     for track in [Track::App, Track::Propagation, Track::Sound] {
         let spans = log.spans().iter().filter(|(t, _)| *t == track);
-        let ends = spans.map(|(_, span)| span.began_ns + span.lasted_ns);
+        let ends = spans.map(|(_, span)| span.began_ns + span.duration_ns);
         assert!(ends.is_sorted(), "{track:?}");
     }
     run(&mut controller, &mut renderer, Vec3::ZERO, 100, &mut tail);

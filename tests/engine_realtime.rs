@@ -178,7 +178,7 @@ fn an_engine_starts_and_stops_two_hundred_times() {
             assert_eq!(controller.state(), EngineState::RendererGone);
         } else {
             drop(controller);
-            assert!(renderer.render(&mut [0.0; 128]).controller_gone);
+            assert!(renderer.render(&mut [0.0; 128]).controller_dropped);
         }
     }
 }

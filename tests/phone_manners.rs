@@ -116,11 +116,11 @@ impl Playing {
                 source_rays: 16,
                 ..PropagationSettings::default()
             },
-            manners: DeviceHintsSettings {
+            device_hints: DeviceHintsSettings {
                 symbols: Box::leak(Box::new(symbols)),
                 ..DeviceHintsSettings::default()
             },
-            shown_paths: 12,
+            max_snapshot_paths: 12,
             ..EngineSettings::default()
         };
         let (mut controller, mut renderer) = Engine::new(settings).expect("can be");
@@ -160,15 +160,15 @@ impl Playing {
 fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     HEADROOM.store(0.98f32.to_bits(), Ordering::SeqCst);
     let mut playing = Playing::new(EngineSchedule::Asynchronous);
-    assert!(playing.until(|now| now.tier == QualityLevel(3)));
-    assert!(playing.until(|now| now.manners.hints_updates && now.manners.hints_sound));
-    let manners = playing.controller.statistics().manners;
+    assert!(playing.until(|now| now.quality_level == QualityLevel(3)));
+    assert!(playing.until(|now| now.device_hints.hints_propagation && now.device_hints.hints_sound));
+    let manners = playing.controller.statistics().device_hints;
     assert_eq!(
         (manners.reading.headroom, manners.reading.status),
         (Some(0.98), Some(0))
     );
     // The picture of the room: what was asked for of its more than a hundred paths, and the direct one among the loudest.
-    let shown = playing.controller.shown_paths();
+    let shown = playing.controller.path_snapshot();
     assert_eq!(shown.len(), 12);
     let direct = shown
         .iter()
@@ -192,9 +192,9 @@ fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     // The baseline's updates are the app's own time: heat counts, hints of updates do not.
     let begun = BEGUN.load(Ordering::SeqCst);
     let mut playing = Playing::new(EngineSchedule::Synchronous);
-    assert!(playing.until(|now| now.tier == QualityLevel(3)));
-    assert!(playing.until(|now| now.manners.hints_sound));
-    assert!(!playing.controller.statistics().manners.hints_updates);
+    assert!(playing.until(|now| now.quality_level == QualityLevel(3)));
+    assert!(playing.until(|now| now.device_hints.hints_sound));
+    assert!(!playing.controller.statistics().device_hints.hints_propagation);
     assert_eq!(BEGUN.load(Ordering::SeqCst), begun + 1);
     drop(playing);
     let left = [

@@ -13,7 +13,7 @@ use foresound::scene::{
 use glam::Vec3;
 
 const ASYNCHRONOUS: Schedule = Schedule::Asynchronous {
-    level: 5,
+    extrapolation_level: 5,
     latency: Latency::Modelled,
 };
 
@@ -137,7 +137,7 @@ fn a_standing_listener_hears_both_schedules_alike() {
 #[test]
 fn an_update_in_every_frame_is_the_synchronous_schedule() {
     let every = Schedule::Asynchronous {
-        level: 0,
+        extrapolation_level: 0,
         latency: Latency::None,
     };
     assert_eq!(
@@ -190,7 +190,7 @@ fn settings_out_of_range_are_refused_by_name() {
     );
     let usual = || settings(Schedule::Synchronous);
     let endless = Schedule::Asynchronous {
-        level: 100_000,
+        extrapolation_level: 100_000,
         latency: Latency::Modelled,
     };
     for (settings, name) in [

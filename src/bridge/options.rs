@@ -102,7 +102,7 @@ impl Default for Options {
             frame_s: 0.0,
             max_delay_s: generation.max_delay_s,
             manners: 3,
-            shown_paths: engine.shown_paths as u32,
+            shown_paths: engine.max_snapshot_paths as u32,
         }
     }
 }
@@ -163,9 +163,9 @@ impl Options {
             let text = format!("manners: {} has unknown bits; give 0 to 3", self.manners);
             return Err(Fault::new(Status::BadArgument, text));
         }
-        settings.manners.thermal = self.manners & 1 != 0;
-        settings.manners.hints = self.manners & 2 != 0;
-        settings.shown_paths = self.shown_paths as usize;
+        settings.device_hints.thermal = self.manners & 1 != 0;
+        settings.device_hints.hints = self.manners & 2 != 0;
+        settings.max_snapshot_paths = self.shown_paths as usize;
         settings.generation.rate_hz = self.rate_hz;
         settings.generation.max_sources = self.max_sources as usize;
         settings.generation.max_voices = self.max_voices as usize;

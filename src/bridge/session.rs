@@ -231,7 +231,7 @@ impl Session {
 
     /// The loudest paths of the newest update, as many as the options say.
     pub fn shown_paths(&mut self) -> impl Iterator<Item = ShownPath> {
-        self.controller.shown_paths().iter().map(ShownPath::from)
+        self.controller.path_snapshot().iter().map(ShownPath::from)
     }
 
     /// Sets rays and depth of propagation.

@@ -59,12 +59,12 @@ impl From<RenderReport> for RenderInfo {
             frames: from.frames,
             graphics_frames: from.graphics_frames,
             updates: from.updates,
-            level: from.level,
+            level: from.extrapolation_level,
             voices: from.voices,
             dropped_paths: from.dropped_paths,
-            starved_samples: from.starved_samples,
+            starved_samples: from.underrun_samples,
             missed_deadline: from.missed_deadline.into(),
-            engine_gone: from.controller_gone.into(),
+            engine_gone: from.controller_dropped.into(),
         }
     }
 }
@@ -242,10 +242,10 @@ impl From<DeviceReport> for OutputInfo {
             lost: from.lost,
             stalled: from.stalled,
             xruns: from.xruns,
-            least_frames: from.least_frames,
-            most_frames: from.most_frames,
+            least_frames: from.min_callback_frames,
+            most_frames: from.max_callback_frames,
             callbacks: from.callbacks,
-            starved_frames: from.starved_frames,
+            starved_frames: from.underrun_frames,
         }
     }
 }

@@ -29,7 +29,7 @@ fn engine(slots: usize, sources: usize) -> (Controller, Renderer) {
             source_rays: 16,
             ..PropagationSettings::default()
         },
-        most_sources: Some(sources),
+        max_sources: Some(sources),
         frame_time: FrameTime::Fixed(FRAME_S),
         affinity: AffinityPolicy::None,
         ..EngineSettings::default()

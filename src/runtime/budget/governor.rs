@@ -52,69 +52,69 @@ pub struct UpdateCost {
     /// Share of a core that sound takes.
     pub sound_share: f64,
     /// Whether updates may be spaced out.
-    pub can_rest: bool,
+    pub may_pause: bool,
 }
 
 /// Chooses the tier. One for each propagation; control side.
 #[derive(Debug, Clone)]
 pub struct Governor {
-    tier: u8,
+    level: u8,
     /// Where detail is on its way to the tier.
-    place: f64,
+    position: f64,
     mean_s: Option<f64>,
     /// The highest mean lately: what decides whether there is room.
     peak_s: f64,
     /// Cost of each tier over that of the one before.
     ratios: [f64; LAST_QUALITY_LEVEL as usize],
-    over: u32,
+    overloaded_updates: u32,
     since_change_s: f64,
     /// Whether the last change was up.
-    rose: bool,
+    went_up: bool,
     dwell_s: f64,
     /// Tier and peak before the last change, to be compared with once that is settled.
     before: Option<(u8, f64)>,
-    rest_s: f64,
+    pause_s: f64,
 }
 
 impl Default for Governor {
     fn default() -> Self {
         Self {
-            tier: 0,
-            place: 0.0,
+            level: 0,
+            position: 0.0,
             mean_s: None,
             peak_s: 0.0,
             ratios: [FIRST_RATIO; LAST_QUALITY_LEVEL as usize],
-            over: 0,
+            overloaded_updates: 0,
             since_change_s: 0.0,
-            rose: false,
+            went_up: false,
             dwell_s: DWELL_S.0,
             before: None,
-            rest_s: 0.0,
+            pause_s: 0.0,
         }
     }
 }
 
 impl Governor {
     /// The tier in force, or on its way to be.
-    pub fn tier(&self) -> QualityLevel {
-        QualityLevel(self.tier)
+    pub fn quality_level(&self) -> QualityLevel {
+        QualityLevel(self.level)
     }
 
     /// What is in force now.
-    pub fn detail(&self, settings: &PropagationSettings, max_paths: usize) -> ActiveQuality {
-        ActiveQuality::at(self.place, settings, max_paths)
+    pub fn active_quality(&self, settings: &PropagationSettings, max_paths: usize) -> ActiveQuality {
+        ActiveQuality::at(self.position, settings, max_paths)
     }
 
     /// Seconds to wait before the next update.
-    pub fn rest_s(&self) -> f64 {
-        self.rest_s
+    pub fn pause_s(&self) -> f64 {
+        self.pause_s
     }
 
     /// Forgets what updates took, for another scene takes other times; the tier stays.
-    pub fn begin_scene(&mut self) {
+    pub fn reset_costs(&mut self) {
         self.mean_s = None;
         self.peak_s = 0.0;
-        self.over = 0;
+        self.overloaded_updates = 0;
         self.before = None;
     }
 
@@ -132,17 +132,17 @@ impl Governor {
         self.mean_s = Some(mean_s);
         self.peak_s = mean_s.max(self.peak_s * (-passed_s / PEAK_DECAY_S).exp());
         let limit_s = self.limit(budget, spent, mean_s);
-        match budget.tiers {
+        match budget.quality {
             QualityChoice::Exactly(tier) => self.change(tier.0.min(LAST_QUALITY_LEVEL)),
             QualityChoice::Free => self.choose(limit_s, mean_s, 0),
             QualityChoice::AtLeast(tier) => {
                 self.choose(limit_s, mean_s, tier.0.min(LAST_QUALITY_LEVEL))
             }
         }
-        let way = f64::from(self.tier) - self.place;
+        let way = f64::from(self.level) - self.position;
         if way != 0.0 {
             let step = (passed_s / TRANSITION_S * way.abs().max(1.0)).min(MAX_LEVEL_STEP);
-            self.place += way.clamp(-step, step);
+            self.position += way.clamp(-step, step);
             self.peak_s = mean_s;
         }
     }
@@ -150,53 +150,53 @@ impl Governor {
     /// Seconds that an update may take; sets the rest besides.
     fn limit(&mut self, budget: &Budget, spent: &UpdateCost, mean_s: f64) -> f64 {
         let mut limit_s = budget.update_s.unwrap_or(f64::INFINITY);
-        self.rest_s = 0.0;
+        self.pause_s = 0.0;
         if let Some(core_share) = budget.core_share {
             // Sound cannot be put off: what is left of the share is propagation's, and something always is.
             let share = (core_share - spent.sound_share).clamp(0.1 * core_share, 1.0);
             limit_s = limit_s.min(share * MAX_UPDATE_SPACING_S);
-            if spent.can_rest && share < 1.0 {
+            if spent.may_pause && share < 1.0 {
                 let rest_s = spent.update_s.max(mean_s) * (1.0 / share - 1.0);
-                self.rest_s = rest_s.min(MAX_UPDATE_SPACING_S);
+                self.pause_s = rest_s.min(MAX_UPDATE_SPACING_S);
             }
         }
         limit_s
     }
 
     fn choose(&mut self, limit_s: f64, mean_s: f64, least: u8) {
-        if self.tier < least {
+        if self.level < least {
             self.change(least);
             return;
         }
-        self.learn();
-        let gliding = self.place != f64::from(self.tier);
-        self.over = if mean_s > OVERLOAD_RATIO * limit_s {
-            self.over + 1
+        self.update_cost_ratio();
+        let gliding = self.position != f64::from(self.level);
+        self.overloaded_updates = if mean_s > OVERLOAD_RATIO * limit_s {
+            self.overloaded_updates + 1
         } else {
             0
         };
-        if self.over >= OVERLOAD_UPDATES && self.tier < LAST_QUALITY_LEVEL {
+        if self.overloaded_updates >= OVERLOAD_UPDATES && self.level < LAST_QUALITY_LEVEL {
             // On its way down already, it waits for what that brings, unless that cannot be enough.
-            let on_its_way = f64::from(self.tier) - self.place;
+            let on_its_way = f64::from(self.level) - self.position;
             let expected_s = mean_s * self.mean_ratio().powf(on_its_way.max(0.0));
             if expected_s > OVERLOAD_RATIO * limit_s {
-                if self.rose && self.since_change_s < REVERT_S + TRANSITION_S {
+                if self.went_up && self.since_change_s < REVERT_S + TRANSITION_S {
                     self.dwell_s = (2.0 * self.dwell_s).min(DWELL_S.1);
                 }
-                self.before = (!gliding).then_some((self.tier, self.peak_s));
-                self.change(self.tier + 1);
+                self.before = (!gliding).then_some((self.level, self.peak_s));
+                self.change(self.level + 1);
             }
             return;
         }
-        let above = self.tier.saturating_sub(1).max(least);
-        if above == self.tier || gliding || self.since_change_s < self.dwell_s {
+        let above = self.level.saturating_sub(1).max(least);
+        if above == self.level || gliding || self.since_change_s < self.dwell_s {
             return;
         }
         let expected_s = self.peak_s / self.ratios[usize::from(above)];
         if expected_s < HEADROOM_RATIO * limit_s {
-            self.before = Some((self.tier, self.peak_s));
+            self.before = Some((self.level, self.peak_s));
             self.change(above);
-            self.rose = true;
+            self.went_up = true;
         } else if self.since_change_s > 2.0 * DWELL_S.1 {
             self.dwell_s = DWELL_S.0;
         }
@@ -210,30 +210,30 @@ impl Governor {
     }
 
     /// Learns what the last step was worth once it is settled.
-    fn learn(&mut self) {
-        let still = self.place == f64::from(self.tier);
+    fn update_cost_ratio(&mut self) {
+        let still = self.position == f64::from(self.level);
         let settled = still && self.since_change_s > TRANSITION_S + SETTLED_S;
         let Some((from, before_s)) = self.before.filter(|_| settled) else {
             return;
         };
         self.before = None;
-        let ratio = match self.tier.checked_sub(from) {
+        let ratio = match self.level.checked_sub(from) {
             Some(1) => self.peak_s / before_s,
             Some(_) => return,
             None => before_s / self.peak_s,
         };
-        let step = usize::from(self.tier.min(from));
+        let step = usize::from(self.level.min(from));
         if ratio.is_finite() {
             self.ratios[step] = 0.5 * (self.ratios[step] + ratio.clamp(0.3, 0.95));
         }
     }
 
     fn change(&mut self, tier: u8) {
-        if tier != self.tier {
-            self.tier = tier;
+        if tier != self.level {
+            self.level = tier;
             self.since_change_s = 0.0;
-            self.over = 0;
-            self.rose = false;
+            self.overloaded_updates = 0;
+            self.went_up = false;
         }
     }
 }

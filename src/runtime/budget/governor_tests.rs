@@ -46,25 +46,25 @@ impl Simulation {
         while self.time_s < end_s {
             let since_last_s = self.time_s - last_s;
             last_s = self.time_s;
-            let detail = self.governor.detail(&settings(), PATHS);
-            let update_s = cost_s(full_s(self.time_s), &detail.effort);
+            let detail = self.governor.active_quality(&settings(), PATHS);
+            let update_s = cost_s(full_s(self.time_s), &detail.propagation);
             let before = self.governor.clone();
             let spent = UpdateCost {
                 update_s,
                 since_last_s,
                 sound_share: self.sound_share,
-                can_rest: true,
+                may_pause: true,
             };
             self.governor.observe(&self.budget, &spent);
-            assert!((self.governor.place - before.place).abs() <= MAX_LEVEL_STEP + 1e-12);
-            self.changes += u32::from(self.governor.tier() != before.tier());
-            self.time_s += update_s + self.governor.rest_s();
+            assert!((self.governor.position - before.position).abs() <= MAX_LEVEL_STEP + 1e-12);
+            self.changes += u32::from(self.governor.quality_level() != before.quality_level());
+            self.time_s += update_s + self.governor.pause_s();
             self.busy_s += update_s;
         }
     }
 
     fn update_s(&self, full_s: f64) -> f64 {
-        cost_s(full_s, &self.governor.detail(&settings(), PATHS).effort)
+        cost_s(full_s, &self.governor.active_quality(&settings(), PATHS).propagation)
     }
 }
 
@@ -80,7 +80,7 @@ fn without_a_limit_everything_is_done() {
     let mut world = Simulation::new(Budget::default());
     world.run(10.0, |_| 0.5);
     assert_eq!(
-        (world.governor.tier(), world.governor.rest_s()),
+        (world.governor.quality_level(), world.governor.pause_s()),
         (QualityLevel(0), 0.0)
     );
     assert_eq!(world.changes, 0);
@@ -90,13 +90,13 @@ fn without_a_limit_everything_is_done() {
 fn an_overload_is_answered_and_given_back_when_it_ends() {
     let mut world = Simulation::new(within(0.010));
     world.run(5.0, |_| 0.008);
-    assert_eq!(world.governor.tier(), QualityLevel(0));
+    assert_eq!(world.governor.quality_level(), QualityLevel(0));
     world.run(5.0, |_| 0.030);
     assert!(world.update_s(0.030) <= 0.010, "{:?}", world.governor);
-    let low = world.governor.tier();
+    let low = world.governor.quality_level();
     assert!(low > QualityLevel(0));
     world.run(60.0, |_| 0.004);
-    assert_eq!(world.governor.tier(), QualityLevel(0));
+    assert_eq!(world.governor.quality_level(), QualityLevel(0));
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn updates_that_are_held_up_now_and_then_change_nothing() {
             0.005
         }
     });
-    assert_eq!((world.governor.tier(), world.changes), (QualityLevel(0), 0));
+    assert_eq!((world.governor.quality_level(), world.changes), (QualityLevel(0), 0));
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
     let mut world = Simulation::new(within(0.001));
     world.run(10.0, |_| 1.0);
     let changes = world.changes;
-    assert_eq!(world.governor.tier(), QualityLevel(LAST_QUALITY_LEVEL));
+    assert_eq!(world.governor.quality_level(), QualityLevel(LAST_QUALITY_LEVEL));
     world.run(60.0, |_| 1.0);
     assert_eq!(world.changes, changes);
 }
@@ -156,13 +156,13 @@ fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
     let mut world = Simulation::new(share(0.5));
     world.sound_share = 0.1;
     world.run(10.0, |_| 0.010);
-    assert_eq!(world.governor.tier(), QualityLevel(0));
+    assert_eq!(world.governor.quality_level(), QualityLevel(0));
     let used = world.busy_s / world.time_s;
     assert!((0.36..=0.41).contains(&used), "{used}");
     // 120 ms at full detail in a fifth of a core: an update may take 20 ms.
     let mut world = Simulation::new(share(0.2));
     world.run(20.0, |_| 0.120);
-    assert!(world.governor.tier() > QualityLevel(0));
+    assert!(world.governor.quality_level() > QualityLevel(0));
     (world.busy_s, world.time_s) = (0.0, 0.0);
     world.run(20.0, |_| 0.120);
     let used = world.busy_s / world.time_s;
@@ -172,18 +172,18 @@ fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
 #[test]
 fn tiers_can_be_forced_and_freed() {
     let mut world = Simulation::new(within(0.010));
-    world.budget.tiers = QualityChoice::Exactly(QualityLevel(3));
+    world.budget.quality = QualityChoice::Exactly(QualityLevel(3));
     world.run(4.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), QualityLevel(3));
-    assert_eq!(world.governor.place, 3.0);
-    world.budget.tiers = QualityChoice::AtLeast(QualityLevel(1));
+    assert_eq!(world.governor.quality_level(), QualityLevel(3));
+    assert_eq!(world.governor.position, 3.0);
+    world.budget.quality = QualityChoice::AtLeast(QualityLevel(1));
     world.run(60.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), QualityLevel(1));
+    assert_eq!(world.governor.quality_level(), QualityLevel(1));
     world.run(5.0, |_| 0.060);
-    assert!(world.governor.tier() > QualityLevel(1));
-    world.budget.tiers = QualityChoice::Free;
+    assert!(world.governor.quality_level() > QualityLevel(1));
+    world.budget.quality = QualityChoice::Free;
     world.run(120.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), QualityLevel(0));
+    assert_eq!(world.governor.quality_level(), QualityLevel(0));
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn the_same_times_choose_the_same_tiers() {
     let run = || {
         let mut world = Simulation::new(within(0.010));
         world.run(30.0, |time_s| 0.02 + 0.015 * time_s.sin());
-        (world.governor.place.to_bits(), world.changes)
+        (world.governor.position.to_bits(), world.changes)
     };
     assert_eq!(run(), run());
 }
@@ -222,7 +222,7 @@ fn limits_out_of_range_are_refused_by_name() {
         ),
         (
             Budget {
-                tiers: QualityChoice::Exactly(QualityLevel(LAST_QUALITY_LEVEL + 1)),
+                quality: QualityChoice::Exactly(QualityLevel(LAST_QUALITY_LEVEL + 1)),
                 ..Budget::default()
             },
             "tiers",

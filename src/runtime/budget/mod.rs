@@ -23,7 +23,7 @@ pub struct Budget {
     /// out: its updates are the app's own time.
     pub core_share: Option<f64>,
     /// Which tiers may be used.
-    pub tiers: QualityChoice,
+    pub quality: QualityChoice,
 }
 
 /// Which tiers may be used, whatever the budget says: for thermal states, tests and menus.
@@ -57,7 +57,7 @@ impl Budget {
         };
         range("update_s", self.update_s, 1e-4, 10.0)?;
         range("core_share", self.core_share, 0.05, 2.0)?;
-        match self.tiers {
+        match self.quality {
             QualityChoice::AtLeast(tier) | QualityChoice::Exactly(tier)
                 if tier.0 > LAST_QUALITY_LEVEL =>
             {

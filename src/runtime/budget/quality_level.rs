@@ -18,7 +18,7 @@ pub struct QualityFactors {
     /// Of the most paths.
     pub paths: f32,
     /// Orders of reflection below the settings' depth.
-    pub orders_less: u8,
+    pub skipped_orders: u8,
     /// Updates between two looks at a source's late field.
     pub late_interval: u64,
 }
@@ -43,7 +43,7 @@ const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> Qu
         source_rays: rays,
         cache_updates: paths,
         paths,
-        orders_less,
+        skipped_orders: orders_less,
         late_interval,
     }
 }
@@ -56,7 +56,7 @@ const FADE_OUT_MARGIN: f64 = 0.25;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActiveQuality {
     /// For propagation.
-    pub effort: PropagationQuality,
+    pub propagation: PropagationQuality,
     /// Most paths of an update.
     pub max_paths: usize,
     /// Gain of each order of reflection, from the direct path on.
@@ -78,10 +78,10 @@ impl ActiveQuality {
         let guide_rays = scaled(settings.guide_rays.into(), |s| s.guide_rays) as u32;
         let source_rays = scaled(settings.source_rays.into(), |s| s.source_rays) as u32;
         Self {
-            effort: PropagationQuality {
+            propagation: PropagationQuality {
                 guide_rays,
                 source_rays,
-                depth: settings.depth.saturating_sub(usize::from(from.orders_less)),
+                depth: settings.depth.saturating_sub(usize::from(from.skipped_orders)),
                 cache_updates: scaled(settings.cache_updates as f64, |s| s.cache_updates) as u64,
                 late_interval: from.late_interval,
             },
@@ -94,7 +94,7 @@ impl ActiveQuality {
 /// Gain of an order of reflection: it falls from 1 to 0 on the way to the first tier that leaves the order out.
 fn order_gain(place: f64, order: usize, depth: usize) -> f32 {
     let leaves_out =
-        |share: &QualityFactors| order > depth.saturating_sub(usize::from(share.orders_less));
+        |share: &QualityFactors| order > depth.saturating_sub(usize::from(share.skipped_orders));
     let reflected = order > 0 && order <= depth;
     match QUALITY_LEVELS
         .iter()
@@ -116,16 +116,16 @@ mod tests {
     #[test]
     fn the_first_tier_is_everything_and_no_other_has_more_than_its_forerunner() {
         let detail = |place: f64| ActiveQuality::at(place, &SETTINGS(), 2048);
-        assert_eq!(detail(0.0).effort, PropagationQuality::full(&SETTINGS()));
+        assert_eq!(detail(0.0).propagation, PropagationQuality::full(&SETTINGS()));
         assert_eq!(detail(0.0).order_gain, [1.0; MAX_ORDER + 1]);
         let mut last = detail(0.0);
         for step in 1..=500 {
             let next = detail(f64::from(step) * 0.01);
-            assert!(next.effort.guide_rays <= last.effort.guide_rays);
-            assert!(next.effort.source_rays <= last.effort.source_rays);
-            assert!(next.effort.depth <= last.effort.depth);
-            assert!(next.effort.cache_updates <= last.effort.cache_updates);
-            assert!(next.effort.late_interval >= last.effort.late_interval);
+            assert!(next.propagation.guide_rays <= last.propagation.guide_rays);
+            assert!(next.propagation.source_rays <= last.propagation.source_rays);
+            assert!(next.propagation.depth <= last.propagation.depth);
+            assert!(next.propagation.cache_updates <= last.propagation.cache_updates);
+            assert!(next.propagation.late_interval >= last.propagation.late_interval);
             assert!(next.max_paths <= last.max_paths);
             for order in 0..=MAX_ORDER {
                 assert!(next.order_gain[order] <= last.order_gain[order]);
@@ -141,13 +141,13 @@ mod tests {
         for step in 0..=500 {
             let detail = ActiveQuality::at(f64::from(step) * 0.01, &SETTINGS(), 2048);
             for order in 1..=MAX_ORDER {
-                assert!(detail.effort.depth >= order || detail.order_gain[order] == 0.0);
+                assert!(detail.propagation.depth >= order || detail.order_gain[order] == 0.0);
             }
             assert_eq!(detail.order_gain[0], 1.0);
         }
         // An update's longest step before it is left out, it is silent already.
         let before = ActiveQuality::at(3.0 - FADE_OUT_MARGIN, &SETTINGS(), 2048);
-        assert_eq!((before.effort.depth, before.order_gain[4]), (4, 0.0));
+        assert_eq!((before.propagation.depth, before.order_gain[4]), (4, 0.0));
     }
 
     #[test]
@@ -157,8 +157,8 @@ mod tests {
             ..SETTINGS()
         };
         let least = ActiveQuality::at(5.0, &shallow, 4);
-        assert_eq!((least.effort.depth, least.max_paths), (0, 1));
+        assert_eq!((least.propagation.depth, least.max_paths), (0, 1));
         assert_eq!(least.order_gain[1], 0.0);
-        assert_eq!(ActiveQuality::at(f64::NAN, &shallow, 4).effort.depth, 1);
+        assert_eq!(ActiveQuality::at(f64::NAN, &shallow, 4).propagation.depth, 1);
     }
 }

@@ -21,8 +21,8 @@ pub struct CallbackSlot(Arc<SharedCallback>);
 
 /// The thing, lent to a stream.
 pub struct LeasedCallback {
-    fill: Option<Box<RenderCallback>>,
-    place: Arc<SharedCallback>,
+    callback: Option<Box<RenderCallback>>,
+    shared: Arc<SharedCallback>,
 }
 
 impl CallbackSlot {
@@ -36,11 +36,11 @@ impl CallbackSlot {
     }
 
     /// Lends it; `None` while a stream has it.
-    pub fn lend(&self) -> Option<LeasedCallback> {
+    pub fn lease(&self) -> Option<LeasedCallback> {
         let fill = self.0.slot.take()?;
         Some(LeasedCallback {
-            fill: Some(fill),
-            place: Arc::clone(&self.0),
+            callback: Some(fill),
+            shared: Arc::clone(&self.0),
         })
     }
 
@@ -53,8 +53,8 @@ impl CallbackSlot {
 impl LeasedCallback {
     /// Fills a block. Audio side, as far as what was lent is.
     pub fn fill(&mut self, block: &mut [f32]) {
-        self.place.blocks.fetch_add(1, Ordering::Relaxed);
-        match &mut self.fill {
+        self.shared.blocks.fetch_add(1, Ordering::Relaxed);
+        match &mut self.callback {
             Some(fill) => fill(block),
             None => block.fill(0.0),
         }
@@ -63,7 +63,7 @@ impl LeasedCallback {
 
 impl Drop for LeasedCallback {
     fn drop(&mut self) {
-        drop(self.place.slot.swap(self.fill.take()));
+        drop(self.shared.slot.swap(self.callback.take()));
     }
 }
 
@@ -78,12 +78,12 @@ mod tests {
             count += 1.0;
             block.fill(count);
         });
-        let mut loan = berth.lend().expect("is there");
-        assert!(berth.lend().is_none());
+        let mut loan = berth.lease().expect("is there");
+        assert!(berth.lease().is_none());
         let mut block = [0.0; 2];
         loan.fill(&mut block);
         std::thread::spawn(move || drop(loan)).join().expect("ends");
-        berth.lend().expect("is back").fill(&mut block);
+        berth.lease().expect("is back").fill(&mut block);
         assert_eq!(block, [2.0; 2]);
         assert_eq!(berth.blocks(), 2);
     }

@@ -31,9 +31,9 @@ struct Shared {
     ring: AtomicBox<RingOutput>,
     stop: AtomicBool,
     callbacks: AtomicU64,
-    starved_frames: AtomicU64,
-    least_frames: AtomicU32,
-    most_frames: AtomicU32,
+    underrun_frames: AtomicU64,
+    min_frames: AtomicU32,
+    max_frames: AtomicU32,
     report: Seqlock<DeviceSnapshot, 5>,
 }
 
@@ -113,13 +113,13 @@ pub struct DeviceReport {
     /// Gaps that the open device has counted itself.
     pub xruns: u32,
     /// Least audio frames asked for at once; 0 before the first call.
-    pub least_frames: u32,
+    pub min_callback_frames: u32,
     /// Most audio frames asked for at once.
-    pub most_frames: u32,
+    pub max_callback_frames: u32,
     /// Calls of the device.
     pub callbacks: u64,
     /// Audio frames that were not there in time.
-    pub starved_frames: u64,
+    pub underrun_frames: u64,
 }
 
 /// A renderer that plays. Ends when dropped, which waits for its two threads.
@@ -140,8 +140,8 @@ impl DeviceCallback for RingCallback {
         let shared = &*self.shared;
         let frames = (output.len() / 2) as u32;
         shared.callbacks.fetch_add(1, Ordering::Relaxed);
-        shared.least_frames.fetch_min(frames, Ordering::Relaxed);
-        shared.most_frames.fetch_max(frames, Ordering::Relaxed);
+        shared.min_frames.fetch_min(frames, Ordering::Relaxed);
+        shared.max_frames.fetch_max(frames, Ordering::Relaxed);
         let starved = match shared.ring.take() {
             Some(mut ring) => {
                 let starved = ring.read(output);
@@ -154,7 +154,7 @@ impl DeviceCallback for RingCallback {
             }
         };
         shared
-            .starved_frames
+            .underrun_frames
             .fetch_add(starved as u64, Ordering::Relaxed);
     }
 
@@ -176,15 +176,15 @@ impl DeviceOutput {
             ring: AtomicBox::new(Some(Box::new(ring))),
             stop: AtomicBool::new(false),
             callbacks: AtomicU64::new(0),
-            starved_frames: AtomicU64::new(0),
-            least_frames: AtomicU32::new(u32::MAX),
-            most_frames: AtomicU32::new(0),
+            underrun_frames: AtomicU64::new(0),
+            min_frames: AtomicU32::new(u32::MAX),
+            max_frames: AtomicU32::new(0),
             report: Seqlock::default(),
         });
         let watched = Arc::clone(&shared);
         let supervisor = thread::Builder::new()
             .name("foresound-device".into())
-            .spawn(move || watch(device, rate_hz, &watched))
+            .spawn(move || supervise(device, rate_hz, &watched))
             .map_err(|error| {
                 let advice = "end some threads";
                 Error::engine(format!("no device thread: {error}"), advice)
@@ -201,7 +201,7 @@ impl DeviceOutput {
     pub fn report(&self) -> DeviceReport {
         let shared = &*self.shared;
         let watched = shared.report.load();
-        let least_frames = shared.least_frames.load(Ordering::Relaxed);
+        let least_frames = shared.min_frames.load(Ordering::Relaxed);
         DeviceReport {
             grant: watched.grant,
             ring_frames: self.ring_frames,
@@ -210,14 +210,14 @@ impl DeviceOutput {
             lost: watched.counts.lost,
             stalled: watched.counts.stalled,
             xruns: watched.xruns,
-            least_frames: if least_frames == u32::MAX {
+            min_callback_frames: if least_frames == u32::MAX {
                 0
             } else {
                 least_frames
             },
-            most_frames: shared.most_frames.load(Ordering::Relaxed),
+            max_callback_frames: shared.max_frames.load(Ordering::Relaxed),
             callbacks: shared.callbacks.load(Ordering::Relaxed),
-            starved_frames: shared.starved_frames.load(Ordering::Relaxed),
+            underrun_frames: shared.underrun_frames.load(Ordering::Relaxed),
         }
     }
 
@@ -243,7 +243,7 @@ impl Drop for DeviceOutput {
     }
 }
 
-fn watch(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
+fn supervise(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
     let began = now();
     let mut reopening = ReopenPolicy::new();
     let mut open: Option<Box<dyn OpenDevice>> = None;

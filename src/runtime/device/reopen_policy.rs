@@ -44,7 +44,7 @@ enum State {
     Open {
         since_s: f64,
         callbacks: u64,
-        moved_s: f64,
+        progress_s: f64,
     },
 }
 
@@ -81,7 +81,7 @@ impl ReopenPolicy {
             }
             State::Open {
                 callbacks: seen,
-                moved_s,
+                progress_s: moved_s,
                 since_s,
             } => {
                 if *seen != callbacks {
@@ -105,7 +105,7 @@ impl ReopenPolicy {
             self.state = State::Open {
                 since_s: now_s,
                 callbacks,
-                moved_s: now_s,
+                progress_s: now_s,
             };
         } else {
             self.counts.refused += 1;

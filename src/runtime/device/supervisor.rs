@@ -64,9 +64,9 @@ enum SupervisorState<S> {
 /// Keeps a device open.
 pub struct Supervisor<B: Backend> {
     backend: B,
-    berth: CallbackSlot,
+    slot: CallbackSlot,
     stand_in: Option<NullDeviceSettings>,
-    now: SupervisorState<B::Stream>,
+    state: SupervisorState<B::Stream>,
     reopening: ReopenPolicy,
 }
 
@@ -80,9 +80,9 @@ impl<B: Backend> Supervisor<B> {
     ) -> Self {
         Self {
             backend,
-            berth: CallbackSlot::new(fill),
+            slot: CallbackSlot::new(fill),
             stand_in,
-            now: SupervisorState::Waiting {
+            state: SupervisorState::Waiting {
                 because: "not opened yet".into(),
                 stand_in: None,
             },
@@ -92,17 +92,17 @@ impl<B: Backend> Supervisor<B> {
 
     /// Looks after the device; `time_s` is the caller's clock, which never goes back.
     pub fn poll(&mut self, time_s: f64) -> DeviceState {
-        let lost = match &self.now {
+        let lost = match &self.state {
             SupervisorState::Playing { lost, .. } => lost.load(Ordering::Acquire),
             SupervisorState::Waiting { .. } => false,
         };
-        match self.reopening.step(time_s, self.berth.blocks(), lost) {
+        match self.reopening.step(time_s, self.slot.blocks(), lost) {
             ReopenAction::Wait => {}
             ReopenAction::Close if lost => self.wait("the device was lost".into()),
             ReopenAction::Close => self.wait("the device asked for nothing any more".into()),
             ReopenAction::Open => self.attempt(time_s),
         }
-        match &self.now {
+        match &self.state {
             SupervisorState::Playing { .. } => DeviceState::Playing,
             SupervisorState::Waiting { because, .. } => DeviceState::Waiting {
                 until_s: self.reopening.due_s().unwrap_or(time_s),
@@ -112,14 +112,14 @@ impl<B: Backend> Supervisor<B> {
     }
 
     fn attempt(&mut self, time_s: f64) {
-        if let SupervisorState::Waiting { stand_in, .. } = &mut self.now {
+        if let SupervisorState::Waiting { stand_in, .. } = &mut self.state {
             drop(stand_in.take());
         }
         let lost = Arc::new(AtomicBool::new(false));
-        let refusal = match self.berth.lend() {
+        let refusal = match self.slot.lease() {
             Some(loan) => match self.backend.open(loan, Arc::clone(&lost)) {
                 Ok(stream) => {
-                    self.now = SupervisorState::Playing { stream, lost };
+                    self.state = SupervisorState::Playing { stream, lost };
                     None
                 }
                 Err(error) => Some(error.to_string()),
@@ -127,7 +127,7 @@ impl<B: Backend> Supervisor<B> {
             // A stream that is still ending has it.
             None => Some("the last stream has not ended yet".into()),
         };
-        let blocks = self.berth.blocks();
+        let blocks = self.slot.blocks();
         self.reopening.opened(time_s, blocks, refusal.is_none());
         if let Some(because) = refusal {
             self.wait(because);
@@ -136,19 +136,19 @@ impl<B: Backend> Supervisor<B> {
 
     /// Ends the stream, so that the loan is back, and lets the null device play.
     fn wait(&mut self, because: String) {
-        self.now = SupervisorState::Waiting {
+        self.state = SupervisorState::Waiting {
             because,
             stand_in: None,
         };
         let Some(shape) = self.stand_in else { return };
-        let Some(mut loan) = self.berth.lend() else {
+        let Some(mut loan) = self.slot.lease() else {
             return;
         };
         let (rate_hz, frames) = (shape.rate_hz, shape.block_frames);
         let started = NullDevice::start(rate_hz, frames, shape.affinity, move |block| {
             loan.fill(block);
         });
-        if let SupervisorState::Waiting { stand_in, .. } = &mut self.now {
+        if let SupervisorState::Waiting { stand_in, .. } = &mut self.state {
             // Without a thread for it, time stands still until the next attempt.
             *stand_in = started.ok();
         }
@@ -156,7 +156,7 @@ impl<B: Backend> Supervisor<B> {
 
     /// The stream that plays, if one does.
     pub fn stream(&self) -> Option<&B::Stream> {
-        match &self.now {
+        match &self.state {
             SupervisorState::Playing { stream, .. } => Some(stream),
             SupervisorState::Waiting { .. } => None,
         }

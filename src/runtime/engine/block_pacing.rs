@@ -51,8 +51,8 @@ pub(crate) struct BlockPacing {
     /// Blocks that a frame's work is spread over.
     blocks: u32,
     /// Of the frame under way, and of the last one.
-    spent: u32,
-    last: u32,
+    frame_work: u32,
+    last_frame_work: u32,
 }
 
 impl BlockPacing {
@@ -62,15 +62,15 @@ impl BlockPacing {
             block_s,
             is_even,
             blocks: 1,
-            spent: 0,
-            last: 0,
+            frame_work: 0,
+            last_frame_work: 0,
         }
     }
 
     /// A graphics frame begins; the app's come this far apart.
     pub(crate) fn begin(&mut self, tick_s: f64) {
         self.blocks = whole_blocks(tick_s, self.block_s);
-        self.spent = 0;
+        self.frame_work = 0;
     }
 
     /// Whether blocks are to take alike time.
@@ -80,11 +80,11 @@ impl BlockPacing {
 
     /// What a block with so many voices, those that wait for their start among them, may do, or a piece of one that takes this
     /// share of it.
-    pub(crate) fn effort(&self, share: f64, voices: u32) -> WorkBudget {
+    pub(crate) fn work_budget(&self, share: f64, voices: u32) -> WorkBudget {
         if !self.is_even || self.blocks == 1 {
             return WorkBudget::boundless();
         }
-        let even = SPARE * share * f64::from(self.last) / f64::from(self.blocks);
+        let even = SPARE * share * f64::from(self.last_frame_work) / f64::from(self.blocks);
         let left = FULL_SHARE - SOURCES_SHARE - VOICE_SHARE * f64::from(voices);
         let most = share * left.clamp(MIN_SHARE, MAX_SHARE) * self.block_s / UNIT_S;
         WorkBudget::of((even.min(most) as u32).max(AT_ONCE))
@@ -92,12 +92,12 @@ impl BlockPacing {
 
     /// Counts what a block did.
     pub(crate) fn count(&mut self, effort: &WorkBudget) {
-        self.spent = self.spent.saturating_add(effort.spent());
+        self.frame_work = self.frame_work.saturating_add(effort.spent());
     }
 
     /// The frame is done.
     pub(crate) fn end(&mut self) {
-        self.last = self.spent;
+        self.last_frame_work = self.frame_work;
     }
 }
 
@@ -120,7 +120,7 @@ mod tests {
         pace.begin(1.0 / 60.0);
         let (mut left, mut blocks, mut most) = (work, 0, 0);
         while left > 0 {
-            let mut effort = pace.effort(1.0, voices);
+            let mut effort = pace.work_budget(1.0, voices);
             while left > 0 && !effort.is_spent() {
                 effort.spend(50);
                 left = left.saturating_sub(50);

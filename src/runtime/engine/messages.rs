@@ -33,7 +33,7 @@ pub(super) struct AudioFrame {
     /// Where instances stand.
     pub(super) instances: Vec<InstancePose>,
     /// Every source's sound, in the order of their handles' slots.
-    pub(super) feeds: Vec<SourceRoute>,
+    pub(super) routes: Vec<SourceRoute>,
     pub(super) paused: bool,
     /// The app's graphics frames so far.
     pub(super) ticks: u64,
@@ -45,7 +45,7 @@ impl AudioFrame {
     pub(super) fn with_capacity(sources: usize, slots: usize) -> Self {
         Self {
             sources: Vec::with_capacity(slots),
-            feeds: Vec::with_capacity(sources),
+            routes: Vec::with_capacity(sources),
             ..Self::default()
         }
     }
@@ -72,7 +72,7 @@ pub(super) struct WorldFrame {
 pub(super) struct UpdateMessage {
     pub(super) paths: PathSet,
     /// What the predictor would otherwise have to work out of them.
-    pub(super) groundwork: PreparedUpdate,
+    pub(super) prepared: PreparedUpdate,
     /// Time that the update took, T_SPS, in seconds, and the rest after it.
     pub(super) interval_s: f64,
     /// Gain of each order of reflection under the budget.
@@ -90,5 +90,5 @@ pub(super) struct UpdateMessage {
 /// A source's new sound.
 pub(super) struct SampleSourceChange {
     pub(super) id: SourceId,
-    pub(super) feed: SampleSource,
+    pub(super) source: SampleSource,
 }

@@ -18,7 +18,7 @@ fn mixer(sources: u16) -> Mixer {
             looped: true,
         };
         let id = SourceId::new(number, 0);
-        mixer.change(SampleSourceChange { id, feed });
+        mixer.replace(SampleSourceChange { id, source: feed });
     }
     mixer
 }
@@ -34,9 +34,9 @@ fn mixed(mixer: &mut Mixer) -> [f32; 2] {
 #[test]
 fn a_change_of_slots_is_a_fade_that_loses_nothing() {
     let mut mixer = mixer(1);
-    mixer.place(&[place(0, 0, 1.0)]);
+    mixer.set_routes(&[place(0, 0, 1.0)]);
     assert_eq!(mixed(&mut mixer), [1.0, 0.0]);
-    mixer.place(&[place(0, 1, 1.0)]);
+    mixer.set_routes(&[place(0, 1, 1.0)]);
     let mut last = 1.0;
     let mut blocks = 0;
     while last > 0.0 {
@@ -55,13 +55,13 @@ fn a_change_of_slots_is_a_fade_that_loses_nothing() {
 #[test]
 fn several_share_a_slot_and_the_unheard_keep_their_place() {
     let mut mixer = mixer(3);
-    mixer.place(&[place(0, 1, 0.5), place(1, 1, 0.25), place(2, NO_SLOT, 1.0)]);
+    mixer.set_routes(&[place(0, 1, 0.5), place(1, 1, 0.25), place(2, NO_SLOT, 1.0)]);
     assert_eq!(mixed(&mut mixer), [0.0, 0.75]);
-    let SampleSource::Clip { next, .. } = &mixer.seats[2].feed else {
+    let SampleSource::Clip { next, .. } = &mixer.sources[2].samples else {
         panic!("a clip");
     };
     assert_eq!(*next, BLOCK);
-    mixer.place(&[place(0, 1, 0.5)]);
+    mixer.set_routes(&[place(0, 1, 0.5)]);
     // The other one fades.
     let [_, first] = mixed(&mut mixer);
     assert!(first > 0.5 && first < 0.75, "{first}");
@@ -69,7 +69,7 @@ fn several_share_a_slot_and_the_unheard_keep_their_place() {
         mixed(&mut mixer);
     });
     assert_eq!(mixed(&mut mixer), [0.0, 0.5]);
-    mixer.place(&[]);
+    mixer.set_routes(&[]);
     (0..RELEASE_FRAMES / BLOCK).for_each(|_| {
         mixed(&mut mixer);
     });
@@ -80,19 +80,19 @@ fn several_share_a_slot_and_the_unheard_keep_their_place() {
 fn a_sound_that_is_taken_away_ends_without_a_step() {
     for how in 0..3 {
         let mut mixer = mixer(1);
-        mixer.place(&[place(0, 0, 0.5)]);
+        mixer.set_routes(&[place(0, 0, 0.5)]);
         assert_eq!(mixed(&mut mixer), [0.5, 0.0]);
         let id = SourceId::new(0, 0);
         match how {
             // Removed, stopped, or given another sound that begins softly.
-            0 => mixer.place(&[]),
-            1 => drop(mixer.change(SampleSourceChange {
+            0 => mixer.set_routes(&[]),
+            1 => drop(mixer.replace(SampleSourceChange {
                 id,
-                feed: SampleSource::Silence,
+                source: SampleSource::Silence,
             })),
-            _ => drop(mixer.change(SampleSourceChange {
+            _ => drop(mixer.replace(SampleSourceChange {
                 id,
-                feed: SampleSource::Clip {
+                source: SampleSource::Clip {
                     samples: vec![0.0; 100].into(),
                     next: 0,
                     looped: true,
@@ -139,16 +139,16 @@ fn whoever_changes_slots_again_or_goes_meanwhile_is_not_cut_off() {
     for goes in [false, true] {
         let mut mixer = mixer(1);
         let mut last = [0.0; 2];
-        mixer.place(&[place(0, 0, 1.0)]);
+        mixer.set_routes(&[place(0, 0, 1.0)]);
         steepest(&mut mixer, &mut last, 1);
         // Unheard for ten blocks of a cross-fade that takes thirty-five, then elsewhere.
-        mixer.place(&[place(0, NO_SLOT, 1.0)]);
+        mixer.set_routes(&[place(0, NO_SLOT, 1.0)]);
         assert!(steepest(&mut mixer, &mut last, 10) < smooth);
-        mixer.place(&[place(0, 1, 1.0)]);
+        mixer.set_routes(&[place(0, 1, 1.0)]);
         assert!(steepest(&mut mixer, &mut last, 40) < smooth);
         assert!(last[0] == 0.0 && last[1] > 0.1, "{last:?}");
         let places: &[SourceRoute] = if goes { &[] } else { &[place(0, 0, 1.0)] };
-        mixer.place(places);
+        mixer.set_routes(places);
         assert!(steepest(&mut mixer, &mut last, 80) < smooth);
         assert_eq!(last, if goes { [0.0; 2] } else { [1.0, 0.0] });
     }
@@ -158,7 +158,7 @@ fn whoever_changes_slots_again_or_goes_meanwhile_is_not_cut_off() {
 fn sounds_that_end_one_after_the_other_all_fade() {
     let mut mixer = mixer(1);
     let mut last = [0.0; 2];
-    mixer.place(&[place(0, 0, 1.0)]);
+    mixer.set_routes(&[place(0, 0, 1.0)]);
     steepest(&mut mixer, &mut last, 1);
     let id = SourceId::new(0, 0);
     let rising: Vec<f32> = (0..640).map(|n| n as f32 / 640.0).collect();
@@ -167,11 +167,11 @@ fn sounds_that_end_one_after_the_other_all_fade() {
         next: 0,
         looped: false,
     };
-    mixer.change(SampleSourceChange { id, feed });
+    mixer.replace(SampleSourceChange { id, source: feed });
     let smooth = 1.52 / RELEASE_FRAMES as f32 + 1.0 / 640.0;
     assert!(steepest(&mut mixer, &mut last, 2) < smooth);
     let feed = SampleSource::Silence;
-    mixer.change(SampleSourceChange { id, feed });
+    mixer.replace(SampleSourceChange { id, source: feed });
     assert!(steepest(&mut mixer, &mut last, 5) < smooth);
     assert_eq!(last, [0.0; 2]);
 }
@@ -179,7 +179,7 @@ fn sounds_that_end_one_after_the_other_all_fade() {
 #[test]
 fn levels_and_fades_do_not_bend() {
     let mut mixer = mixer(1);
-    mixer.place(&[place(0, 0, 1.0)]);
+    mixer.set_routes(&[place(0, 0, 1.0)]);
     mixed(&mut mixer);
     let mut last = [[1.0, 0.0]; 2];
     let mut sharpest = 0.0f32;
@@ -190,7 +190,7 @@ fn levels_and_fades_do_not_bend() {
         place(0, 1, 0.0),
         place(0, 0, 1.0),
     ] {
-        mixer.place(&[to]);
+        mixer.set_routes(&[to]);
         for _ in 0..40 {
             mixer.mix(BLOCK);
             let mut inputs: [&[f32]; 2] = [&[]; 2];

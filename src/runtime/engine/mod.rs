@@ -79,8 +79,8 @@ impl Engine {
     #[expect(clippy::new_ret_no_self, reason = "an engine is its two halves")]
     pub fn new(settings: EngineSettings) -> Result<(Controller, Renderer)> {
         settings.check()?;
-        let head = settings.head()?;
-        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
+        let head = settings.load_hrtf()?;
+        let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let epoch = now();
         let [app, propagation, sound] = [Track::App, Track::Propagation, Track::Sound]
             .map(|track| spans(track, settings.trace_spans, epoch));
@@ -103,34 +103,34 @@ impl Engine {
         let worker = Worker {
             pending_propagator: Arc::clone(&pending_propagator),
             world,
-            deliveries: delivery_sender,
+            updates: delivery_sender,
             metrics: Arc::clone(&metrics),
             max_paths: settings.max_paths,
             max_sources: slots,
             synchronous: false,
             even_blocks: settings.even_blocks,
-            tracers: Threads::start(1)?,
+            threads: Threads::start(1)?,
             governor: Governor::default(),
-            detail: Governor::default().detail(&settings.propagation, settings.max_paths),
+            quality: Governor::default().active_quality(&settings.propagation, settings.max_paths),
             last_time_s: None,
-            manners: DeviceHints::begin(settings.manners),
+            device_hints: DeviceHints::new(settings.device_hints),
             epoch,
-            shown: shown_sender,
-            most_shown: settings.shown_paths,
+            snapshots: shown_sender,
+            max_snapshot_paths: settings.max_snapshot_paths,
             spans: propagation.0,
             before_update: settings.before_update,
             newest: None,
             predictor: settings.predictor,
             extrapolator: None,
-            given: Arc::clone(propagator.scene()),
+            base_scene: Arc::clone(propagator.scene()),
             scenes: None,
             update: 0,
             propagator,
         };
         let renderer = Renderer::new(RendererParts {
             frames,
-            deliveries,
-            feeds,
+            updates: deliveries,
+            source_changes: feeds,
             retired,
             frame: Box::new(AudioFrame::with_capacity(sources, slots)),
             extrapolator,
@@ -142,11 +142,11 @@ impl Engine {
         let channels = Channels {
             frames: frame_sender,
             world: world_sender,
-            feeds: feed_sender,
+            source_changes: feed_sender,
             retired: retired_receiver,
             pending_propagator,
             metrics,
-            shown,
+            snapshots: shown,
             spans: app.0,
             span_readers: [app.1, propagation.1, sound.1],
         };

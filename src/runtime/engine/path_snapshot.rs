@@ -43,7 +43,7 @@ fn energy(path: &Path) -> f32 {
 }
 
 /// Fills `shown` with the loudest paths of an update, `most` at most, in no order.
-pub(super) fn show(update: &PathSet, most: usize, shown: &mut Vec<SnapshotPath>) {
+pub(super) fn fill_snapshot(update: &PathSet, most: usize, shown: &mut Vec<SnapshotPath>) {
     shown.clear();
     for path in &update.paths {
         let source = update.sources.iter().find(|s| s.id == path.source);

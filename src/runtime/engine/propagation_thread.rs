@@ -47,8 +47,8 @@ impl Propagation {
             EngineSchedule::Synchronous => settings.tracing_threads,
             EngineSchedule::Asynchronous => 1,
         };
-        if worker.tracers.count() != tracers {
-            worker.tracers = Threads::start(tracers)?;
+        if worker.threads.count() != tracers {
+            worker.threads = Threads::start(tracers)?;
         }
         if worker.synchronous {
             return Ok(Self::Inline(worker));
@@ -96,7 +96,7 @@ impl Propagation {
 }
 
 fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Box<Worker> {
-    worker.manners.change_thread();
+    worker.device_hints.reset_thread();
     let placement = place_this_thread(policy, ThreadRole::Propagation);
     worker.metrics.propagation_placement.store(placement);
     let _flush = FlushToZero::begin();
@@ -107,7 +107,7 @@ fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Bo
             None => break,
         }
     }
-    worker.manners.change_thread();
+    worker.device_hints.reset_thread();
     worker
 }
 

@@ -11,7 +11,7 @@ struct Ring {
     samples: [f32; RELEASE_FRAMES],
     next: usize,
     /// How many of them may be other than zero.
-    left: usize,
+    remaining: usize,
 }
 
 /// The ends of all slots.
@@ -24,7 +24,7 @@ impl ReleaseTails {
         let ring = || Ring {
             samples: [0.0; RELEASE_FRAMES],
             next: 0,
-            left: 0,
+            remaining: 0,
         };
         Self {
             rings: (0..slots).map(|_| ring()).collect(),
@@ -39,7 +39,7 @@ impl ReleaseTails {
         if gain == 0.0 {
             return;
         }
-        ring.left = RELEASE_FRAMES;
+        ring.remaining = RELEASE_FRAMES;
         for (n, sample) in samples.iter().enumerate() {
             // From one to nothing without a bend at either end.
             let left = 1.0 - (n + 1) as f32 / RELEASE_FRAMES as f32;
@@ -49,8 +49,8 @@ impl ReleaseTails {
     }
 
     /// Whether anything is left in a slot.
-    pub(crate) fn is_heard(&self, slot: usize) -> bool {
-        self.rings.get(slot).is_some_and(|ring| ring.left > 0)
+    pub(crate) fn is_active(&self, slot: usize) -> bool {
+        self.rings.get(slot).is_some_and(|ring| ring.remaining > 0)
     }
 
     /// Adds the next samples of a slot to its mixture.
@@ -58,11 +58,11 @@ impl ReleaseTails {
         let Some(ring) = self.rings.get_mut(slot) else {
             return;
         };
-        let count = ring.left.min(input.len());
+        let count = ring.remaining.min(input.len());
         for sum in &mut input[..count] {
             *sum += std::mem::take(&mut ring.samples[ring.next]);
             ring.next = (ring.next + 1) % RELEASE_FRAMES;
         }
-        ring.left -= count;
+        ring.remaining -= count;
     }
 }

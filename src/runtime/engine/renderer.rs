@@ -44,24 +44,24 @@ pub struct RenderReport {
     /// Propagation updates taken.
     pub updates: u32,
     /// Extrapolation level L in force at the end.
-    pub level: u32,
+    pub extrapolation_level: u32,
     /// Voices that lived or faded at the end.
     pub voices: u32,
     /// Paths without a voice.
     pub dropped_paths: u32,
     /// Samples that streams were late with.
-    pub starved_samples: u32,
+    pub underrun_samples: u32,
     /// Whether it took longer than what it rendered lasts.
     pub missed_deadline: bool,
     /// Whether the controller was dropped.
-    pub controller_gone: bool,
+    pub controller_dropped: bool,
 }
 
 /// What a renderer is made of.
 pub(super) struct RendererParts {
     pub(super) frames: Receiver<AudioFrame>,
-    pub(super) deliveries: Receiver<UpdateMessage>,
-    pub(super) feeds: rtrb::Consumer<SampleSourceChange>,
+    pub(super) updates: Receiver<UpdateMessage>,
+    pub(super) source_changes: rtrb::Consumer<SampleSourceChange>,
     pub(super) retired: rtrb::Producer<SampleSource>,
     /// The graphics frame in use.
     pub(super) frame: Box<AudioFrame>,
@@ -80,31 +80,31 @@ pub struct Renderer {
     clock: FrameClock,
     /// Gain of each order of reflection, on its way to what the budget wants.
     order_gain: [f32; MAX_ORDER + 1],
-    wanted_gain: [f32; MAX_ORDER + 1],
+    target_order_gain: [f32; MAX_ORDER + 1],
     /// Share of a core, lately.
-    share: f64,
+    core_share: f64,
     /// Gain of everything, on its way to 0 in a pause.
-    master: f32,
-    pace: BlockPacing,
+    pause_gain: f32,
+    pacing: BlockPacing,
     /// Whether a graphics frame is being worked out, and whether only generation has not got it yet.
-    is_under_way: bool,
-    is_described: bool,
+    frame_in_progress: bool,
+    is_extrapolated: bool,
     /// Of how many of its paths generation knows what they ask.
     prepared: usize,
     /// Paths of the last frame that wait for their voices.
-    waiting: usize,
+    waiting_voices: usize,
     /// Voices of the last block.
     voices: u32,
     /// How long the frame under way lasts.
     frame_s: f64,
     /// Time that its direct paths and its others took so far.
-    took: [Duration; 2],
+    elapsed: [Duration; 2],
 }
 
 impl Renderer {
     pub(super) fn new(parts: RendererParts) -> Self {
         let settings = &parts.settings;
-        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
+        let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let mut frame_paths = FramePaths::default();
         let paths = PredictorState::most_paths(settings.max_paths) + slots;
         frame_paths.paths.reserve(paths);
@@ -119,20 +119,20 @@ impl Renderer {
             clock: FrameClock::new(settings.frame_time),
             frame_paths,
             order_gain: [1.0; MAX_ORDER + 1],
-            wanted_gain: [1.0; MAX_ORDER + 1],
-            share: 0.0,
-            master: 1.0,
-            pace: BlockPacing::new(
+            target_order_gain: [1.0; MAX_ORDER + 1],
+            core_share: 0.0,
+            pause_gain: 1.0,
+            pacing: BlockPacing::new(
                 settings.block_frames as f64 / f64::from(settings.generation.rate_hz),
                 settings.even_blocks,
             ),
-            is_under_way: false,
-            is_described: false,
+            frame_in_progress: false,
+            is_extrapolated: false,
             prepared: 0,
-            waiting: 0,
+            waiting_voices: 0,
             voices: 0,
             frame_s: 0.0,
-            took: [Duration::ZERO; 2],
+            elapsed: [Duration::ZERO; 2],
             parts,
         }
     }
@@ -168,26 +168,26 @@ impl Renderer {
         let _flush = FlushToZero::begin();
         let started = now();
         let mut report = RenderReport::default();
-        self.take_feeds();
+        self.take_source_changes();
         let block = 2 * self.parts.settings.block_frames;
         for chunk in output.chunks_mut(block) {
-            self.go_on(chunk.len() / 2, &mut report);
+            self.advance_frame(chunk.len() / 2, &mut report);
             self.render_block(chunk, &mut report);
         }
         let spent = started.elapsed();
         let metrics = &self.parts.metrics;
         let lasts_s = f64::from(report.frames) / f64::from(self.rate_hz());
         report.missed_deadline = spent.as_secs_f64() > lasts_s;
-        report.level = metrics.level.load(Ordering::Relaxed);
-        report.controller_gone = self.parts.frames.is_abandoned();
-        self.share += SHARE_WEIGHT * (spent.as_secs_f64() / lasts_s.max(1e-6) - self.share);
-        let millicores = (1e3 * self.share) as u32;
+        report.extrapolation_level = metrics.extrapolation_level.load(Ordering::Relaxed);
+        report.controller_dropped = self.parts.frames.is_abandoned();
+        self.core_share += SHARE_WEIGHT * (spent.as_secs_f64() / lasts_s.max(1e-6) - self.core_share);
+        let millicores = (1e3 * self.core_share) as u32;
         metrics
             .sound_millicores
             .store(millicores, Ordering::Relaxed);
         self.parts
             .spans
-            .record(SpanKind::Block, started, spent, report.level.into());
+            .record(SpanKind::Block, started, spent, report.extrapolation_level.into());
         metrics.block.record(spent);
         let lasts_ns = (1e9 * lasts_s) as u64;
         metrics.block_lasts_ns.store(lasts_ns, Ordering::Relaxed);
@@ -197,17 +197,17 @@ impl Renderer {
         add(&metrics.blocks, 1);
         add(&metrics.missed, u64::from(report.missed_deadline));
         add(&metrics.dropped_paths, u64::from(report.dropped_paths));
-        add(&metrics.starved_samples, u64::from(report.starved_samples));
+        add(&metrics.underrun_samples, u64::from(report.underrun_samples));
         report
     }
 
     /// Takes new sounds as long as there is a place for the old ones to go.
-    fn take_feeds(&mut self) {
+    fn take_source_changes(&mut self) {
         while !self.parts.retired.is_full() {
-            let Ok(change) = self.parts.feeds.pop() else {
+            let Ok(change) = self.parts.source_changes.pop() else {
                 return;
             };
-            let old = self.mixer.change(change);
+            let old = self.mixer.replace(change);
             // There is a place: this side alone fills it.
             if let Err(rtrb::PushError::Full(old)) = self.parts.retired.push(old) {
                 std::mem::forget(old);
@@ -224,7 +224,7 @@ impl Renderer {
             return;
         }
         let started = now();
-        report.starved_samples += self.mixer.mix(frames);
+        report.underrun_samples += self.mixer.mix(frames);
         add(&self.parts.metrics.mixed_frames, frames as u64);
         let mut inputs: [&[f32]; MAX_SLOTS] = [&[]; MAX_SLOTS];
         let slots = self.mixer.inputs(frames, &mut inputs);
@@ -232,7 +232,7 @@ impl Renderer {
         report.voices = made.voices;
         self.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
-        self.fade_master(output, if paused { 0.0 } else { 1.0 });
+        self.apply_pause_gain(output, if paused { 0.0 } else { 1.0 });
         let spent = started.elapsed();
         self.parts.metrics.generation.record(spent);
         self.parts
@@ -242,18 +242,18 @@ impl Renderer {
 
     /// Whether nothing is rendered in a pause.
     fn is_silent(&self) -> bool {
-        self.parts.frame.paused && self.master == 0.0
+        self.parts.frame.paused && self.pause_gain == 0.0
     }
 
-    fn fade_master(&mut self, output: &mut [f32], target: f32) {
-        if self.master == target {
+    fn apply_pause_gain(&mut self, output: &mut [f32], target: f32) {
+        if self.pause_gain == target {
             return;
         }
         let step = 1.0 / (PAUSE_FADE_S * self.rate_hz() as f32);
         for pair in output.chunks_exact_mut(2) {
-            self.master += (target - self.master).clamp(-step, step);
-            pair[0] *= self.master;
-            pair[1] *= self.master;
+            self.pause_gain += (target - self.pause_gain).clamp(-step, step);
+            pair[0] *= self.pause_gain;
+            pair[1] *= self.pause_gain;
         }
     }
 }

@@ -43,7 +43,7 @@ pub struct EngineSettings {
     /// Most sources that the app may add, 1 to [`MAX_SOURCES`]; `None` is one a slot of
     /// [`GeneratorSettings::max_sources`]. Where there are more sources than slots, the loudest at the listener have
     /// slots of their own, neighbours among the others share one, and the masked are not heard; cost grows with slots.
-    pub most_sources: Option<usize>,
+    pub max_sources: Option<usize>,
     /// Head-related set; `None` takes the built-in one for the rate.
     pub hrtf: Option<Arc<Hrtf>>,
     /// Audio frames a block, 32 to 4096.
@@ -72,9 +72,9 @@ pub struct EngineSettings {
     /// and continues it in between. Otherwise the block that takes a frame does all of it.
     pub even_blocks: bool,
     /// What is asked of a phone's system, and told to it; nothing where it has no such functions.
-    pub manners: DeviceHintsSettings,
+    pub device_hints: DeviceHintsSettings,
     /// Most paths of an update that [`super::Controller::shown_paths`] gives, the loudest, to 16,384; 0 gives none.
-    pub shown_paths: usize,
+    pub max_snapshot_paths: usize,
     /// Called before every update with its number, on the thread that computes it: a place for a profiler's mark. If it
     /// panics, propagation stops as it would for its own panic.
     pub before_update: Option<fn(u64)>,
@@ -88,7 +88,7 @@ impl Default for EngineSettings {
                 max_delay_s: 1.0,
                 ..GeneratorSettings::default()
             },
-            most_sources: None,
+            max_sources: None,
             hrtf: None,
             block_frames: 256,
             max_paths: 2048,
@@ -101,8 +101,8 @@ impl Default for EngineSettings {
             trace_spans: 0,
             frame_time: FrameTime::default(),
             even_blocks: true,
-            manners: DeviceHintsSettings::default(),
-            shown_paths: 0,
+            device_hints: DeviceHintsSettings::default(),
+            max_snapshot_paths: 0,
             before_update: None,
         }
     }
@@ -121,8 +121,8 @@ impl EngineSettings {
         range("block_frames", self.block_frames, 32, 4096)?;
         range("max_paths", self.max_paths, 1, 16_384)?;
         range("trace_spans", self.trace_spans, 0, 1 << 20)?;
-        range("shown_paths", self.shown_paths, 0, 16_384)?;
-        if let Some(most_sources) = self.most_sources {
+        range("shown_paths", self.max_snapshot_paths, 0, 16_384)?;
+        if let Some(most_sources) = self.max_sources {
             range("most_sources", most_sources, 1, MAX_SOURCES)?;
         }
         self.budget.check()?;
@@ -138,11 +138,11 @@ impl EngineSettings {
     }
 
     /// Most sources that the app may add.
-    pub fn most_sources(&self) -> usize {
-        self.most_sources.unwrap_or(self.generation.max_sources)
+    pub fn source_limit(&self) -> usize {
+        self.max_sources.unwrap_or(self.generation.max_sources)
     }
 
-    pub(super) fn head(&self) -> Result<Arc<Hrtf>> {
+    pub(super) fn load_hrtf(&self) -> Result<Arc<Hrtf>> {
         if let Some(hrtf) = &self.hrtf {
             return Ok(Arc::clone(hrtf));
         }

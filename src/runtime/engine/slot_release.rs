@@ -15,7 +15,7 @@ pub(crate) struct PlaybackProgress {
     /// The app's graphics frame that goes out now.
     pub(crate) tick: u64,
     /// The newest one that the renderer uses.
-    pub(crate) placed: u64,
+    pub(crate) applied_tick: u64,
     /// Seconds of audio mixed so far.
     pub(crate) time_s: f64,
 }
@@ -25,25 +25,25 @@ pub(crate) struct PlaybackProgress {
 pub(crate) enum SlotRelease {
     /// A tenant may come.
     #[default]
-    Over,
+    Free,
     /// Nobody is there from this graphics frame on.
-    Left(u64),
+    RemovedAt(u64),
     /// The renderer knows, since this second of audio.
-    Since(f64),
+    FadingSince(f64),
 }
 
 impl SlotRelease {
     /// Begins with a graphics frame, goes on with each, and is over after so many seconds of audio.
-    pub(crate) fn go_on(&mut self, heard: &PlaybackProgress, release_s: f64) {
-        if let Self::Left(tick) = *self
-            && heard.placed >= tick
+    pub(crate) fn advance(&mut self, heard: &PlaybackProgress, release_s: f64) {
+        if let Self::RemovedAt(tick) = *self
+            && heard.applied_tick >= tick
         {
-            *self = Self::Since(heard.time_s);
+            *self = Self::FadingSince(heard.time_s);
         }
-        if let Self::Since(since_s) = *self
+        if let Self::FadingSince(since_s) = *self
             && heard.time_s - since_s >= release_s
         {
-            *self = Self::Over;
+            *self = Self::Free;
         }
     }
 }
@@ -64,31 +64,31 @@ mod tests {
 
     #[test]
     fn a_rest_lasts_as_long_as_audio_is_mixed_after_the_frame_is_in_use() {
-        let mut rest = SlotRelease::Left(5);
+        let mut rest = SlotRelease::RemovedAt(5);
         let mut heard = PlaybackProgress {
             tick: 5,
-            placed: 4,
+            applied_tick: 4,
             time_s: 1.0,
         };
         // The frame is not in use, however much is heard.
         for _ in 0..10 {
             heard.time_s += 1.0;
-            rest.go_on(&heard, 0.15);
+            rest.advance(&heard, 0.15);
         }
-        assert_eq!(rest, SlotRelease::Left(5));
+        assert_eq!(rest, SlotRelease::RemovedAt(5));
         // A later one is as good. Nothing is heard, however many go out.
-        heard.placed = 7;
+        heard.applied_tick = 7;
         for tick in 7..100 {
             heard.tick = tick;
-            rest.go_on(&heard, 0.15);
+            rest.advance(&heard, 0.15);
         }
-        assert_eq!(rest, SlotRelease::Since(11.0));
+        assert_eq!(rest, SlotRelease::FadingSince(11.0));
         heard.time_s = 11.14;
-        rest.go_on(&heard, 0.15);
-        assert_ne!(rest, SlotRelease::Over);
+        rest.advance(&heard, 0.15);
+        assert_ne!(rest, SlotRelease::Free);
         heard.time_s = 11.15;
-        rest.go_on(&heard, 0.15);
-        assert_eq!(rest, SlotRelease::Over);
+        rest.advance(&heard, 0.15);
+        assert_eq!(rest, SlotRelease::Free);
     }
 
     #[test]

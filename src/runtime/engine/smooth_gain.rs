@@ -13,13 +13,13 @@ const NOTHING: f32 = 1e-5;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SmoothedGain {
     pub(super) value: f32,
-    pub(super) growth: f32,
+    pub(super) slope: f32,
 }
 
 impl SmoothedGain {
     /// At rest.
     pub(super) fn at(value: f32) -> Self {
-        Self { value, growth: 0.0 }
+        Self { value, slope: 0.0 }
     }
 
     /// So many frames later, on its way to where it shall rest: critically damped, so that it does not overshoot from
@@ -31,17 +31,17 @@ impl SmoothedGain {
         let per_frame = 1.0 / (TIME_S * rate_hz);
         let time = frames as f32;
         let left = self.value - target;
-        let pull = self.growth + left * per_frame;
+        let pull = self.slope + left * per_frame;
         let decay = (-time * per_frame).exp();
         let left = (left + pull * time) * decay;
-        let growth = (self.growth - pull * time * per_frame) * decay;
+        let growth = (self.slope - pull * time * per_frame) * decay;
         let nothing = NOTHING * target.abs().max(1.0);
         if left.abs() < nothing && (growth / per_frame).abs() < nothing {
             return Self::at(target);
         }
         Self {
             value: target + left,
-            growth,
+            slope: growth,
         }
     }
 }
@@ -55,12 +55,12 @@ pub(super) struct CrossFade {
 
 impl CrossFade {
     /// The share after so many frames; neither end has a bend, and what falls and what rises are a whole together.
-    pub(super) fn share(self, frames: usize) -> f32 {
+    pub(super) fn gain(self, frames: usize) -> f32 {
         let place = (self.place + self.growth * frames as f32).clamp(0.0, 1.0);
         place * place * (3.0 - 2.0 * place)
     }
 
-    fn rests(self) -> bool {
+    fn is_constant(self) -> bool {
         (self.place <= 0.0 && self.growth <= 0.0) || (self.place >= 1.0 && self.growth >= 0.0)
     }
 }
@@ -74,21 +74,21 @@ pub(super) fn mix_into(
 ) {
     let count = input.len().min(samples.len());
     let pairs = input.iter_mut().zip(samples);
-    if from == to && from.growth == 0.0 && fade.rests() {
-        let gain = from.value * fade.share(0);
+    if from == to && from.slope == 0.0 && fade.is_constant() {
+        let gain = from.value * fade.gain(0);
         pairs.for_each(|(sum, sample)| *sum += sample * gain);
         return;
     }
     // Hermite's cubic of the share of the block that has passed.
     let length = count as f32;
-    let (first, last) = (from.growth * length, to.growth * length);
+    let (first, last) = (from.slope * length, to.slope * length);
     let rise = to.value - from.value;
     let cubed = first + last - 2.0 * rise;
     let squared = 3.0 * rise - 2.0 * first - last;
     for (n, (sum, sample)) in pairs.enumerate() {
         let place = (n + 1) as f32 / length;
         let gain = from.value + place * (first + place * (squared + place * cubed));
-        *sum += sample * gain * fade.share(n + 1);
+        *sum += sample * gain * fade.gain(n + 1);
     }
 }
 
@@ -163,7 +163,7 @@ mod tests {
             parts = parts.after(frames, 2.0, RATE_HZ);
         }
         assert!((whole.value - parts.value).abs() < 1e-6);
-        assert!((whole.growth - parts.growth).abs() < 1e-7);
+        assert!((whole.slope - parts.slope).abs() < 1e-7);
     }
 
     #[test]
@@ -185,7 +185,7 @@ mod tests {
         // A line would bend by a part in fifty at each end.
         assert!(sharpest(&low, 0.0) < 2.0 * 6.1 / 2500.0);
         // At rest at either end.
-        assert!(rises(1.0).rests() && falls(0.0).rests());
-        assert!(!rises(0.0).rests() && !falls(1.0).rests());
+        assert!(rises(1.0).is_constant() && falls(0.0).is_constant());
+        assert!(!rises(0.0).is_constant() && !falls(1.0).is_constant());
     }
 }

@@ -25,13 +25,13 @@ struct SourceState {
 #[derive(Debug)]
 struct SourceEntry {
     generation: u16,
-    tenant: Option<SourceState>,
-    rest: SlotRelease,
+    state: Option<SourceState>,
+    release: SlotRelease,
 }
 
 impl SourceEntry {
-    fn guest(&self) -> Option<VirtualSource> {
-        let tenant = self.tenant?;
+    fn virtual_source(&self) -> Option<VirtualSource> {
+        let tenant = self.state?;
         Some(VirtualSource {
             pose: tenant.pose,
             gain: if tenant.muted { 0.0 } else { tenant.gain },
@@ -51,7 +51,7 @@ pub(super) struct SourceTable {
 const MAX_COORDINATE_M: f32 = 1e6;
 
 /// Refuses places that are no places.
-pub(super) fn check_place(name: &str, place: Vec3) -> Result<()> {
+pub(super) fn check_position(name: &str, place: Vec3) -> Result<()> {
     if place.abs().cmple(Vec3::splat(MAX_COORDINATE_M)).all() {
         return Ok(());
     }
@@ -66,8 +66,8 @@ impl SourceTable {
             slots: (0..slots)
                 .map(|_| SourceEntry {
                     generation: 0,
-                    tenant: None,
-                    rest: SlotRelease::Over,
+                    state: None,
+                    release: SlotRelease::Free,
                 })
                 .collect(),
             free: (0..slots as u16).collect(),
@@ -75,7 +75,7 @@ impl SourceTable {
     }
 
     pub(super) fn add(&mut self, position: Vec3) -> Result<SourceId> {
-        check_place("position", position)?;
+        check_position("position", position)?;
         let Some(index) = self.free.pop_front() else {
             let problem = format!("all {} sources are in use", self.slots.len());
             let advice = "remove one, or raise most_sources";
@@ -83,7 +83,7 @@ impl SourceTable {
         };
         let slot = &mut self.slots[usize::from(index)];
         let id = SourceId::new(index, slot.generation);
-        slot.tenant = Some(SourceState {
+        slot.state = Some(SourceState {
             pose: SourcePose::at(id, position),
             gain: 1.0,
             muted: false,
@@ -94,26 +94,26 @@ impl SourceTable {
 
     /// Removes a source from the graphics frame of this number on.
     pub(super) fn remove(&mut self, id: SourceId, tick: u64) -> Result<()> {
-        self.tenant(id)?;
+        self.state_mut(id)?;
         let slot = &mut self.slots[id.slot()];
-        slot.tenant = None;
-        slot.rest = SlotRelease::Left(tick);
+        slot.state = None;
+        slot.release = SlotRelease::RemovedAt(tick);
         slot.generation = slot.generation.wrapping_add(1);
         self.free.push_back(id.slot() as u16);
         Ok(())
     }
 
     pub(super) fn move_to(&mut self, id: SourceId, position: Vec3) -> Result<()> {
-        let tenant = self.tenant(id)?;
-        check_place("position", position)?;
+        let tenant = self.state_mut(id)?;
+        check_position("position", position)?;
         tenant.pose.position = position;
         Ok(())
     }
 
     /// Takes place, orientation and settings over.
     pub(super) fn pose(&mut self, pose: &SourcePose) -> Result<()> {
-        let tenant = self.tenant(pose.id)?;
-        check_place("position", pose.position)?;
+        let tenant = self.state_mut(pose.id)?;
+        check_position("position", pose.position)?;
         if !pose.orientation.is_finite() {
             let problem = format!("{} is no orientation", pose.orientation);
             let advice = "give a unit quaternion; the last good pose is kept";
@@ -124,17 +124,17 @@ impl SourceTable {
     }
 
     pub(super) fn set_muted(&mut self, id: SourceId, muted: bool) -> Result<()> {
-        self.tenant(id)?.muted = muted;
+        self.state_mut(id)?.muted = muted;
         Ok(())
     }
 
     pub(super) fn set_plays(&mut self, id: SourceId, plays: bool) -> Result<()> {
-        self.tenant(id)?.plays = plays;
+        self.state_mut(id)?.plays = plays;
         Ok(())
     }
 
     pub(super) fn set_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
-        let tenant = self.tenant(id)?;
+        let tenant = self.state_mut(id)?;
         if !(0.0..=1e3).contains(&gain) {
             let advice = "give a pressure ratio from 0 to 1000";
             return Err(Error::setting("gain", format!("{gain} is none"), advice));
@@ -145,7 +145,7 @@ impl SourceTable {
 
     pub(super) fn check(&self, id: SourceId) -> Result<()> {
         let slot = self.slots.get(id.slot());
-        match slot.filter(|slot| slot.tenant.is_some() && slot.generation == id.generation()) {
+        match slot.filter(|slot| slot.state.is_some() && slot.generation == id.generation()) {
             Some(_) => Ok(()),
             None => Err(Error::StaleSource {
                 slot: id.slot(),
@@ -154,14 +154,14 @@ impl SourceTable {
         }
     }
 
-    fn tenant(&mut self, id: SourceId) -> Result<&mut SourceState> {
+    fn state_mut(&mut self, id: SourceId) -> Result<&mut SourceState> {
         let stale = Error::StaleSource {
             slot: id.slot(),
             generation: id.generation(),
         };
         let slot = self.slots.get_mut(id.slot());
         slot.filter(|slot| slot.generation == id.generation())
-            .and_then(|slot| slot.tenant.as_mut())
+            .and_then(|slot| slot.state.as_mut())
             .ok_or(stale)
     }
 
@@ -172,23 +172,23 @@ impl SourceTable {
 
     /// Every source, by slot.
     pub(super) fn iter(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
-        self.slots.iter().filter_map(SourceEntry::guest)
+        self.slots.iter().filter_map(SourceEntry::virtual_source)
     }
 
     /// Lets slots without tenants rest on, `release_s` seconds of audio in all.
-    pub(super) fn rest(&mut self, heard: &PlaybackProgress, release_s: f64) {
+    pub(super) fn advance_releases(&mut self, heard: &PlaybackProgress, release_s: f64) {
         for slot in &mut self.slots {
-            slot.rest.go_on(heard, release_s);
+            slot.release.advance(heard, release_s);
         }
     }
 
     /// Every source but those whose slot has to rest after its last tenant, who would be cut off.
-    pub(super) fn after_rest(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
-        let rested = |slot: &&SourceEntry| slot.rest == SlotRelease::Over;
+    pub(super) fn iter_released(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
+        let rested = |slot: &&SourceEntry| slot.release == SlotRelease::Free;
         self.slots
             .iter()
             .filter(rested)
-            .filter_map(SourceEntry::guest)
+            .filter_map(SourceEntry::virtual_source)
     }
 }
 
@@ -203,11 +203,11 @@ mod tests {
         let ids = |table: &mut SourceTable, placed: u64, time_s: f64| -> Vec<SourceId> {
             let heard = PlaybackProgress {
                 tick: 9,
-                placed,
+                applied_tick: placed,
                 time_s,
             };
-            table.rest(&heard, 0.15);
-            table.after_rest().map(|guest| guest.pose.id).collect()
+            table.advance_releases(&heard, 0.15);
+            table.iter_released().map(|guest| guest.pose.id).collect()
         };
         // Whose slot nobody had before begins at once.
         assert_eq!(ids(&mut table, 0, 0.0), [first]);

@@ -59,11 +59,11 @@ struct RenderSlot {
     /// Who owns it; nobody owns a shared one.
     owner: Option<SourceId>,
     members: u32,
-    rest: SlotRelease,
+    release: SlotRelease,
     /// Where a shared one stands, and its loudest member's energy and place.
     position: Vec3,
     loudest: f32,
-    toward: Vec3,
+    target: Vec3,
     /// Way to its nearest member.
     nearest: f32,
 }
@@ -71,17 +71,17 @@ struct RenderSlot {
 /// The seating of one engine.
 #[derive(Debug)]
 pub(crate) struct SourceVirtualizer {
-    places: Vec<Assignment>,
+    assignments: Vec<Assignment>,
     slots: Vec<RenderSlot>,
     /// Slots before this one have owners.
     first_shared: usize,
     time_s: f64,
-    heard: PlaybackProgress,
+    progress: PlaybackProgress,
     /// How long slots rest, in seconds of audio.
     release_s: f64,
     /// Waiting for slots of their own, loudest first; scratch.
     waiting: Vec<usize>,
-    pub(crate) unheard: u32,
+    pub(crate) masked: u32,
 }
 
 impl SourceVirtualizer {
@@ -98,27 +98,27 @@ impl SourceVirtualizer {
             generation: 0,
             owner: None,
             members: 0,
-            rest: SlotRelease::Over,
+            release: SlotRelease::Free,
             position: Vec3::ZERO,
             loudest: 0.0,
-            toward: Vec3::ZERO,
+            target: Vec3::ZERO,
             nearest: 0.0,
         };
         Self {
-            places: vec![place; sources],
+            assignments: vec![place; sources],
             slots: vec![slot; slots],
             first_shared: slots - (slots / SLOTS_PER_SHARED).max(1),
             time_s: 0.0,
-            heard: PlaybackProgress::default(),
+            progress: PlaybackProgress::default(),
             release_s,
             waiting: Vec::with_capacity(sources),
-            unheard: 0,
+            masked: 0,
         }
     }
 
     /// Seats all sources of a graphics frame: what propagation and extrapolation see goes to `sources`, where each feed is
     /// mixed to `feeds`.
-    pub(crate) fn arrange(
+    pub(crate) fn assign(
         &mut self,
         guests: impl Iterator<Item = VirtualSource> + Clone,
         listener: Vec3,
@@ -127,20 +127,20 @@ impl SourceVirtualizer {
         feeds: &mut Vec<SourceRoute>,
     ) {
         let passed_s = (time_s - self.time_s).max(0.0);
-        (self.time_s, self.heard) = (time_s, heard);
+        (self.time_s, self.progress) = (time_s, heard);
         for slot in &mut self.slots {
-            slot.rest.go_on(&heard, self.release_s);
+            slot.release.advance(&heard, self.release_s);
         }
-        self.listen(guests.clone(), listener);
-        self.give_own_slots(guests.clone());
-        self.share(guests.clone(), listener);
-        self.follow(guests.clone(), listener, passed_s);
-        self.tell(guests, listener, sources, feeds);
-        self.remember(sources);
+        self.update_audibility(guests.clone(), listener);
+        self.assign_own_slots(guests.clone());
+        self.assign_shared_slots(guests.clone(), listener);
+        self.move_shared_slots(guests.clone(), listener, passed_s);
+        self.write(guests, listener, sources, feeds);
+        self.store_positions(sources);
     }
 
     /// Who is heard, and who has left.
-    fn listen(&mut self, guests: impl Iterator<Item = VirtualSource> + Clone, listener: Vec3) {
+    fn update_audibility(&mut self, guests: impl Iterator<Item = VirtualSource> + Clone, listener: Vec3) {
         let loudness = |guest: &VirtualSource| match guest.plays {
             true => energy(&guest.pose, guest.gain, listener),
             false => 0.0,
@@ -149,45 +149,45 @@ impl SourceVirtualizer {
         let mut here = guests
             .map(|guest| (guest.pose.id, loudness(&guest)))
             .peekable();
-        self.unheard = 0;
-        for number in 0..self.places.len() {
+        self.masked = 0;
+        for number in 0..self.assignments.len() {
             let guest = here.next_if(|(id, _)| id.slot() == number);
-            let place = self.places[number];
+            let place = self.assignments[number];
             let same = guest.is_some_and(|(id, _)| id == place.id);
             if !same {
-                self.leave(number);
-                self.places[number].audible = false;
-                self.places[number].since_s = f64::NEG_INFINITY;
+                self.release(number);
+                self.assignments[number].audible = false;
+                self.assignments[number].since_s = f64::NEG_INFINITY;
             }
             let Some((id, energy)) = guest else { continue };
-            let place = &mut self.places[number];
+            let place = &mut self.assignments[number];
             (place.id, place.energy) = (id, energy);
             place.audible = is_audible(energy, all, place.audible);
             if !place.audible {
-                self.unheard += 1;
-                self.leave(number);
+                self.masked += 1;
+                self.release(number);
             }
         }
     }
 
-    fn leave(&mut self, number: usize) {
-        let Some(slot) = self.places[number].slot.take() else {
+    fn release(&mut self, number: usize) {
+        let Some(slot) = self.assignments[number].slot.take() else {
             return;
         };
-        let id = self.places[number].id;
+        let id = self.assignments[number].id;
         let slot = &mut self.slots[slot];
         slot.members = slot.members.saturating_sub(1);
         if slot.owner == Some(id) {
             slot.owner = None;
         }
         if slot.members == 0 {
-            slot.rest = SlotRelease::Left(self.heard.tick);
+            slot.release = SlotRelease::RemovedAt(self.progress.tick);
         }
     }
 
-    fn enter(&mut self, number: usize, slot: usize) {
-        self.leave(number);
-        let place = &mut self.places[number];
+    fn occupy(&mut self, number: usize, slot: usize) {
+        self.release(number);
+        let place = &mut self.assignments[number];
         (place.slot, place.since_s) = (Some(slot), self.time_s);
         let is_own = slot < self.first_shared;
         let slot = &mut self.slots[slot];
@@ -200,25 +200,25 @@ impl SourceVirtualizer {
 
     fn is_free(&self, slot: usize) -> bool {
         let slot = &self.slots[slot];
-        slot.members == 0 && slot.rest == SlotRelease::Over
+        slot.members == 0 && slot.release == SlotRelease::Free
     }
 
     fn may_move(&self, number: usize) -> bool {
-        self.time_s - self.places[number].since_s >= DWELL_S
+        self.time_s - self.assignments[number].since_s >= DWELL_S
     }
 
     /// The loudest who have none get what slots are free; the faintest owners make room for who is clearly louder.
-    fn give_own_slots(&mut self, guests: impl Iterator<Item = VirtualSource>) {
+    fn assign_own_slots(&mut self, guests: impl Iterator<Item = VirtualSource>) {
         self.waiting.clear();
         for guest in guests {
             let number = guest.pose.id.slot();
-            let place = &self.places[number];
+            let place = &self.assignments[number];
             let owns = place.slot.is_some_and(|slot| slot < self.first_shared);
             if place.audible && !owns && (place.slot.is_none() || self.may_move(number)) {
                 self.waiting.push(number);
             }
         }
-        let places = &self.places;
+        let places = &self.assignments;
         self.waiting.sort_unstable_by(|&a, &b| {
             let louder = places[b].energy.total_cmp(&places[a].energy);
             louder.then(a.cmp(&b))
@@ -226,7 +226,7 @@ impl SourceVirtualizer {
         let mut next = 0;
         for slot in 0..self.first_shared {
             if next < self.waiting.len() && self.is_free(slot) {
-                self.enter(self.waiting[next], slot);
+                self.occupy(self.waiting[next], slot);
                 next += 1;
             }
         }
@@ -241,26 +241,26 @@ impl SourceVirtualizer {
         let faintest = owners
             .map(SourceId::slot)
             .filter(|&number| self.may_move(number))
-            .min_by(|&a, &b| self.places[a].energy.total_cmp(&self.places[b].energy));
+            .min_by(|&a, &b| self.assignments[a].energy.total_cmp(&self.assignments[b].energy));
         if let Some(number) = faintest
-            && self.places[loudest].energy > CLEARLY_LOUDER * self.places[number].energy
+            && self.assignments[loudest].energy > CLEARLY_LOUDER * self.assignments[number].energy
         {
-            self.leave(number);
+            self.release(number);
         }
     }
 
     /// Everybody else to the nearest shared slot.
-    fn share(&mut self, guests: impl Iterator<Item = VirtualSource>, listener: Vec3) {
+    fn assign_shared_slots(&mut self, guests: impl Iterator<Item = VirtualSource>, listener: Vec3) {
         for guest in guests {
             let number = guest.pose.id.slot();
-            let place = self.places[number];
+            let place = self.assignments[number];
             let owns = place.slot.is_some_and(|slot| slot < self.first_shared);
             if !place.audible || owns {
                 continue;
             }
             let from = guest.pose.position;
             let shared = self.first_shared..self.slots.len();
-            let way = |slot: usize| apart(from, self.slots[slot].position, listener);
+            let way = |slot: usize| perceptual_distance(from, self.slots[slot].position, listener);
             let nearest = shared
                 .clone()
                 .filter(|&slot| self.slots[slot].members > 0)
@@ -278,13 +278,13 @@ impl SourceVirtualizer {
                 if self.slots[slot].members == 0 {
                     self.slots[slot].position = from;
                 }
-                self.enter(number, slot);
+                self.occupy(number, slot);
             }
         }
     }
 
     /// Shared slots go where their loudest member is.
-    fn follow(
+    fn move_shared_slots(
         &mut self,
         guests: impl Iterator<Item = VirtualSource>,
         listener: Vec3,
@@ -294,24 +294,24 @@ impl SourceVirtualizer {
             (slot.loudest, slot.nearest) = (0.0, f32::INFINITY);
         }
         for guest in guests {
-            let place = &self.places[guest.pose.id.slot()];
+            let place = &self.assignments[guest.pose.id.slot()];
             if let Some(slot) = place.slot.filter(|&slot| slot >= self.first_shared) {
                 let slot = &mut self.slots[slot];
-                let way = apart(guest.pose.position, slot.position, listener);
+                let way = perceptual_distance(guest.pose.position, slot.position, listener);
                 slot.nearest = slot.nearest.min(way);
                 if place.energy > slot.loudest {
-                    (slot.loudest, slot.toward) = (place.energy, guest.pose.position);
+                    (slot.loudest, slot.target) = (place.energy, guest.pose.position);
                 }
             }
         }
         let share = (1.0 - (-passed_s / FOLLOW_S).exp()) as f32;
         for slot in self.slots.iter_mut().filter(|slot| slot.loudest > 0.0) {
             let share = if slot.nearest > LOST { 1.0 } else { share };
-            slot.position += share * (slot.toward - slot.position);
+            slot.position += share * (slot.target - slot.position);
         }
     }
 
-    fn tell(
+    fn write(
         &self,
         guests: impl Iterator<Item = VirtualSource> + Clone,
         listener: Vec3,
@@ -321,11 +321,11 @@ impl SourceVirtualizer {
         sources.clear();
         feeds.clear();
         for guest in guests.clone() {
-            let slot = self.places[guest.pose.id.slot()].slot;
+            let slot = self.assignments[guest.pose.id.slot()].slot;
             let gain = match slot {
                 Some(slot) if slot >= self.first_shared => {
                     let at = self.slots[slot].position;
-                    guest.gain * level(guest.pose.position, at, listener)
+                    guest.gain * distance_gain(guest.pose.position, at, listener)
                 }
                 _ => guest.gain,
             };
@@ -336,7 +336,7 @@ impl SourceVirtualizer {
             });
         }
         for (number, slot) in self.slots.iter().enumerate() {
-            if slot.members == 0 && slot.rest == SlotRelease::Over {
+            if slot.members == 0 && slot.release == SlotRelease::Free {
                 continue;
             }
             let id = SourceId::new(number as u16, slot.generation);
@@ -351,7 +351,7 @@ impl SourceVirtualizer {
     }
 
     /// Where owners stand is where their slots rest when they have left.
-    fn remember(&mut self, sources: &[SourcePose]) {
+    fn store_positions(&mut self, sources: &[SourcePose]) {
         for pose in sources {
             if let Some(slot) = self.slots.get_mut(pose.id.slot()) {
                 slot.position = pose.position;
@@ -362,7 +362,7 @@ impl SourceVirtualizer {
 
 /// How far apart two places are to the listener's ears: the square of an angle in radians and of half a ratio of
 /// distances in nepers.
-fn apart(a: Vec3, b: Vec3, listener: Vec3) -> f32 {
+fn perceptual_distance(a: Vec3, b: Vec3, listener: Vec3) -> f32 {
     let (a, b) = (a - listener, b - listener);
     let turn = a.normalize_or(Vec3::NEG_Z) - b.normalize_or(Vec3::NEG_Z);
     let ratio = (a.length().max(0.3) / b.length().max(0.3)).ln();
@@ -370,7 +370,7 @@ fn apart(a: Vec3, b: Vec3, listener: Vec3) -> f32 {
 }
 
 /// Gain of a source that is played from another place, so that it is as loud as from its own.
-fn level(own: Vec3, at: Vec3, listener: Vec3) -> f32 {
+fn distance_gain(own: Vec3, at: Vec3, listener: Vec3) -> f32 {
     let distance_m = |place: Vec3| place.distance(listener).max(0.3);
     (distance_m(at) / distance_m(own)).min(MAX_GAIN)
 }

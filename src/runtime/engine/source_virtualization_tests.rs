@@ -34,10 +34,10 @@ impl Scenario {
         let tick = (self.time_s / TICK_S).round() as u64 + 1;
         let heard = PlaybackProgress {
             tick,
-            placed: tick - 1,
+            applied_tick: tick - 1,
             time_s: self.time_s,
         };
-        self.seating.arrange(
+        self.seating.assign(
             guests,
             Vec3::ZERO,
             (self.time_s, heard),
@@ -111,7 +111,7 @@ fn the_loudest_sit_alone_and_all_others_are_heard_from_about_where_they_are() {
         let slot = &scenario.seating.slots[usize::from(scenario.slot_of(number))];
         let others = &scenario.seating.slots[12..];
         let from = scenario.guests[number].pose.position;
-        let way = |slot: &RenderSlot| apart(from, slot.position, Vec3::ZERO);
+        let way = |slot: &RenderSlot| perceptual_distance(from, slot.position, Vec3::ZERO);
         // Within the hysteresis of the nearest.
         let nearest = others.iter().map(way).fold(f32::MAX, f32::min);
         assert!(CLEARLY_NEARER * way(slot) <= nearest + 1e-6);
@@ -136,7 +136,7 @@ fn few_sources_all_sit_alone() {
     let slots: Vec<u16> = (0..10).map(|n| scenario.slot_of(n)).collect();
     assert!(slots.iter().all(|&slot| slot < 12), "{slots:?}");
     assert_eq!(scenario.sources.len(), 10);
-    assert_eq!(scenario.seating.unheard, 30);
+    assert_eq!(scenario.seating.masked, 30);
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn a_shared_slot_goes_at_once_where_all_its_members_are() {
             |slot: usize| (0..64).filter(move |&n| usize::from(scenario.slot_of(n)) == slot);
         let nearest = shared.map(|slot| {
             let at = scenario.seating.slots[slot].position;
-            let way = |n: usize| apart(scenario.guests[n].pose.position, at, Vec3::ZERO);
+            let way = |n: usize| perceptual_distance(scenario.guests[n].pose.position, at, Vec3::ZERO);
             members(slot).map(way).fold(f32::MAX, f32::min)
         });
         nearest.filter(|&way| way < f32::MAX).fold(0.0, f32::max)

@@ -27,13 +27,13 @@ pub(super) struct Metrics {
     pub(super) updates: AtomicU64,
     pub(super) trimmed_paths: AtomicU64,
     pub(super) dropped_paths: AtomicU64,
-    pub(super) starved_samples: AtomicU64,
+    pub(super) underrun_samples: AtomicU64,
     pub(super) paths: AtomicU32,
-    pub(super) level: AtomicU32,
-    pub(super) tier: AtomicU32,
+    pub(super) extrapolation_level: AtomicU32,
+    pub(super) quality_level: AtomicU32,
     /// Thousandths of a core that sound takes.
     pub(super) sound_millicores: AtomicU32,
-    pub(super) unheard_sources: AtomicU32,
+    pub(super) masked_sources: AtomicU32,
     pub(super) rays: AtomicU64,
     pub(super) propagation_ns: AtomicU64,
     pub(super) frame_ns: AtomicU64,
@@ -45,7 +45,7 @@ pub(super) struct Metrics {
     /// The longest block since propagation has looked, and what it lasts.
     pub(super) block_peak_ns: AtomicU64,
     pub(super) block_lasts_ns: AtomicU64,
-    pub(super) manners: Seqlock<DeviceHintsReport, 3>,
+    pub(super) device_hints: Seqlock<DeviceHintsReport, 3>,
 }
 
 /// A look at the engine. Counts are since it began.
@@ -74,19 +74,19 @@ pub struct Statistics {
     /// Paths that generation had no voice for, over all graphics frames.
     pub dropped_paths: u64,
     /// Samples that streams were late with.
-    pub starved_samples: u64,
+    pub underrun_samples: u64,
     /// T_SPS: time of the newest update, in seconds.
     pub propagation_s: f64,
     /// T_g: time between the graphics frames that are heard, in seconds.
     pub graphics_frame_s: f64,
     /// Extrapolation level L in use, by Eq. 1 from those two. At 0 updates fit in a frame and extrapolation is bypassed.
-    pub level: u32,
+    pub extrapolation_level: u32,
     /// The budget's tier in force, or on its way to be.
-    pub tier: QualityLevel,
+    pub quality_level: QualityLevel,
     /// Share of a core that sound takes, lately.
     pub sound_share: f64,
     /// Sources that others mask, of the newest tick; always 0 while every source has a slot.
-    pub unheard_sources: u32,
+    pub masked_sources: u32,
     /// Rays of the newest update.
     pub rays: u64,
     /// Where the propagation thread runs.
@@ -94,7 +94,7 @@ pub struct Statistics {
     /// Where the sound thread runs, once it has placed itself.
     pub sound_placement: Placement,
     /// What a phone's system says of its heat, and whether it hears our hints.
-    pub manners: DeviceHintsReport,
+    pub device_hints: DeviceHintsReport,
 }
 
 impl Metrics {
@@ -108,7 +108,7 @@ impl Metrics {
         SoundLoad {
             thread: self.sound_thread.load(Ordering::Relaxed),
             block_s: self.block_peak_ns.swap(0, Ordering::Relaxed) as f64 * 1e-9,
-            lasts_s: self.block_lasts_ns.load(Ordering::Relaxed) as f64 * 1e-9,
+            duration_s: self.block_lasts_ns.load(Ordering::Relaxed) as f64 * 1e-9,
         }
     }
 
@@ -126,17 +126,17 @@ impl Metrics {
             paths: self.paths.load(Ordering::Relaxed),
             trimmed_paths: count(&self.trimmed_paths),
             dropped_paths: count(&self.dropped_paths),
-            starved_samples: count(&self.starved_samples),
+            underrun_samples: count(&self.underrun_samples),
             propagation_s: count(&self.propagation_ns) as f64 * 1e-9,
             graphics_frame_s: count(&self.frame_ns) as f64 * 1e-9,
-            level: self.level.load(Ordering::Relaxed),
-            tier: QualityLevel(self.tier.load(Ordering::Relaxed) as u8),
+            extrapolation_level: self.extrapolation_level.load(Ordering::Relaxed),
+            quality_level: QualityLevel(self.quality_level.load(Ordering::Relaxed) as u8),
             sound_share: self.sound_share(),
-            unheard_sources: self.unheard_sources.load(Ordering::Relaxed),
+            masked_sources: self.masked_sources.load(Ordering::Relaxed),
             rays: count(&self.rays),
             propagation_placement: self.propagation_placement.load(),
             sound_placement: self.sound_placement.load(),
-            manners: self.manners.load(),
+            device_hints: self.device_hints.load(),
         }
     }
 }

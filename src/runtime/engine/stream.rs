@@ -46,12 +46,12 @@ impl Stream {
         }
         if !come.is_empty() {
             self.is_late = false;
-            self.rise(come);
+            self.fade_in(come);
         }
         if !late.is_empty() {
-            self.fall(late);
+            self.fade_out(late);
         }
-        self.owed(late.len())
+        self.underrun(late.len())
     }
 
     /// Goes on without being heard; gives the number of samples that are owed.
@@ -61,10 +61,10 @@ impl Stream {
             chunk.commit_all();
         }
         (self.last, self.held_for, self.risen) = (0.0, FADE_FRAMES, FADE_FRAMES);
-        self.owed(frames - count)
+        self.underrun(frames - count)
     }
 
-    fn owed(&self, late: usize) -> u32 {
+    fn underrun(&self, late: usize) -> u32 {
         if self.ring.is_abandoned() {
             0
         } else {
@@ -73,38 +73,38 @@ impl Stream {
     }
 
     /// Samples that have come after others were late: they rise, and what was before goes on fading.
-    fn rise(&mut self, come: &mut [f32]) {
+    fn fade_in(&mut self, come: &mut [f32]) {
         for sample in &mut *come {
             if self.risen == FADE_FRAMES && self.held_for == FADE_FRAMES {
                 break;
             }
-            *sample *= share(self.risen);
+            *sample *= fade_gain(self.risen);
             self.risen = (self.risen + 1).min(FADE_FRAMES);
-            *sample += self.remains();
+            *sample += self.next_held();
         }
         self.last = come.last().copied().unwrap_or(self.last);
     }
 
-    fn fall(&mut self, late: &mut [f32]) {
+    fn fade_out(&mut self, late: &mut [f32]) {
         if !std::mem::replace(&mut self.is_late, true) && self.last != 0.0 {
             (self.held, self.held_for, self.risen) = (self.last, 0, 0);
         }
         for sample in &mut *late {
-            *sample = self.remains();
+            *sample = self.next_held();
         }
         self.last = late.last().copied().unwrap_or(self.last);
     }
 
     /// What is left of the last sample, a frame later.
-    fn remains(&mut self) -> f32 {
+    fn next_held(&mut self) -> f32 {
         self.held_for = (self.held_for + 1).min(FADE_FRAMES);
-        self.held * share(FADE_FRAMES - self.held_for)
+        self.held * fade_gain(FADE_FRAMES - self.held_for)
     }
 }
 
-fn share(frames: usize) -> f32 {
+fn fade_gain(frames: usize) -> f32 {
     let growth = 1.0 / FADE_FRAMES as f32;
-    CrossFade { place: 0.0, growth }.share(frames)
+    CrossFade { place: 0.0, growth }.gain(frames)
 }
 
 /// The app's end of a stream: a ring of mono samples at the engine's rate. May move to any one thread; wait-free.

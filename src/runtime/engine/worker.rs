@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::messages::{UpdateMessage, WorldFrame};
-use super::path_snapshot::{PathSnapshot, show};
+use super::path_snapshot::{PathSnapshot, fill_snapshot};
 use super::statistics::{Metrics, add};
 use crate::extrapolation::{Extrapolator, PredictorKind, PredictorState, ScenePair};
 use crate::propagation::{Path, Propagator};
@@ -30,7 +30,7 @@ pub(super) struct Worker {
     pub(super) propagator: Box<Propagator>,
     pub(super) pending_propagator: PendingPropagator,
     pub(super) world: Receiver<WorldFrame>,
-    pub(super) deliveries: Sender<UpdateMessage>,
+    pub(super) updates: Sender<UpdateMessage>,
     pub(super) metrics: Arc<Metrics>,
     pub(super) max_paths: usize,
     pub(super) max_sources: usize,
@@ -38,18 +38,18 @@ pub(super) struct Worker {
     /// Whether the sound thread's blocks are to take alike time.
     pub(super) even_blocks: bool,
     /// Who traces, besides the thread that steps.
-    pub(super) tracers: Threads,
+    pub(super) threads: Threads,
     pub(super) governor: Governor,
     /// What the budget leaves.
-    pub(super) detail: ActiveQuality,
+    pub(super) quality: ActiveQuality,
     /// Time of the last update's poses.
     pub(super) last_time_s: Option<f64>,
     /// Heat and hints, by the time since the engine began.
-    pub(super) manners: DeviceHints,
+    pub(super) device_hints: DeviceHints,
     pub(super) epoch: Instant,
     /// Paths for pictures, and how many.
-    pub(super) shown: Sender<PathSnapshot>,
-    pub(super) most_shown: usize,
+    pub(super) snapshots: Sender<PathSnapshot>,
+    pub(super) max_snapshot_paths: usize,
     pub(super) spans: SpanWriter,
     pub(super) before_update: Option<fn(u64)>,
     /// The poses in use.
@@ -59,7 +59,7 @@ pub(super) struct Worker {
     /// Extrapolation for a new scene, waiting for its first update.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
     /// The scene that the propagator was given last; it has its own copy as soon as instances move.
-    pub(super) given: Arc<Scene>,
+    pub(super) base_scene: Arc<Scene>,
     /// The same with other instances, waiting for its first update.
     pub(super) scenes: Option<ScenePair>,
     pub(super) update: u64,
@@ -81,44 +81,44 @@ impl Worker {
     /// Computes an update if there are new poses or a new order; gives the time to rest until the next, or `None` if
     /// there was nothing to do.
     pub(super) fn step(&mut self) -> Option<Duration> {
-        let ordered = self.take_order();
+        let ordered = self.take_propagator();
         let posed = self.take_poses();
         let world = self.newest.take_if(|_| ordered || posed)?;
         self.take_instances(&world);
         if let Some(before_update) = self.before_update {
             before_update(self.update);
         }
-        let mut delivery = self.deliveries.blank(UpdateMessage::default);
+        let mut delivery = self.updates.take_blank(UpdateMessage::default);
         let started = now();
         let _section = section("foresound update");
         self.propagator.update_with(
-            &self.tracers,
+            &self.threads,
             &world.listener,
             &world.sources,
             world.time_s,
             &mut delivery.paths,
         );
-        let trimmed = keep_loudest(&mut delivery.paths.paths, self.detail.max_paths);
-        self.lay_groundwork(world.predictor, &mut delivery);
+        let trimmed = keep_loudest(&mut delivery.paths.paths, self.quality.max_paths);
+        self.prepare(world.predictor, &mut delivery);
         let spent = started.elapsed();
-        delivery.order_gain = self.detail.order_gain;
+        delivery.order_gain = self.quality.order_gain;
         let paths = delivery.paths.paths.len() as u64;
-        if self.most_shown > 0 {
-            let mut shown = self.shown.blank(PathSnapshot::default);
-            show(&delivery.paths, self.most_shown, &mut shown.paths);
-            self.shown.send(shown);
+        if self.max_snapshot_paths > 0 {
+            let mut shown = self.snapshots.take_blank(PathSnapshot::default);
+            fill_snapshot(&delivery.paths, self.max_snapshot_paths, &mut shown.paths);
+            self.snapshots.send(shown);
         }
         self.metrics
             .rays
             .store(delivery.paths.rays, Ordering::Relaxed);
         self.govern(&world, spent);
-        let rest = Duration::from_secs_f64(self.governor.rest_s());
+        let rest = Duration::from_secs_f64(self.governor.pause_s());
         delivery.interval_s = (spent + rest).as_secs_f64();
         delivery.synchronous = self.synchronous;
         delivery.extrapolator = self.extrapolator.take();
         delivery.scenes = self.scenes.take();
         delivery.predictor = (world.predictor != self.predictor).then(|| {
-            let kind = self.paced(world.predictor);
+            let kind = self.renderer_predictor(world.predictor);
             PredictorState::with_room(kind, self.max_paths, self.max_sources)
         });
         self.predictor = world.predictor;
@@ -136,7 +136,7 @@ impl Worker {
     }
 
     /// The predictor as the sound thread is to have it.
-    fn paced(&self, kind: PredictorKind) -> PredictorKind {
+    fn renderer_predictor(&self, kind: PredictorKind) -> PredictorKind {
         match self.even_blocks {
             true => kind.thrifty(),
             false => kind,
@@ -144,9 +144,9 @@ impl Worker {
     }
 
     /// Works out here what the sound thread would have to when it takes the update.
-    fn lay_groundwork(&self, predictor: PredictorKind, delivery: &mut UpdateMessage) {
+    fn prepare(&self, predictor: PredictorKind, delivery: &mut UpdateMessage) {
         let UpdateMessage {
-            paths, groundwork, ..
+            paths, prepared: groundwork, ..
         } = delivery;
         match predictor {
             PredictorKind::Geometric(_) => {
@@ -158,42 +158,42 @@ impl Worker {
 
     /// What the budget makes of an update.
     fn govern(&mut self, world: &WorldFrame, took: Duration) {
-        let before = self.governor.tier();
+        let before = self.governor.quality_level();
         let spent = UpdateCost {
             update_s: took.as_secs_f64(),
             since_last_s: world.time_s - self.last_time_s.unwrap_or(world.time_s),
             sound_share: self.metrics.sound_share(),
-            can_rest: !self.synchronous,
+            may_pause: !self.synchronous,
         };
         self.last_time_s = Some(world.time_s);
         let now_s = self.epoch.elapsed().as_secs_f64();
-        let budget = self.manners.temper(world.budget, now_s);
+        let budget = self.device_hints.limit_budget(world.budget, now_s);
         self.governor.observe(&budget, &spent);
         if !self.synchronous {
-            self.manners.tell_update(spent.update_s, &budget);
+            self.device_hints.report_update(spent.update_s, &budget);
         }
-        if self.manners.wants_sound(now_s) {
+        if self.device_hints.is_sound_report_due(now_s) {
             let load = self.metrics.take_sound_load();
-            self.manners.tell_sound(load, now_s);
+            self.device_hints.report_sound(load, now_s);
         }
-        self.metrics.manners.store(self.manners.report());
-        let tier = self.governor.tier();
+        self.metrics.device_hints.store(self.device_hints.report());
+        let tier = self.governor.quality_level();
         if tier != before {
             let number = u32::from(tier.0);
-            self.metrics.tier.store(number, Ordering::Relaxed);
+            self.metrics.quality_level.store(number, Ordering::Relaxed);
             self.spans
                 .record(SpanKind::QualityLevel, now(), Duration::ZERO, number.into());
         }
-        self.take_detail();
+        self.apply_quality();
     }
 
-    fn take_detail(&mut self) {
+    fn apply_quality(&mut self) {
         let settings = self.propagator.settings();
-        self.detail = self.governor.detail(settings, self.max_paths);
-        self.propagator.set_quality(self.detail.effort);
+        self.quality = self.governor.active_quality(settings, self.max_paths);
+        self.propagator.set_quality(self.quality.propagation);
     }
 
-    fn take_order(&mut self) -> bool {
+    fn take_propagator(&mut self) -> bool {
         let Some(ordered) = self.pending_propagator.take() else {
             return false;
         };
@@ -202,24 +202,24 @@ impl Worker {
         let same_scene = before.scene().same_fixed_part(scene)
             && before.settings().min_distance_m == self.propagator.settings().min_distance_m;
         if !same_scene {
-            let kind = self.paced(self.predictor);
+            let kind = self.renderer_predictor(self.predictor);
             let room = [self.max_paths, self.max_sources];
             self.extrapolator = Some(extrapolator_for(&self.propagator, kind, room));
             self.scenes = None;
-            self.governor.begin_scene();
+            self.governor.reset_costs();
         } else if scene.has_instances() || before.scene().has_instances() {
             self.scenes = Some(ScenePair::of(scene));
         }
-        self.given = Arc::clone(scene);
-        self.take_detail();
+        self.base_scene = Arc::clone(scene);
+        self.apply_quality();
         true
     }
 
     /// Instances that were added, removed or moved.
     fn take_instances(&mut self, world: &WorldFrame) {
         // Poses of another scene wait for its propagator.
-        if !Arc::ptr_eq(&world.scene, &self.given) && world.scene.same_fixed_part(&self.given) {
-            self.given = Arc::clone(&world.scene);
+        if !Arc::ptr_eq(&world.scene, &self.base_scene) && world.scene.same_fixed_part(&self.base_scene) {
+            self.base_scene = Arc::clone(&world.scene);
             *self.propagator.scene_mut() = Scene::clone(&world.scene);
             self.scenes = Some(ScenePair::of(&world.scene));
         }
@@ -241,7 +241,7 @@ impl Worker {
 
     /// Sends an update, with what an earlier one that nobody took had brought along.
     fn send(&mut self, mut delivery: Box<UpdateMessage>) {
-        if let Some(mut missed) = self.deliveries.recall() {
+        if let Some(mut missed) = self.updates.recall() {
             if delivery.extrapolator.is_none() {
                 delivery.extrapolator = missed.extrapolator.take();
                 delivery.scenes = delivery.scenes.take().or_else(|| missed.scenes.take());
@@ -249,9 +249,9 @@ impl Worker {
             if delivery.predictor.is_none() {
                 delivery.predictor = missed.predictor.take();
             }
-            self.deliveries.keep(missed);
+            self.updates.keep(missed);
         }
-        self.deliveries.send(delivery);
+        self.updates.send(delivery);
     }
 }
 

@@ -44,7 +44,7 @@ pub(crate) fn newest<T: Send>() -> (Sender<T>, Receiver<T>) {
 
 impl<T: Send> Sender<T> {
     /// A box to fill: one that came back, with its old content, or else a new one.
-    pub(crate) fn blank(&mut self, make: impl FnOnce() -> T) -> Box<T> {
+    pub(crate) fn take_blank(&mut self, make: impl FnOnce() -> T) -> Box<T> {
         if let Some(spare) = self.spare.take() {
             return spare;
         }
@@ -99,7 +99,7 @@ mod tests {
         let (mut sender, mut receiver) = newest::<u32>();
         assert!(receiver.take().is_none());
         for value in 1..=3 {
-            let mut place = sender.blank(|| 0);
+            let mut place = sender.take_blank(|| 0);
             *place = value;
             sender.send(place);
         }
@@ -141,7 +141,7 @@ mod tests {
         });
         let mut made = 0;
         for round in 1..=rounds {
-            let mut place = sender.blank(|| {
+            let mut place = sender.take_blank(|| {
                 made += 1;
                 [0; 8]
             });

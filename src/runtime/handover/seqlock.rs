@@ -19,7 +19,7 @@ pub(crate) trait Words<const N: usize>: Copy {
 /// The newest of a thread's values.
 pub(crate) struct Seqlock<T, const N: usize> {
     /// Odd while words change.
-    number: AtomicU64,
+    sequence: AtomicU64,
     words: [AtomicU64; N],
     value: PhantomData<fn(T) -> T>,
 }
@@ -27,7 +27,7 @@ pub(crate) struct Seqlock<T, const N: usize> {
 impl<T: Words<N>, const N: usize> Seqlock<T, N> {
     pub(crate) fn new(value: T) -> Self {
         Self {
-            number: AtomicU64::new(0),
+            sequence: AtomicU64::new(0),
             words: value.to_words().map(AtomicU64::new),
             value: PhantomData,
         }
@@ -35,22 +35,22 @@ impl<T: Words<N>, const N: usize> Seqlock<T, N> {
 
     /// Tells a value. Wait-free; one thread at a time, or readers may find a mixture.
     pub(crate) fn store(&self, value: T) {
-        let number = self.number.load(Ordering::Relaxed);
-        self.number.store(number.wrapping_add(1), Ordering::Relaxed);
+        let number = self.sequence.load(Ordering::Relaxed);
+        self.sequence.store(number.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::Release);
         for (word, new) in self.words.iter().zip(value.to_words()) {
             word.store(new, Ordering::Relaxed);
         }
-        self.number.store(number.wrapping_add(2), Ordering::Release);
+        self.sequence.store(number.wrapping_add(2), Ordering::Release);
     }
 
     /// The newest value. Not on the audio side: waits for a value that is being told.
     pub(crate) fn load(&self) -> T {
         loop {
-            let before = self.number.load(Ordering::Acquire);
+            let before = self.sequence.load(Ordering::Acquire);
             let words = std::array::from_fn(|at| self.words[at].load(Ordering::Relaxed));
             fence(Ordering::Acquire);
-            if before.is_multiple_of(2) && self.number.load(Ordering::Relaxed) == before {
+            if before.is_multiple_of(2) && self.sequence.load(Ordering::Relaxed) == before {
                 return T::from_words(words);
             }
             thread::yield_now();

@@ -34,48 +34,48 @@ const MAX_CURVATURE: f32 = 1.0;
 /// Where sources were in the last graphics frames.
 #[derive(Debug)]
 pub(crate) struct MotionModel {
-    apart: usize,
+    stride: usize,
     /// The newest first.
-    places: VecDeque<Vec<(SourceId, Vec3)>>,
+    history: VecDeque<Vec<(SourceId, Vec3)>>,
 }
 
 impl MotionModel {
     /// For updates that start so many graphics frames after each other.
     pub(crate) fn new(interval: usize) -> Self {
         Self {
-            apart: (interval / (HISTORY_POINTS - 1)).clamp(1, MAX_STRIDE),
-            places: VecDeque::new(),
+            stride: (interval / (HISTORY_POINTS - 1)).clamp(1, MAX_STRIDE),
+            history: VecDeque::new(),
         }
     }
 
     /// Keeps the poses of a graphics frame that is over.
-    pub(crate) fn remember(&mut self, poses: &Poses) {
-        let most = (HISTORY_POINTS - 1) * self.apart;
-        let spare = (self.places.len() >= most).then(|| self.places.pop_back());
+    pub(crate) fn push(&mut self, poses: &Poses) {
+        let most = (HISTORY_POINTS - 1) * self.stride;
+        let spare = (self.history.len() >= most).then(|| self.history.pop_back());
         let mut places = spare.flatten().unwrap_or_default();
         places.clear();
         places.extend(poses.sources.iter().map(|pose| (pose.id, pose.position)));
-        self.places.push_front(places);
+        self.history.push_front(places);
     }
 
     /// The way of a source from where it is now, if it moves; `last` are the poses of the graphics frame before.
-    pub(crate) fn way(&self, last: &Poses, now: &SourcePose, frames: f32) -> Option<Vec3> {
-        let straight = way(place_in(last, now.id)?, now.position, frames)?;
-        Some(self.turn(now, frames).unwrap_or(straight))
+    pub(crate) fn displacement(&self, last: &Poses, now: &SourcePose, frames: f32) -> Option<Vec3> {
+        let straight = straight_displacement(position_of(last, now.id)?, now.position, frames)?;
+        Some(self.turning_displacement(now, frames).unwrap_or(straight))
     }
 
     /// Its way if it turns evenly.
-    fn turn(&self, now: &SourcePose, frames: f32) -> Option<Vec3> {
+    fn turning_displacement(&self, now: &SourcePose, frames: f32) -> Option<Vec3> {
         let mut places = [now.position; HISTORY_POINTS];
         for (number, place) in places.iter_mut().enumerate().skip(1) {
-            let known = self.places.get(number * self.apart - 1)?;
+            let known = self.history.get(number * self.stride - 1)?;
             *place = known.iter().find(|(id, _)| *id == now.id)?.1;
         }
         let [p, q, r, s, t] = places;
         let steps = [p - q, q - r, r - s, s - t].map(Vec3::length);
         let longest = steps.into_iter().fold(0.0, f32::max);
         let beside = (p - 4.0 * q + 6.0 * r - 4.0 * s + t).length();
-        let was_put = longest > MAX_STEP_M * self.apart as f32;
+        let was_put = longest > MAX_STEP_M * self.stride as f32;
         if was_put || beside > UNEVEN * longest {
             return None;
         }
@@ -84,7 +84,7 @@ impl MotionModel {
         let (jerk, snap) = (0.5 * (p - t) - (q - s), p - 4.0 * q + 6.0 * r - 4.0 * s + t);
         let squares = speed.length_squared() + change.length_squared();
         let bend = -(jerk.dot(speed) + snap.dot(change)) / squares.max(f32::MIN_POSITIVE);
-        let time = frames / self.apart as f32;
+        let time = frames / self.stride as f32;
         if bend > MIN_CURVATURE && bend < MAX_CURVATURE {
             let step = (1.0 - 0.5 * bend).acos();
             let from_middle = |angle: f32| {
@@ -101,13 +101,13 @@ impl MotionModel {
 }
 
 /// Where a source is.
-pub(crate) fn place_in(poses: &Poses, id: SourceId) -> Option<Vec3> {
+pub(crate) fn position_of(poses: &Poses, id: SourceId) -> Option<Vec3> {
     let pose = poses.sources.iter().find(|pose| pose.id == id);
     pose.map(|pose| pose.position)
 }
 
 /// The way from `at` straight on, if that is motion.
-pub(crate) fn way(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
+pub(crate) fn straight_displacement(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
     let step = at - before;
     let moves = step != Vec3::ZERO && step.length() <= MAX_STEP_M;
     moves.then(|| step * frames)
@@ -132,9 +132,9 @@ mod tests {
         let mut courses = MotionModel::new(25);
         let at = |frame: i32| place(frame as f32 / RATE_HZ);
         for frame in now - 40..now {
-            courses.remember(&poses(at(frame)));
+            courses.push(&poses(at(frame)));
         }
-        let way = courses.way(&poses(at(now - 1)), &poses(at(now)).sources[0], frames);
+        let way = courses.displacement(&poses(at(now - 1)), &poses(at(now)).sources[0], frames);
         at(now) + way.unwrap_or_default()
     }
 

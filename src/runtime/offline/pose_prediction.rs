@@ -7,7 +7,7 @@ use glam::Vec3;
 use crate::extrapolation::{PredictionTarget, PredictorKind};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::runtime::offline::motion_model::{MotionModel, place_in, way};
+use crate::runtime::offline::motion_model::{MotionModel, position_of, straight_displacement};
 use crate::runtime::offline::schedule::{Latency, Poses, Schedule};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
@@ -27,25 +27,25 @@ const MAX_STEPS: f32 = 16.0;
 pub(crate) struct PosePrediction {
     frames_ahead: f32,
     /// Until the result arrives, in graphics frames.
-    frames_late: f32,
+    arrival_frames: f32,
     /// From the poses that are computed for to the farthest of those that the result is used for, in graphics frames;
     /// `None` if nobody asks what is nearby.
-    frames_off: Option<f32>,
+    farthest_frames: Option<f32>,
     last: Option<Poses>,
     sources: MotionModel,
-    ahead: Poses,
+    predicted: Poses,
     /// Where the listener will be while the result is used, besides [`Self::poses`].
-    way: Vec<Vec3>,
+    sampled_listener: Vec<Vec3>,
     /// Where the sources will be then: for each place all of them.
-    predicted_sources: Vec<Vec3>,
+    sampled_sources: Vec<Vec3>,
     /// Where the listener will be who walks through what [`carried`] stops at.
-    beyond: Option<Vec3>,
+    beyond_surface: Option<Vec3>,
 }
 
 impl PosePrediction {
     pub(crate) fn new(schedule: Schedule, predictor: PredictorKind) -> Self {
         let lead = predictor.lead();
-        let interval = schedule.level() as f32 + 1.0;
+        let interval = schedule.extrapolation_level() as f32 + 1.0;
         let late = match schedule {
             Schedule::Asynchronous {
                 latency: Latency::Modelled,
@@ -65,88 +65,88 @@ impl PosePrediction {
         let off = matches!(schedule, Schedule::Asynchronous { .. }) && predictor.wants_nearby();
         Self {
             frames_ahead,
-            frames_late: late,
-            frames_off: off.then_some(farthest),
+            arrival_frames: late,
+            farthest_frames: off.then_some(farthest),
             last: None,
             sources: MotionModel::new(interval as usize),
-            ahead: Poses::default(),
-            way: Vec::new(),
-            predicted_sources: Vec::new(),
-            beyond: None,
+            predicted: Poses::default(),
+            sampled_listener: Vec::new(),
+            sampled_sources: Vec::new(),
+            beyond_surface: None,
         }
     }
 
     /// The poses to compute for; the same ones where nothing is predicted or nothing moves.
-    pub(crate) fn poses<'a>(&'a mut self, now: &'a Poses, scene: &Scene) -> &'a Poses {
-        self.beyond = None;
-        self.way.clear();
-        self.predicted_sources.clear();
+    pub(crate) fn predict<'a>(&'a mut self, now: &'a Poses, scene: &Scene) -> &'a Poses {
+        self.beyond_surface = None;
+        self.sampled_listener.clear();
+        self.sampled_sources.clear();
         let Some(last) = self.last.as_ref().filter(|_| self.frames_ahead > 0.0) else {
             return now;
         };
-        self.ahead.clone_from(now);
+        self.predicted.clone_from(now);
         let (before, at) = (last.listener.position, now.listener.position);
-        let through = way(before, at, self.frames_ahead);
-        let ahead = carried(at, through, scene);
-        self.ahead.listener.position = ahead;
+        let through = straight_displacement(before, at, self.frames_ahead);
+        let ahead = advance_to_surface(at, through, scene);
+        self.predicted.listener.position = ahead;
         let through = through.map(|way| at + way);
-        self.beyond = through.filter(|place| *place != ahead);
-        for (source, pose) in self.ahead.sources.iter_mut().zip(&now.sources) {
-            let way = self.sources.way(last, pose, self.frames_ahead);
-            source.position = carried(pose.position, way, scene);
+        self.beyond_surface = through.filter(|place| *place != ahead);
+        for (source, pose) in self.predicted.sources.iter_mut().zip(&now.sources) {
+            let way = self.sources.displacement(last, pose, self.frames_ahead);
+            source.position = advance_to_surface(pose.position, way, scene);
         }
-        self.look_along(now, scene);
-        &self.ahead
+        self.sample_ahead(now, scene);
+        &self.predicted
     }
 
     /// Plans where tails are to be estimated: on the way to [`Self::poses`] while the result is heard, in even steps, and
     /// through what that stops at.
-    fn look_along(&mut self, now: &Poses, scene: &Scene) {
+    fn sample_ahead(&mut self, now: &Poses, scene: &Scene) {
         let Some(last) = &self.last else { return };
-        let used = self.frames_ahead - self.frames_late;
+        let used = self.frames_ahead - self.arrival_frames;
         let (before, at) = (last.listener.position, now.listener.position);
         let step_of = |pose: &SourcePose| {
-            let before = place_in(last, pose.id);
-            before.and_then(|before| way(before, pose.position, 1.0))
+            let before = position_of(last, pose.id);
+            before.and_then(|before| straight_displacement(before, pose.position, 1.0))
         };
-        let listener_step = way(before, at, 1.0).unwrap_or_default();
+        let listener_step = straight_displacement(before, at, 1.0).unwrap_or_default();
         let fastest = now.sources.iter().filter_map(step_of);
         let fastest = fastest.map(Vec3::length).fold(0.0, f32::max);
         let way_m = used * listener_step.length().max(0.5 * fastest);
         let steps = (way_m / SAMPLE_SPACING_M).ceil().min(MAX_STEPS);
         for step in 0..steps as u16 {
-            let frames = self.frames_late + used * f32::from(step) / steps;
-            self.way.push(at + listener_step * frames);
+            let frames = self.arrival_frames + used * f32::from(step) / steps;
+            self.sampled_listener.push(at + listener_step * frames);
             for pose in &now.sources {
-                let way = self.sources.way(last, pose, frames);
-                self.predicted_sources
-                    .push(carried(pose.position, way, scene));
+                let way = self.sources.displacement(last, pose, frames);
+                self.sampled_sources
+                    .push(advance_to_surface(pose.position, way, scene));
             }
         }
-        if let Some(beyond) = self.beyond {
-            self.way.push(beyond);
-            let ahead = self.ahead.sources.iter().map(|pose| pose.position);
-            self.predicted_sources.extend(ahead);
+        if let Some(beyond) = self.beyond_surface {
+            self.sampled_listener.push(beyond);
+            let ahead = self.predicted.sources.iter().map(|pose| pose.position);
+            self.sampled_sources.extend(ahead);
         }
     }
 
     /// The places that tails are to be estimated for besides [`Self::poses`], and where the sources are then.
-    pub(crate) fn way(&self) -> (&[Vec3], &[Vec3]) {
-        (&self.way, &self.predicted_sources)
+    pub(crate) fn sampled_positions(&self) -> (&[Vec3], &[Vec3]) {
+        (&self.sampled_listener, &self.sampled_sources)
     }
 
     /// Where the listener will be, if not at [`Self::poses`] but through what those stop at.
-    pub(crate) fn beyond(&self) -> Option<ListenerPose> {
-        let position = self.beyond?;
+    pub(crate) fn beyond_surface(&self) -> Option<ListenerPose> {
+        let position = self.beyond_surface?;
         Some(ListenerPose {
             position,
-            ..self.ahead.listener
+            ..self.predicted.listener
         })
     }
 
     /// How far from [`Self::poses`] the result of an update is used, in metres; `None` if nobody asks what is nearby.
-    pub(crate) fn reach_m(&self, now: &Poses) -> Option<f64> {
-        let frames = self.frames_off?;
+    pub(crate) fn nearby_radius_m(&self, now: &Poses) -> Option<f64> {
+        let frames = self.farthest_frames?;
         let Some(last) = &self.last else {
             return Some(MAX_NEARBY_RADIUS_M);
         };
@@ -163,15 +163,15 @@ impl PosePrediction {
     }
 
     /// Keeps the poses of a graphics frame that is over.
-    pub(crate) fn remember(&mut self, poses: &Poses) {
-        if self.frames_ahead > 0.0 || self.frames_off.is_some() {
+    pub(crate) fn push(&mut self, poses: &Poses) {
+        if self.frames_ahead > 0.0 || self.farthest_frames.is_some() {
             self.last.get_or_insert_default().clone_from(poses);
-            self.sources.remember(poses);
+            self.sources.push(poses);
         }
     }
 }
 
-fn carried(at: Vec3, way: Option<Vec3>, scene: &Scene) -> Vec3 {
+fn advance_to_surface(at: Vec3, way: Option<Vec3>, scene: &Scene) -> Vec3 {
     let Some(way) = way.filter(|way| *way != Vec3::ZERO) else {
         return at;
     };

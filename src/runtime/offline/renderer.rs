@@ -164,17 +164,17 @@ impl OfflineRenderer {
             self.report.rays.push(update.rays);
             self.report.paths.push(update.paths.len());
         }
-        let started = ProcessorTimer::begins();
+        let started = ProcessorTimer::start();
         if let Some(update) = arrived {
-            let level = self.settings.schedule.level();
-            let groundwork = self.propagation.groundwork_mut();
+            let level = self.settings.schedule.extrapolation_level();
+            let groundwork = self.propagation.prepared_mut();
             let extrapolator = &mut self.extrapolator;
             let retired = extrapolator.store_prepared_update(update, groundwork, level);
             self.propagation.recycle(retired);
         }
         self.extrapolator
             .frame(&poses.listener, &poses.sources, &mut self.frame_paths);
-        self.report.extrapolation.push(started.spent());
+        self.report.extrapolation.push(started.elapsed());
         self.generate(poses, signal, sink)?;
         self.frame += 1;
         self.report.graphics_frames += 1;
@@ -222,14 +222,14 @@ struct ProcessorTimer {
 }
 
 impl ProcessorTimer {
-    fn begins() -> Self {
+    fn start() -> Self {
         Self {
             processor: thread_processor_time(),
             clock: now(),
         }
     }
 
-    fn spent(&self) -> Duration {
+    fn elapsed(&self) -> Duration {
         let both = self.processor.zip(thread_processor_time());
         both.map_or_else(
             || self.clock.elapsed(),

@@ -35,7 +35,7 @@ pub enum Schedule {
     /// A propagation every L + 1 graphics frames, extrapolation in between.
     Asynchronous {
         /// Extrapolation level L.
-        level: u32,
+        extrapolation_level: u32,
         /// When a result may be used.
         latency: Latency,
     },
@@ -46,15 +46,15 @@ const MAX_EXTRAPOLATION_LEVEL: u32 = 1000;
 
 impl Schedule {
     /// The level L of an interval of this schedule.
-    pub fn level(&self) -> u32 {
+    pub fn extrapolation_level(&self) -> u32 {
         match self {
             Self::Synchronous => 0,
-            Self::Asynchronous { level, .. } => *level,
+            Self::Asynchronous { extrapolation_level: level, .. } => *level,
         }
     }
 
     pub(crate) fn check(&self) -> Result<()> {
-        let level = self.level();
+        let level = self.extrapolation_level();
         if level <= MAX_EXTRAPOLATION_LEVEL {
             return Ok(());
         }
@@ -77,13 +77,13 @@ pub(crate) struct ScheduledPropagation {
     /// A result that is computed but, on the virtual clock, not there yet.
     pending: Option<PathSet>,
     /// What has been worked out of the result given last, and of the one computed last.
-    groundwork: PreparedUpdate,
-    newest_groundwork: PreparedUpdate,
+    prepared: PreparedUpdate,
+    newest_prepared: PreparedUpdate,
     predictor: PredictorKind,
     spare: PathSet,
     /// The paths behind a surface that the listener comes near.
-    through: PathSet,
-    predicted: PosePrediction,
+    beyond_surface: PathSet,
+    prediction: PosePrediction,
 }
 
 impl ScheduledPropagation {
@@ -95,23 +95,23 @@ impl ScheduledPropagation {
         predictor: PredictorKind,
     ) -> Self {
         Self {
-            predicted: PosePrediction::new(schedule, predictor),
+            prediction: PosePrediction::new(schedule, predictor),
             schedule,
             propagator,
             graphics_rate_hz,
             frame: 0,
             pending: None,
-            groundwork: PreparedUpdate::default(),
-            newest_groundwork: PreparedUpdate::default(),
+            prepared: PreparedUpdate::default(),
+            newest_prepared: PreparedUpdate::default(),
             predictor,
             spare: PathSet::default(),
-            through: PathSet::default(),
+            beyond_surface: PathSet::default(),
         }
     }
 
     /// What has been worked out of the result that [`Self::next_frame`] gave last.
-    pub(crate) fn groundwork_mut(&mut self) -> &mut PreparedUpdate {
-        &mut self.groundwork
+    pub(crate) fn prepared_mut(&mut self) -> &mut PreparedUpdate {
+        &mut self.prepared
     }
 
     /// The propagator, to change its scene's instances.
@@ -126,7 +126,7 @@ impl ScheduledPropagation {
 
     /// Whether the next graphics frame starts an update, so that the caller can time it.
     pub(crate) fn starts_update(&self) -> bool {
-        let interval = u64::from(self.schedule.level()) + 1;
+        let interval = u64::from(self.schedule.extrapolation_level()) + 1;
         match self.is_late() {
             // What is known of frame 0 need not be computed again, so late updates start from frame 1 on.
             true => self.frame == 0 || (self.frame - 1).is_multiple_of(interval),
@@ -163,12 +163,12 @@ impl ScheduledPropagation {
             }
         };
         if arrived.is_some() {
-            std::mem::swap(&mut self.groundwork, &mut self.newest_groundwork);
+            std::mem::swap(&mut self.prepared, &mut self.newest_prepared);
         }
         if !first && self.is_late() && self.starts_update() {
             self.pending = Some(self.compute(poses));
         }
-        self.predicted.remember(poses);
+        self.prediction.push(poses);
         self.frame += 1;
         arrived
     }
@@ -176,31 +176,31 @@ impl ScheduledPropagation {
     fn compute(&mut self, poses: &Poses) -> PathSet {
         let mut result = std::mem::take(&mut self.spare);
         let time_s = self.frame as f64 / self.graphics_rate_hz;
-        let reach_m = self.predicted.reach_m(poses);
-        let poses = self.predicted.poses(poses, self.propagator.scene()).clone();
+        let reach_m = self.prediction.nearby_radius_m(poses);
+        let poses = self.prediction.predict(poses, self.propagator.scene()).clone();
         let Poses { listener, sources } = &poses;
-        let through = self.predicted.beyond().filter(|_| reach_m.is_some());
+        let through = self.prediction.beyond_surface().filter(|_| reach_m.is_some());
         if let Some(through) = &through {
             self.propagator.set_nearby_radius(None);
             self.propagator.set_predicted_positions(&[], &[]);
             self.propagator
-                .update(through, sources, time_s, &mut self.through);
+                .update(through, sources, time_s, &mut self.beyond_surface);
         }
         self.propagator.set_nearby_radius(reach_m);
-        let (way, predicted_sources) = self.predicted.way();
+        let (way, predicted_sources) = self.prediction.sampled_positions();
         self.propagator
             .set_predicted_positions(way, predicted_sources);
         self.propagator
             .update(listener, sources, time_s, &mut result);
         if through.is_some() {
-            add_nearby(&mut result, &self.through);
+            add_nearby(&mut result, &self.beyond_surface);
         }
         // As the engine does, of the scene as it stands for this update.
         match self.predictor {
             PredictorKind::Geometric(_) => {
-                self.newest_groundwork.lay(&result, self.propagator.scene());
+                self.newest_prepared.lay(&result, self.propagator.scene());
             }
-            PredictorKind::Hold | PredictorKind::Linear => self.newest_groundwork.clear(),
+            PredictorKind::Hold | PredictorKind::Linear => self.newest_prepared.clear(),
         }
         result
     }

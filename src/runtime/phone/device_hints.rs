@@ -44,9 +44,9 @@ pub struct DeviceHintsReport {
     /// The system's last word on its heat.
     pub reading: ThermalReading,
     /// The least tier because of it.
-    pub tier: QualityLevel,
+    pub thermal_quality: QualityLevel,
     /// Whether the propagation thread has a session of hints.
-    pub hints_updates: bool,
+    pub hints_propagation: bool,
     /// Whether the sound thread has one.
     pub hints_sound: bool,
 }
@@ -54,12 +54,12 @@ pub struct DeviceHintsReport {
 impl Words<3> for DeviceHintsReport {
     fn to_words(self) -> [u64; 3] {
         let ThermalReading { headroom, status } = self.reading;
-        let hints = u32::from(self.hints_updates) | u32::from(self.hints_sound) << 1;
+        let hints = u32::from(self.hints_propagation) | u32::from(self.hints_sound) << 1;
         let perhaps = |known: Option<u32>| known.map_or(0, |number| pair(1, number));
         [
             perhaps(headroom.map(f32::to_bits)),
             perhaps(status.map(u32::from)),
-            pair(self.tier.0.into(), hints),
+            pair(self.thermal_quality.0.into(), hints),
         ]
     }
 
@@ -71,8 +71,8 @@ impl Words<3> for DeviceHintsReport {
                 headroom: perhaps(headroom).map(f32::from_bits),
                 status: perhaps(status).map(|status| status as u8),
             },
-            tier: QualityLevel(tier as u8),
-            hints_updates: hints & 1 == 1,
+            thermal_quality: QualityLevel(tier as u8),
+            hints_propagation: hints & 1 == 1,
             hints_sound: hints & 2 == 2,
         }
     }
@@ -80,7 +80,7 @@ impl Words<3> for DeviceHintsReport {
 
 /// A session that is to be, is, or will not be.
 enum Hints {
-    Wanted,
+    Pending,
     Open(HintSession),
     Ended,
 }
@@ -93,8 +93,8 @@ pub struct DeviceHints {
     sound: Hints,
     /// The sound thread's number, as of the session that is open.
     sound_thread: i32,
-    sound_told_s: f64,
-    tier: QualityLevel,
+    sound_report_s: f64,
+    thermal_quality: QualityLevel,
 }
 
 /// How sound goes, as the propagation thread sees it.
@@ -105,77 +105,77 @@ pub struct SoundLoad {
     /// Longest time of a block lately, in seconds; 0 if there was none.
     pub block_s: f64,
     /// Seconds that a block lasts.
-    pub lasts_s: f64,
+    pub duration_s: f64,
 }
 
 impl DeviceHints {
     /// Begins to watch.
-    pub fn begin(settings: DeviceHintsSettings) -> Self {
+    pub fn new(settings: DeviceHintsSettings) -> Self {
         let thermal = settings.symbols.thermal.filter(|_| settings.thermal);
         let hints = || match settings.hints && settings.symbols.hints.is_some() {
-            true => Hints::Wanted,
+            true => Hints::Pending,
             false => Hints::Ended,
         };
         Self {
-            thermal: thermal.and_then(ThermalMonitor::begin),
+            thermal: thermal.and_then(ThermalMonitor::open),
             updates: hints(),
             sound: hints(),
             sound_thread: 0,
-            sound_told_s: f64::NEG_INFINITY,
-            tier: QualityLevel::default(),
+            sound_report_s: f64::NEG_INFINITY,
+            thermal_quality: QualityLevel::default(),
             settings,
         }
     }
 
     /// The propagation thread is another one now, or none.
-    pub fn change_thread(&mut self) {
+    pub fn reset_thread(&mut self) {
         if let Hints::Open(_) = self.updates {
-            self.updates = Hints::Wanted;
+            self.updates = Hints::Pending;
         }
     }
 
     /// The budget with what heat allows; `time_s` is a clock that never goes back. A tier that the app has fixed stays.
-    pub fn temper(&mut self, budget: Budget, time_s: f64) -> Budget {
+    pub fn limit_budget(&mut self, budget: Budget, time_s: f64) -> Budget {
         if let Some(thermal) = &mut self.thermal {
-            self.tier = thermal.tier(time_s);
+            self.thermal_quality = thermal.quality_level(time_s);
         }
-        let tiers = match budget.tiers {
-            _ if self.tier == QualityLevel::default() => budget.tiers,
-            QualityChoice::Free => QualityChoice::AtLeast(self.tier),
-            QualityChoice::AtLeast(tier) => QualityChoice::AtLeast(tier.max(self.tier)),
+        let tiers = match budget.quality {
+            _ if self.thermal_quality == QualityLevel::default() => budget.quality,
+            QualityChoice::Free => QualityChoice::AtLeast(self.thermal_quality),
+            QualityChoice::AtLeast(tier) => QualityChoice::AtLeast(tier.max(self.thermal_quality)),
             QualityChoice::Exactly(tier) => QualityChoice::Exactly(tier),
         };
-        Budget { tiers, ..budget }
+        Budget { quality: tiers, ..budget }
     }
 
     /// Tells what an update of the calling thread took, in seconds.
-    pub fn tell_update(&mut self, took_s: f64, budget: &Budget) {
+    pub fn report_update(&mut self, took_s: f64, budget: &Budget) {
         let target_s = budget.update_s.unwrap_or(UPDATE_TARGET_S);
         let hints = std::mem::replace(&mut self.updates, Hints::Ended);
-        self.updates = self.told(hints, this_thread, took_s, target_s);
+        self.updates = self.report_work(hints, this_thread, took_s, target_s);
     }
 
     /// Whether it is time to tell of sound.
-    pub fn wants_sound(&self, time_s: f64) -> bool {
-        !matches!(self.sound, Hints::Ended) && time_s - self.sound_told_s >= SOUND_PERIOD_S
+    pub fn is_sound_report_due(&self, time_s: f64) -> bool {
+        !matches!(self.sound, Hints::Ended) && time_s - self.sound_report_s >= SOUND_PERIOD_S
     }
 
     /// Tells how sound goes.
-    pub fn tell_sound(&mut self, load: SoundLoad, time_s: f64) {
+    pub fn report_sound(&mut self, load: SoundLoad, time_s: f64) {
         if load.thread == 0 || load.block_s <= 0.0 {
             return;
         }
-        self.sound_told_s = time_s;
+        self.sound_report_s = time_s;
         if load.thread != self.sound_thread && matches!(self.sound, Hints::Open(_)) {
-            self.sound = Hints::Wanted;
+            self.sound = Hints::Pending;
         }
         self.sound_thread = load.thread;
-        let target_s = BLOCK_SHARE * load.lasts_s;
+        let target_s = BLOCK_SHARE * load.duration_s;
         let hints = std::mem::replace(&mut self.sound, Hints::Ended);
-        self.sound = self.told(hints, || load.thread, load.block_s, target_s);
+        self.sound = self.report_work(hints, || load.thread, load.block_s, target_s);
     }
 
-    fn told(
+    fn report_work(
         &self,
         hints: Hints,
         thread: impl FnOnce() -> i32,
@@ -184,7 +184,7 @@ impl DeviceHints {
     ) -> Hints {
         let session = match (hints, self.settings.symbols.hints) {
             (Hints::Open(session), _) => Some(session),
-            (Hints::Wanted, Some(symbols)) => HintSession::begin(symbols, &[thread()], target_s),
+            (Hints::Pending, Some(symbols)) => HintSession::open(symbols, &[thread()], target_s),
             _ => None,
         };
         match session {
@@ -204,8 +204,8 @@ impl DeviceHints {
                 .as_ref()
                 .map(ThermalMonitor::reading)
                 .unwrap_or_default(),
-            tier: self.tier,
-            hints_updates: matches!(self.updates, Hints::Open(_)),
+            thermal_quality: self.thermal_quality,
+            hints_propagation: matches!(self.updates, Hints::Open(_)),
             hints_sound: matches!(self.sound, Hints::Open(_)),
         }
     }

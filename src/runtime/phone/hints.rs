@@ -26,7 +26,7 @@ fn nanoseconds(seconds: f64) -> i64 {
 
 impl HintSession {
     /// For threads of this process by their kernel numbers, with a target in seconds; `None` where the system makes none.
-    pub fn begin(symbols: HintSymbols, threads: &[i32], target_s: f64) -> Option<Self> {
+    pub fn open(symbols: HintSymbols, threads: &[i32], target_s: f64) -> Option<Self> {
         // SAFETY: takes nothing.
         let manager = unsafe { (symbols.manager)() };
         if manager.is_null() || threads.is_empty() {

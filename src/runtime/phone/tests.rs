@@ -6,14 +6,14 @@ use crate::runtime::budget::{Budget, LAST_QUALITY_LEVEL, QualityChoice, QualityL
 
 fn manners(level: u32) -> DeviceHints {
     phone(|p| *p = Phone::default());
-    DeviceHints::begin(DeviceHintsSettings {
+    DeviceHints::new(DeviceHintsSettings {
         symbols: symbols(level),
         ..DeviceHintsSettings::default()
     })
 }
 
 fn least(manners: &mut DeviceHints, time_s: f64) -> u8 {
-    match manners.temper(Budget::default(), time_s).tiers {
+    match manners.limit_budget(Budget::default(), time_s).quality {
         QualityChoice::AtLeast(tier) => tier.0,
         QualityChoice::Free => 0,
         QualityChoice::Exactly(tier) => panic!("{tier:?} was not asked for"),
@@ -28,10 +28,10 @@ fn an_old_system_has_none_of_it() {
     assert!(symbols(32).thermal.is_some_and(|t| t.headroom.is_some()));
     assert!(symbols(33).hints.is_some());
     // This host has nothing at all, and nothing happens.
-    let mut here = DeviceHints::begin(DeviceHintsSettings::default());
+    let mut here = DeviceHints::new(DeviceHintsSettings::default());
     let budget = Budget::default();
-    assert_eq!(here.temper(budget, 0.0), budget);
-    here.tell_update(0.01, &budget);
+    assert_eq!(here.limit_budget(budget, 0.0), budget);
+    here.report_update(0.01, &budget);
     assert_eq!(here.report(), DeviceHintsReport::default());
 }
 
@@ -67,17 +67,17 @@ fn a_headroom_at_a_limit_does_not_swing() {
     let mut policy = ThermalPolicy::default();
     let mut changes = 0;
     for second in 0..600u32 {
-        let before = policy.tier();
+        let before = policy.quality_level();
         let headroom = Some(0.92 + 0.02 * (f64::from(second) * 0.7).sin() as f32);
         let reading = ThermalReading {
             headroom,
             ..ThermalReading::default()
         };
         policy.observe(second.into(), reading);
-        changes += u32::from(policy.tier() != before);
+        changes += u32::from(policy.quality_level() != before);
     }
     // At once with the first reading, and never again.
-    assert_eq!((changes, policy.tier()), (1, QualityLevel(2)));
+    assert_eq!((changes, policy.quality_level()), (1, QualityLevel(2)));
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
     let mut see = |headroom, time_s| {
         let status = None;
         policy.observe(time_s, ThermalReading { headroom, status });
-        policy.tier().0
+        policy.quality_level().0
     };
     assert_eq!(see(Some(0.95), 0.0), 2);
     assert_eq!(see(None, 29.0), 2);
@@ -121,12 +121,12 @@ fn heat_adds_to_a_budget_and_never_overrules_a_fixed_tier() {
     let mut tempered = |tiers| {
         let budget = Budget {
             update_s: Some(0.02),
-            tiers,
+            quality: tiers,
             ..Budget::default()
         };
-        let after = manners.temper(budget, 0.0);
+        let after = manners.limit_budget(budget, 0.0);
         assert_eq!(after.update_s, Some(0.02));
-        after.tiers
+        after.quality
     };
     assert_eq!(
         tempered(QualityChoice::Free),
@@ -155,21 +155,21 @@ fn updates_and_blocks_are_told_with_their_targets() {
         update_s: Some(0.01),
         ..free
     };
-    manners.tell_update(0.005, &free);
-    manners.tell_update(0.006, &free);
-    manners.tell_update(0.007, &limited);
+    manners.report_update(0.005, &free);
+    manners.report_update(0.006, &free);
+    manners.report_update(0.007, &limited);
     // Sound that nobody makes yet is not told.
-    manners.tell_sound(SoundLoad::default(), 0.0);
-    assert!(manners.wants_sound(0.0));
+    manners.report_sound(SoundLoad::default(), 0.0);
+    assert!(manners.is_sound_report_due(0.0));
     let load = SoundLoad {
         thread: 77,
         block_s: 0.001,
-        lasts_s: 0.005,
+        duration_s: 0.005,
     };
-    manners.tell_sound(load, 1.0);
-    assert!(!manners.wants_sound(1.04) && manners.wants_sound(1.06));
+    manners.report_sound(load, 1.0);
+    assert!(!manners.is_sound_report_due(1.04) && manners.is_sound_report_due(1.06));
     let report = manners.report();
-    assert!(report.hints_updates && report.hints_sound);
+    assert!(report.hints_propagation && report.hints_sound);
     let seen = phone(|p| p.clone());
     assert_eq!(seen.sessions, 2);
     assert_eq!(seen.threads, [this_thread(), 77]);
@@ -179,10 +179,10 @@ fn updates_and_blocks_are_told_with_their_targets() {
         [5_000_000, 6_000_000, 7_000_000, 1_000_000]
     );
     // Another thread, another session.
-    manners.change_thread();
-    manners.tell_update(0.005, &free);
+    manners.reset_thread();
+    manners.report_update(0.005, &free);
     let other = SoundLoad { thread: 78, ..load };
-    manners.tell_sound(other, 2.0);
+    manners.report_sound(other, 2.0);
     let seen = phone(|p| p.clone());
     assert_eq!((seen.sessions, seen.threads.len()), (2, 4));
     assert_eq!(seen.threads[3], 78);
@@ -196,19 +196,19 @@ fn a_session_that_refuses_is_closed_and_not_begun_again() {
     phone(|p| p.refuses = true);
     let budget = Budget::default();
     for _ in 0..3 {
-        manners.tell_update(0.005, &budget);
-        manners.change_thread();
+        manners.report_update(0.005, &budget);
+        manners.reset_thread();
     }
     let seen = phone(|p| p.clone());
     assert_eq!((seen.sessions, seen.reports_ns.len()), (0, 1));
-    assert!(!manners.report().hints_updates);
+    assert!(!manners.report().hints_propagation);
 }
 
 #[test]
 fn times_that_cannot_be_are_told_within_the_systems_range() {
     let mut manners = manners(33);
     for took_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        manners.tell_update(took_s, &Budget::default());
+        manners.report_update(took_s, &Budget::default());
     }
     let told = phone(|p| p.reports_ns.clone());
     assert_eq!(told, [1_000, 1_000, 1_000, 10_000_000_000]);
@@ -232,9 +232,9 @@ fn a_phone_without_managers_and_manners_that_are_off_do_nothing() {
         ..settings
     };
     for settings in [settings, off] {
-        let mut manners = DeviceHints::begin(settings);
+        let mut manners = DeviceHints::new(settings);
         assert_eq!(least(&mut manners, 0.0), 0);
-        manners.tell_update(0.005, &Budget::default());
+        manners.report_update(0.005, &Budget::default());
         assert_eq!(manners.report(), DeviceHintsReport::default());
         phone(|p| {
             *p = Phone {

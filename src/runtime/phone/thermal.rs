@@ -39,7 +39,7 @@ pub struct ThermalReading {
 /// Makes a least tier of readings. Pure: it is told the time.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ThermalPolicy {
-    tier: u8,
+    level: u8,
     changed_s: f64,
     /// The last headroom that was a number, and when.
     headroom: Option<(f32, f64)>,
@@ -72,20 +72,20 @@ impl ThermalPolicy {
         let headroom = self.headroom.and_then(fresh).unwrap_or(0.0);
         let status = of_status(reading.status.unwrap_or(0));
         let wanted = of_headroom(headroom, 0.0).max(status);
-        if wanted > self.tier {
-            self.tier = wanted;
+        if wanted > self.level {
+            self.level = wanted;
             self.changed_s = time_s;
-        } else if of_headroom(headroom, SLACK).max(status) < self.tier
+        } else if of_headroom(headroom, SLACK).max(status) < self.level
             && time_s - self.changed_s >= DWELL_S
         {
-            self.tier -= 1;
+            self.level -= 1;
             self.changed_s = time_s;
         }
     }
 
     /// The least tier.
-    pub fn tier(&self) -> QualityLevel {
-        QualityLevel(self.tier)
+    pub fn quality_level(&self) -> QualityLevel {
+        QualityLevel(self.level)
     }
 }
 
@@ -94,7 +94,7 @@ impl ThermalPolicy {
 pub struct ThermalMonitor {
     symbols: ThermalSymbols,
     manager: Handle,
-    asked_s: Option<f64>,
+    read_s: Option<f64>,
     reading: ThermalReading,
     policy: ThermalPolicy,
 }
@@ -104,26 +104,26 @@ unsafe impl Send for ThermalMonitor {}
 
 impl ThermalMonitor {
     /// With the system's manager; `None` if it has none.
-    pub fn begin(symbols: ThermalSymbols) -> Option<Self> {
+    pub fn open(symbols: ThermalSymbols) -> Option<Self> {
         // SAFETY: takes nothing.
         let manager = unsafe { (symbols.acquire)() };
         (!manager.is_null()).then(|| Self {
             symbols,
             manager,
-            asked_s: None,
+            read_s: None,
             reading: ThermalReading::default(),
             policy: ThermalPolicy::default(),
         })
     }
 
     /// The least tier at a time in seconds, which never goes back.
-    pub fn tier(&mut self, time_s: f64) -> QualityLevel {
-        if self.asked_s.is_none_or(|at_s| time_s - at_s >= PERIOD_S) {
-            self.asked_s = Some(time_s);
-            self.reading = self.ask();
+    pub fn quality_level(&mut self, time_s: f64) -> QualityLevel {
+        if self.read_s.is_none_or(|at_s| time_s - at_s >= PERIOD_S) {
+            self.read_s = Some(time_s);
+            self.reading = self.read();
             self.policy.observe(time_s, self.reading);
         }
-        self.policy.tier()
+        self.policy.quality_level()
     }
 
     /// The last reading.
@@ -131,7 +131,7 @@ impl ThermalMonitor {
         self.reading
     }
 
-    fn ask(&self) -> ThermalReading {
+    fn read(&self) -> ThermalReading {
         // SAFETY: the manager is acquired and not released.
         let status = unsafe { (self.symbols.status)(self.manager) };
         let headroom = self.symbols.headroom.map(|headroom| {

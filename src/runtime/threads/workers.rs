@@ -121,7 +121,7 @@ impl PoolState {
             if self.closing.load(Ordering::Relaxed) {
                 return;
             }
-            if self.join(seen) {
+            if self.enter(seen) {
                 let (job, count, flushes) = {
                     let round = self.round();
                     (round.job, round.count, round.flushes)
@@ -160,7 +160,7 @@ impl PoolState {
     }
 
     /// Goes through the gate of a round, unless it is shut or another's by now.
-    fn join(&self, number: u64) -> bool {
+    fn enter(&self, number: u64) -> bool {
         let enter = |gate: u64| {
             let gate = Gate(gate);
             (gate.is_open() && gate.number() == number).then_some(gate.0 + 1)
@@ -257,7 +257,7 @@ impl Threads {
         Ok(threads)
     }
 
-    fn share_out(&self, count: usize, job: &Task<'_>) {
+    fn run_jobs(&self, count: usize, job: &Task<'_>) {
         // SAFETY: only the lifetime changes; `close` does not return before every helper has left the round, and nothing before it unwinds.
         let lasting: *const Task<'static> = unsafe { std::mem::transmute(job) };
         self.pool.open(Some(Job(lasting)), count);
@@ -316,7 +316,7 @@ impl Workers for Threads {
         }
         let (a, b) = (SharedItems(a.as_mut_ptr()), SharedItems(b.as_mut_ptr()));
         let scratch = SharedItems(scratch.as_mut_ptr());
-        self.share_out(count, &|thread, index| {
+        self.run_jobs(count, &|thread, index| {
             // SAFETY: threads have different numbers below `count`, and each does one job at a time.
             let scratch = unsafe { scratch.item(thread) };
             if index < middle {

@@ -97,7 +97,7 @@ impl TraceLog {
             let (name, what) = (span.kind.name(), span.kind.value_name());
             let (thread, value) = (track.number(), span.value);
             let at_us = span.began_ns as f64 * 1e-3;
-            let lasted_us = span.lasted_ns as f64 * 1e-3;
+            let lasted_us = span.duration_ns as f64 * 1e-3;
             if span.kind != SpanKind::QualityLevel {
                 writeln!(
                     out,

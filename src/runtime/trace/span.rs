@@ -46,7 +46,7 @@ pub struct Span {
     /// When it began, in nanoseconds since the engine was made.
     pub began_ns: u64,
     /// How long it took, in nanoseconds.
-    pub lasted_ns: u64,
+    pub duration_ns: u64,
     /// A figure; see [`SpanKind`].
     pub value: u64,
 }
@@ -93,7 +93,7 @@ impl SpanWriter {
         let span = Span {
             kind,
             began_ns: nanoseconds(began.saturating_duration_since(self.epoch)),
-            lasted_ns: nanoseconds(lasted),
+            duration_ns: nanoseconds(lasted),
             value,
         };
         if self.ring.push(span).is_err() {
@@ -128,7 +128,7 @@ mod tests {
             writer.record(SpanKind::Block, began, Duration::from_nanos(7), value);
         }
         let first = reader.take().expect("recorded");
-        assert_eq!((first.began_ns, first.lasted_ns, first.value), (0, 7, 0));
+        assert_eq!((first.began_ns, first.duration_ns, first.value), (0, 7, 0));
         assert_eq!(reader.take().map(|span| span.began_ns), Some(10));
         assert_eq!((reader.take(), reader.take_lost()), (None, 3));
         assert_eq!(reader.take_lost(), 0);

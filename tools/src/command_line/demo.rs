@@ -121,7 +121,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let synchronous = walk_once("synchronous", Schedule::Synchronous)?;
     let late = Schedule::Asynchronous {
-        level: LEVEL,
+        extrapolation_level: LEVEL,
         latency: Latency::Modelled,
     };
     let asynchronous = walk_once("asynchronous", late)?;

@@ -89,7 +89,7 @@ impl Arguments {
         match self.schedule.as_str() {
             "synchronous" | "sync" => Ok(Schedule::Synchronous),
             "asynchronous" | "async" => Ok(Schedule::Asynchronous {
-                level: self.level,
+                extrapolation_level: self.level,
                 latency,
             }),
             other => Err(Error::setting(
@@ -206,7 +206,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "updates": report.paths.len(),
             "rays_per_update": median(&report.rays),
             "paths_p50": median(&report.paths),
-            "level": schedule.level(),
+            "level": schedule.extrapolation_level(),
             "sps_ms_p50": median(&sps_ms),
             "dropped_paths": report.dropped_paths,
         });

@@ -190,7 +190,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             max_sources: arguments.sources.min(SLOTS),
             ..EngineSettings::default().generation
         },
-        most_sources: Some(arguments.sources),
+        max_sources: Some(arguments.sources),
         budget: Budget {
             update_s: arguments.update_ms.map(|ms| 1e-3 * ms),
             core_share: arguments.core_share,
@@ -299,7 +299,7 @@ fn tell(
         "live_mb_a_minute": memory.growth(2),
         "updates": statistics.updates,
         "paths": statistics.paths,
-        "level": statistics.level,
+        "level": statistics.extrapolation_level,
         "sps_ms": {
             "p50": milliseconds(statistics.propagation.p50_s),
             "p95": milliseconds(statistics.propagation.p95_s),
@@ -307,9 +307,9 @@ fn tell(
         "direct_us": microseconds(&statistics.direct),
         "eps_us": microseconds(&statistics.extrapolation),
         "sgs_us": microseconds(&statistics.generation),
-        "tier": statistics.tier.0,
-        "unheard_sources": statistics.unheard_sources,
-        "starved_samples": statistics.starved_samples,
+        "tier": statistics.quality_level.0,
+        "unheard_sources": statistics.masked_sources,
+        "starved_samples": statistics.underrun_samples,
         "graphics_frame_ms": milliseconds(statistics.graphics_frame_s),
         "dropped_paths": statistics.dropped_paths,
         "cores": format!("{:#b}", heard.placement.cores),

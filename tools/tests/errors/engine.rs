@@ -58,7 +58,7 @@ fn settings(errors: &mut Errors) {
     });
     with("no tier", &|s| {
         s.budget = Budget {
-            tiers: QualityChoice::AtLeast(QualityLevel(200)),
+            quality: QualityChoice::AtLeast(QualityLevel(200)),
             ..Budget::default()
         };
     });
@@ -93,7 +93,7 @@ fn offline(errors: &mut Errors) {
     with("a block of one", &|s| s.block_frames = 1);
     with("a level of ages", &|s| {
         s.schedule = Schedule::Asynchronous {
-            level: 5000,
+            extrapolation_level: 5000,
             latency: foresound::runtime::Latency::default(),
         };
     });

@@ -18,7 +18,7 @@ use super::path_snapshot::{PathSnapshot, SnapshotPath};
 use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
 use super::settings::{EngineSettings, FrameTime};
-use super::source_table::{SourceTable, check_place};
+use super::source_table::{SourceTable, check_position};
 use super::statistics::{Metrics, Statistics};
 use super::worker::{PendingPropagator, Worker};
 use crate::error::{Error, Result};
@@ -49,11 +49,11 @@ pub enum EngineState {
 pub(super) struct Channels {
     pub(super) frames: Sender<AudioFrame>,
     pub(super) world: Sender<WorldFrame>,
-    pub(super) feeds: rtrb::Producer<SampleSourceChange>,
+    pub(super) source_changes: rtrb::Producer<SampleSourceChange>,
     pub(super) retired: rtrb::Consumer<SampleSource>,
     pub(super) pending_propagator: PendingPropagator,
     pub(super) metrics: Arc<Metrics>,
-    pub(super) shown: Receiver<PathSnapshot>,
+    pub(super) snapshots: Receiver<PathSnapshot>,
     pub(super) spans: SpanWriter,
     pub(super) span_readers: [SpanReader; 3],
 }
@@ -69,17 +69,17 @@ pub struct Controller {
     instances: Vec<InstancePose>,
     sources: SourceTable,
     /// Who shares slots, where there are more sources than slots.
-    seating: Option<SourceVirtualizer>,
+    virtualizer: Option<SourceVirtualizer>,
     /// How long slots rest between two sources, in seconds of audio.
     release_s: f64,
     /// What has a slot, and where each sound goes, as of the newest tick.
-    seated: Vec<SourcePose>,
-    places: Vec<SourceRoute>,
+    slot_poses: Vec<SourcePose>,
+    routes: Vec<SourceRoute>,
     /// Feed changes that the ring had no place for, one a slot at most.
-    waiting: VecDeque<SampleSourceChange>,
+    waiting_changes: VecDeque<SampleSourceChange>,
     listener: ListenerPose,
     paused: bool,
-    shown: Box<PathSnapshot>,
+    snapshot: Box<PathSnapshot>,
     began: Instant,
     ticks: u64,
 }
@@ -90,7 +90,7 @@ impl Controller {
         channels: Channels,
         worker: Box<Worker>,
     ) -> Result<Self> {
-        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
+        let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let release_s = release_s(settings.block_frames, settings.generation.rate_hz);
         Ok(Self {
             scene: Arc::clone(worker.propagator.scene()),
@@ -98,14 +98,14 @@ impl Controller {
             builder: SceneBuilder::default(),
             instances: Vec::new(),
             sources: SourceTable::new(sources),
-            seating: (sources > slots).then(|| SourceVirtualizer::new(sources, slots, release_s)),
+            virtualizer: (sources > slots).then(|| SourceVirtualizer::new(sources, slots, release_s)),
             release_s,
-            seated: Vec::with_capacity(slots),
-            places: Vec::with_capacity(sources),
-            waiting: VecDeque::new(),
+            slot_poses: Vec::with_capacity(slots),
+            routes: Vec::with_capacity(sources),
+            waiting_changes: VecDeque::new(),
             listener: ListenerPose::default(),
             paused: false,
-            shown: Box::default(),
+            snapshot: Box::default(),
             began: now(),
             ticks: 0,
             channels,
@@ -121,14 +121,14 @@ impl Controller {
     pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
         let began = now();
         let mut result = self.install_scene();
-        result = result.and(self.take_listener(listener));
+        result = result.and(self.set_listener(listener));
         for pose in sources {
             result = result.and(self.sources.pose(pose));
         }
         let time_s = self.time_s();
         self.ticks += 1;
-        self.seat(time_s);
-        let mut world = self.channels.world.blank(|| WorldFrame {
+        self.assign_slots(time_s);
+        let mut world = self.channels.world.take_blank(|| WorldFrame {
             listener,
             sources: Vec::new(),
             scene: Arc::clone(&self.scene),
@@ -139,7 +139,7 @@ impl Controller {
         });
         world.listener = self.listener;
         world.sources.clear();
-        world.sources.extend_from_slice(&self.seated);
+        world.sources.extend_from_slice(&self.slot_poses);
         if !Arc::ptr_eq(&world.scene, &self.scene) {
             world.scene = Arc::clone(&self.scene);
         }
@@ -166,41 +166,41 @@ impl Controller {
     }
 
     /// How far the renderer is.
-    fn heard(&self) -> PlaybackProgress {
+    fn progress(&self) -> PlaybackProgress {
         let metrics = &self.channels.metrics;
         // In this order: what was mixed before a frame came into use has been counted when the frame is seen.
         let placed = metrics.placed_ticks.load(Ordering::Acquire);
         let frames = metrics.mixed_frames.load(Ordering::Relaxed);
         PlaybackProgress {
             tick: self.ticks,
-            placed,
+            applied_tick: placed,
             time_s: frames as f64 / f64::from(self.settings.generation.rate_hz),
         }
     }
 
     /// Who has which slot: everybody their own, unless there are more sources than slots.
-    fn seat(&mut self, time_s: f64) {
-        let heard = self.heard();
-        if let Some(seating) = &mut self.seating {
+    fn assign_slots(&mut self, time_s: f64) {
+        let heard = self.progress();
+        if let Some(seating) = &mut self.virtualizer {
             let (guests, ear) = (self.sources.iter(), self.listener.position);
             let times = (time_s, heard);
-            seating.arrange(guests, ear, times, &mut self.seated, &mut self.places);
-            let unheard = &self.channels.metrics.unheard_sources;
-            unheard.store(seating.unheard, Ordering::Relaxed);
+            seating.assign(guests, ear, times, &mut self.slot_poses, &mut sroutesaces);
+            let unheard = &self.channels.metrics.masked_sources;
+            unheard.store(seating.masked, Ordering::Relaxed);
             return;
         }
-        self.seated.clear();
-        self.places.clear();
-        self.sources.rest(&heard, self.release_s);
-        for VirtualSource { pose, gain, .. } in self.sources.after_rest() {
-            self.seated.push(pose);
+        self.slot_poses.clear();
+        self.routes.clear();
+        self.sources.advance_releases(&heard, self.release_s);
+        for VirtualSource { pose, gain, .. } in self.sources.iter_released() {
+            self.slot_poses.push(pose);
             let (id, slot) = (pose.id, pose.id.slot() as u16);
-            self.places.push(SourceRoute { id, slot, gain });
+            self.routes.push(SourceRoute { id, slot, gain });
         }
     }
 
-    fn take_listener(&mut self, listener: ListenerPose) -> Result<()> {
-        check_place("listener", listener.position)?;
+    fn set_listener(&mut self, listener: ListenerPose) -> Result<()> {
+        check_position("listener", listener.position)?;
         let length_squared = listener.orientation.length_squared();
         if !(length_squared.is_finite() && length_squared > 1e-12) {
             let problem = format!("{} is no orientation", listener.orientation);
@@ -215,10 +215,10 @@ impl Controller {
     }
 
     fn send_frame(&mut self, is_new: bool) {
-        self.send_waiting();
+        self.send_waiting_changes();
         let settings = &self.settings;
-        let mut frame = self.channels.frames.blank(|| {
-            AudioFrame::with_capacity(settings.most_sources(), settings.generation.max_sources)
+        let mut frame = self.channels.frames.take_blank(|| {
+            AudioFrame::with_capacity(settings.source_limit(), settings.generation.max_sources)
         });
         // A frame that nobody took is a frame still.
         let missed = self.channels.frames.recall();
@@ -230,8 +230,8 @@ impl Controller {
         frame.paused = self.paused;
         frame.ticks = self.ticks;
         frame.instances.clone_from(&self.instances);
-        frame.sources.clone_from(&self.seated);
-        frame.feeds.clone_from(&self.places);
+        frame.sources.clone_from(&self.slot_poses);
+        frame.routes.clone_from(&self.routes);
         self.channels.frames.send(frame);
     }
 
@@ -250,7 +250,7 @@ impl Controller {
     /// How the engine is.
     pub fn state(&self) -> EngineState {
         let metrics = &self.channels.metrics;
-        if self.channels.feeds.is_abandoned() {
+        if self.channels.source_changes.is_abandoned() {
             EngineState::RendererGone
         } else if metrics.propagation_failed.load(Ordering::Acquire) {
             EngineState::PropagationFailed
@@ -280,12 +280,12 @@ impl Controller {
 
     /// The loudest paths of the newest update, for a picture: as many as [`EngineSettings::shown_paths`] says, in no
     /// order.
-    pub fn shown_paths(&mut self) -> &[SnapshotPath] {
-        if let Some(newest) = self.channels.shown.take() {
-            let old = std::mem::replace(&mut self.shown, newest);
-            self.channels.shown.give_back(old);
+    pub fn path_snapshot(&mut self) -> &[SnapshotPath] {
+        if let Some(newest) = self.channels.snapshots.take() {
+            let old = std::mem::replace(&mut self.snapshot, newest);
+            self.channels.snapshots.give_back(old);
         }
-        &self.shown.paths
+        &self.snapshot.paths
     }
 
     /// What the engine tells about itself.

@@ -22,7 +22,7 @@ impl Controller {
             return Err(Error::setting("scene", "it has instances", advice));
         }
         self.builder.cancel();
-        self.order(self.with_instances(scene), self.settings.propagation)
+        self.set_propagator(self.with_instances(scene), self.settings.propagation)
     }
 
     /// Builds a scene on a thread of its own; the tick after it is ready uses it, or gives its error. Of several builds
@@ -52,7 +52,7 @@ impl Controller {
 
     pub(super) fn install_scene(&mut self) -> Result<()> {
         match self.builder.poll() {
-            Some(scene) => self.order(self.with_instances(scene?), self.settings.propagation),
+            Some(scene) => self.set_propagator(self.with_instances(scene?), self.settings.propagation),
             None => Ok(()),
         }
     }
@@ -62,10 +62,10 @@ impl Controller {
     /// # Errors
     /// [`Error::Setting`] names a setting outside its range; nothing changes then.
     pub fn set_propagation(&mut self, settings: PropagationSettings) -> Result<()> {
-        self.order(Arc::clone(&self.scene), settings)
+        self.set_propagator(Arc::clone(&self.scene), settings)
     }
 
-    fn order(&mut self, scene: Arc<Scene>, settings: PropagationSettings) -> Result<()> {
+    fn set_propagator(&mut self, scene: Arc<Scene>, settings: PropagationSettings) -> Result<()> {
         let propagator = Propagator::new(Arc::clone(&scene), settings)?;
         self.scene = scene;
         self.settings.propagation = settings;
@@ -100,7 +100,7 @@ impl Controller {
     /// # Errors
     /// [`Error::Engine`] if no thread can be started.
     pub fn restart(&mut self) -> Result<()> {
-        self.order(Arc::clone(&self.scene), self.settings.propagation)?;
+        self.set_propagator(Arc::clone(&self.scene), self.settings.propagation)?;
         self.start_propagation()
     }
 

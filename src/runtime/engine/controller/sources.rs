@@ -29,7 +29,7 @@ impl Controller {
     /// [`Error::StaleSource`], as for every handle that is not a present source's.
     pub fn remove_source(&mut self, id: SourceId) -> Result<()> {
         self.sources.remove(id, self.ticks + 1)?;
-        self.send_feed(id, SampleSource::Silence);
+        self.send_source(id, SampleSource::Silence);
         Ok(())
     }
 
@@ -69,7 +69,7 @@ impl Controller {
             next: 0,
             looped,
         };
-        self.send_feed(id, clip);
+        self.send_source(id, clip);
         Ok(())
     }
 
@@ -90,7 +90,7 @@ impl Controller {
         }
         let (writer, stream) = StreamWriter::new(capacity);
         self.sources.set_plays(id, true)?;
-        self.send_feed(id, SampleSource::Stream(stream));
+        self.send_source(id, SampleSource::Stream(stream));
         Ok(writer)
     }
 
@@ -100,7 +100,7 @@ impl Controller {
     /// [`Error::StaleSource`].
     pub fn stop(&mut self, id: SourceId) -> Result<()> {
         self.sources.set_plays(id, false)?;
-        self.send_feed(id, SampleSource::Silence);
+        self.send_source(id, SampleSource::Silence);
         Ok(())
     }
 
@@ -109,23 +109,23 @@ impl Controller {
         self.sources.count()
     }
 
-    fn send_feed(&mut self, id: SourceId, feed: SampleSource) {
-        self.waiting.retain(|change| change.id.slot() != id.slot());
-        self.waiting.push_back(SampleSourceChange { id, feed });
-        self.send_waiting();
+    fn send_source(&mut self, id: SourceId, feed: SampleSource) {
+        self.waiting_changes.retain(|change| change.id.slot() != id.slot());
+        self.waiting_changes.push_back(SampleSourceChange { id, source: feed });
+        self.send_waiting_changes();
     }
 
     /// Sends what waits and frees what came back.
-    pub(super) fn send_waiting(&mut self) {
+    pub(super) fn send_waiting_changes(&mut self) {
         while self.channels.retired.pop().is_ok() {}
-        if self.channels.feeds.is_abandoned() {
-            self.waiting.clear();
+        if self.channels.source_changes.is_abandoned() {
+            self.waiting_changes.clear();
         }
-        while !self.channels.feeds.is_full() {
-            let Some(change) = self.waiting.pop_front() else {
+        while !self.channels.source_changes.is_full() {
+            let Some(change) = self.waiting_changes.pop_front() else {
                 break;
             };
-            if self.channels.feeds.push(change).is_err() {
+            if self.channels.source_changes.push(change).is_err() {
                 break;
             }
         }

@@ -26,34 +26,34 @@ const ORDER_FADE_PER_S: f64 = 4.0;
 
 impl Renderer {
     /// Takes the newest graphics frame, and with it the newest update, unless one is under way; and goes on with it.
-    pub(super) fn go_on(&mut self, block_frames: usize, report: &mut RenderReport) {
-        if !self.is_under_way {
+    pub(super) fn advance_frame(&mut self, block_frames: usize, report: &mut RenderReport) {
+        if !self.frame_in_progress {
             self.take_frame(report);
         }
-        if !self.is_under_way && self.waiting == 0 {
+        if !self.frame_in_progress && self.waiting_voices == 0 {
             return;
         }
         let block = self.parts.settings.block_frames as f64;
         let share = block_frames as f64 / block;
         // Those that wait may all start in this block.
-        let voices = self.voices.saturating_add(self.waiting as u32);
-        let mut effort = self.pace.effort(share, voices);
+        let voices = self.voices.saturating_add(self.waiting_voices as u32);
+        let mut effort = self.pacing.work_budget(share, voices);
         self.start_voices(&mut effort);
-        if !self.is_under_way {
+        if !self.frame_in_progress {
             return;
         }
-        if !self.is_described {
-            self.is_described = self.extrapolate(&mut effort);
-            if self.is_described {
-                self.fade_orders(self.frame_s);
+        if !self.is_extrapolated {
+            self.is_extrapolated = self.extrapolate(&mut effort);
+            if self.is_extrapolated {
+                self.apply_order_gain(self.frame_s);
                 self.prepared = 0;
             }
         }
         let paths = self.frame_paths.paths.len();
-        let was_prepared = self.is_described && self.prepared == paths;
+        let was_prepared = self.is_extrapolated && self.prepared == paths;
         // Generation knows one frame's paths at a time.
-        let is_held_up = self.is_held_up();
-        if self.is_described && !was_prepared && !is_held_up {
+        let is_held_up = self.has_waiting_voices();
+        if self.is_extrapolated && !was_prepared && !is_held_up {
             let most = effort.left() as usize / cost::PREPARED;
             let most = most.min(paths - self.prepared);
             self.parts.generator.prepare_frame(&self.frame_paths, most);
@@ -62,16 +62,16 @@ impl Renderer {
         }
         // What generation takes over at once is much: it may have a block to itself.
         let taken = cost::TAKEN * paths;
-        let is_prepared = self.is_described && self.prepared == paths && !is_held_up;
+        let is_prepared = self.is_extrapolated && self.prepared == paths && !is_held_up;
         if is_prepared && (was_prepared || taken <= effort.left() as usize) {
             effort.spend(taken);
-            self.hand_over(block_frames);
+            self.commit_frame(block_frames);
             self.start_voices(&mut effort);
-            self.is_under_way = false;
+            self.frame_in_progress = false;
         }
-        self.pace.count(&effort);
-        if !self.is_under_way {
-            self.pace.end();
+        self.pacing.count(&effort);
+        if !self.frame_in_progress {
+            self.pacing.end();
         }
     }
 
@@ -83,7 +83,7 @@ impl Renderer {
         self.parts.frames.give_back(old);
         let frame = &self.parts.frame;
         if !frame.is_new {
-            self.place_sounds();
+            self.apply_routes();
             return;
         }
         report.graphics_frames += 1;
@@ -98,9 +98,9 @@ impl Renderer {
         } = &mut self.parts;
         extrapolator.set_instance_poses(&frame.instances);
         self.frame_s = frame_s;
-        self.pace.begin(self.clock.tick_s());
-        (self.is_under_way, self.is_described) = (true, false);
-        self.took = [Duration::ZERO; 2];
+        self.pacing.begin(self.clock.tick_s());
+        (self.frame_in_progress, is_extrapolatedribed) = (true, false);
+        self.elapsed = [Duration::ZERO; 2];
     }
 
     /// Direct paths, then everything else, until the effort is spent; gives whether the frame is described.
@@ -113,7 +113,7 @@ impl Renderer {
             ..
         } = &mut self.parts;
         let (listener, sources) = (frame.listener, &frame.sources);
-        let [took_direct, took_others] = &mut self.took;
+        let [took_direct, took_others] = &mut self.elapsed;
         let began = now();
         let part = extrapolator.direct_part(&listener, sources, effort, &mut self.frame_paths);
         let spent = began.elapsed();
@@ -136,17 +136,17 @@ impl Renderer {
     }
 
     /// Every sound to where the frame has it, and tells so.
-    fn place_sounds(&mut self) {
+    fn apply_routes(&mut self) {
         let frame = &self.parts.frame;
-        self.mixer.place(&frame.feeds);
+        self.mixer.set_routes(&frame.routes);
         let placed = &self.parts.metrics.placed_ticks;
         placed.store(frame.ticks, Ordering::Release);
     }
 
     /// Gives a described frame to generation.
-    fn hand_over(&mut self, block_frames: usize) {
+    fn commit_frame(&mut self, block_frames: usize) {
         // Sounds come and go with their sources' paths.
-        self.place_sounds();
+        self.apply_routes();
         let settings = &self.parts.settings;
         let rate_hz = settings.generation.rate_hz;
         let ramp = match settings.frame_time {
@@ -158,34 +158,34 @@ impl Renderer {
         let longest = (MAX_RAMP_S * f64::from(rate_hz)) as u32;
         let ramp_frames = ramp.max(block_frames as u32).min(longest);
         let generator = &mut self.parts.generator;
-        if !self.pace.is_even() {
+        if !self.pacing.is_even() {
             generator.set_prepared_frame(&self.frame_paths, ramp_frames);
             return;
         }
-        self.waiting = generator.take_prepared_frame(&self.frame_paths, ramp_frames);
+        self.waiting_voices = generator.take_prepared_frame(&self.frame_paths, ramp_frames);
     }
 
     /// Whether voices of the last frame have to start before generation may be told of the next. In the silence of a pause
     /// no fade goes on that they wait for: the next frame has their paths, too, and may be the pause's end.
-    fn is_held_up(&self) -> bool {
-        self.waiting > 0 && !self.is_silent()
+    fn has_waiting_voices(&self) -> bool {
+        self.waiting_voices > 0 && !self.is_silent()
     }
 
     /// Starts voices of the last frame that was handed over, if some wait.
     fn start_voices(&mut self, effort: &mut WorkBudget) {
-        if !self.is_held_up() {
+        if !self.has_waiting_voices() {
             return;
         }
         let most = (effort.left() as usize / cost::STARTED).max(MIN_STARTS);
         let generator = &mut self.parts.generator;
-        let before = std::mem::replace(&mut self.waiting, generator.start_voices(most));
-        effort.spend(cost::STARTED * (before - self.waiting));
+        let before = std::mem::replace(&mut self.waiting_voices, generator.start_voices(most));
+        effort.spend(cost::STARTED * (before - self.waiting_voices));
     }
 
     /// Moves the gains of the orders towards what the budget wants, and applies them.
-    fn fade_orders(&mut self, frame_s: f64) {
+    fn apply_order_gain(&mut self, frame_s: f64) {
         let step = (ORDER_FADE_PER_S * frame_s) as f32;
-        for (gain, wanted) in self.order_gain.iter_mut().zip(&self.wanted_gain) {
+        for (gain, wanted) in self.order_gain.iter_mut().zip(&self.target_order_gain) {
             *gain += (wanted - *gain).clamp(-step, step);
         }
         if self.order_gain == [1.0; MAX_ORDER + 1] {
@@ -199,7 +199,7 @@ impl Renderer {
     }
 
     fn store_update(&mut self, frame_s: f64, report: &mut RenderReport) {
-        let Some(mut delivery) = self.parts.deliveries.take() else {
+        let Some(mut delivery) = self.parts.updates.take() else {
             return;
         };
         let extrapolator = &mut self.parts.extrapolator;
@@ -217,16 +217,16 @@ impl Renderer {
         } else {
             extrapolation_level(delivery.interval_s, frame_s)
         };
-        self.wanted_gain = delivery.order_gain;
+        self.target_order_gain = delivery.order_gain;
         let paths = std::mem::take(&mut delivery.paths);
         let metrics = &self.parts.metrics;
-        metrics.level.store(level, Ordering::Relaxed);
+        metrics.extrapolation_level.store(level, Ordering::Relaxed);
         metrics
             .paths
             .store(paths.paths.len() as u32, Ordering::Relaxed);
         add(&metrics.updates, 1);
         report.updates += 1;
-        delivery.paths = extrapolator.store_prepared_update(paths, &mut delivery.groundwork, level);
-        self.parts.deliveries.give_back(delivery);
+        delivery.paths = extrapolator.store_prepared_update(paths, &mut delivery.prepared, level);
+        self.parts.updates.give_back(delivery);
     }
 }

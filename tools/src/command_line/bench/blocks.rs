@@ -147,7 +147,7 @@ fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
             graphics_rate_hz: pace.graphics_rate_hz,
             block_frames: 1024,
             schedule: Schedule::Asynchronous {
-                level: pace.level,
+                extrapolation_level: pace.level,
                 latency: Latency::Modelled,
             },
             predictor: PredictorKind::Geometric(GeometricSettings::default()),

@@ -251,7 +251,7 @@ impl Side {
         let report = self.renderer.render(&mut block);
         black_box(&block);
         if report.updates > 0 {
-            self.levels.push(report.level.into());
+            self.levels.push(report.extrapolation_level.into());
         }
         self.frame += 1;
         Ok(())
@@ -325,7 +325,7 @@ fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {
 }
 
 fn tier(statistics: &Statistics) -> u8 {
-    statistics.tier.0
+    statistics.quality_level.0
 }
 
 /// Percentiles in a unit that is so many times a second.

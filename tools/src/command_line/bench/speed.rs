@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 sources: &places,
                 predictor,
                 budget: Budget {
-                    tiers: QualityChoice::Exactly(QualityLevel(arguments.tier)),
+                    quality: QualityChoice::Exactly(QualityLevel(arguments.tier)),
                     ..Budget::default()
                 },
                 graphics_ms: arguments.graphics_ms,

@@ -126,7 +126,7 @@ fn make(unit: &Unit, stage: &Stage, props: &Props, key: String) -> Result<UnitRe
     let mut estimates = Vec::new();
     for (variant, latency) in unit.estimates() {
         let schedule = Schedule::Asynchronous {
-            level: unit.pace.level,
+            extrapolation_level: unit.pace.level,
             latency,
         };
         let estimate = render(unit, stage, props, schedule, variant.kind)?;
