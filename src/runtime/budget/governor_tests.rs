@@ -1,4 +1,4 @@
-//! The governor on a virtual clock: updates cost what a model says, and time passes as they are done.
+//! The governor on a virtual clock with a cost model of updates.
 
 use super::*;
 use crate::propagation::PropagationQuality;
@@ -9,7 +9,7 @@ fn settings() -> PropagationSettings {
     PropagationSettings::default()
 }
 
-/// A machine: seconds an update takes at some effort. A tenth of the work is there at any tier.
+/// Cost model: seconds of an update at a quality. A tenth of the work does not depend on it.
 fn cost_s(full_s: f64, effort: &PropagationQuality) -> f64 {
     let full = PropagationQuality::full(&settings());
     let rays = f64::from(effort.guide_rays) / f64::from(full.guide_rays);
@@ -39,7 +39,7 @@ impl Simulation {
         }
     }
 
-    /// Lets updates run for some seconds on a machine that takes `full_s` at full detail.
+    /// Runs updates for some seconds; an update takes `full_s` at full quality.
     fn run(&mut self, seconds: f64, full_s: impl Fn(f64) -> f64) {
         let end_s = self.time_s + seconds;
         let mut last_s = self.time_s;
@@ -130,7 +130,7 @@ fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
     assert_eq!(world.changes, changes);
 }
 
-/// At every load there is a tier that is kept: steps up that fail become rarer, and the limit is broken seldom.
+/// At every load one level is kept: failing steps up become rare.
 #[test]
 fn a_load_at_the_edge_does_not_make_the_tier_swing() {
     for tenths in 10..80 {

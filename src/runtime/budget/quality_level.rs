@@ -1,30 +1,30 @@
-//! Tiers of detail, and what lies between two of them.
+//! Quality levels, and interpolation between two of them.
 
 use crate::propagation::{MAX_ORDER, PropagationQuality, PropagationSettings};
 
-/// A tier of detail: 0 is everything, higher numbers are less.
+/// A quality level: 0 is full detail, 5 the least.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct QualityLevel(pub u8);
 
-/// What a tier has of each setting.
+/// Factors of a quality level, applied to the settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QualityFactors {
-    /// Of guide rays.
+    /// Of the number of guide rays.
     pub guide_rays: f32,
-    /// Of source rays.
+    /// Of the number of source rays.
     pub source_rays: f32,
-    /// Of the updates for which valid sequences are tried again.
+    /// Of the number of updates for which a valid sequence is tried again.
     pub cache_updates: f32,
-    /// Of the most paths.
+    /// Of the greatest number of paths.
     pub paths: f32,
     /// Orders of reflection below the settings' depth.
     pub skipped_orders: u8,
-    /// Updates between two looks at a source's late field.
+    /// Updates between two estimates of a source's late energy.
     pub late_interval: u64,
 }
 
-/// The tiers: rays go first, then how often the late field is looked at, orders last. What each costs in a scene the
-/// governor learns; `bench speed --tier N` tells.
+/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders last. `bench speed --tier N`
+/// measures one of them.
 pub const QUALITY_LEVELS: [QualityFactors; 6] = [
     share(1.0, 1.0, 0, 1),
     share(0.7, 0.7, 0, 1),
@@ -34,7 +34,7 @@ pub const QUALITY_LEVELS: [QualityFactors; 6] = [
     share(0.12, 0.25, 3, 4),
 ];
 
-/// The number of the last tier.
+/// Number of the last level.
 pub const LAST_QUALITY_LEVEL: u8 = QUALITY_LEVELS.len() as u8 - 1;
 
 const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> QualityFactors {
@@ -48,29 +48,29 @@ const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> Qu
     }
 }
 
-/// How far before a tier's number the orders that it leaves out are silent: they have faded for at least one update when
-/// propagation stops looking for them, since no update moves farther than [`super::governor::MAX_LEVEL_STEP`].
+/// Distance in levels before a level at which the orders that it skips are silent: an update moves by
+/// [`super::governor::MAX_LEVEL_STEP`] at most, so they have faded for at least one update.
 const FADE_OUT_MARGIN: f64 = 0.25;
 
-/// What is in force somewhere between two tiers.
+/// Settings in force at a position between two levels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActiveQuality {
-    /// For propagation.
+    /// Settings of propagation.
     pub propagation: PropagationQuality,
-    /// Most paths of an update.
+    /// Greatest number of paths of an update.
     pub max_paths: usize,
     /// Gain of each order of reflection, from the direct path on.
     pub order_gain: [f32; MAX_ORDER + 1],
 }
 
 impl ActiveQuality {
-    /// At a place between tiers: 1.5 lies halfway from tier 1 to tier 2.
+    /// At a position between levels: 1.5 lies halfway from level 1 to level 2.
     pub fn at(place: f64, settings: &PropagationSettings, max_paths: usize) -> Self {
         let place = place.clamp(0.0, f64::from(LAST_QUALITY_LEVEL));
         let (below, part) = (place as usize, place.fract() as f32);
         let above = (below + 1).min(QUALITY_LEVELS.len() - 1);
         let (from, to) = (&QUALITY_LEVELS[below], &QUALITY_LEVELS[above]);
-        // Geometric, so that each step is the same for the ear and for the cost.
+        // Geometric interpolation: equal steps change cost by equal factors.
         let scaled = |full: f64, share: fn(&QualityFactors) -> f32| {
             let share = share(from) * (share(to) / share(from)).powf(part);
             (full * f64::from(share)).round().max(1.0)
@@ -91,7 +91,7 @@ impl ActiveQuality {
     }
 }
 
-/// Gain of an order of reflection: it falls from 1 to 0 on the way to the first tier that leaves the order out.
+/// Gain of a reflection order: falls from 1 to 0 before the first level that skips the order.
 fn order_gain(place: f64, order: usize, depth: usize) -> f32 {
     let leaves_out =
         |share: &QualityFactors| order > depth.saturating_sub(usize::from(share.skipped_orders));
@@ -129,7 +129,7 @@ mod tests {
             assert!(next.max_paths <= last.max_paths);
             for order in 0..=MAX_ORDER {
                 assert!(next.order_gain[order] <= last.order_gain[order]);
-                // 0.01 of a tier's way takes 0.0134 of the gain.
+                // 0.01 of a level takes 0.0134 of the gain.
                 assert!(last.order_gain[order] - next.order_gain[order] < 0.014);
             }
             last = next;
@@ -145,7 +145,7 @@ mod tests {
             }
             assert_eq!(detail.order_gain[0], 1.0);
         }
-        // An update's longest step before it is left out, it is silent already.
+        // It is silent one longest step before the level that skips it.
         let before = ActiveQuality::at(3.0 - FADE_OUT_MARGIN, &SETTINGS(), 2048);
         assert_eq!((before.propagation.depth, before.order_gain[4]), (4, 0.0));
     }

@@ -1,7 +1,7 @@
-//! Where the thing that fills blocks waits between two streams.
+//! The render callback, owned by one stream at a time.
 //!
-//! A stream's callback owns a [`LeasedCallback`]; when the stream is dropped, on whichever thread, the thing is back in its berth.
-//! Wait-free both ways: one atomic exchange.
+//! A stream owns a [`LeasedCallback`]; dropping it, on any thread, returns the callback to its [`CallbackSlot`]. Wait-free:
+//! one atomic exchange each way.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,17 +16,17 @@ struct SharedCallback {
     blocks: AtomicU64,
 }
 
-/// The place where it waits. Control side.
+/// Holds the callback while no stream has it. Control side.
 pub struct CallbackSlot(Arc<SharedCallback>);
 
-/// The thing, lent to a stream.
+/// The callback, leased to a stream.
 pub struct LeasedCallback {
     callback: Option<Box<RenderCallback>>,
     shared: Arc<SharedCallback>,
 }
 
 impl CallbackSlot {
-    /// With something to lend.
+    /// With a callback that fills blocks of interleaved stereo.
     pub fn new(fill: impl FnMut(&mut [f32]) + Send + 'static) -> Self {
         let fill: RenderCallback = Box::new(fill);
         Self(Arc::new(SharedCallback {
@@ -35,7 +35,7 @@ impl CallbackSlot {
         }))
     }
 
-    /// Lends it; `None` while a stream has it.
+    /// Leases the callback; `None` while a stream has it.
     pub fn lease(&self) -> Option<LeasedCallback> {
         let fill = self.0.slot.take()?;
         Some(LeasedCallback {
@@ -44,14 +44,14 @@ impl CallbackSlot {
         })
     }
 
-    /// Blocks that have been filled so far, by all loans.
+    /// Blocks filled so far, by all streams.
     pub fn blocks(&self) -> u64 {
         self.0.blocks.load(Ordering::Relaxed)
     }
 }
 
 impl LeasedCallback {
-    /// Fills a block. Audio side, as far as what was lent is.
+    /// Fills a block of interleaved stereo. Audio side; wait-free if the callback is.
     pub fn fill(&mut self, block: &mut [f32]) {
         self.shared.blocks.fetch_add(1, Ordering::Relaxed);
         match &mut self.callback {
@@ -74,17 +74,17 @@ mod tests {
     #[test]
     fn one_stream_has_it_at_a_time_and_gives_it_back() {
         let mut count = 0.0;
-        let berth = CallbackSlot::new(move |block: &mut [f32]| {
+        let slot = CallbackSlot::new(move |block: &mut [f32]| {
             count += 1.0;
             block.fill(count);
         });
-        let mut loan = berth.lease().expect("is there");
-        assert!(berth.lease().is_none());
+        let mut leased = slot.lease().expect("is there");
+        assert!(slot.lease().is_none());
         let mut block = [0.0; 2];
-        loan.fill(&mut block);
-        std::thread::spawn(move || drop(loan)).join().expect("ends");
-        berth.lease().expect("is back").fill(&mut block);
+        leased.fill(&mut block);
+        std::thread::spawn(move || drop(leased)).join().expect("ends");
+        slot.lease().expect("is back").fill(&mut block);
         assert_eq!(block, [2.0; 2]);
-        assert_eq!(berth.blocks(), 2);
+        assert_eq!(slot.blocks(), 2);
     }
 }

@@ -1,13 +1,12 @@
-//! A renderer on a device that comes and goes: sound thread, ring, thin callback, and a thread that opens the device again.
+//! A renderer on a system device: sound thread, ring, thin callback, and a thread that reopens a lost device.
 //!
 //! ```text
 //! Renderer ──sound thread──► ring ──callback──► device          audio side
-//!                             supervisor ──opens, closes──►      control side, looks twenty times a second
+//!                             supervisor ──opens, closes──►      control side, polls twenty times a second
 //! ```
 //!
-//! The callback owns nothing but a place where the ring lies: it takes the ring, copies, counts, and puts it back, so a
-//! dying stream and its successor may overlap and either finds it or is silent. Callback: wait-free, allocates nothing.
-//! The sound thread goes on while no device is open; its ring is full then, and it rests.
+//! The callback takes the ring from an atomic box, copies and puts it back; an overlapping old stream finds the box empty
+//! and is silent. It is wait-free and does not allocate. Without a device the ring stays full and the sound thread sleeps.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -23,10 +22,10 @@ use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::seqlock::{Seqlock, Words, halves, pair};
 use crate::runtime::threads::clock::now;
 
-/// How often the supervisor looks.
+/// Period of the supervisor.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// What callback and supervisor share.
+/// State shared by callback and supervisor.
 struct Shared {
     ring: AtomicBox<RingOutput>,
     stop: AtomicBool,
@@ -37,7 +36,7 @@ struct Shared {
     report: Seqlock<DeviceSnapshot, 5>,
 }
 
-/// What the supervisor has seen last.
+/// Last state of the device.
 #[derive(Clone, Copy, Default)]
 struct DeviceSnapshot {
     counts: ReopenCounts,
@@ -95,34 +94,34 @@ impl Words<5> for DeviceSnapshot {
     }
 }
 
-/// How an output goes.
+/// State and counts of an output since its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceReport {
-    /// What the open device granted; `None` while there is none.
+    /// Properties of the open device; `None` while none is open.
     pub grant: Option<DeviceGrant>,
     /// Audio frames that the ring adds to the latency.
     pub ring_frames: u32,
-    /// Times that a device was opened.
+    /// Devices opened.
     pub opened: u32,
-    /// Times that opening failed.
+    /// Failed attempts to open one.
     pub refused: u32,
-    /// Times that the device was lost.
+    /// Devices that reported their loss.
     pub lost: u32,
-    /// Times that the device asked for nothing any more and was closed for it.
+    /// Devices closed because they stopped calling back.
     pub stalled: u32,
-    /// Gaps that the open device has counted itself.
+    /// Dropouts counted by the open device.
     pub xruns: u32,
-    /// Least audio frames asked for at once; 0 before the first call.
+    /// Fewest audio frames of a callback; 0 before the first.
     pub min_callback_frames: u32,
-    /// Most audio frames asked for at once.
+    /// Most audio frames of a callback.
     pub max_callback_frames: u32,
-    /// Calls of the device.
+    /// Callbacks.
     pub callbacks: u64,
-    /// Audio frames that were not there in time.
+    /// Audio frames that the ring did not have in time.
     pub underrun_frames: u64,
 }
 
-/// A renderer that plays. Ends when dropped, which waits for its two threads.
+/// A playing renderer. Ends when dropped, which waits for its two threads. Control side.
 pub struct DeviceOutput {
     sound: Option<SoundThread>,
     supervisor: Option<JoinHandle<()>>,
@@ -142,11 +141,11 @@ impl DeviceCallback for RingCallback {
         shared.callbacks.fetch_add(1, Ordering::Relaxed);
         shared.min_frames.fetch_min(frames, Ordering::Relaxed);
         shared.max_frames.fetch_max(frames, Ordering::Relaxed);
-        let starved = match shared.ring.take() {
+        let underrun = match shared.ring.take() {
             Some(mut ring) => {
-                let starved = ring.read(output);
+                let underrun = ring.read(output);
                 shared.ring.swap(Some(ring));
-                starved
+                underrun
             }
             None => {
                 output.fill(0.0);
@@ -155,7 +154,7 @@ impl DeviceCallback for RingCallback {
         };
         shared
             .underrun_frames
-            .fetch_add(starved as u64, Ordering::Relaxed);
+            .fetch_add(underrun as u64, Ordering::Relaxed);
     }
 
     fn lost(&mut self) {
@@ -164,10 +163,10 @@ impl DeviceCallback for RingCallback {
 }
 
 impl DeviceOutput {
-    /// Starts both threads; the device is opened by the second one. `blocks_ahead` as for [`SoundThread::start`].
+    /// Starts the sound thread and the supervisor, which opens the device. `blocks_ahead` as for [`SoundThread::start`].
     ///
     /// # Errors
-    /// As [`SoundThread::start`]. A device that does not open is no error: it is tried again.
+    /// As [`SoundThread::start`]. A device that does not open is no error: it is retried.
     pub fn start(renderer: Renderer, blocks_ahead: usize, device: Box<dyn Device>) -> Result<Self> {
         let rate_hz = renderer.rate_hz();
         let (sound, ring) = SoundThread::start(renderer, blocks_ahead)?;
@@ -181,10 +180,10 @@ impl DeviceOutput {
             max_frames: AtomicU32::new(0),
             report: Seqlock::default(),
         });
-        let watched = Arc::clone(&shared);
+        let supervised = Arc::clone(&shared);
         let supervisor = thread::Builder::new()
             .name("foresound-device".into())
-            .spawn(move || supervise(device, rate_hz, &watched))
+            .spawn(move || supervise(device, rate_hz, &supervised))
             .map_err(|error| {
                 let advice = "end some threads";
                 Error::engine(format!("no device thread: {error}"), advice)
@@ -197,19 +196,19 @@ impl DeviceOutput {
         })
     }
 
-    /// How it goes. Any thread.
+    /// The current state. Any thread but the audio thread.
     pub fn report(&self) -> DeviceReport {
         let shared = &*self.shared;
-        let watched = shared.report.load();
+        let device = shared.report.load();
         let least_frames = shared.min_frames.load(Ordering::Relaxed);
         DeviceReport {
-            grant: watched.grant,
+            grant: device.grant,
             ring_frames: self.ring_frames,
-            opened: watched.counts.opened,
-            refused: watched.counts.refused,
-            lost: watched.counts.lost,
-            stalled: watched.counts.stalled,
-            xruns: watched.xruns,
+            opened: device.counts.opened,
+            refused: device.counts.refused,
+            lost: device.counts.lost,
+            stalled: device.counts.stalled,
+            xruns: device.xruns,
             min_callback_frames: if least_frames == u32::MAX {
                 0
             } else {
@@ -221,7 +220,7 @@ impl DeviceOutput {
         }
     }
 
-    /// Closes the device and gives the renderer back; `None` if a thread panicked.
+    /// Closes the device and returns the renderer; `None` if a thread panicked.
     pub fn stop(mut self) -> Option<Renderer> {
         self.close_device();
         self.sound.take()?.stop()
@@ -231,7 +230,7 @@ impl DeviceOutput {
         self.shared.stop.store(true, Ordering::Release);
         if let Some(supervisor) = self.supervisor.take() {
             supervisor.thread().unpark();
-            // Its panic has left the device closed; there is nothing else to do about it.
+            // A panic has closed the device already.
             drop(supervisor.join());
         }
     }
@@ -255,7 +254,7 @@ fn supervise(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
             ReopenAction::Wait => thread::park_timeout(POLL_INTERVAL),
             ReopenAction::Close => open = None,
             ReopenAction::Open => {
-                // A late word of an earlier device is not heard here.
+                // A new flag: an earlier device may still set its own.
                 lost = Arc::new(AtomicBool::new(false));
                 let callback = RingCallback {
                     shared: Arc::clone(shared),
@@ -277,7 +276,7 @@ fn supervise(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
     }
 }
 
-/// The system's device: Oboe's on Android, elsewhere one that nobody hears.
+/// The system's device: Oboe on Android, elsewhere the null device.
 pub fn system_device() -> Box<dyn Device> {
     #[cfg(target_os = "android")]
     {

@@ -1,46 +1,45 @@
-//! When a lost device is opened again: a state machine without clock, thread or device.
+//! When a lost device is reopened: a state machine without clock, thread or device.
 //!
-//! Pure. Its caller tells the time and what it has seen, and does what it is told. Devices are lost in every way there is:
-//! an error while opening, an error callback, or no more callbacks and not a word, which is what some systems do to
-//! an app in the background.
+//! A device is lost by an error on opening, by an error callback, or silently: some systems stop calling back an app in the
+//! background. Attempts follow at doubling intervals.
 
-/// First wait after a loss, in seconds; twice as long after every further one.
+/// First wait after a loss, in seconds; doubles with each further loss.
 pub const FIRST_WAIT_S: f64 = 0.1;
 /// Longest wait in seconds.
 pub const MAX_WAIT_S: f64 = 5.0;
-/// A device that asks for nothing this long, in seconds, has stalled. Streams on Bluetooth take half of it to start.
+/// Seconds without a callback after which a device has stalled. Bluetooth streams take half of it to start.
 pub const STALL_S: f64 = 1.0;
-/// A device that has played this long, in seconds, is well: the next wait is the first again.
+/// Seconds of playing after which the next wait is [`FIRST_WAIT_S`] again.
 pub const STABLE_S: f64 = 2.0;
 
-/// What to do now.
+/// The next action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReopenAction {
-    /// Nothing.
+    /// Wait.
     Wait,
-    /// Open the device and report with [`ReopenPolicy::opened`].
+    /// Open the device and report the result to [`ReopenPolicy::opened`].
     Open,
-    /// Close it: it was lost or has stalled.
+    /// Close the device, which was lost or has stalled.
     Close,
 }
 
-/// What was counted.
+/// Counts of events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ReopenCounts {
-    /// Times that a device was opened.
+    /// Devices opened.
     pub opened: u32,
-    /// Times that opening failed.
+    /// Failed attempts to open one.
     pub refused: u32,
-    /// Times that a device said it was lost.
+    /// Devices that reported their loss.
     pub lost: u32,
-    /// Times that a device fell silent.
+    /// Devices that stopped calling back.
     pub stalled: u32,
 }
 
 enum State {
-    /// Closed until then.
+    /// Closed until a time.
     Closed { until_s: f64 },
-    /// Playing, with the number of callbacks and the time at which it last changed.
+    /// Playing, with the number of callbacks and the time of the last one.
     Open {
         since_s: f64,
         callbacks: u64,
@@ -48,7 +47,7 @@ enum State {
     },
 }
 
-/// Decides when to open and close.
+/// Decides when to open and close a device.
 pub struct ReopenPolicy {
     state: State,
     wait_s: f64,
@@ -56,7 +55,7 @@ pub struct ReopenPolicy {
 }
 
 impl ReopenPolicy {
-    /// Begins closed, to be opened at once.
+    /// Closed, to be opened at once.
     pub fn new() -> Self {
         Self {
             state: State::Closed {
@@ -67,8 +66,7 @@ impl ReopenPolicy {
         }
     }
 
-    /// What to do at `now_s`, given how many callbacks there have been in all and whether the open device has said that it
-    /// is lost.
+    /// The action at `now_s`, given the total number of callbacks and whether the open device has reported its loss.
     pub fn step(&mut self, now_s: f64, callbacks: u64, lost: bool) -> ReopenAction {
         match &mut self.state {
             State::Closed { until_s } if now_s >= *until_s => ReopenAction::Open,
@@ -98,7 +96,7 @@ impl ReopenPolicy {
         }
     }
 
-    /// Reports what came of [`ReopenAction::Open`].
+    /// Takes the result of [`ReopenAction::Open`].
     pub fn opened(&mut self, now_s: f64, callbacks: u64, success: bool) {
         if success {
             self.counts.opened += 1;
@@ -123,7 +121,7 @@ impl ReopenPolicy {
         self.wait_s = (2.0 * self.wait_s).min(MAX_WAIT_S);
     }
 
-    /// When [`ReopenAction::Open`] comes, in seconds; `None` while the device is open.
+    /// Time of the next [`ReopenAction::Open`] in seconds; `None` while the device is open.
     pub fn due_s(&self) -> Option<f64> {
         match self.state {
             State::Closed { until_s } => Some(until_s),
@@ -131,7 +129,7 @@ impl ReopenPolicy {
         }
     }
 
-    /// What has happened so far.
+    /// Counts so far.
     pub fn counts(&self) -> ReopenCounts {
         self.counts
     }
@@ -149,13 +147,13 @@ mod tests {
 
     #[test]
     fn refusals_come_farther_and_farther_apart() {
-        let mut reopening = ReopenPolicy::new();
+        let mut policy = ReopenPolicy::new();
         let mut asked = Vec::new();
         for tick in 0..3000 {
             let now_s = f64::from(tick) * 0.01;
-            if reopening.step(now_s, 0, false) == ReopenAction::Open {
+            if policy.step(now_s, 0, false) == ReopenAction::Open {
                 asked.push(now_s);
-                reopening.opened(now_s, 0, false);
+                policy.opened(now_s, 0, false);
             }
         }
         let waits: Vec<f64> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -164,40 +162,40 @@ mod tests {
             // Steps are a hundredth apart.
             assert!((wait - wanted).abs() < 0.011, "{n}: {wait}");
         }
-        assert_eq!(reopening.counts().refused as usize, asked.len());
+        assert_eq!(policy.counts().refused as usize, asked.len());
     }
 
     #[test]
     fn a_loss_is_answered_after_the_first_wait_again_once_all_was_well() {
-        let mut reopening = ReopenPolicy::new();
+        let mut policy = ReopenPolicy::new();
         let mut now_s = 0.0;
         for round in 0..4 {
-            assert_eq!(reopening.step(now_s, round, false), ReopenAction::Open);
-            reopening.opened(now_s, round, true);
+            assert_eq!(policy.step(now_s, round, false), ReopenAction::Open);
+            policy.opened(now_s, round, true);
             // A little more than the limit: sums of decimal fractions are rounded.
             now_s += STABLE_S + 1e-6;
-            assert_eq!(reopening.step(now_s, round + 1, true), ReopenAction::Close);
+            assert_eq!(policy.step(now_s, round + 1, true), ReopenAction::Close);
             assert_eq!(
-                reopening.step(now_s + 0.09, round + 1, true),
+                policy.step(now_s + 0.09, round + 1, true),
                 ReopenAction::Wait
             );
             now_s += FIRST_WAIT_S + 1e-6;
         }
-        let counts = reopening.counts();
+        let counts = policy.counts();
         assert_eq!((counts.opened, counts.lost, counts.stalled), (4, 4, 0));
     }
 
     #[test]
     fn silence_is_a_stall_and_late_words_of_a_closed_device_are_nothing() {
-        let mut reopening = ReopenPolicy::new();
-        assert_eq!(reopening.step(0.0, 0, false), ReopenAction::Open);
-        reopening.opened(0.0, 0, true);
-        assert_eq!(reopening.step(0.9, 0, false), ReopenAction::Wait);
-        assert_eq!(reopening.step(0.95, 1, false), ReopenAction::Wait);
-        assert_eq!(reopening.step(1.9, 1, false), ReopenAction::Wait);
-        assert_eq!(reopening.step(1.96, 1, false), ReopenAction::Close);
-        assert_eq!(reopening.step(1.97, 1, true), ReopenAction::Wait);
-        assert_eq!(reopening.counts().stalled, 1);
-        assert_eq!(reopening.counts().lost, 0);
+        let mut policy = ReopenPolicy::new();
+        assert_eq!(policy.step(0.0, 0, false), ReopenAction::Open);
+        policy.opened(0.0, 0, true);
+        assert_eq!(policy.step(0.9, 0, false), ReopenAction::Wait);
+        assert_eq!(policy.step(0.95, 1, false), ReopenAction::Wait);
+        assert_eq!(policy.step(1.9, 1, false), ReopenAction::Wait);
+        assert_eq!(policy.step(1.96, 1, false), ReopenAction::Close);
+        assert_eq!(policy.step(1.97, 1, true), ReopenAction::Wait);
+        assert_eq!(policy.counts().stalled, 1);
+        assert_eq!(policy.counts().lost, 0);
     }
 }

@@ -15,23 +15,23 @@ use crate::error::{Error, Result};
 use crate::runtime::engine::Renderer;
 use crate::runtime::threads::flush_to_zero::FlushToZero;
 
-/// A thread with a renderer.
+/// A thread that renders into a ring. Ends when dropped.
 pub struct SoundThread {
     thread: Option<JoinHandle<Renderer>>,
     stop: Arc<AtomicBool>,
 }
 
-/// The device's end of the ring: `Send`, one thread at a time, wait-free.
+/// The device's end of the ring; wait-free.
 pub struct RingOutput {
     ring: rtrb::Consumer<f32>,
     capacity_frames: usize,
 }
 
 impl SoundThread {
-    /// Starts the thread with a ring of `blocks_ahead` blocks, 1 to 64. It places itself by the engine's policy.
+    /// Starts the thread with a ring of `blocks_ahead` blocks, 1 to 64. Core and priority follow the engine's settings.
     ///
     /// # Errors
-    /// [`Error::Setting`] for another number, [`Error::Engine`] if no thread can be started. The renderer is lost then.
+    /// [`Error::Setting`] outside the range, [`Error::Engine`] if no thread can be started. Both drop the renderer.
     pub fn start(renderer: Renderer, blocks_ahead: usize) -> Result<(Self, RingOutput)> {
         if !(1..=64).contains(&blocks_ahead) {
             let problem = format!("{blocks_ahead} is outside 1 to 64");
@@ -57,7 +57,7 @@ impl SoundThread {
         Ok((Self { thread, stop }, output))
     }
 
-    /// Ends the thread after its block and gives the renderer back; `None` if it panicked.
+    /// Stops the thread after the current block and returns the renderer; `None` if it panicked.
     pub fn stop(mut self) -> Option<Renderer> {
         self.join()
     }
@@ -80,10 +80,9 @@ impl RingOutput {
         self.capacity_frames
     }
 
-    /// Fills `output` with interleaved stereo; gives the number of audio frames that were not there in time, which are
-    /// silent.
+    /// Fills `output` with interleaved stereo; returns the number of missing audio frames, which are silent.
     pub fn read(&mut self, output: &mut [f32]) -> usize {
-        // Whole audio frames only, so that ears do not change places.
+        // Whole audio frames only, to keep left and right apart.
         let count = self.ring.slots().min(output.len()) & !1;
         if let Ok(chunk) = self.ring.read_chunk(count) {
             let (first, second) = chunk.as_slices();

@@ -1,4 +1,4 @@
-//! A device that does what it is told, on a virtual clock.
+//! The supervisor with a scripted device on a virtual clock.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -8,7 +8,7 @@ use super::*;
 use crate::error::Error;
 use crate::runtime::device::reopen_policy::{MAX_WAIT_S, STALL_S};
 
-/// What the fake device does and has seen.
+/// Behaviour of the fake device, and its record.
 #[derive(Default)]
 struct Script {
     is_there: bool,
@@ -23,19 +23,19 @@ struct FakeStream(RefCell<LeasedCallback>);
 impl Backend for Fake {
     type Stream = FakeStream;
 
-    fn open(&mut self, loan: LeasedCallback, lost: Arc<AtomicBool>) -> Result<FakeStream> {
+    fn open(&mut self, callback: LeasedCallback, lost: Arc<AtomicBool>) -> Result<FakeStream> {
         let mut script = self.0.borrow_mut();
         script.attempts += 1;
         if !script.is_there {
             return Err(Error::engine("no device", "plug one in"));
         }
         script.lost = Some(lost);
-        Ok(FakeStream(RefCell::new(loan)))
+        Ok(FakeStream(RefCell::new(callback)))
     }
 }
 
 fn supervised(
-    stand_in: Option<NullDeviceSettings>,
+    null_device: Option<NullDeviceSettings>,
 ) -> (Supervisor<Fake>, Rc<RefCell<Script>>, Arc<AtomicU64>) {
     let script = Rc::new(RefCell::new(Script {
         is_there: true,
@@ -46,7 +46,7 @@ fn supervised(
     let fill = move |block: &mut [f32]| {
         block.fill(counted.fetch_add(1, Ordering::Relaxed) as f32);
     };
-    let supervisor = Supervisor::new(Fake(Rc::clone(&script)), fill, stand_in);
+    let supervisor = Supervisor::new(Fake(Rc::clone(&script)), fill, null_device);
     (supervisor, script, blocks)
 }
 

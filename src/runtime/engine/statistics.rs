@@ -21,7 +21,7 @@ pub(super) struct Metrics {
     pub(super) block: Histogram,
     pub(super) blocks: AtomicU64,
     /// The app's newest graphics frame in use, and audio frames mixed so far.
-    pub(super) placed_ticks: AtomicU64,
+    pub(super) applied_tick: AtomicU64,
     pub(super) mixed_frames: AtomicU64,
     pub(super) missed: AtomicU64,
     pub(super) updates: AtomicU64,

@@ -1,33 +1,33 @@
-//! A place for one box, exchanged by any two threads.
+//! An atomic optional box, exchanged between threads.
 //!
-//! Wait-free: one atomic exchange. `crossbeam_utils`' `AtomicCell` would do the same, but takes a box through an integer,
-//! whose pointer has no provenance any more: undefined by Rust's rules, as Miri says.
+//! Wait-free: one atomic exchange. `crossbeam_utils`' `AtomicCell` moves a box as an integer and loses the pointer's
+//! provenance, which Miri rejects.
 //!
-//! Holds unsafe code: a box is taken apart into its pointer and put together again.
+//! Unsafe: converts a box to a raw pointer and back.
 
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicPtr, Ordering};
 
-/// A place for one box or none. Only what may change threads can be put in, so that it may be shared.
+/// An atomic optional box.
 pub(crate) struct AtomicBox<T> {
     place: AtomicPtr<T>,
 }
 
 impl<T: Send> AtomicBox<T> {
-    /// With a box or without.
+    /// With an initial value.
     pub(crate) fn new(value: Option<Box<T>>) -> Self {
         Self {
             place: AtomicPtr::new(value.map_or(null_mut(), Box::into_raw)),
         }
     }
 
-    /// Puts a box or none in and gives what was there.
+    /// Replaces the content and returns the old one.
     pub(crate) fn swap(&self, value: Option<Box<T>>) -> Option<Box<T>> {
         let value = value.map_or(null_mut(), Box::into_raw);
         own(self.place.swap(value, Ordering::AcqRel))
     }
 
-    /// Takes what is there.
+    /// Takes the content.
     pub(crate) fn take(&self) -> Option<Box<T>> {
         self.swap(None)
     }
@@ -45,9 +45,9 @@ impl<T> Drop for AtomicBox<T> {
     }
 }
 
-/// The box of a pointer that was in a slot, and is not any more.
+/// The box of a pointer that was taken out of an [`AtomicBox`].
 fn own<T>(place: *mut T) -> Option<Box<T>> {
-    // SAFETY: what is in a slot came from `Box::into_raw` and leaves it once: by an exchange, or with the slot itself.
+    // SAFETY: the pointer came from `Box::into_raw` and leaves the atomic once: by an exchange, or in `drop`.
     (!place.is_null()).then(|| unsafe { Box::from_raw(place) })
 }
 

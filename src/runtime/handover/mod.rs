@@ -1,4 +1,4 @@
-//!
+//! Wait-free handover between threads: an atomic box, a newest-value channel and a sequence lock.
 
 pub(crate) mod atomic_box;
 pub(crate) mod newest;

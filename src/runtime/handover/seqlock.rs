@@ -1,24 +1,23 @@
-//! A small value that one thread tells and others read, whole.
+//! A sequence lock: one thread writes a small value, others read it whole.
 //!
-//! Telling is wait-free: the value's words go into atomics between two steps of a number. A reader who finds the number
-//! odd or changed reads again, so only control threads read. `crossbeam_utils`' `AtomicCell` does the same for values of
-//! more than a word, but with one lock for many cells, which the sound thread would wait at, and by reading memory that
-//! is being written, as ThreadSanitizer finds. Own, after \[BOEHM12\].
+//! Writing is wait-free: the words of the value are stored between two increments of a sequence number. A reader that finds
+//! an odd or changed number retries, so only control threads read. `crossbeam_utils`' `AtomicCell` shares one lock among
+//! many cells, on which the sound thread would wait, and has a data race by ThreadSanitizer. Own, after \[BOEHM12\].
 
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 use std::thread;
 
-/// A value that can be taken apart into words.
+/// A value that converts to words and back.
 pub(crate) trait Words<const N: usize>: Copy {
     fn to_words(self) -> [u64; N];
 
     fn from_words(words: [u64; N]) -> Self;
 }
 
-/// The newest of a thread's values.
+/// A value behind a sequence lock.
 pub(crate) struct Seqlock<T, const N: usize> {
-    /// Odd while words change.
+    /// Odd during a write.
     sequence: AtomicU64,
     words: [AtomicU64; N],
     value: PhantomData<fn(T) -> T>,
@@ -33,7 +32,7 @@ impl<T: Words<N>, const N: usize> Seqlock<T, N> {
         }
     }
 
-    /// Tells a value. Wait-free; one thread at a time, or readers may find a mixture.
+    /// Stores a value. Wait-free; one thread at a time, or readers may see a mixture.
     pub(crate) fn store(&self, value: T) {
         let number = self.sequence.load(Ordering::Relaxed);
         self.sequence.store(number.wrapping_add(1), Ordering::Relaxed);
@@ -44,7 +43,7 @@ impl<T: Words<N>, const N: usize> Seqlock<T, N> {
         self.sequence.store(number.wrapping_add(2), Ordering::Release);
     }
 
-    /// The newest value. Not on the audio side: waits for a value that is being told.
+    /// The newest value. Not on the audio side: waits for a write to end.
     pub(crate) fn load(&self) -> T {
         loop {
             let before = self.sequence.load(Ordering::Acquire);
@@ -78,7 +77,7 @@ pub(crate) fn halves(word: u64) -> [u32; 2] {
 mod tests {
     use super::*;
 
-    /// Three numbers of which each tells the others.
+    /// Three equal numbers.
     #[derive(Clone, Copy, Default)]
     struct Same([u64; 3]);
 
@@ -95,19 +94,19 @@ mod tests {
     #[test]
     fn readers_find_whole_values_that_rise() {
         let most = if cfg!(miri) { 100 } else { 100_000 };
-        let published = Seqlock::<Same, 3>::default();
+        let seqlock = Seqlock::<Same, 3>::default();
         thread::scope(|scope| {
             for _ in 0..2 {
                 scope.spawn(|| {
                     let mut last = 0;
                     while last < most {
-                        let Same([a, b, c]) = published.load();
+                        let Same([a, b, c]) = seqlock.load();
                         assert!(a == b && b == c && a >= last, "{a} {b} {c} after {last}");
                         last = a;
                     }
                 });
             }
-            (1..=most).for_each(|n| published.store(Same([n; 3])));
+            (1..=most).for_each(|n| seqlock.store(Same([n; 3])));
         });
     }
 

@@ -1,4 +1,4 @@
-//!
+//! Offline rendering on a virtual clock: all stages in turn, on the caller's thread.
 
 pub(crate) mod instances;
 pub(crate) mod motion_model;

@@ -169,7 +169,7 @@ impl Controller {
     fn progress(&self) -> PlaybackProgress {
         let metrics = &self.channels.metrics;
         // In this order: what was mixed before a frame came into use has been counted when the frame is seen.
-        let placed = metrics.placed_ticks.load(Ordering::Acquire);
+        let placed = metrics.applied_tick.load(Ordering::Acquire);
         let frames = metrics.mixed_frames.load(Ordering::Relaxed);
         PlaybackProgress {
             tick: self.ticks,
@@ -184,7 +184,7 @@ impl Controller {
         if let Some(seating) = &mut self.virtualizer {
             let (guests, ear) = (self.sources.iter(), self.listener.position);
             let times = (time_s, heard);
-            seating.assign(guests, ear, times, &mut self.slot_poses, &mut sroutesaces);
+            seating.assign(guests, ear, times, &mut self.slot_poses, &mut self.routes);
             let unheard = &self.channels.metrics.masked_sources;
             unheard.store(seating.masked, Ordering::Relaxed);
             return;

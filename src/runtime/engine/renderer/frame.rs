@@ -99,7 +99,7 @@ impl Renderer {
         extrapolator.set_instance_poses(&frame.instances);
         self.frame_s = frame_s;
         self.pacing.begin(self.clock.tick_s());
-        (self.frame_in_progress, is_extrapolatedribed) = (true, false);
+        (self.frame_in_progress, self.is_extrapolated) = (true, false);
         self.elapsed = [Duration::ZERO; 2];
     }
 
@@ -139,8 +139,8 @@ impl Renderer {
     fn apply_routes(&mut self) {
         let frame = &self.parts.frame;
         self.mixer.set_routes(&frame.routes);
-        let placed = &self.parts.metrics.placed_ticks;
-        placed.store(frame.ticks, Ordering::Release);
+        let applied = &self.parts.metrics.applied_tick;
+        applied.store(frame.ticks, Ordering::Release);
     }
 
     /// Gives a described frame to generation.
