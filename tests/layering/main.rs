@@ -1,7 +1,11 @@
 //! The house's order: which module may name which. ARCHITECTURE.md explains it; this holds it.
 
+mod imports;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use imports::{Sources, code, rust_files};
 
 const EVERYTHING: &[&str] = &[
     "acoustics",
@@ -99,29 +103,7 @@ const UNSAFE_HOMES: [&str; 7] = [
 const MOST_LINES: usize = 600;
 
 fn sources() -> Vec<(String, String)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut open = vec![root.clone()];
-    let mut found = Vec::new();
-    while let Some(folder) = open.pop() {
-        let mut entries: Vec<PathBuf> = fs::read_dir(folder)
-            .expect("src is there")
-            .map(|e| e.expect("readable").path())
-            .collect();
-        entries.sort();
-        for path in entries {
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|e| e == "rs") {
-                let name = path
-                    .strip_prefix(&root)
-                    .expect("below src")
-                    .to_string_lossy()
-                    .into_owned();
-                found.push((name, fs::read_to_string(&path).expect("text")));
-            }
-        }
-    }
-    found
+    rust_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"))
 }
 
 fn module_of(file: &str) -> &str {
@@ -129,17 +111,6 @@ fn module_of(file: &str) -> &str {
         .next()
         .unwrap_or(file)
         .trim_end_matches(".rs")
-}
-
-/// Code without comments and without its tests, which stand at the end of a file.
-fn code(text: &str) -> String {
-    let tests = text.find("#[cfg(test)]").unwrap_or(text.len());
-    let uncommented = |line: &str| line.split("//").next().unwrap_or_default().to_owned();
-    text[..tests]
-        .lines()
-        .map(uncommented)
-        .collect::<Vec<_>>()
-        .join("\n")
 }
 
 /// Paths behind `crate::`, two words deep: `scene::SourceId`. Braces after the first word are opened.
@@ -190,6 +161,16 @@ fn no_module_names_what_stands_above_it() {
         }
     }
     assert!(breaches.is_empty(), "{breaches:#?}");
+}
+
+#[test]
+fn no_file_imports_what_imports_it() {
+    for folder in ["src", "tools/src"] {
+        let sources = Sources::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder));
+        assert!(sources.imports().len() > 50, "{folder} is not read");
+        let circles = sources.circles();
+        assert!(circles.is_empty(), "{folder}: {circles:#?}");
+    }
 }
 
 #[test]
