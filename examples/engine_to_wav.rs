@@ -15,11 +15,9 @@ const RATE_HZ: u32 = 44_100;
 const AUDIO_FRAMES: usize = 735; // of a graphics frame at 60 Hz
 
 fn main() -> Result<()> {
-    let settings = EngineSettings {
-        schedule: EngineSchedule::Synchronous,
-        frame_time: FrameTime::Fixed(1.0 / 60.0),
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
     let (mut controller, mut renderer) = Engine::new(settings)?;
 
     // A scene: any triangles with material names.

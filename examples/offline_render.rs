@@ -21,14 +21,12 @@ fn main() -> Result<()> {
     let mesh = procedural::shoebox(Vec3::new(12.0, 4.0, 8.0), "brick");
     let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())?;
     let middle = (scene.report().bounds_min + scene.report().bounds_max) / 2.0;
-    let settings = OfflineSettings {
-        graphics_rate_hz: 60.0,
-        block_frames: 256,
-        schedule: Schedule::Synchronous, // a whole propagation in every graphics frame
-        predictor: PredictorKind::Hold,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings::default(),
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = 60.0;
+    settings.block_frames = 256;
+    settings.schedule = Schedule::Synchronous;
+    // a whole propagation in every graphics frame
+    settings.predictor = PredictorKind::Hold;
     let head = Arc::new(Hrtf::builtin(RATE_HZ)?);
     let mut renderer = OfflineRenderer::new(Arc::new(scene), head, settings)?;
     let out = std::env::args().nth(1);

@@ -94,12 +94,10 @@ fn measure(
     affinity: AffinityPolicy,
     seconds: f64,
 ) -> Result<Measured> {
-    let mut settings = EngineSettings {
-        schedule,
-        affinity,
-        block_frames: FRAMES,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.schedule = schedule;
+    settings.affinity = affinity;
+    settings.block_frames = FRAMES;
     settings.generation.rate_hz = RATE_HZ;
     settings.generation.max_sources = sources;
     let (mut controller, mut renderer) = Engine::new(settings)?;

@@ -108,21 +108,13 @@ impl Playing {
     fn new(schedule: EngineSchedule) -> Self {
         // SAFETY: the functions above have the types of Android's headers.
         let symbols = unsafe { Symbols::found_by(&mut |name| address(name)) };
-        let settings = EngineSettings {
-            schedule,
-            affinity: AffinityPolicy::None,
-            propagation: PropagationSettings {
-                guide_rays: 64,
-                source_rays: 16,
-                ..PropagationSettings::default()
-            },
-            device_hints: DeviceHintsSettings {
-                symbols: Box::leak(Box::new(symbols)),
-                ..DeviceHintsSettings::default()
-            },
-            max_snapshot_paths: 12,
-            ..EngineSettings::default()
-        };
+        let mut settings = EngineSettings::default();
+        settings.schedule = schedule;
+        settings.affinity = AffinityPolicy::None;
+        settings.propagation.guide_rays = 64;
+        settings.propagation.source_rays = 16;
+        settings.device_hints.symbols = Box::leak(Box::new(symbols));
+        settings.max_snapshot_paths = 12;
         let (mut controller, mut renderer) = Engine::new(settings).expect("can be");
         let mesh = procedural::shoebox(Vec3::new(8.0, 3.0, 6.0), "concrete");
         let table = MaterialTable::built_in();
@@ -161,7 +153,9 @@ fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     HEADROOM.store(0.98f32.to_bits(), Ordering::SeqCst);
     let mut playing = Playing::new(EngineSchedule::Asynchronous);
     assert!(playing.until(|now| now.quality_level == QualityLevel(3)));
-    assert!(playing.until(|now| now.device_hints.hints_propagation && now.device_hints.hints_sound));
+    assert!(
+        playing.until(|now| now.device_hints.hints_propagation && now.device_hints.hints_sound)
+    );
     let manners = playing.controller.statistics().device_hints;
     assert_eq!(
         (manners.reading.headroom, manners.reading.status),
@@ -194,7 +188,13 @@ fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     let mut playing = Playing::new(EngineSchedule::Synchronous);
     assert!(playing.until(|now| now.quality_level == QualityLevel(3)));
     assert!(playing.until(|now| now.device_hints.hints_sound));
-    assert!(!playing.controller.statistics().device_hints.hints_propagation);
+    assert!(
+        !playing
+            .controller
+            .statistics()
+            .device_hints
+            .hints_propagation
+    );
     assert_eq!(BEGUN.load(Ordering::SeqCst), begun + 1);
     drop(playing);
     let left = [

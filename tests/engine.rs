@@ -17,21 +17,15 @@ use foresound::scene::{
 use glam::{Quat, Vec3};
 
 fn settings() -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: 4,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 64,
-            source_rays: 16,
-            ..PropagationSettings::default()
-        },
-        schedule: EngineSchedule::Synchronous,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = 4;
+    settings.propagation.guide_rays = 64;
+    settings.propagation.source_rays = 16;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn room() -> Arc<Scene> {
@@ -243,11 +237,9 @@ fn panic_when_told(_: u64) {
 #[test]
 fn propagation_may_panic_and_be_restarted() {
     for schedule in [EngineSchedule::Synchronous, EngineSchedule::Asynchronous] {
-        let settings = EngineSettings {
-            schedule,
-            before_update: Some(panic_when_told),
-            ..settings()
-        };
+        let mut settings = settings();
+        settings.schedule = schedule;
+        settings.before_update = Some(panic_when_told);
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let scene = room();
         let at = inside(&scene);
@@ -300,10 +292,8 @@ fn either_half_may_go_first() {
 #[test]
 fn the_baseline_sounds_the_same_on_any_number_of_threads() {
     let render = |tracing_threads: usize| {
-        let settings = EngineSettings {
-            tracing_threads,
-            ..settings()
-        };
+        let mut settings = settings();
+        settings.tracing_threads = tracing_threads;
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let scene = room();
         let at = inside(&scene);
@@ -387,10 +377,8 @@ fn scenes_are_built_aside_and_errors_come_with_a_tick() {
 
 #[test]
 fn too_many_paths_are_trimmed_to_the_loudest() {
-    let limited = EngineSettings {
-        max_paths: 5,
-        ..settings()
-    };
+    let mut limited = settings();
+    limited.max_paths = 5;
     let (mut controller, mut renderer) = Engine::new(limited).expect("an engine");
     let scene = room();
     let at = inside(&scene);
@@ -407,40 +395,43 @@ fn too_many_paths_are_trimmed_to_the_loudest() {
 fn settings_out_of_range_are_refused_by_name() {
     for (settings, name) in [
         (
-            EngineSettings {
-                block_frames: 0,
-                ..settings()
+            {
+                let mut settings = settings();
+                settings.block_frames = 0;
+                settings
             },
             "block_frames",
         ),
         (
-            EngineSettings {
-                tracing_threads: 0,
-                ..settings()
+            {
+                let mut settings = settings();
+                settings.tracing_threads = 0;
+                settings
             },
             "tracing_threads",
         ),
         (
-            EngineSettings {
-                max_paths: 0,
-                ..settings()
+            {
+                let mut settings = settings();
+                settings.max_paths = 0;
+                settings
             },
             "max_paths",
         ),
         (
-            EngineSettings {
-                frame_time: FrameTime::Fixed(f64::NAN),
-                ..settings()
+            {
+                let mut settings = settings();
+                settings.frame_time = FrameTime::Fixed(f64::NAN);
+                settings
             },
             "frame_time",
         ),
         (
-            EngineSettings {
-                generation: GeneratorSettings {
-                    max_sources: 0,
-                    ..GeneratorSettings::default()
-                },
-                ..settings()
+            {
+                let mut settings = settings();
+                settings.generation = GeneratorSettings::default();
+                settings.generation.max_sources = 0;
+                settings
             },
             "max_sources",
         ),

@@ -17,22 +17,16 @@ use foresound::scene::{
 use glam::{Quat, Vec3};
 
 fn settings(schedule: EngineSchedule) -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: 4,
-            ..GeneratorSettings::default()
-        },
-        max_sources: Some(12),
-        propagation: PropagationSettings {
-            guide_rays: 64,
-            source_rays: 16,
-            ..PropagationSettings::default()
-        },
-        schedule,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = 4;
+    settings.max_sources = Some(12);
+    settings.propagation.guide_rays = 64;
+    settings.propagation.source_rays = 16;
+    settings.schedule = schedule;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn rooms() -> Vec<Arc<Scene>> {

@@ -21,21 +21,15 @@ use glam::Vec3;
 const AUDIO_FRAMES: usize = 441;
 
 fn settings(slots: usize) -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: slots,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 256,
-            source_rays: 32,
-            ..PropagationSettings::default()
-        },
-        schedule: EngineSchedule::Synchronous,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = slots;
+    settings.propagation.guide_rays = 256;
+    settings.propagation.source_rays = 32;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn room() -> (Arc<Scene>, Vec3) {
@@ -90,10 +84,8 @@ fn forced_tiers_take_paths_away_without_a_click() {
     let paths = controller.statistics().paths;
     assert!(paths > 60, "{paths}");
     for tier in [LAST_QUALITY_LEVEL, 2, 4, 0] {
-        let budget = Budget {
-            quality: QualityChoice::Exactly(QualityLevel(tier)),
-            ..Budget::default()
-        };
+        let mut budget = Budget::default();
+        budget.quality = QualityChoice::Exactly(QualityLevel(tier));
         controller.set_budget(budget).expect("in range");
         // Two seconds: the glide takes half of one, the cache of paths as long again.
         let moving = run(&mut controller, &mut renderer, at, 200, &mut tail);
@@ -117,15 +109,14 @@ fn forced_tiers_take_paths_away_without_a_click() {
 #[test]
 fn a_budget_out_of_range_is_refused_and_the_old_one_kept() {
     let (mut controller, _renderer) = Engine::new(settings(1)).expect("an engine");
-    let wrong = Budget {
-        update_s: Some(-1.0),
-        ..Budget::default()
-    };
+    let mut wrong = Budget::default();
+    wrong.update_s = Some(-1.0);
     assert!(controller.set_budget(wrong).is_err());
     assert_eq!(controller.settings().budget, Budget::default());
-    let engine = Engine::new(EngineSettings {
-        budget: wrong,
-        ..settings(1)
+    let engine = Engine::new({
+        let mut settings = settings(1);
+        settings.budget = wrong;
+        settings
     });
     assert!(engine.is_err());
 }
@@ -140,10 +131,8 @@ struct Crowd {
 
 impl Crowd {
     fn new(sources: usize, slots: usize) -> Self {
-        let settings = EngineSettings {
-            max_sources: Some(sources),
-            ..settings(slots)
-        };
+        let mut settings = settings(slots);
+        settings.max_sources = Some(sources);
         let (mut controller, renderer) = Engine::new(settings).expect("an engine");
         let (scene, middle) = room();
         controller.set_scene(scene).expect("taken");
@@ -224,27 +213,27 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
 
 #[test]
 fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
-    let (mut controller, _renderer) = Engine::new(EngineSettings {
-        max_sources: Some(5),
-        ..settings(4)
+    let (mut controller, _renderer) = Engine::new({
+        let mut settings = settings(4);
+        settings.max_sources = Some(5);
+        settings
     })
     .expect("an engine");
     for _ in 0..5 {
         controller.add_source(Vec3::X).expect("a place");
     }
     assert!(controller.add_source(Vec3::X).is_err());
-    let wrong = EngineSettings {
-        max_sources: Some(0),
-        ..settings(4)
-    };
+    let mut wrong = settings(4);
+    wrong.max_sources = Some(0);
     assert!(Engine::new(wrong).is_err());
 }
 
 #[test]
 fn what_threads_did_is_told_in_order_and_a_full_ring_counts() {
-    let (mut controller, mut renderer) = Engine::new(EngineSettings {
-        trace_spans: 64,
-        ..settings(1)
+    let (mut controller, mut renderer) = Engine::new({
+        let mut settings = settings(1);
+        settings.trace_spans = 64;
+        settings
     })
     .expect("an engine");
     controller.add_source(Vec3::X).expect("a place");

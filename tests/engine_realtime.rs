@@ -28,19 +28,13 @@ static ALLOCATOR: counting::Counting = counting::Counting;
 const SOURCES: usize = 8;
 
 fn settings() -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: SOURCES,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 128,
-            source_rays: 32,
-            ..PropagationSettings::default()
-        },
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = SOURCES;
+    settings.propagation.guide_rays = 128;
+    settings.propagation.source_rays = 32;
+    settings.affinity = AffinityPolicy::None;
+    settings
 }
 
 fn room(length_m: f32) -> Arc<Scene> {
@@ -156,17 +150,13 @@ fn the_counter_counts() {
 #[test]
 fn an_engine_starts_and_stops_two_hundred_times() {
     for round in 0..200 {
-        let small = EngineSettings {
-            generation: GeneratorSettings {
-                max_sources: 1,
-                max_voices: 16,
-                fine_voices: 4,
-                max_delay_s: 0.1,
-                ..GeneratorSettings::default()
-            },
-            max_paths: 64,
-            ..settings()
-        };
+        let mut small = settings();
+        small.generation = GeneratorSettings::default();
+        small.generation.max_sources = 1;
+        small.generation.max_voices = 16;
+        small.generation.fine_voices = 4;
+        small.generation.max_delay_s = 0.1;
+        small.max_paths = 64;
         let (mut controller, mut renderer) = Engine::new(small).expect("an engine");
         if round % 2 == 0 {
             let ticked = controller.tick(ListenerPose::default(), &[]);

@@ -27,27 +27,21 @@ const CONTROL_THREADS: u64 = 8;
 const STEPS: u64 = 1500;
 
 fn small() -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            rate_hz: 16_000,
-            max_sources: 4,
-            max_voices: 32,
-            fine_voices: 8,
-            max_delay_s: 0.05,
-            ..GeneratorSettings::default()
-        },
-        hrtf: Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head"))),
-        propagation: PropagationSettings {
-            guide_rays: 16,
-            source_rays: 8,
-            ..PropagationSettings::default()
-        },
-        block_frames: 64,
-        max_paths: 64,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.rate_hz = 16_000;
+    settings.generation.max_sources = 4;
+    settings.generation.max_voices = 32;
+    settings.generation.fine_voices = 8;
+    settings.generation.max_delay_s = 0.05;
+    settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head")));
+    settings.propagation.guide_rays = 16;
+    settings.propagation.source_rays = 8;
+    settings.block_frames = 64;
+    settings.max_paths = 64;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn room(length_m: f32) -> TriangleMesh {
@@ -306,11 +300,9 @@ fn killer(_: u64) {
 #[test]
 fn propagation_that_is_killed_comes_back_every_time() {
     for schedule in [EngineSchedule::Asynchronous, EngineSchedule::Synchronous] {
-        let settings = EngineSettings {
-            schedule,
-            before_update: Some(killer),
-            ..small()
-        };
+        let mut settings = small();
+        settings.schedule = schedule;
+        settings.before_update = Some(killer);
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let id = controller.add_source(Vec3::ONE).expect("a place");
         controller.play(id, hum(), true).expect("is there");

@@ -18,17 +18,13 @@ const ASYNCHRONOUS: Schedule = Schedule::Asynchronous {
 };
 
 fn settings(schedule: Schedule) -> OfflineSettings {
-    OfflineSettings {
-        graphics_rate_hz: 74.6,
-        block_frames: 512,
-        schedule,
-        predictor: PredictorKind::Linear,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            max_sources: 3,
-            ..GeneratorSettings::default()
-        },
-    }
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = 74.6;
+    settings.block_frames = 512;
+    settings.schedule = schedule;
+    settings.predictor = PredictorKind::Linear;
+    settings.generation.max_sources = 3;
+    settings
 }
 
 /// Renders the doorway scene; `listener` is asked for each graphics frame's time.
@@ -169,10 +165,8 @@ fn the_same_input_gives_the_same_bits() {
 fn the_block_size_changes_nothing_that_can_be_heard() {
     let reference = render(settings(ASYNCHRONOUS), 20, walking);
     for block_frames in [32, 77, 4096] {
-        let blocks = OfflineSettings {
-            block_frames,
-            ..settings(ASYNCHRONOUS)
-        };
+        let mut blocks = settings(ASYNCHRONOUS);
+        blocks.block_frames = block_frames;
         let figure = snr_db(&reference, &render(blocks, 20, walking));
         // Ramps are split elsewhere, so single-precision sums round elsewhere: 24 bits less some growth.
         assert!(figure > 100.0, "{figure} dB with blocks of {block_frames}");
@@ -195,23 +189,26 @@ fn settings_out_of_range_are_refused_by_name() {
     };
     for (settings, name) in [
         (
-            OfflineSettings {
-                graphics_rate_hz: f64::NAN,
-                ..usual()
+            {
+                let mut settings = usual();
+                settings.graphics_rate_hz = f64::NAN;
+                settings
             },
             "graphics_rate_hz",
         ),
         (
-            OfflineSettings {
-                block_frames: 16,
-                ..usual()
+            {
+                let mut settings = usual();
+                settings.block_frames = 16;
+                settings
             },
             "block_frames",
         ),
         (
-            OfflineSettings {
-                schedule: endless,
-                ..usual()
+            {
+                let mut settings = usual();
+                settings.schedule = endless;
+                settings
             },
             "level",
         ),

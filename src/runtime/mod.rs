@@ -1,4 +1,4 @@
-//! Where the stages meet: schedules on a virtual clock, and the threads, clocks and atomics that drive them in real time.
+//! The engine in real time (threads, clocks, atomics, devices), and offline rendering on a virtual clock.
 
 pub mod budget;
 pub mod device;

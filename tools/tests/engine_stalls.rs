@@ -18,22 +18,15 @@ const FRAME_S: f64 = 1.0 / 60.0;
 const FRAMES: usize = 735;
 
 fn engine(slots: usize, sources: usize) -> (Controller, Renderer) {
-    let settings = EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: slots,
-            rate_hz: RATE_HZ,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 64,
-            source_rays: 16,
-            ..PropagationSettings::default()
-        },
-        max_sources: Some(sources),
-        frame_time: FrameTime::Fixed(FRAME_S),
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = slots;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.propagation.guide_rays = 64;
+    settings.propagation.source_rays = 16;
+    settings.max_sources = Some(sources);
+    settings.frame_time = FrameTime::Fixed(FRAME_S);
+    settings.affinity = AffinityPolicy::None;
     let (mut controller, renderer) = Engine::new(settings).expect("an engine");
     let mesh = procedural::shoebox(Vec3::new(12.0, 4.0, 9.0), "concrete");
     let table = MaterialTable::built_in();

@@ -216,10 +216,8 @@ fn builders() -> usize {
 #[test]
 fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
     let _turn = TURN.lock();
-    let settings = EngineSettings {
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.affinity = AffinityPolicy::None;
     let (mut controller, renderer) = Engine::new(settings).expect("an engine");
     let mesh = procedural::by_name("bootcamp").expect("a scene").mesh;
     let table = MaterialTable::built_in();

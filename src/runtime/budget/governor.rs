@@ -101,7 +101,11 @@ impl Governor {
     }
 
     /// The settings in force now.
-    pub fn active_quality(&self, settings: &PropagationSettings, max_paths: usize) -> ActiveQuality {
+    pub fn active_quality(
+        &self,
+        settings: &PropagationSettings,
+        max_paths: usize,
+    ) -> ActiveQuality {
         ActiveQuality::at(self.position, settings, max_paths)
     }
 
@@ -133,16 +137,16 @@ impl Governor {
         self.peak_s = mean_s.max(self.peak_s * (-passed_s / PEAK_DECAY_S).exp());
         let limit_s = self.limit(budget, spent, mean_s);
         match budget.quality {
-            QualityChoice::Exactly(tier) => self.change(tier.0.min(LAST_QUALITY_LEVEL)),
+            QualityChoice::Exactly(level) => self.change(level.0.min(LAST_QUALITY_LEVEL)),
             QualityChoice::Free => self.choose(limit_s, mean_s, 0),
-            QualityChoice::AtLeast(tier) => {
-                self.choose(limit_s, mean_s, tier.0.min(LAST_QUALITY_LEVEL))
+            QualityChoice::AtLeast(level) => {
+                self.choose(limit_s, mean_s, level.0.min(LAST_QUALITY_LEVEL))
             }
         }
-        let way = f64::from(self.level) - self.position;
-        if way != 0.0 {
-            let step = (passed_s / TRANSITION_S * way.abs().max(1.0)).min(MAX_LEVEL_STEP);
-            self.position += way.clamp(-step, step);
+        let distance = f64::from(self.level) - self.position;
+        if distance != 0.0 {
+            let step = (passed_s / TRANSITION_S * distance.abs().max(1.0)).min(MAX_LEVEL_STEP);
+            self.position += distance.clamp(-step, step);
             self.peak_s = mean_s;
         }
     }
@@ -228,9 +232,9 @@ impl Governor {
         }
     }
 
-    fn change(&mut self, tier: u8) {
-        if tier != self.level {
-            self.level = tier;
+    fn change(&mut self, level: u8) {
+        if level != self.level {
+            self.level = level;
             self.since_change_s = 0.0;
             self.overloaded_updates = 0;
             self.went_up = false;

@@ -23,6 +23,7 @@ use crate::error::{Error, Result};
 /// assert!(budget.check().is_ok());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Budget {
     /// Longest propagation update T_SPS in seconds, 0.0001 to 10; `None` is no limit.
     pub update_s: Option<f64>,
@@ -65,10 +66,10 @@ impl Budget {
         range("update_s", self.update_s, 1e-4, 10.0)?;
         range("core_share", self.core_share, 0.05, 2.0)?;
         match self.quality {
-            QualityChoice::AtLeast(tier) | QualityChoice::Exactly(tier)
-                if tier.0 > LAST_QUALITY_LEVEL =>
+            QualityChoice::AtLeast(level) | QualityChoice::Exactly(level)
+                if level.0 > LAST_QUALITY_LEVEL =>
             {
-                let problem = format!("{} is no quality level", tier.0);
+                let problem = format!("{} is no quality level", level.0);
                 let advice = format!("choose 0 (full) to {LAST_QUALITY_LEVEL} (lowest)");
                 Err(Error::setting("quality", problem, &advice))
             }

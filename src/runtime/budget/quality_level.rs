@@ -23,21 +23,21 @@ pub struct QualityFactors {
     pub late_interval: u64,
 }
 
-/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders last. `bench speed --tier N`
+/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders last. `bench speed --level N`
 /// measures one of them.
 pub const QUALITY_LEVELS: [QualityFactors; 6] = [
-    share(1.0, 1.0, 0, 1),
-    share(0.7, 0.7, 0, 1),
-    share(0.5, 0.5, 0, 2),
-    share(0.35, 0.5, 1, 3),
-    share(0.25, 0.35, 2, 4),
-    share(0.12, 0.25, 3, 4),
+    factors(1.0, 1.0, 0, 1),
+    factors(0.7, 0.7, 0, 1),
+    factors(0.5, 0.5, 0, 2),
+    factors(0.35, 0.5, 1, 3),
+    factors(0.25, 0.35, 2, 4),
+    factors(0.12, 0.25, 3, 4),
 ];
 
 /// Number of the last level.
 pub const LAST_QUALITY_LEVEL: u8 = QUALITY_LEVELS.len() as u8 - 1;
 
-const fn share(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> QualityFactors {
+const fn factors(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> QualityFactors {
     QualityFactors {
         guide_rays: rays,
         source_rays: rays,
@@ -65,15 +65,15 @@ pub struct ActiveQuality {
 
 impl ActiveQuality {
     /// At a position between levels: 1.5 lies halfway from level 1 to level 2.
-    pub fn at(place: f64, settings: &PropagationSettings, max_paths: usize) -> Self {
-        let place = place.clamp(0.0, f64::from(LAST_QUALITY_LEVEL));
-        let (below, part) = (place as usize, place.fract() as f32);
+    pub fn at(position: f64, settings: &PropagationSettings, max_paths: usize) -> Self {
+        let position = position.clamp(0.0, f64::from(LAST_QUALITY_LEVEL));
+        let (below, part) = (position as usize, position.fract() as f32);
         let above = (below + 1).min(QUALITY_LEVELS.len() - 1);
         let (from, to) = (&QUALITY_LEVELS[below], &QUALITY_LEVELS[above]);
         // Geometric interpolation: equal steps change cost by equal factors.
-        let scaled = |full: f64, share: fn(&QualityFactors) -> f32| {
-            let share = share(from) * (share(to) / share(from)).powf(part);
-            (full * f64::from(share)).round().max(1.0)
+        let scaled = |full: f64, factors: fn(&QualityFactors) -> f32| {
+            let factors = factors(from) * (factors(to) / factors(from)).powf(part);
+            (full * f64::from(factors)).round().max(1.0)
         };
         let guide_rays = scaled(settings.guide_rays.into(), |s| s.guide_rays) as u32;
         let source_rays = scaled(settings.source_rays.into(), |s| s.source_rays) as u32;
@@ -81,27 +81,30 @@ impl ActiveQuality {
             propagation: PropagationQuality {
                 guide_rays,
                 source_rays,
-                depth: settings.depth.saturating_sub(usize::from(from.skipped_orders)),
+                depth: settings
+                    .depth
+                    .saturating_sub(usize::from(from.skipped_orders)),
                 cache_updates: scaled(settings.cache_updates as f64, |s| s.cache_updates) as u64,
                 late_interval: from.late_interval,
             },
             max_paths: scaled(max_paths as f64, |s| s.paths) as usize,
-            order_gain: std::array::from_fn(|order| order_gain(place, order, settings.depth)),
+            order_gain: std::array::from_fn(|order| order_gain(position, order, settings.depth)),
         }
     }
 }
 
 /// Gain of a reflection order: falls from 1 to 0 before the first level that skips the order.
-fn order_gain(place: f64, order: usize, depth: usize) -> f32 {
-    let leaves_out =
-        |share: &QualityFactors| order > depth.saturating_sub(usize::from(share.skipped_orders));
+fn order_gain(position: f64, order: usize, depth: usize) -> f32 {
+    let leaves_out = |factors: &QualityFactors| {
+        order > depth.saturating_sub(usize::from(factors.skipped_orders))
+    };
     let reflected = order > 0 && order <= depth;
     match QUALITY_LEVELS
         .iter()
         .position(leaves_out)
         .filter(|_| reflected)
     {
-        Some(tier) => ((tier as f64 - FADE_OUT_MARGIN - place) / (1.0 - FADE_OUT_MARGIN))
+        Some(level) => ((level as f64 - FADE_OUT_MARGIN - position) / (1.0 - FADE_OUT_MARGIN))
             .clamp(0.0, 1.0) as f32,
         None => 1.0,
     }
@@ -115,8 +118,11 @@ mod tests {
 
     #[test]
     fn the_first_tier_is_everything_and_no_other_has_more_than_its_forerunner() {
-        let detail = |place: f64| ActiveQuality::at(place, &SETTINGS(), 2048);
-        assert_eq!(detail(0.0).propagation, PropagationQuality::full(&SETTINGS()));
+        let detail = |position: f64| ActiveQuality::at(position, &SETTINGS(), 2048);
+        assert_eq!(
+            detail(0.0).propagation,
+            PropagationQuality::full(&SETTINGS())
+        );
         assert_eq!(detail(0.0).order_gain, [1.0; MAX_ORDER + 1]);
         let mut last = detail(0.0);
         for step in 1..=500 {
@@ -159,6 +165,9 @@ mod tests {
         let least = ActiveQuality::at(5.0, &shallow, 4);
         assert_eq!((least.propagation.depth, least.max_paths), (0, 1));
         assert_eq!(least.order_gain[1], 0.0);
-        assert_eq!(ActiveQuality::at(f64::NAN, &shallow, 4).propagation.depth, 1);
+        assert_eq!(
+            ActiveQuality::at(f64::NAN, &shallow, 4).propagation.depth,
+            1
+        );
     }
 }

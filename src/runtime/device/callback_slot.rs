@@ -82,7 +82,9 @@ mod tests {
         assert!(slot.lease().is_none());
         let mut block = [0.0; 2];
         leased.fill(&mut block);
-        std::thread::spawn(move || drop(leased)).join().expect("ends");
+        std::thread::spawn(move || drop(leased))
+            .join()
+            .expect("ends");
         slot.lease().expect("is back").fill(&mut block);
         assert_eq!(block, [2.0; 2]);
         assert_eq!(slot.blocks(), 2);

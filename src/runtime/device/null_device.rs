@@ -18,6 +18,7 @@ const BURST_FRAMES: u32 = 192;
 
 /// Counts of a null device.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct NullDeviceReport {
     /// Blocks requested.
     pub blocks: u64,

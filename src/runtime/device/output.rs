@@ -96,6 +96,7 @@ impl Words<5> for DeviceSnapshot {
 
 /// State and counts of an output since its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct DeviceReport {
     /// Properties of the open device; `None` while none is open.
     pub grant: Option<DeviceGrant>,

@@ -155,7 +155,9 @@ impl<B: Backend> Supervisor<B> {
             because,
             null_device: None,
         };
-        let Some(shape) = self.null_device else { return };
+        let Some(shape) = self.null_device else {
+            return;
+        };
         let Some(mut callback) = self.slot.lease() else {
             return;
         };

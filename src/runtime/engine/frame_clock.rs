@@ -1,24 +1,22 @@
-//! How long the graphics frames are that are heard: T_g of Eq. 1.
-//!
-//! Audio side. Ticks between two blocks count as one, so it is the frames taken by the renderer whose distance counts.
+//! Mean time between rendered graphics frames: T_g of Eq. 1. Audio side; several ticks between two blocks count as one.
 
 use std::time::Instant;
 
 use super::settings::FrameTime;
 
-/// Frames farther apart than this, in seconds, are a pause and not a graphics frame.
+/// Longer intervals, in seconds, are pauses and do not count.
 const MAX_FRAME_S: f64 = 0.5;
-/// Share of a new graphics frame in the mean.
+/// Weight of a new frame in the exponential mean.
 const FRAME_WEIGHT: f64 = 0.1;
-/// T_g until two frames have been seen, in seconds.
+/// Initial T_g in seconds.
 const FIRST_FRAME_S: f64 = 1.0 / 60.0;
 
 /// Mean time between graphics frames.
 pub(super) struct FrameClock {
     frame_s: f64,
-    /// The same of the app's, taken or not.
+    /// Mean time between the app's frames.
     tick_s: f64,
-    /// When the last one was taken, and which of the app's it was.
+    /// Time and number of the last frame taken.
     last: Option<(Instant, u64)>,
     is_fixed: bool,
 }
@@ -37,7 +35,7 @@ impl FrameClock {
         }
     }
 
-    /// The app's frame of this number is taken at a time; gives T_g in seconds.
+    /// Takes frame number `ticks` at a time; returns T_g in seconds.
     pub(super) fn take(&mut self, at: Instant, ticks: u64) -> f64 {
         if self.is_fixed {
             return self.frame_s;
@@ -53,7 +51,7 @@ impl FrameClock {
         self.frame_s
     }
 
-    /// Time between the app's graphics frames in seconds, of which the renderer may take fewer.
+    /// Mean time between the app's graphics frames in seconds.
     pub(super) fn tick_s(&self) -> f64 {
         self.tick_s
     }

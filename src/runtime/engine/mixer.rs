@@ -1,9 +1,8 @@
-//! Every source's sound into the slots of the generator, each at its own level.
+//! Mixes the samples of all sources into the slots of the generator.
 //!
-//! Audio side; wait-free, bounded by the number of sources; allocates at birth only. Where every source has a slot the
-//! mixture is the source itself. A source that changes slots fades out of one while it fades into the other, and changes
-//! again only after that; one in no slot keeps its place in its sound. What ends fades where it was heard ([`ReleaseTails`]).
-//! Levels follow the frame's without a bend ([`SmoothedGain`]).
+//! Audio side; wait-free, bounded by the number of sources; allocates in `new` only. A source that changes slots cross-fades
+//! and changes again only after that; a source without a slot advances its samples silently. A source that ends leaves a
+//! fade in its slot ([`ReleaseTails`]). Gains are smoothed ([`SmoothedGain`]).
 
 use super::messages::{NO_SLOT, SampleSourceChange, SourceRoute};
 use super::smooth_gain::{CrossFade, SmoothedGain, mix_into};
@@ -14,50 +13,57 @@ use crate::scene::SourceId;
 /// Seconds of a cross-fade between two slots.
 pub(super) const CROSS_FADE_S: f32 = 0.05;
 
-/// What the renderer knows of one source.
+/// State of one source.
 #[derive(Default)]
 struct MixerSource {
-    /// Whether the last block had it in a slot.
+    /// Whether the last block mixed it into a slot.
     is_mixed: bool,
     samples: SampleSource,
-    /// Whose feed it is.
+    /// Source that `samples` belong to.
     owner: Option<SourceId>,
-    /// Who is here in the graphics frame in use.
+    /// Source of the graphics frame in use.
     current: Option<SourceId>,
     is_present: bool,
     gain: SmoothedGain,
     target_gain: f32,
     slot: u16,
-    /// The slot it is to be in, which it goes to when it has left the one before.
+    /// Slot of the newest frame, entered when the fade out of the previous one has ended.
     next_slot: u16,
-    /// How far it has come in its slot, from 0 to 1.
+    /// Position of the fade into `slot`, 0 to 1.
     fade: f32,
-    /// The slot before, and how far it is from having left it.
+    /// The slot before, and the position of the fade out of it, 1 to 0.
     previous_slot: u16,
     previous_fade: f32,
 }
 
 impl MixerSource {
-    /// Leaves what would have been heard next to the slots where it is heard.
+    /// Adds a fade of the next samples to the slots of the source.
     fn release(&mut self, tails: &mut ReleaseTails) {
         if !std::mem::take(&mut self.is_mixed) {
             return;
         }
         let mut samples = [0.0; RELEASE_FRAMES];
         self.samples.fill(&mut samples);
-        let gain = |place: f32| self.gain.value * CrossFade { place, growth: 0.0 }.gain(0);
+        let gain = |position: f32| {
+            self.gain.value
+                * CrossFade {
+                    position,
+                    slope: 0.0,
+                }
+                .gain(0)
+        };
         tails.add(self.slot, &samples, gain(self.fade));
         tails.add(self.previous_slot, &samples, gain(self.previous_fade));
     }
 }
 
-/// All sources and the slots that they are mixed into.
+/// All sources, and the slots that they are mixed into.
 pub(super) struct Mixer {
     sources: Vec<MixerSource>,
     block: usize,
-    /// One block a slot.
+    /// One block per slot.
     inputs: Vec<f32>,
-    /// Slots that something was mixed into.
+    /// Whether a slot is not silent.
     active_slots: Vec<bool>,
     tails: ReleaseTails,
     scratch: Vec<f32>,
@@ -77,41 +83,41 @@ impl Mixer {
         }
     }
 
-    /// Gives a source another sound; the old one comes back.
+    /// Replaces the samples of a source and returns the old ones.
     pub(super) fn replace(&mut self, change: SampleSourceChange) -> SampleSource {
         let mut old = change.source;
-        if let Some(seat) = self.sources.get_mut(change.id.slot()) {
-            seat.release(&mut self.tails);
-            std::mem::swap(&mut seat.samples, &mut old);
-            seat.owner = Some(change.id);
+        if let Some(source) = self.sources.get_mut(change.id.slot()) {
+            source.release(&mut self.tails);
+            std::mem::swap(&mut source.samples, &mut old);
+            source.owner = Some(change.id);
         }
         old
     }
 
-    /// Takes over a graphics frame's sources: those and no others are there.
-    pub(super) fn set_routes(&mut self, places: &[SourceRoute]) {
-        for seat in &mut self.sources {
-            seat.is_present = false;
+    /// Sets the routes of a graphics frame; sources without a route end.
+    pub(super) fn set_routes(&mut self, routes: &[SourceRoute]) {
+        for source in &mut self.sources {
+            source.is_present = false;
         }
-        for place in places {
-            let Some(seat) = self.sources.get_mut(place.id.slot()) else {
+        for route in routes {
+            let Some(source) = self.sources.get_mut(route.id.slot()) else {
                 continue;
             };
-            if seat.current != Some(place.id) {
-                // Another source begins at its own gain.
-                seat.release(&mut self.tails);
-                seat.gain = SmoothedGain::at(place.gain);
-                (seat.slot, seat.fade) = (place.slot, 1.0);
-                seat.previous_fade = 0.0;
+            if source.current != Some(route.id) {
+                // A new source begins at its own gain, without a fade.
+                source.release(&mut self.tails);
+                source.gain = SmoothedGain::at(route.gain);
+                (source.slot, source.fade) = (route.slot, 1.0);
+                source.previous_fade = 0.0;
             }
-            seat.next_slot = place.slot;
-            seat.current = Some(place.id);
-            seat.is_present = true;
-            seat.target_gain = place.gain;
+            source.next_slot = route.slot;
+            source.current = Some(route.id);
+            source.is_present = true;
+            source.target_gain = route.gain;
         }
     }
 
-    /// Mixes the next audio frames, a block at most; gives the number of samples that streams owe.
+    /// Mixes the next audio frames, a block at most; returns the number of samples missing in streams.
     pub(super) fn mix(&mut self, frames: usize) -> u32 {
         let Self {
             sources: seats,
@@ -122,33 +128,33 @@ impl Mixer {
             rate_hz,
             ..
         } = self;
-        let growth = 1.0 / (CROSS_FADE_S * *rate_hz);
-        let step = frames as f32 * growth;
+        let slope = 1.0 / (CROSS_FADE_S * *rate_hz);
+        let step = frames as f32 * slope;
         let scratch = &mut scratch[..frames];
-        let mut starved = 0;
+        let mut underrun = 0;
         sounds.fill(false);
-        for seat in seats {
-            let plays = seat.is_present
-                && seat.owner == seat.current
-                && !matches!(seat.samples, SampleSource::Silence);
+        for source in seats {
+            let plays = source.is_present
+                && source.owner == source.current
+                && !matches!(source.samples, SampleSource::Silence);
             if !plays {
-                seat.release(tails);
+                source.release(tails);
                 continue;
             }
-            if seat.slot != seat.next_slot && seat.previous_fade == 0.0 {
-                (seat.previous_slot, seat.previous_fade) = (seat.slot, seat.fade);
-                (seat.slot, seat.fade) = (seat.next_slot, 0.0);
+            if source.slot != source.next_slot && source.previous_fade == 0.0 {
+                (source.previous_slot, source.previous_fade) = (source.slot, source.fade);
+                (source.slot, source.fade) = (source.next_slot, 0.0);
             }
-            let heard = seat.slot != NO_SLOT;
-            seat.is_mixed = heard || seat.previous_fade > 0.0;
-            if !seat.is_mixed {
-                starved += seat.samples.skip(frames);
-                seat.gain = SmoothedGain::at(seat.target_gain);
+            let is_audible = source.slot != NO_SLOT;
+            source.is_mixed = is_audible || source.previous_fade > 0.0;
+            if !source.is_mixed {
+                underrun += source.samples.skip(frames);
+                source.gain = SmoothedGain::at(source.target_gain);
                 continue;
             }
-            starved += seat.samples.fill(scratch);
-            let from = seat.gain;
-            let to = from.after(frames, seat.target_gain, *rate_hz);
+            underrun += source.samples.fill(scratch);
+            let from = source.gain;
+            let to = from.after(frames, source.target_gain, *rate_hz);
             let mut add = |slot: u16, fade: CrossFade| {
                 let slot = usize::from(slot);
                 if let Some(sounds) = sounds.get_mut(slot) {
@@ -159,18 +165,18 @@ impl Mixer {
                     mix_into(input, scratch, [from, to], fade);
                 }
             };
-            if seat.previous_fade > 0.0 {
-                let place = seat.previous_fade;
-                let growth = -growth;
-                add(seat.previous_slot, CrossFade { place, growth });
-                seat.previous_fade = (place - step).max(0.0);
+            if source.previous_fade > 0.0 {
+                let position = source.previous_fade;
+                let slope = -slope;
+                add(source.previous_slot, CrossFade { position, slope });
+                source.previous_fade = (position - step).max(0.0);
             }
-            if heard {
-                let place = seat.fade;
-                add(seat.slot, CrossFade { place, growth });
-                seat.fade = (place + step).min(1.0);
+            if is_audible {
+                let position = source.fade;
+                add(source.slot, CrossFade { position, slope });
+                source.fade = (position + step).min(1.0);
             }
-            seat.gain = to;
+            source.gain = to;
         }
         for (slot, sounds) in sounds.iter_mut().enumerate() {
             if tails.is_active(slot) {
@@ -181,14 +187,14 @@ impl Mixer {
                 tails.mix(slot, input);
             }
         }
-        starved
+        underrun
     }
 
-    /// The mixtures, a slice a slot; empty where nothing sounds. Gives the number of slots.
+    /// Writes one slice per slot to `inputs`, empty for silence; returns the number of slots.
     pub(super) fn inputs<'a>(&'a self, frames: usize, inputs: &mut [&'a [f32]]) -> usize {
         let blocks = self.inputs.chunks(self.block);
-        for ((place, block), sounds) in inputs.iter_mut().zip(blocks).zip(&self.active_slots) {
-            *place = if *sounds { &block[..frames] } else { &[] };
+        for ((input, block), sounds) in inputs.iter_mut().zip(blocks).zip(&self.active_slots) {
+            *input = if *sounds { &block[..frames] } else { &[] };
         }
         self.active_slots.len()
     }

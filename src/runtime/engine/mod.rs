@@ -5,13 +5,13 @@
 //!              └───────────────poses, gains, sounds─────────────────┘
 //! ```
 //!
-//! Newest values go through slots that are overwritten, sounds through a ring; what the audio side has done with travels
-//! back to be freed elsewhere. Every graphics frame the app calls [`Controller::tick`]; the device, or a
-//! [`crate::runtime::SoundThread`], calls [`Renderer::render`]. Either half may be dropped first: without a renderer the
-//! controller goes on and says so, without a controller the renderer goes on with the last poses.
+//! Poses and updates go through newest-value channels, sample sources through a ring; the audio side returns memory to be
+//! freed elsewhere. The app calls [`Controller::tick`] once a graphics frame; the device, or a
+//! [`crate::runtime::SoundThread`], calls [`Renderer::render`]. Either half may be dropped first: the controller then
+//! reports the missing renderer; the renderer continues with the last poses.
 //!
-//! The level L is decided when an update is taken: Eq. 1 of its own time and of the time between graphics frames, fixed
-//! until the next one (the paper's Figure 2).
+//! The extrapolation level L is set when an update is taken, by Eq. 1 of the update's time and the time between graphics
+//! frames, and holds until the next update (the paper's Figure 2).
 
 mod audibility;
 mod block_pacing;
@@ -64,14 +64,30 @@ use renderer::RendererParts;
 use statistics::Metrics;
 use worker::{PendingPropagator, Worker, extrapolator_for};
 
-/// Feed changes that may wait for the renderer; beyond them the controller keeps the newest one a source.
+/// Capacity of the ring of sample sources; beyond it the controller keeps the newest per source.
 const CHANGES_AHEAD: usize = 64;
 
-/// Makes engines.
+/// Constructor of an engine's two halves.
 pub struct Engine;
 
 impl Engine {
-    /// An engine in open air, without sources: both halves, with propagation waiting for the first tick.
+    /// An engine in open air without sources: both halves, and a propagation thread in the asynchronous schedule. Control
+    /// side; allocates.
+    ///
+    /// ```
+    /// use foresound::{Engine, EngineSettings, ListenerPose};
+    ///
+    /// # fn main() -> foresound::Result<()> {
+    /// let mut settings = EngineSettings::default();
+    /// settings.generation.max_sources = 8;
+    /// let (mut controller, mut renderer) = Engine::new(settings)?;
+    /// let source = controller.add_source([0.0, 1.5, -2.0])?;
+    /// controller.play(source, vec![0.1; 44_100].into(), true)?;
+    /// controller.tick(ListenerPose::default(), &[])?;
+    /// renderer.render(&mut [0.0; 512]);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`crate::Error::Setting`] names a setting outside its range; [`crate::Error::Engine`] if no thread can be
@@ -155,7 +171,7 @@ impl Engine {
     }
 }
 
-/// A scene with nothing to hear but the way from source to listener: one triangle of a square centimetre, out of reach.
+/// A scene with direct paths only: one triangle of 50 cm² out of reach.
 fn open_air() -> Result<Scene> {
     let far_m = -5e4;
     let positions = [[0.0, far_m, 0.0], [0.1, far_m, 0.0], [0.0, far_m, 0.1]];

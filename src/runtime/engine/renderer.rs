@@ -1,8 +1,8 @@
 //! The audio half of an engine.
 //!
-//! Audio side: one thread at a time, the device's or a [`crate::runtime::SoundThread`]. [`Renderer::render`] neither
-//! allocates, frees, locks nor waits; it reads the clock, which is no system call where the system maps it. It is bounded
-//! by the number of paths, sources and audio frames. Dropping a renderer frees, so do that elsewhere.
+//! Audio side, one thread at a time: the device's or a [`crate::runtime::SoundThread`]. [`Renderer::render`] does not
+//! allocate, free, lock or wait; it reads the clock (no system call on Linux and Android). Bounded by the number of paths,
+//! sources and audio frames. Dropping a renderer frees memory.
 
 mod frame;
 
@@ -27,15 +27,16 @@ use crate::runtime::threads::clock::{nanoseconds, now};
 use crate::runtime::threads::flush_to_zero::FlushToZero;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 
-/// Most slots of a generator.
+/// Greatest number of slots of a generator.
 const MAX_SLOTS: usize = 256;
-/// Share of a block in the mean of sound's share of a core.
+/// Weight of a block in the mean load of the sound thread.
 const SHARE_WEIGHT: f64 = 0.02;
-/// Time in seconds of the fade into and out of a pause.
+/// Fade into and out of a pause, in seconds.
 const PAUSE_FADE_S: f32 = 0.005;
 
-/// What one call of [`Renderer::render`] did.
+/// Result of one call of [`Renderer::render`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct RenderReport {
     /// Audio frames written.
     pub frames: u32,
@@ -43,21 +44,21 @@ pub struct RenderReport {
     pub graphics_frames: u32,
     /// Propagation updates taken.
     pub updates: u32,
-    /// Extrapolation level L in force at the end.
+    /// Extrapolation level L.
     pub extrapolation_level: u32,
-    /// Voices that lived or faded at the end.
+    /// Active voices at the end, including those that fade out.
     pub voices: u32,
-    /// Paths without a voice.
+    /// Paths dropped for lack of a voice.
     pub dropped_paths: u32,
-    /// Samples that streams were late with.
+    /// Samples missing in streams.
     pub underrun_samples: u32,
-    /// Whether it took longer than what it rendered lasts.
+    /// Whether the call took longer than the duration of the rendered sound.
     pub missed_deadline: bool,
     /// Whether the controller was dropped.
     pub controller_dropped: bool,
 }
 
-/// What a renderer is made of.
+/// Parts of a renderer.
 pub(super) struct RendererParts {
     pub(super) frames: Receiver<AudioFrame>,
     pub(super) updates: Receiver<UpdateMessage>,
@@ -72,32 +73,32 @@ pub(super) struct RendererParts {
     pub(super) settings: EngineSettings,
 }
 
-/// The audio half. Moves to the thread that makes sound; not shared.
+/// The audio half of an engine. Belongs to the audio thread.
 pub struct Renderer {
     parts: RendererParts,
     mixer: Mixer,
     frame_paths: FramePaths,
     clock: FrameClock,
-    /// Gain of each order of reflection, on its way to what the budget wants.
+    /// Gain of each reflection order, moving towards `target_order_gain`.
     order_gain: [f32; MAX_ORDER + 1],
     target_order_gain: [f32; MAX_ORDER + 1],
-    /// Share of a core, lately.
+    /// Mean load as a fraction of a core.
     core_share: f64,
-    /// Gain of everything, on its way to 0 in a pause.
+    /// Gain of the output, moving towards 0 in a pause.
     pause_gain: f32,
     pacing: BlockPacing,
-    /// Whether a graphics frame is being worked out, and whether only generation has not got it yet.
+    /// Whether a graphics frame is in progress, and whether its extrapolation is complete.
     frame_in_progress: bool,
     is_extrapolated: bool,
-    /// Of how many of its paths generation knows what they ask.
+    /// Number of its paths prepared for generation.
     prepared: usize,
-    /// Paths of the last frame that wait for their voices.
+    /// Paths of the last frame whose voices have not started.
     waiting_voices: usize,
     /// Voices of the last block.
     voices: u32,
-    /// How long the frame under way lasts.
+    /// Length of the frame in progress, in seconds.
     frame_s: f64,
-    /// Time that its direct paths and its others took so far.
+    /// Time spent on its direct paths and on its other paths so far.
     elapsed: [Duration; 2],
 }
 
@@ -142,18 +143,17 @@ impl Renderer {
         self.parts.settings.generation.rate_hz
     }
 
-    /// Audio frames of a block.
+    /// Audio frames per block.
     pub fn block_frames(&self) -> usize {
         self.parts.settings.block_frames
     }
 
-    /// Audio frames by which sound is late against the geometry when the device calls directly (the limiter's
-    /// look-ahead and interpolation), without the device's own buffer.
+    /// Latency of limiter and interpolation in audio frames, without the device's buffer.
     pub fn latency_frames(&self) -> usize {
         self.parts.generator.latency_frames()
     }
 
-    /// Places the calling thread by the engine's policy: core and priority. For a device's thread, once, before its first
+    /// Sets core and priority of the calling thread by the engine's settings. Once on the audio thread, before its first
     /// block; makes system calls.
     pub fn place_thread(&mut self) -> Placement {
         let placement = place_this_thread(self.parts.settings.affinity, ThreadRole::Sound);
@@ -163,7 +163,18 @@ impl Renderer {
         placement
     }
 
-    /// Renders interleaved stereo over `output`, of any length; blocks of [`Self::block_frames`] fit best.
+    /// Fills `output` with interleaved stereo; any length, multiples of [`Self::block_frames`] are most efficient. Wait-free;
+    /// audio thread.
+    ///
+    /// ```
+    /// # fn main() -> foresound::Result<()> {
+    /// # let (_controller, mut renderer) = foresound::Engine::new(Default::default())?;
+    /// let mut block = [0.0; 2 * 256];
+    /// let report = renderer.render(&mut block);
+    /// assert_eq!(report.frames, 256);
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn render(&mut self, output: &mut [f32]) -> RenderReport {
         let _flush = FlushToZero::begin();
         let started = now();
@@ -174,41 +185,48 @@ impl Renderer {
             self.advance_frame(chunk.len() / 2, &mut report);
             self.render_block(chunk, &mut report);
         }
-        let spent = started.elapsed();
+        let elapsed = started.elapsed();
         let metrics = &self.parts.metrics;
         let lasts_s = f64::from(report.frames) / f64::from(self.rate_hz());
-        report.missed_deadline = spent.as_secs_f64() > lasts_s;
+        report.missed_deadline = elapsed.as_secs_f64() > lasts_s;
         report.extrapolation_level = metrics.extrapolation_level.load(Ordering::Relaxed);
         report.controller_dropped = self.parts.frames.is_abandoned();
-        self.core_share += SHARE_WEIGHT * (spent.as_secs_f64() / lasts_s.max(1e-6) - self.core_share);
+        self.core_share +=
+            SHARE_WEIGHT * (elapsed.as_secs_f64() / lasts_s.max(1e-6) - self.core_share);
         let millicores = (1e3 * self.core_share) as u32;
         metrics
             .sound_millicores
             .store(millicores, Ordering::Relaxed);
-        self.parts
-            .spans
-            .record(SpanKind::Block, started, spent, report.extrapolation_level.into());
-        metrics.block.record(spent);
+        self.parts.spans.record(
+            SpanKind::Block,
+            started,
+            elapsed,
+            report.extrapolation_level.into(),
+        );
+        metrics.block.record(elapsed);
         let lasts_ns = (1e9 * lasts_s) as u64;
         metrics.block_lasts_ns.store(lasts_ns, Ordering::Relaxed);
         metrics
             .block_peak_ns
-            .fetch_max(nanoseconds(spent), Ordering::Relaxed);
+            .fetch_max(nanoseconds(elapsed), Ordering::Relaxed);
         add(&metrics.blocks, 1);
         add(&metrics.missed, u64::from(report.missed_deadline));
         add(&metrics.dropped_paths, u64::from(report.dropped_paths));
-        add(&metrics.underrun_samples, u64::from(report.underrun_samples));
+        add(
+            &metrics.underrun_samples,
+            u64::from(report.underrun_samples),
+        );
         report
     }
 
-    /// Takes new sounds as long as there is a place for the old ones to go.
+    /// Takes new sample sources while the return ring has room for the old ones.
     fn take_source_changes(&mut self) {
         while !self.parts.retired.is_full() {
             let Ok(change) = self.parts.source_changes.pop() else {
                 return;
             };
             let old = self.mixer.replace(change);
-            // There is a place: this side alone fills it.
+            // There is room: only this side fills the ring.
             if let Err(rtrb::PushError::Full(old)) = self.parts.retired.push(old) {
                 std::mem::forget(old);
             }
@@ -233,14 +251,14 @@ impl Renderer {
         self.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
         self.apply_pause_gain(output, if paused { 0.0 } else { 1.0 });
-        let spent = started.elapsed();
-        self.parts.metrics.generation.record(spent);
+        let elapsed = started.elapsed();
+        self.parts.metrics.generation.record(elapsed);
         self.parts
             .spans
-            .record(SpanKind::Generation, started, spent, made.voices.into());
+            .record(SpanKind::Generation, started, elapsed, made.voices.into());
     }
 
-    /// Whether nothing is rendered in a pause.
+    /// Whether a pause has faded out.
     fn is_silent(&self) -> bool {
         self.parts.frame.paused && self.pause_gain == 0.0
     }

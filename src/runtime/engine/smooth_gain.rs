@@ -1,15 +1,14 @@
-//! Gains that follow what is wanted of them without a step or a bend.
+//! Gains that follow their targets with a continuous slope.
 //!
-//! Audio side; wait-free. A gain that grows linearly within a block bends where it begins and ends to grow, and a bend of a
-//! loud sound can be heard as a click where little else sounds. Own.
+//! Audio side; wait-free. The kinks of piecewise linear gains are audible as clicks on a loud sound. Own.
 
-/// Time constant in seconds: a hundredth of a change is left after 27 ms.
+/// Time constant in seconds: 1 % of a change remains after 27 ms.
 const TIME_S: f32 = 0.004;
 
-/// What is left of a change, of the wanted gain or of 1 where that is more, that is taken to be none: −100 dB.
+/// Remainder of a change that counts as zero, relative to the larger of the target and 1: −100 dB.
 const NOTHING: f32 = 1e-5;
 
-/// A value and its growth a frame at one time.
+/// A gain and its slope per audio frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SmoothedGain {
     pub(super) value: f32,
@@ -17,13 +16,12 @@ pub(super) struct SmoothedGain {
 }
 
 impl SmoothedGain {
-    /// At rest.
+    /// A constant gain.
     pub(super) fn at(value: f32) -> Self {
         Self { value, slope: 0.0 }
     }
 
-    /// So many frames later, on its way to where it shall rest: critically damped, so that it does not overshoot from
-    /// rest. However the frames are cut into blocks, it is in the same places.
+    /// The gain `frames` later: a critically damped approach to `target`, independent of the division into blocks.
     pub(super) fn after(self, frames: usize, target: f32, rate_hz: f32) -> Self {
         if self == Self::at(target) {
             return self;
@@ -34,38 +32,38 @@ impl SmoothedGain {
         let pull = self.slope + left * per_frame;
         let decay = (-time * per_frame).exp();
         let left = (left + pull * time) * decay;
-        let growth = (self.slope - pull * time * per_frame) * decay;
+        let slope = (self.slope - pull * time * per_frame) * decay;
         let nothing = NOTHING * target.abs().max(1.0);
-        if left.abs() < nothing && (growth / per_frame).abs() < nothing {
+        if left.abs() < nothing && (slope / per_frame).abs() < nothing {
             return Self::at(target);
         }
         Self {
             value: target + left,
-            slope: growth,
+            slope: slope,
         }
     }
 }
 
-/// Place in a fade before its first frame, from 0 for nothing to 1 for everything, and growth a frame.
+/// Position in a fade before its first frame, 0 (silent) to 1, and slope per audio frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CrossFade {
-    pub(super) place: f32,
-    pub(super) growth: f32,
+    pub(super) position: f32,
+    pub(super) slope: f32,
 }
 
 impl CrossFade {
-    /// The share after so many frames; neither end has a bend, and what falls and what rises are a whole together.
+    /// The gain after `frames`: smoothstep, so that a fade in and a fade out sum to 1.
     pub(super) fn gain(self, frames: usize) -> f32 {
-        let place = (self.place + self.growth * frames as f32).clamp(0.0, 1.0);
-        place * place * (3.0 - 2.0 * place)
+        let position = (self.position + self.slope * frames as f32).clamp(0.0, 1.0);
+        position * position * (3.0 - 2.0 * position)
     }
 
     fn is_constant(self) -> bool {
-        (self.place <= 0.0 && self.growth <= 0.0) || (self.place >= 1.0 && self.growth >= 0.0)
+        (self.position <= 0.0 && self.slope <= 0.0) || (self.position >= 1.0 && self.slope >= 0.0)
     }
 }
 
-/// Adds samples at a share of a gain that goes from one to another without a bend.
+/// Adds samples times `fade` and a gain that moves from `from` to `to` with a continuous slope.
 pub(super) fn mix_into(
     input: &mut [f32],
     samples: &[f32],
@@ -79,15 +77,15 @@ pub(super) fn mix_into(
         pairs.for_each(|(sum, sample)| *sum += sample * gain);
         return;
     }
-    // Hermite's cubic of the share of the block that has passed.
+    // Cubic Hermite interpolation over the block.
     let length = count as f32;
     let (first, last) = (from.slope * length, to.slope * length);
     let rise = to.value - from.value;
     let cubed = first + last - 2.0 * rise;
     let squared = 3.0 * rise - 2.0 * first - last;
     for (n, (sum, sample)) in pairs.enumerate() {
-        let place = (n + 1) as f32 / length;
-        let gain = from.value + place * (first + place * (squared + place * cubed));
+        let position = (n + 1) as f32 / length;
+        let gain = from.value + position * (first + position * (squared + position * cubed));
         *sum += sample * gain * fade.gain(n + 1);
     }
 }
@@ -98,8 +96,8 @@ mod tests {
 
     const RATE_HZ: f32 = 44_100.0;
     const WHOLE: CrossFade = CrossFade {
-        place: 1.0,
-        growth: 0.0,
+        position: 1.0,
+        slope: 0.0,
     };
 
     /// The gain at every frame, mixed in blocks of one length.
@@ -168,11 +166,11 @@ mod tests {
 
     #[test]
     fn what_falls_and_what_rises_are_a_whole() {
-        let growth = 1.0 / 50.0;
-        let rises = |place| CrossFade { place, growth };
-        let falls = |place| CrossFade {
-            place,
-            growth: -growth,
+        let slope = 1.0 / 50.0;
+        let rises = |position| CrossFade { position, slope };
+        let falls = |position| CrossFade {
+            position,
+            slope: -slope,
         };
         let [mut low, mut high] = [vec![0.0f32; 80], vec![0.0f32; 80]];
         let gain = [SmoothedGain::at(2.0); 2];

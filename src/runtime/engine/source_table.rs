@@ -1,7 +1,6 @@
-//! Which sources there are: slots with generations, so that an old handle is an error and never another source.
+//! Table of sources. Entries have generations, so a stale handle is an error and never refers to another source.
 //!
-//! Control side. A slot counts 65,536 tenants before a generation comes again; freed slots wait in a queue, so with
-//! sixteen free ones that is a million sources.
+//! Control side. A generation repeats after 65,536 sources in one entry; free entries are used in turn.
 
 use std::collections::VecDeque;
 
@@ -12,13 +11,13 @@ use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
 use crate::runtime::engine::source_virtualization::VirtualSource;
 use crate::scene::{SourceId, SourcePose};
 
-/// What the app has said of one source.
+/// Settings of one source.
 #[derive(Debug, Clone, Copy)]
 struct SourceState {
     pose: SourcePose,
     gain: f32,
     muted: bool,
-    /// Whether it has a sound.
+    /// Whether it has samples.
     plays: bool,
 }
 
@@ -31,32 +30,32 @@ struct SourceEntry {
 
 impl SourceEntry {
     fn virtual_source(&self) -> Option<VirtualSource> {
-        let tenant = self.state?;
+        let state = self.state?;
         Some(VirtualSource {
-            pose: tenant.pose,
-            gain: if tenant.muted { 0.0 } else { tenant.gain },
-            plays: tenant.plays,
+            pose: state.pose,
+            gain: if state.muted { 0.0 } else { state.gain },
+            plays: state.plays,
         })
     }
 }
 
-/// All slots.
+/// All sources.
 #[derive(Debug)]
 pub(super) struct SourceTable {
     slots: Vec<SourceEntry>,
     free: VecDeque<u16>,
 }
 
-/// Farthest coordinate in metres that a pose may have: beyond it squares of distances lose all meaning.
+/// Greatest coordinate in metres: beyond it squared distances lose all precision.
 const MAX_COORDINATE_M: f32 = 1e6;
 
-/// Refuses places that are no places.
-pub(super) fn check_position(name: &str, place: Vec3) -> Result<()> {
-    if place.abs().cmple(Vec3::splat(MAX_COORDINATE_M)).all() {
+/// Rejects positions that are not finite or too far out.
+pub(super) fn check_position(name: &str, position: Vec3) -> Result<()> {
+    if position.abs().cmple(Vec3::splat(MAX_COORDINATE_M)).all() {
         return Ok(());
     }
-    let problem = format!("{place} is no place");
-    let advice = "give metres below 1e6 in magnitude; the last good place is kept";
+    let problem = format!("{position} is no position");
+    let advice = "give metres below 1e6 in magnitude; the last good position is kept";
     Err(Error::setting(name, problem, advice))
 }
 
@@ -78,7 +77,7 @@ impl SourceTable {
         check_position("position", position)?;
         let Some(index) = self.free.pop_front() else {
             let problem = format!("all {} sources are in use", self.slots.len());
-            let advice = "remove one, or raise most_sources";
+            let advice = "remove one, or raise max_sources";
             return Err(Error::engine(problem, advice));
         };
         let slot = &mut self.slots[usize::from(index)];
@@ -92,7 +91,7 @@ impl SourceTable {
         Ok(id)
     }
 
-    /// Removes a source from the graphics frame of this number on.
+    /// Removes a source from graphics frame `tick` on.
     pub(super) fn remove(&mut self, id: SourceId, tick: u64) -> Result<()> {
         self.state_mut(id)?;
         let slot = &mut self.slots[id.slot()];
@@ -104,22 +103,22 @@ impl SourceTable {
     }
 
     pub(super) fn move_to(&mut self, id: SourceId, position: Vec3) -> Result<()> {
-        let tenant = self.state_mut(id)?;
+        let state = self.state_mut(id)?;
         check_position("position", position)?;
-        tenant.pose.position = position;
+        state.pose.position = position;
         Ok(())
     }
 
-    /// Takes place, orientation and settings over.
+    /// Sets position, orientation and settings.
     pub(super) fn pose(&mut self, pose: &SourcePose) -> Result<()> {
-        let tenant = self.state_mut(pose.id)?;
+        let state = self.state_mut(pose.id)?;
         check_position("position", pose.position)?;
         if !pose.orientation.is_finite() {
             let problem = format!("{} is no orientation", pose.orientation);
             let advice = "give a unit quaternion; the last good pose is kept";
             return Err(Error::setting("orientation", problem, advice));
         }
-        tenant.pose = *pose;
+        state.pose = *pose;
         Ok(())
     }
 
@@ -134,12 +133,12 @@ impl SourceTable {
     }
 
     pub(super) fn set_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
-        let tenant = self.state_mut(id)?;
+        let state = self.state_mut(id)?;
         if !(0.0..=1e3).contains(&gain) {
-            let advice = "give a pressure ratio from 0 to 1000";
+            let advice = "give a linear gain from 0 to 1000";
             return Err(Error::setting("gain", format!("{gain} is none"), advice));
         }
-        tenant.gain = gain;
+        state.gain = gain;
         Ok(())
     }
 
@@ -170,19 +169,19 @@ impl SourceTable {
         self.slots.len() - self.free.len()
     }
 
-    /// Every source, by slot.
+    /// All sources, by index.
     pub(super) fn iter(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
         self.slots.iter().filter_map(SourceEntry::virtual_source)
     }
 
-    /// Lets slots without tenants rest on, `release_s` seconds of audio in all.
-    pub(super) fn advance_releases(&mut self, heard: &PlaybackProgress, release_s: f64) {
+    /// Updates the release of all entries.
+    pub(super) fn advance_releases(&mut self, progress: &PlaybackProgress, release_s: f64) {
         for slot in &mut self.slots {
-            slot.release.advance(heard, release_s);
+            slot.release.advance(progress, release_s);
         }
     }
 
-    /// Every source but those whose slot has to rest after its last tenant, who would be cut off.
+    /// All sources but those whose slot is still releasing its last source.
     pub(super) fn iter_released(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
         let rested = |slot: &&SourceEntry| slot.release == SlotRelease::Free;
         self.slots
@@ -201,15 +200,15 @@ mod tests {
         let mut table = SourceTable::new(1);
         let first = table.add(Vec3::ZERO).expect("is free");
         let ids = |table: &mut SourceTable, placed: u64, time_s: f64| -> Vec<SourceId> {
-            let heard = PlaybackProgress {
+            let progress = PlaybackProgress {
                 tick: 9,
                 applied_tick: placed,
                 time_s,
             };
-            table.advance_releases(&heard, 0.15);
-            table.iter_released().map(|guest| guest.pose.id).collect()
+            table.advance_releases(&progress, 0.15);
+            table.iter_released().map(|source| source.pose.id).collect()
         };
-        // Whose slot nobody had before begins at once.
+        // A source in an unused slot starts at once.
         assert_eq!(ids(&mut table, 0, 0.0), [first]);
         table.remove(first, 4).expect("is there");
         let second = table.add(Vec3::ONE).expect("is free again");
@@ -217,7 +216,7 @@ mod tests {
         assert!(ids(&mut table, 4, 3.0).is_empty());
         assert!(ids(&mut table, 9, 3.149).is_empty());
         assert_eq!(ids(&mut table, 9, 3.151), [second]);
-        // It is there all the same.
+        // It exists all the same.
         assert_eq!(table.iter().count(), 1);
         assert!(table.check(second).is_ok());
     }

@@ -1,7 +1,7 @@
-//! One step of propagation at run time: newest orders, newest poses, one update, off to the renderer.
+//! One step of propagation: newest propagator, newest poses, one update, sent to the renderer.
 //!
-//! Runs on whichever thread calls [`Worker::step`]: the propagation thread alone, or the app's and its helpers in the
-//! synchronous schedule. Allocates while a scene is new; frees what the renderer has retired.
+//! Runs on the propagation thread, or on the app's thread and its helpers in the synchronous schedule. Allocates in a new
+//! scene; frees what the renderer returned.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -22,10 +22,10 @@ use crate::runtime::trace::system_trace::section;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 use crate::scene::Scene;
 
-/// The newest propagator that the controller wants used: for another scene, or with other settings.
+/// A new propagator from the controller, for another scene or with other settings.
 pub(super) type PendingPropagator = Arc<AtomicBox<Propagator>>;
 
-/// Propagation with its ends of the handovers.
+/// Propagation and its ends of the channels.
 pub(super) struct Worker {
     pub(super) propagator: Box<Propagator>,
     pub(super) pending_propagator: PendingPropagator,
@@ -35,37 +35,37 @@ pub(super) struct Worker {
     pub(super) max_paths: usize,
     pub(super) max_sources: usize,
     pub(super) synchronous: bool,
-    /// Whether the sound thread's blocks are to take alike time.
+    /// [`super::EngineSettings::even_blocks`].
     pub(super) even_blocks: bool,
-    /// Who traces, besides the thread that steps.
+    /// Threads of an update.
     pub(super) threads: Threads,
     pub(super) governor: Governor,
-    /// What the budget leaves.
+    /// Quality in force.
     pub(super) quality: ActiveQuality,
-    /// Time of the last update's poses.
+    /// Time of the poses of the last update, in seconds.
     pub(super) last_time_s: Option<f64>,
-    /// Heat and hints, by the time since the engine began.
+    /// Thermal and performance hints, timed since `epoch`.
     pub(super) device_hints: DeviceHints,
     pub(super) epoch: Instant,
-    /// Paths for pictures, and how many.
+    /// Paths for debug drawing, and how many.
     pub(super) snapshots: Sender<PathSnapshot>,
     pub(super) max_snapshot_paths: usize,
     pub(super) spans: SpanWriter,
     pub(super) before_update: Option<fn(u64)>,
-    /// The poses in use.
+    /// Poses in use.
     pub(super) newest: Option<Box<WorldFrame>>,
-    /// The predictor that the renderer has or will have got.
+    /// Predictor sent to the renderer last.
     pub(super) predictor: PredictorKind,
-    /// Extrapolation for a new scene, waiting for its first update.
+    /// Extrapolator for a new scene, sent with its first update.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
-    /// The scene that the propagator was given last; it has its own copy as soon as instances move.
+    /// Scene set last; the propagator has its own copy once instances move.
     pub(super) base_scene: Arc<Scene>,
-    /// The same with other instances, waiting for its first update.
+    /// The scene with other instances, sent with its first update.
     pub(super) scenes: Option<ScenePair>,
     pub(super) update: u64,
 }
 
-/// Extrapolation for a propagator's scene, with room for as many paths and sources as there may be.
+/// An extrapolator for a propagator's scene, with memory for the greatest number of paths and sources.
 pub(super) fn extrapolator_for(
     propagator: &Propagator,
     kind: PredictorKind,
@@ -78,8 +78,8 @@ pub(super) fn extrapolator_for(
 }
 
 impl Worker {
-    /// Computes an update if there are new poses or a new order; gives the time to rest until the next, or `None` if
-    /// there was nothing to do.
+    /// Computes an update if there are new poses or a new propagator; returns the pause before the next, `None` if there was
+    /// nothing to do.
     pub(super) fn step(&mut self) -> Option<Duration> {
         let ordered = self.take_propagator();
         let posed = self.take_poses();
@@ -88,7 +88,7 @@ impl Worker {
         if let Some(before_update) = self.before_update {
             before_update(self.update);
         }
-        let mut delivery = self.updates.take_blank(UpdateMessage::default);
+        let mut message = self.updates.take_blank(UpdateMessage::default);
         let started = now();
         let _section = section("foresound update");
         self.propagator.update_with(
@@ -96,46 +96,46 @@ impl Worker {
             &world.listener,
             &world.sources,
             world.time_s,
-            &mut delivery.paths,
+            &mut message.paths,
         );
-        let trimmed = keep_loudest(&mut delivery.paths.paths, self.quality.max_paths);
-        self.prepare(world.predictor, &mut delivery);
-        let spent = started.elapsed();
-        delivery.order_gain = self.quality.order_gain;
-        let paths = delivery.paths.paths.len() as u64;
+        let trimmed = keep_loudest(&mut message.paths.paths, self.quality.max_paths);
+        self.prepare(world.predictor, &mut message);
+        let elapsed = started.elapsed();
+        message.order_gain = self.quality.order_gain;
+        let paths = message.paths.paths.len() as u64;
         if self.max_snapshot_paths > 0 {
             let mut shown = self.snapshots.take_blank(PathSnapshot::default);
-            fill_snapshot(&delivery.paths, self.max_snapshot_paths, &mut shown.paths);
+            fill_snapshot(&message.paths, self.max_snapshot_paths, &mut shown.paths);
             self.snapshots.send(shown);
         }
         self.metrics
             .rays
-            .store(delivery.paths.rays, Ordering::Relaxed);
-        self.govern(&world, spent);
+            .store(message.paths.rays, Ordering::Relaxed);
+        self.govern(&world, elapsed);
         let rest = Duration::from_secs_f64(self.governor.pause_s());
-        delivery.interval_s = (spent + rest).as_secs_f64();
-        delivery.synchronous = self.synchronous;
-        delivery.extrapolator = self.extrapolator.take();
-        delivery.scenes = self.scenes.take();
-        delivery.predictor = (world.predictor != self.predictor).then(|| {
+        message.interval_s = (elapsed + rest).as_secs_f64();
+        message.synchronous = self.synchronous;
+        message.extrapolator = self.extrapolator.take();
+        message.scenes = self.scenes.take();
+        message.predictor = (world.predictor != self.predictor).then(|| {
             let kind = self.renderer_predictor(world.predictor);
             PredictorState::with_room(kind, self.max_paths, self.max_sources)
         });
         self.predictor = world.predictor;
         self.newest = Some(world);
         self.update += 1;
-        self.spans.record(SpanKind::Update, started, spent, paths);
-        self.metrics.propagation.record(spent);
+        self.spans.record(SpanKind::Update, started, elapsed, paths);
+        self.metrics.propagation.record(elapsed);
         add(&self.metrics.trimmed_paths, trimmed as u64);
-        let latest_ns = nanoseconds(spent);
+        let latest_ns = nanoseconds(elapsed);
         self.metrics
             .propagation_ns
             .store(latest_ns, Ordering::Relaxed);
-        self.send(delivery);
+        self.send(message);
         Some(rest)
     }
 
-    /// The predictor as the sound thread is to have it.
+    /// The predictor for the renderer.
     fn renderer_predictor(&self, kind: PredictorKind) -> PredictorKind {
         match self.even_blocks {
             true => kind.thrifty(),
@@ -143,23 +143,23 @@ impl Worker {
         }
     }
 
-    /// Works out here what the sound thread would have to when it takes the update.
-    fn prepare(&self, predictor: PredictorKind, delivery: &mut UpdateMessage) {
+    /// Computes here what the sound thread would otherwise compute when it takes the update.
+    fn prepare(&self, predictor: PredictorKind, message: &mut UpdateMessage) {
         let UpdateMessage {
-            paths, prepared: groundwork, ..
-        } = delivery;
+            paths, prepared, ..
+        } = message;
         match predictor {
             PredictorKind::Geometric(_) => {
-                groundwork.lay(paths, self.propagator.scene());
+                prepared.lay(paths, self.propagator.scene());
             }
-            PredictorKind::Hold | PredictorKind::Linear => groundwork.clear(),
+            PredictorKind::Hold | PredictorKind::Linear => prepared.clear(),
         }
     }
 
-    /// What the budget makes of an update.
+    /// Applies budget and thermal state after an update.
     fn govern(&mut self, world: &WorldFrame, took: Duration) {
         let before = self.governor.quality_level();
-        let spent = UpdateCost {
+        let elapsed = UpdateCost {
             update_s: took.as_secs_f64(),
             since_last_s: world.time_s - self.last_time_s.unwrap_or(world.time_s),
             sound_share: self.metrics.sound_share(),
@@ -168,9 +168,9 @@ impl Worker {
         self.last_time_s = Some(world.time_s);
         let now_s = self.epoch.elapsed().as_secs_f64();
         let budget = self.device_hints.limit_budget(world.budget, now_s);
-        self.governor.observe(&budget, &spent);
+        self.governor.observe(&budget, &elapsed);
         if !self.synchronous {
-            self.device_hints.report_update(spent.update_s, &budget);
+            self.device_hints.report_update(elapsed.update_s, &budget);
         }
         if self.device_hints.is_sound_report_due(now_s) {
             let load = self.metrics.take_sound_load();
@@ -215,10 +215,12 @@ impl Worker {
         true
     }
 
-    /// Instances that were added, removed or moved.
+    /// Takes over added, removed and moved instances.
     fn take_instances(&mut self, world: &WorldFrame) {
-        // Poses of another scene wait for its propagator.
-        if !Arc::ptr_eq(&world.scene, &self.base_scene) && world.scene.same_fixed_part(&self.base_scene) {
+        // Poses of another scene are applied with its propagator.
+        if !Arc::ptr_eq(&world.scene, &self.base_scene)
+            && world.scene.same_fixed_part(&self.base_scene)
+        {
             self.base_scene = Arc::clone(&world.scene);
             *self.propagator.scene_mut() = Scene::clone(&world.scene);
             self.scenes = Some(ScenePair::of(&world.scene));
@@ -239,27 +241,26 @@ impl Worker {
         true
     }
 
-    /// Sends an update, with what an earlier one that nobody took had brought along.
-    fn send(&mut self, mut delivery: Box<UpdateMessage>) {
+    /// Sends an update, together with the replacements of an earlier one that was not taken.
+    fn send(&mut self, mut message: Box<UpdateMessage>) {
         if let Some(mut missed) = self.updates.recall() {
-            if delivery.extrapolator.is_none() {
-                delivery.extrapolator = missed.extrapolator.take();
-                delivery.scenes = delivery.scenes.take().or_else(|| missed.scenes.take());
+            if message.extrapolator.is_none() {
+                message.extrapolator = missed.extrapolator.take();
+                message.scenes = message.scenes.take().or_else(|| missed.scenes.take());
             }
-            if delivery.predictor.is_none() {
-                delivery.predictor = missed.predictor.take();
+            if message.predictor.is_none() {
+                message.predictor = missed.predictor.take();
             }
             self.updates.keep(missed);
         }
-        self.updates.send(delivery);
+        self.updates.send(message);
     }
 }
 
-/// Energy over that of the loudest path dropped up to which paths are faded, so that one whose rank changes neither
-/// comes nor goes with a step: 6 dB.
+/// Energy relative to the loudest dropped path below which kept paths are attenuated, against steps when ranks change: 6 dB.
 const FADE_RANGE: f32 = 4.0;
 
-/// Drops the quietest paths beyond a limit, keeps the order, and gives the number dropped.
+/// Drops the quietest paths beyond a limit, keeps paths sorted by id and returns the number dropped.
 fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
     let dropped = paths.len().saturating_sub(most);
     if dropped > 0 {
@@ -319,7 +320,7 @@ mod tests {
         assert_eq!(last, 0.0);
         for step in 1..=1000 {
             let next = heard(0.3 + 0.001 * step as f32);
-            // 6 dB about the limit: at most some three times as fast as the path itself.
+            // 6 dB at the limit: at most three times the slope of the path itself.
             assert!((next - last).abs() < 0.005, "{last} to {next}");
             last = next;
         }

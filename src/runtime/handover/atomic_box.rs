@@ -10,21 +10,21 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 
 /// An atomic optional box.
 pub(crate) struct AtomicBox<T> {
-    place: AtomicPtr<T>,
+    pointer: AtomicPtr<T>,
 }
 
 impl<T: Send> AtomicBox<T> {
     /// With an initial value.
     pub(crate) fn new(value: Option<Box<T>>) -> Self {
         Self {
-            place: AtomicPtr::new(value.map_or(null_mut(), Box::into_raw)),
+            pointer: AtomicPtr::new(value.map_or(null_mut(), Box::into_raw)),
         }
     }
 
     /// Replaces the content and returns the old one.
     pub(crate) fn swap(&self, value: Option<Box<T>>) -> Option<Box<T>> {
         let value = value.map_or(null_mut(), Box::into_raw);
-        own(self.place.swap(value, Ordering::AcqRel))
+        own(self.pointer.swap(value, Ordering::AcqRel))
     }
 
     /// Takes the content.
@@ -41,14 +41,14 @@ impl<T: Send> Default for AtomicBox<T> {
 
 impl<T> Drop for AtomicBox<T> {
     fn drop(&mut self) {
-        drop(own(*self.place.get_mut()));
+        drop(own(*self.pointer.get_mut()));
     }
 }
 
 /// The box of a pointer that was taken out of an [`AtomicBox`].
-fn own<T>(place: *mut T) -> Option<Box<T>> {
+fn own<T>(pointer: *mut T) -> Option<Box<T>> {
     // SAFETY: the pointer came from `Box::into_raw` and leaves the atomic once: by an exchange, or in `drop`.
-    (!place.is_null()).then(|| unsafe { Box::from_raw(place) })
+    (!pointer.is_null()).then(|| unsafe { Box::from_raw(pointer) })
 }
 
 #[cfg(test)]

@@ -97,9 +97,9 @@ mod tests {
         let (mut sender, mut receiver) = newest::<u32>();
         assert!(receiver.take().is_none());
         for value in 1..=3 {
-            let mut place = sender.take_blank(|| 0);
-            *place = value;
-            sender.send(place);
+            let mut boxed = sender.take_blank(|| 0);
+            *boxed = value;
+            sender.send(boxed);
         }
         let taken = receiver.take().expect("sent");
         assert_eq!(*taken, 3);
@@ -139,12 +139,12 @@ mod tests {
         });
         let mut made = 0;
         for round in 1..=rounds {
-            let mut place = sender.take_blank(|| {
+            let mut boxed = sender.take_blank(|| {
                 made += 1;
                 [0; 8]
             });
-            place.fill(round);
-            sender.send(place);
+            boxed.fill(round);
+            sender.send(boxed);
         }
         reading.join().expect("no assertion fails");
         assert!(made <= MAX_HELD + 2, "{made} boxes");

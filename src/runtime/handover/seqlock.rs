@@ -34,13 +34,15 @@ impl<T: Words<N>, const N: usize> Seqlock<T, N> {
 
     /// Stores a value. Wait-free; one thread at a time, or readers may see a mixture.
     pub(crate) fn store(&self, value: T) {
-        let number = self.sequence.load(Ordering::Relaxed);
-        self.sequence.store(number.wrapping_add(1), Ordering::Relaxed);
+        let sequence = self.sequence.load(Ordering::Relaxed);
+        self.sequence
+            .store(sequence.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::Release);
         for (word, new) in self.words.iter().zip(value.to_words()) {
             word.store(new, Ordering::Relaxed);
         }
-        self.sequence.store(number.wrapping_add(2), Ordering::Release);
+        self.sequence
+            .store(sequence.wrapping_add(2), Ordering::Release);
     }
 
     /// The newest value. Not on the audio side: waits for a write to end.

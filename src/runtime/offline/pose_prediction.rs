@@ -1,6 +1,6 @@
-//! Where everybody will be when an update is used: poses carried on along the last step, by poses known at its start.
+//! Predicts poses for the time at which an update is used, from poses known at its start.
 //!
-//! Own work. A place is never carried through a surface: the way there stops short of it.
+//! A predicted position stops in front of a surface on its way. Own.
 
 use glam::Vec3;
 
@@ -11,14 +11,14 @@ use crate::runtime::offline::motion_model::{MotionModel, position_of, straight_d
 use crate::runtime::offline::schedule::{Latency, Poses, Schedule};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
-/// Distance kept from a surface that the predicted way meets, in metres.
+/// Distance kept from a surface on the predicted way, in metres.
 const CLEARANCE_M: f32 = 0.1;
 
-/// Least and farthest distance in metres within which paths are asked for that are not there.
+/// Range in metres of the radius within which nearby paths are requested.
 const MIN_NEARBY_RADIUS_M: f64 = 0.05;
 const MAX_NEARBY_RADIUS_M: f64 = 0.5;
 
-/// Distance in metres between places that late fields are asked for, and most of those.
+/// Distance in metres between positions at which late energy is estimated, and their greatest number.
 const SAMPLE_SPACING_M: f32 = 0.15;
 const MAX_STEPS: f32 = 16.0;
 
@@ -26,19 +26,19 @@ const MAX_STEPS: f32 = 16.0;
 #[derive(Debug)]
 pub(crate) struct PosePrediction {
     frames_ahead: f32,
-    /// Until the result arrives, in graphics frames.
+    /// Graphics frames until the result arrives.
     arrival_frames: f32,
-    /// From the poses that are computed for to the farthest of those that the result is used for, in graphics frames;
-    /// `None` if nobody asks what is nearby.
+    /// Graphics frames from the computed poses to the farthest use of the result; `None` if the predictor does not use
+    /// nearby paths.
     farthest_frames: Option<f32>,
     last: Option<Poses>,
     sources: MotionModel,
     predicted: Poses,
-    /// Where the listener will be while the result is used, besides [`Self::poses`].
+    /// Further positions of the listener while the result is used.
     sampled_listener: Vec<Vec3>,
-    /// Where the sources will be then: for each place all of them.
+    /// Positions of all sources for each of those.
     sampled_sources: Vec<Vec3>,
-    /// Where the listener will be who walks through what [`carried`] stops at.
+    /// Position of a listener who walks through the surface at which [`advance_to_surface`] stops.
     beyond_surface: Option<Vec3>,
 }
 
@@ -76,7 +76,7 @@ impl PosePrediction {
         }
     }
 
-    /// The poses to compute for; the same ones where nothing is predicted or nothing moves.
+    /// The poses to compute for; `now` if nothing is predicted.
     pub(crate) fn predict<'a>(&'a mut self, now: &'a Poses, scene: &Scene) -> &'a Poses {
         self.beyond_surface = None;
         self.sampled_listener.clear();
@@ -89,18 +89,17 @@ impl PosePrediction {
         let through = straight_displacement(before, at, self.frames_ahead);
         let ahead = advance_to_surface(at, through, scene);
         self.predicted.listener.position = ahead;
-        let through = through.map(|way| at + way);
+        let through = through.map(|displacement| at + displacement);
         self.beyond_surface = through.filter(|place| *place != ahead);
         for (source, pose) in self.predicted.sources.iter_mut().zip(&now.sources) {
-            let way = self.sources.displacement(last, pose, self.frames_ahead);
-            source.position = advance_to_surface(pose.position, way, scene);
+            let displacement = self.sources.displacement(last, pose, self.frames_ahead);
+            source.position = advance_to_surface(pose.position, displacement, scene);
         }
         self.sample_ahead(now, scene);
         &self.predicted
     }
 
-    /// Plans where tails are to be estimated: on the way to [`Self::poses`] while the result is heard, in even steps, and
-    /// through what that stops at.
+    /// Samples the way to the predicted poses, in even steps while the result is used, and the position beyond a surface.
     fn sample_ahead(&mut self, now: &Poses, scene: &Scene) {
         let Some(last) = &self.last else { return };
         let used = self.frames_ahead - self.arrival_frames;
@@ -118,9 +117,9 @@ impl PosePrediction {
             let frames = self.arrival_frames + used * f32::from(step) / steps;
             self.sampled_listener.push(at + listener_step * frames);
             for pose in &now.sources {
-                let way = self.sources.displacement(last, pose, frames);
+                let displacement = self.sources.displacement(last, pose, frames);
                 self.sampled_sources
-                    .push(advance_to_surface(pose.position, way, scene));
+                    .push(advance_to_surface(pose.position, displacement, scene));
             }
         }
         if let Some(beyond) = self.beyond_surface {
@@ -130,12 +129,12 @@ impl PosePrediction {
         }
     }
 
-    /// The places that tails are to be estimated for besides [`Self::poses`], and where the sources are then.
+    /// Further listener positions for late energy, and the source positions for each.
     pub(crate) fn sampled_positions(&self) -> (&[Vec3], &[Vec3]) {
         (&self.sampled_listener, &self.sampled_sources)
     }
 
-    /// Where the listener will be, if not at [`Self::poses`] but through what those stop at.
+    /// The predicted listener beyond a surface, if the predicted poses stop at one.
     pub(crate) fn beyond_surface(&self) -> Option<ListenerPose> {
         let position = self.beyond_surface?;
         Some(ListenerPose {
@@ -144,7 +143,7 @@ impl PosePrediction {
         })
     }
 
-    /// How far from [`Self::poses`] the result of an update is used, in metres; `None` if nobody asks what is nearby.
+    /// Radius in metres around the predicted listener within which the result is used; `None` without nearby paths.
     pub(crate) fn nearby_radius_m(&self, now: &Poses) -> Option<f64> {
         let frames = self.farthest_frames?;
         let Some(last) = &self.last else {
@@ -162,7 +161,7 @@ impl PosePrediction {
         Some(way_m.min(MAX_NEARBY_RADIUS_M))
     }
 
-    /// Keeps the poses of a graphics frame that is over.
+    /// Stores the poses of a completed graphics frame.
     pub(crate) fn push(&mut self, poses: &Poses) {
         if self.frames_ahead > 0.0 || self.farthest_frames.is_some() {
             self.last.get_or_insert_default().clone_from(poses);
@@ -171,15 +170,18 @@ impl PosePrediction {
     }
 }
 
-fn advance_to_surface(at: Vec3, way: Option<Vec3>, scene: &Scene) -> Vec3 {
-    let Some(way) = way.filter(|way| *way != Vec3::ZERO) else {
+/// Advances a position by a displacement, at most to [`CLEARANCE_M`] in front of a surface.
+fn advance_to_surface(at: Vec3, displacement: Option<Vec3>, scene: &Scene) -> Vec3 {
+    let Some(displacement) = displacement.filter(|displacement| *displacement != Vec3::ZERO) else {
         return at;
     };
     let local = scene.to_local(at).as_vec3();
-    let reach = 1.0 + CLEARANCE_M / way.length();
-    let ray = Ray::between(local, local + way * reach);
+    let reach = 1.0 + CLEARANCE_M / displacement.length();
+    let ray = Ray::between(local, local + displacement * reach);
     match scene.closest_hit(&ray, [NO_GROUP; 2]) {
-        None => at + way,
-        Some(hit) => at + way * (hit.t * reach - CLEARANCE_M / way.length()).max(0.0),
+        None => at + displacement,
+        Some(hit) => {
+            at + displacement * (hit.t * reach - CLEARANCE_M / displacement.length()).max(0.0)
+        }
     }
 }

@@ -1,6 +1,6 @@
-//! Offline rendering: all stages one after the other on a virtual clock. The same input gives the same bits.
+//! Offline rendering: all stages in turn on a virtual clock. Deterministic to the bit.
 //!
-//! Control side; a clock is read for the report's times only and never decides anything.
+//! Control side; the clock is read for the report only.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,32 +13,48 @@ use crate::runtime::offline::schedule::{Poses, Schedule, ScheduledPropagation};
 use crate::runtime::threads::clock::thread_processor_time;
 use crate::scene::Scene;
 
-/// How to render.
+/// Settings of offline rendering; start from [`Default`] and assign fields.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct OfflineSettings {
-    /// Graphics frames a second on the virtual clock, 1 to 1,000.
+    /// Graphics frames per second on the virtual clock, 1 to 1,000.
     pub graphics_rate_hz: f64,
-    /// Audio frames generated in one call, 32 to 4,096; changes nothing that can be heard.
+    /// Audio frames per block, 32 to 4,096; inaudible.
     pub block_frames: usize,
     /// When propagation runs.
     pub schedule: Schedule,
     /// How paths continue between updates.
     pub predictor: PredictorKind,
-    /// Rays, depth, seed.
+    /// Rays, reflection orders, seed.
     pub propagation: PropagationSettings,
-    /// Rate, sources, voices, limiter.
+    /// Sample rate, source slots, voices, limiter.
     pub generation: GeneratorSettings,
 }
 
-/// What a rendering found, one entry an event in each list.
+impl Default for OfflineSettings {
+    /// 60 graphics frames a second, blocks of 256, a whole propagation in every graphics frame.
+    fn default() -> Self {
+        Self {
+            graphics_rate_hz: 60.0,
+            block_frames: 256,
+            schedule: Schedule::Synchronous,
+            predictor: PredictorKind::default(),
+            propagation: PropagationSettings::default(),
+            generation: GeneratorSettings::default(),
+        }
+    }
+}
+
+/// Times and counts of a rendering.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct OfflineReport {
     /// Graphics frames rendered.
     pub graphics_frames: u64,
     /// Time of each propagation update (SPS).
     pub propagation: Vec<Duration>,
-    /// Processor time of each graphics frame's extrapolation (EPS): all that a sound thread has to do for it, direct paths
-    /// and the update that it may begin with included. Plain time where a system does not tell.
+    /// Processor time of each graphics frame's extrapolation (EPS), including direct paths and taking an update. Elapsed
+    /// time on systems without processor time.
     pub extrapolation: Vec<Duration>,
     /// Time of each graphics frame's generation (SGS).
     pub generation: Vec<Duration>,
@@ -46,11 +62,35 @@ pub struct OfflineReport {
     pub rays: Vec<u64>,
     /// Valid paths in each update.
     pub paths: Vec<usize>,
-    /// Paths that generation had no voice for, over all blocks.
+    /// Paths dropped for lack of a voice, over all blocks.
     pub dropped_paths: u64,
 }
 
-/// Renders graphics frame after graphics frame.
+/// Renders a moving scene frame by frame, without threads or real time.
+///
+/// ```
+/// use std::sync::Arc;
+/// use foresound::offline::{OfflineRenderer, OfflineSettings, Poses};
+/// use foresound::{Hrtf, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, shoebox};
+///
+/// # fn main() -> foresound::Result<()> {
+/// let mesh = shoebox([6.0, 3.0, 5.0].into(), "brick");
+/// let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())?;
+/// let hrtf = Arc::new(Hrtf::omnidirectional(44_100)?);
+/// let mut renderer = OfflineRenderer::new(Arc::new(scene), hrtf, OfflineSettings::default())?;
+/// let mut poses = Poses::default();
+/// poses.listener.position = [1.0, 1.7, 1.0].into();
+/// poses.sources.push(SourcePose::at(SourceId::new(0, 0), [4.0, 1.5, 3.0]));
+/// let mut sound = Vec::new();
+/// let mut silence = |_slot: usize, _from: u64, samples: &mut [f32]| samples.fill(0.0);
+/// renderer.next_frame(&poses, &mut silence, &mut |block| {
+///     sound.extend_from_slice(block);
+///     Ok(())
+/// })?;
+/// assert_eq!(sound.len(), 2 * 735); // 1/60 s of stereo
+/// # Ok(())
+/// # }
+/// ```
 pub struct OfflineRenderer {
     settings: OfflineSettings,
     pub(crate) propagation: ScheduledPropagation,
@@ -63,11 +103,11 @@ pub struct OfflineRenderer {
     output: Vec<f32>,
 }
 
-/// Fills a source slot's mono samples from a sample position on; gives nothing back for a silent slot.
+/// Fills mono samples of a source slot, given slot, number of the first sample and buffer.
 pub type Signal<'a> = dyn FnMut(usize, u64, &mut [f32]) + 'a;
 
 impl OfflineRenderer {
-    /// For a scene and a head.
+    /// For a scene and an HRTF set.
     ///
     /// # Errors
     /// [`Error::Setting`] names a setting outside its range.
@@ -119,22 +159,22 @@ impl OfflineRenderer {
         self.frame as f64 / self.settings.graphics_rate_hz
     }
 
-    /// The newest update in use.
+    /// Paths of the update in use.
     pub fn paths(&self) -> &PathSet {
         self.extrapolator.current()
     }
 
-    /// The last graphics frame's paths, as generation took them.
+    /// Extrapolated paths of the last graphics frame.
     pub fn frame_paths(&self) -> &FramePaths {
         &self.frame_paths
     }
 
-    /// What has been found so far.
+    /// Times and counts so far.
     pub fn report(&self) -> &OfflineReport {
         &self.report
     }
 
-    /// Audio frames by which the output is late against the geometry (the limiter's look-ahead).
+    /// Latency of limiter and interpolation in audio frames.
     pub fn latency_frames(&self) -> usize {
         self.generator.latency_frames()
     }
@@ -144,8 +184,8 @@ impl OfflineRenderer {
         (frame as f64 * rate_hz / self.settings.graphics_rate_hz).round() as u64
     }
 
-    /// Renders one graphics frame: the sound from this frame's time to the next one's, at whose end every path stands
-    /// where these poses put it. `sink` gets interleaved stereo.
+    /// Renders the sound from this graphics frame to the next; paths reach the values of `poses` at its end. `sink` gets
+    /// interleaved stereo.
     ///
     /// # Errors
     /// Those of `sink`.
@@ -215,7 +255,7 @@ impl OfflineRenderer {
     }
 }
 
-/// How long this thread has been at work: its processor's time, which other programs do not add to, if the system tells.
+/// Measures processor time of this thread, or elapsed time where the system has none.
 struct ProcessorTimer {
     processor: Option<Duration>,
     clock: Instant,
@@ -238,10 +278,7 @@ impl ProcessorTimer {
     }
 }
 
-#[expect(
-    clippy::disallowed_methods,
-    reason = "the report tells how long stages took; nothing depends on it"
-)]
+#[expect(clippy::disallowed_methods, reason = "for the report only")]
 fn now() -> Instant {
     Instant::now()
 }

@@ -49,7 +49,10 @@ impl Schedule {
     pub fn extrapolation_level(&self) -> u32 {
         match self {
             Self::Synchronous => 0,
-            Self::Asynchronous { extrapolation_level: level, .. } => *level,
+            Self::Asynchronous {
+                extrapolation_level: level,
+                ..
+            } => *level,
         }
     }
 
@@ -177,9 +180,15 @@ impl ScheduledPropagation {
         let mut result = std::mem::take(&mut self.spare);
         let time_s = self.frame as f64 / self.graphics_rate_hz;
         let reach_m = self.prediction.nearby_radius_m(poses);
-        let poses = self.prediction.predict(poses, self.propagator.scene()).clone();
+        let poses = self
+            .prediction
+            .predict(poses, self.propagator.scene())
+            .clone();
         let Poses { listener, sources } = &poses;
-        let through = self.prediction.beyond_surface().filter(|_| reach_m.is_some());
+        let through = self
+            .prediction
+            .beyond_surface()
+            .filter(|_| reach_m.is_some());
         if let Some(through) = &through {
             self.propagator.set_nearby_radius(None);
             self.propagator.set_predicted_positions(&[], &[]);

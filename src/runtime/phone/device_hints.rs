@@ -18,6 +18,7 @@ const SOUND_PERIOD_S: f64 = 0.05;
 
 /// Which manners are wanted, and the system's functions for them.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct DeviceHintsSettings {
     /// Whether heat lowers detail ([`crate::runtime::phone::ThermalPolicy`]).
     pub thermal: bool,
@@ -40,6 +41,7 @@ impl Default for DeviceHintsSettings {
 
 /// What came of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct DeviceHintsReport {
     /// The system's last word on its heat.
     pub reading: ThermalReading,
@@ -64,14 +66,14 @@ impl Words<3> for DeviceHintsReport {
     }
 
     fn from_words(words: [u64; 3]) -> Self {
-        let [headroom, status, [tier, hints]] = words.map(halves);
+        let [headroom, status, [level, hints]] = words.map(halves);
         let perhaps = |[is_known, number]: [u32; 2]| (is_known == 1).then_some(number);
         Self {
             reading: ThermalReading {
                 headroom: perhaps(headroom).map(f32::from_bits),
                 status: perhaps(status).map(|status| status as u8),
             },
-            thermal_quality: QualityLevel(tier as u8),
+            thermal_quality: QualityLevel(level as u8),
             hints_propagation: hints & 1 == 1,
             hints_sound: hints & 2 == 2,
         }
@@ -142,17 +144,22 @@ impl DeviceHints {
         let tiers = match budget.quality {
             _ if self.thermal_quality == QualityLevel::default() => budget.quality,
             QualityChoice::Free => QualityChoice::AtLeast(self.thermal_quality),
-            QualityChoice::AtLeast(tier) => QualityChoice::AtLeast(tier.max(self.thermal_quality)),
-            QualityChoice::Exactly(tier) => QualityChoice::Exactly(tier),
+            QualityChoice::AtLeast(level) => {
+                QualityChoice::AtLeast(level.max(self.thermal_quality))
+            }
+            QualityChoice::Exactly(level) => QualityChoice::Exactly(level),
         };
-        Budget { quality: tiers, ..budget }
+        Budget {
+            quality: tiers,
+            ..budget
+        }
     }
 
     /// Tells what an update of the calling thread took, in seconds.
-    pub fn report_update(&mut self, took_s: f64, budget: &Budget) {
+    pub fn report_update(&mut self, elapsed_s: f64, budget: &Budget) {
         let target_s = budget.update_s.unwrap_or(UPDATE_TARGET_S);
         let hints = std::mem::replace(&mut self.updates, Hints::Ended);
-        self.updates = self.report_work(hints, this_thread, took_s, target_s);
+        self.updates = self.report_work(hints, this_thread, elapsed_s, target_s);
     }
 
     /// Whether it is time to tell of sound.
@@ -179,7 +186,7 @@ impl DeviceHints {
         &self,
         hints: Hints,
         thread: impl FnOnce() -> i32,
-        took_s: f64,
+        elapsed_s: f64,
         target_s: f64,
     ) -> Hints {
         let session = match (hints, self.settings.symbols.hints) {
@@ -188,7 +195,7 @@ impl DeviceHints {
             _ => None,
         };
         match session {
-            Some(mut session) => match session.report(took_s, target_s) {
+            Some(mut session) => match session.report(elapsed_s, target_s) {
                 true => Hints::Open(session),
                 false => Hints::Ended,
             },

@@ -45,7 +45,7 @@ impl HintSession {
 
     /// Tells what one piece of work took and should take, in seconds; false if the system will not hear it any more.
     #[must_use = "a session that refuses is to be ended"]
-    pub fn report(&mut self, took_s: f64, target_s: f64) -> bool {
+    pub fn report(&mut self, elapsed_s: f64, target_s: f64) -> bool {
         let target_ns = nanoseconds(target_s);
         if target_ns != self.target_ns {
             // SAFETY: an open session.
@@ -56,7 +56,7 @@ impl HintSession {
             self.target_ns = target_ns;
         }
         // SAFETY: an open session.
-        let refused = unsafe { (self.symbols.report)(self.session, nanoseconds(took_s)) };
+        let refused = unsafe { (self.symbols.report)(self.session, nanoseconds(elapsed_s)) };
         refused == 0
     }
 }

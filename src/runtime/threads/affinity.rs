@@ -35,6 +35,7 @@ pub enum ThreadRole {
 
 /// What the system made of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Placement {
     /// Cores the thread may run on, a bit each for the first 64; 0 if not known.
     pub cores: u64,

@@ -142,18 +142,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn settings(schedule: Schedule) -> OfflineSettings {
-    OfflineSettings {
-        graphics_rate_hz: GRAPHICS_RATE_HZ,
-        block_frames: 1024,
-        schedule,
-        predictor: PREDICTOR,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            rate_hz: RATE_HZ,
-            max_sources: SOURCES,
-            ..GeneratorSettings::default()
-        },
-    }
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = GRAPHICS_RATE_HZ;
+    settings.block_frames = 1024;
+    settings.schedule = schedule;
+    settings.predictor = PREDICTOR;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.generation.max_sources = SOURCES;
+    settings
 }
 
 /// The spectrograms and the top view; gives the files' names.

@@ -120,26 +120,18 @@ impl Session {
             Some(48_000) => 48_000,
             _ => 44_100,
         };
-        let settings = EngineSettings {
-            generation: GeneratorSettings {
-                rate_hz,
-                max_sources: arguments.sources.min(16),
-                ..EngineSettings::default().generation
-            },
-            most_sources: Some(arguments.sources),
-            predictor: predictor_named(&arguments.predictor)?,
-            budget: Budget {
-                update_s: arguments.update_ms.map(|ms| 1e-3 * ms),
-                core_share: arguments.core_share,
-                ..Budget::default()
-            },
-            block_frames: arguments.block,
-            trace_spans: if arguments.trace.is_some() {
-                1 << 14
-            } else {
-                0
-            },
-            ..EngineSettings::default()
+        let mut settings = EngineSettings::default();
+        settings.generation.rate_hz = rate_hz;
+        settings.generation.max_sources = arguments.sources.min(16);
+        settings.most_sources = Some(arguments.sources);
+        settings.predictor = predictor_named(&arguments.predictor)?;
+        settings.budget.update_s = arguments.update_ms.map(|ms| 1e-3 * ms);
+        settings.budget.core_share = arguments.core_share;
+        settings.block_frames = arguments.block;
+        settings.trace_spans = if arguments.trace.is_some() {
+            1 << 14
+        } else {
+            0
         };
         let loaded = load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
         tell(&loaded.notes);

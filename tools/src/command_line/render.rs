@@ -165,21 +165,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         });
     }
     let duration_s = arguments.duration_s(&sounds, &listener)?;
-    let settings = OfflineSettings {
-        graphics_rate_hz: arguments.graphics_rate,
-        block_frames: 1024,
-        schedule,
-        predictor,
-        propagation: PropagationSettings {
-            seed: arguments.seed,
-            ..PropagationSettings::default()
-        },
-        generation: GeneratorSettings {
-            rate_hz: arguments.rate,
-            max_sources: sounds.len(),
-            ..GeneratorSettings::default()
-        },
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = arguments.graphics_rate;
+    settings.block_frames = 1024;
+    settings.schedule = schedule;
+    settings.predictor = predictor;
+    settings.propagation.seed = arguments.seed;
+    settings.generation.rate_hz = arguments.rate;
+    settings.generation.max_sources = sounds.len();
     let session = Session {
         what: "render",
         scene: &loaded.scene,

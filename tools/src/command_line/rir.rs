@@ -64,19 +64,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     tell(&loaded.notes);
     let channels = if arguments.binaural { 2 } else { 1 };
     let mut sink = WavSink::create(&arguments.out, arguments.rate, channels)?;
-    let settings = OfflineSettings {
-        graphics_rate_hz: GRAPHICS_RATE_HZ,
-        block_frames: 1024,
-        schedule: Schedule::Synchronous,
-        predictor: PredictorKind::Hold,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            rate_hz: arguments.rate,
-            max_sources: 1,
-            limiter: false,
-            ..GeneratorSettings::default()
-        },
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = GRAPHICS_RATE_HZ;
+    settings.block_frames = 1024;
+    settings.schedule = Schedule::Synchronous;
+    settings.predictor = PredictorKind::Hold;
+    settings.generation.rate_hz = arguments.rate;
+    settings.generation.max_sources = 1;
+    settings.generation.limiter = false;
     // The first graphics frame fades paths in, so the impulse waits for the second.
     let lead = (f64::from(arguments.rate) / GRAPHICS_RATE_HZ).round() as usize;
     let mut samples = vec![0.0; lead + 1];

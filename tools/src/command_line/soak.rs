@@ -185,26 +185,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let problem = format!("{} is no length", arguments.minutes);
         return Err(Error::setting("--minutes", problem, "give 0.01 to 10000"));
     }
-    let settings = EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: arguments.sources.min(SLOTS),
-            ..EngineSettings::default().generation
-        },
-        max_sources: Some(arguments.sources),
-        budget: Budget {
-            update_s: arguments.update_ms.map(|ms| 1e-3 * ms),
-            core_share: arguments.core_share,
-            ..Budget::default()
-        },
-        trace_spans: if arguments.trace.is_some() {
-            1 << 14
-        } else {
-            0
-        },
-        block_frames: arguments.block,
-        predictor: predictor_named(&arguments.predictor)?,
-        ..EngineSettings::default()
+    let mut settings = EngineSettings::default();
+    settings.generation.max_sources = arguments.sources.min(SLOTS);
+    settings.max_sources = Some(arguments.sources);
+    settings.budget.update_s = arguments.update_ms.map(|ms| 1e-3 * ms);
+    settings.budget.core_share = arguments.core_share;
+    settings.trace_spans = if arguments.trace.is_some() {
+        1 << 14
+    } else {
+        0
     };
+    settings.block_frames = arguments.block;
+    settings.predictor = predictor_named(&arguments.predictor)?;
     let (controller, renderer) = Engine::new(settings.clone())?;
     let scenes = SCENES
         .iter()

@@ -1,8 +1,8 @@
 //! The app's half of an engine.
 //!
-//! Control side: one thread of the app's; allocates now and then, never waits for propagation or audio except in
-//! [`Controller::set_schedule`], [`Controller::restart`] and on being dropped (one update at most), and in the synchronous
-//! schedule, where [`Controller::tick`] is the propagation.
+//! Control side, on one thread of the app. May allocate. Waits for propagation (one update at most) only in
+//! [`Controller::set_schedule`], [`Controller::restart`] and on drop; in the synchronous schedule [`Controller::tick`]
+//! itself propagates.
 
 mod instances;
 mod scenes;
@@ -32,20 +32,21 @@ use crate::runtime::threads::clock::now;
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
 use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
 
-/// How the engine is.
+/// State of an engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EngineState {
-    /// Well.
+    /// Normal operation.
     Running,
     /// Silent until [`Controller::resume`].
     Paused,
-    /// Propagation has panicked: sound goes on with its last paths and live direct paths. [`Controller::restart`] helps.
+    /// Propagation panicked: sound continues with its last paths and live direct paths until [`Controller::restart`].
     PropagationFailed,
-    /// The renderer was dropped: nobody listens. Make another engine.
+    /// The renderer was dropped. Make another engine.
     RendererGone,
 }
 
-/// The controller's ends of the handovers.
+/// The controller's ends of all channels.
 pub(super) struct Channels {
     pub(super) frames: Sender<AudioFrame>,
     pub(super) world: Sender<WorldFrame>,
@@ -58,24 +59,24 @@ pub(super) struct Channels {
     pub(super) span_readers: [SpanReader; 3],
 }
 
-/// The app's half.
+/// The app's half of an engine: scene, sources, instances, poses, budget. Belongs to one thread of the app.
 pub struct Controller {
     settings: EngineSettings,
     channels: Channels,
     propagation: Propagation,
     builder: SceneBuilder,
     scene: Arc<Scene>,
-    /// Where its instances stand, by slot.
+    /// Poses of its instances, by slot.
     instances: Vec<InstancePose>,
     sources: SourceTable,
-    /// Who shares slots, where there are more sources than slots.
+    /// Only with more sources than slots.
     virtualizer: Option<SourceVirtualizer>,
-    /// How long slots rest between two sources, in seconds of audio.
+    /// Release time of a slot, in seconds of audio.
     release_s: f64,
-    /// What has a slot, and where each sound goes, as of the newest tick.
+    /// Poses of used slots, and routes of all sources, of the newest tick.
     slot_poses: Vec<SourcePose>,
     routes: Vec<SourceRoute>,
-    /// Feed changes that the ring had no place for, one a slot at most.
+    /// Changes that did not fit into the ring, one per source at most.
     waiting_changes: VecDeque<SampleSourceChange>,
     listener: ListenerPose,
     paused: bool,
@@ -98,7 +99,8 @@ impl Controller {
             builder: SceneBuilder::default(),
             instances: Vec::new(),
             sources: SourceTable::new(sources),
-            virtualizer: (sources > slots).then(|| SourceVirtualizer::new(sources, slots, release_s)),
+            virtualizer: (sources > slots)
+                .then(|| SourceVirtualizer::new(sources, slots, release_s)),
             release_s,
             slot_poses: Vec::with_capacity(slots),
             routes: Vec::with_capacity(sources),
@@ -113,11 +115,19 @@ impl Controller {
         })
     }
 
-    /// Hands over one graphics frame: where the listener is, and where sources are that have moved.
+    /// Sends one graphics frame: the listener's pose and the poses of sources that moved. Call once per frame.
+    ///
+    /// ```
+    /// # use foresound::{Controller, ListenerPose, Result, SourceId, SourcePose};
+    /// # fn frame(controller: &mut Controller, source: SourceId) -> Result<()> {
+    /// let listener = ListenerPose::facing([0.0, 1.7, 0.0], 0.0);
+    /// controller.tick(listener, &[SourcePose::at(source, [2.0, 1.5, -3.0])])
+    /// # }
+    /// ```
     ///
     /// # Errors
-    /// The first of: [`Error::Setting`] for a pose with a number that is none or beyond 1,000 km, [`Error::StaleSource`],
-    /// [`Error::Mesh`] of a scene that was being built. The frame goes out all the same, with the last good poses.
+    /// The first of: [`Error::Setting`] for a pose that is not finite or beyond 1,000 km, [`Error::StaleSource`],
+    /// [`Error::Mesh`] of a scene built in the background. The frame is sent all the same, with the last good poses.
     pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
         let began = now();
         let mut result = self.install_scene();
@@ -157,7 +167,7 @@ impl Controller {
         result
     }
 
-    /// Seconds since the engine began: counted where the frame time is given, else measured.
+    /// Seconds since the engine was made: by fixed frame times or by the clock.
     pub(super) fn time_s(&self) -> f64 {
         match self.settings.frame_time {
             FrameTime::Fixed(frame_s) => self.ticks as f64 * frame_s,
@@ -165,10 +175,10 @@ impl Controller {
         }
     }
 
-    /// How far the renderer is.
+    /// Progress of the renderer.
     fn progress(&self) -> PlaybackProgress {
         let metrics = &self.channels.metrics;
-        // In this order: what was mixed before a frame came into use has been counted when the frame is seen.
+        // In this order: audio mixed before the frame was applied is counted when the frame is seen.
         let placed = metrics.applied_tick.load(Ordering::Acquire);
         let frames = metrics.mixed_frames.load(Ordering::Relaxed);
         PlaybackProgress {
@@ -178,20 +188,20 @@ impl Controller {
         }
     }
 
-    /// Who has which slot: everybody their own, unless there are more sources than slots.
+    /// Assigns slots: own ones, unless there are more sources than slots.
     fn assign_slots(&mut self, time_s: f64) {
-        let heard = self.progress();
-        if let Some(seating) = &mut self.virtualizer {
+        let progress = self.progress();
+        if let Some(virtualizer) = &mut self.virtualizer {
             let (guests, ear) = (self.sources.iter(), self.listener.position);
-            let times = (time_s, heard);
-            seating.assign(guests, ear, times, &mut self.slot_poses, &mut self.routes);
+            let times = (time_s, progress);
+            virtualizer.assign(guests, ear, times, &mut self.slot_poses, &mut self.routes);
             let unheard = &self.channels.metrics.masked_sources;
-            unheard.store(seating.masked, Ordering::Relaxed);
+            unheard.store(virtualizer.masked, Ordering::Relaxed);
             return;
         }
         self.slot_poses.clear();
         self.routes.clear();
-        self.sources.advance_releases(&heard, self.release_s);
+        self.sources.advance_releases(&progress, self.release_s);
         for VirtualSource { pose, gain, .. } in self.sources.iter_released() {
             self.slot_poses.push(pose);
             let (id, slot) = (pose.id, pose.id.slot() as u16);
@@ -220,7 +230,7 @@ impl Controller {
         let mut frame = self.channels.frames.take_blank(|| {
             AudioFrame::with_capacity(settings.source_limit(), settings.generation.max_sources)
         });
-        // A frame that nobody took is a frame still.
+        // A new frame that was not taken stays new.
         let missed = self.channels.frames.recall();
         frame.is_new = is_new || missed.as_ref().is_some_and(|missed| missed.is_new);
         if let Some(missed) = missed {
@@ -235,19 +245,19 @@ impl Controller {
         self.channels.frames.send(frame);
     }
 
-    /// Fades to silence within milliseconds; sounds stand still.
+    /// Pauses: fades to silence within 5 ms and stops all samples.
     pub fn pause(&mut self) {
         self.paused = true;
         self.send_frame(false);
     }
 
-    /// Goes on where [`Self::pause`] stopped.
+    /// Continues after [`Self::pause`].
     pub fn resume(&mut self) {
         self.paused = false;
         self.send_frame(false);
     }
 
-    /// How the engine is.
+    /// The state of the engine.
     pub fn state(&self) -> EngineState {
         let metrics = &self.channels.metrics;
         if self.channels.source_changes.is_abandoned() {
@@ -261,7 +271,15 @@ impl Controller {
         }
     }
 
-    /// Says what may be spent, from the next update on.
+    /// Sets the limits of computing time from the next update on.
+    ///
+    /// ```
+    /// # fn limit(controller: &mut foresound::Controller) -> foresound::Result<()> {
+    /// let mut budget = foresound::Budget::default();
+    /// budget.update_s = Some(0.01);
+    /// controller.set_budget(budget)
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`Error::Setting`] names a limit outside its range; nothing changes then.
@@ -271,15 +289,14 @@ impl Controller {
         Ok(())
     }
 
-    /// Moves what the threads have recorded to a log, if [`EngineSettings::trace_spans`] has them record.
+    /// Moves recorded spans to a log; see [`EngineSettings::trace_spans`].
     pub fn collect_spans(&mut self, log: &mut TraceLog) {
         for reader in &mut self.channels.span_readers {
             log.collect(reader);
         }
     }
 
-    /// The loudest paths of the newest update, for a picture: as many as [`EngineSettings::shown_paths`] says, in no
-    /// order.
+    /// The loudest paths of the newest update, unsorted, up to [`EngineSettings::max_snapshot_paths`].
     pub fn path_snapshot(&mut self) -> &[SnapshotPath] {
         if let Some(newest) = self.channels.snapshots.take() {
             let old = std::mem::replace(&mut self.snapshot, newest);
@@ -288,7 +305,7 @@ impl Controller {
         &self.snapshot.paths
     }
 
-    /// What the engine tells about itself.
+    /// Statistics since the engine was made. Allocates.
     pub fn statistics(&self) -> Statistics {
         self.channels.metrics.read()
     }
@@ -300,7 +317,7 @@ impl Controller {
 }
 
 impl Drop for Controller {
-    /// Ends the propagation thread after the update under way. The renderer goes on with what it has.
+    /// Stops propagation after the current update. The renderer continues with the last poses.
     fn drop(&mut self) {
         self.propagation.stop();
     }

@@ -43,15 +43,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .and_then(|layout| layout.listener)
         .map(|walk| walk.standing);
     let before_mb = resident_mb();
-    let settings = EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: arguments.sources,
-            ..EngineSettings::default().generation
-        },
-        schedule: EngineSchedule::Synchronous,
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.generation.max_sources = arguments.sources;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.affinity = AffinityPolicy::None;
     let (mut controller, mut renderer) = Engine::new(settings)?;
     let made_mb = resident_mb();
     controller.set_scene(Arc::clone(&scene))?;

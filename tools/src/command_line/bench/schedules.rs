@@ -97,21 +97,16 @@ struct Side {
 
 impl Cell<'_> {
     fn side(&self, schedule: EngineSchedule, load: f64) -> Result<Side> {
-        let settings = EngineSettings {
-            generation: GeneratorSettings {
-                max_sources: self.sources.len().max(1),
-                ..EngineSettings::default().generation
-            },
-            propagation: loaded(load),
-            block_frames: AUDIO_FRAMES,
-            schedule,
-            predictor: self.predictor,
-            budget: self.budget,
-            // Pinned, one thread could be held up by another program for a whole round.
-            affinity: AffinityPolicy::None,
-            trace_spans: if self.trace { SPANS } else { 0 },
-            ..EngineSettings::default()
-        };
+        let mut settings = EngineSettings::default();
+        settings.generation.max_sources = self.sources.len().max(1);
+        settings.propagation = loaded(load);
+        settings.block_frames = AUDIO_FRAMES;
+        settings.schedule = schedule;
+        settings.predictor = self.predictor;
+        settings.budget = self.budget;
+        // Pinned, one thread could be held up by another program for a whole round.
+        settings.affinity = AffinityPolicy::None;
+        settings.trace_spans = if self.trace { SPANS } else { 0 };
         let rate_hz = settings.generation.rate_hz;
         let (mut controller, renderer) = Engine::new(settings)?;
         controller.set_scene(Arc::clone(self.scene))?;
