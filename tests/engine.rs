@@ -393,49 +393,17 @@ fn too_many_paths_are_trimmed_to_the_loudest() {
 
 #[test]
 fn settings_out_of_range_are_refused_by_name() {
-    for (settings, name) in [
-        (
-            {
-                let mut settings = settings();
-                settings.block_frames = 0;
-                settings
-            },
-            "block_frames",
-        ),
-        (
-            {
-                let mut settings = settings();
-                settings.tracing_threads = 0;
-                settings
-            },
-            "tracing_threads",
-        ),
-        (
-            {
-                let mut settings = settings();
-                settings.max_paths = 0;
-                settings
-            },
-            "max_paths",
-        ),
-        (
-            {
-                let mut settings = settings();
-                settings.frame_time = FrameTime::Fixed(f64::NAN);
-                settings
-            },
-            "frame_time",
-        ),
-        (
-            {
-                let mut settings = settings();
-                settings.generation = GeneratorSettings::default();
-                settings.generation.max_sources = 0;
-                settings
-            },
-            "max_sources",
-        ),
-    ] {
+    type Set = fn(&mut EngineSettings);
+    let cases: [(Set, &str); 5] = [
+        (|s| s.block_frames = 0, "block_frames"),
+        (|s| s.tracing_threads = 0, "tracing_threads"),
+        (|s| s.max_paths = 0, "max_paths"),
+        (|s| s.frame_time = FrameTime::Fixed(f64::NAN), "frame_time"),
+        (|s| s.generation.max_sources = 0, "max_sources"),
+    ];
+    for (set, name) in cases {
+        let mut settings = settings();
+        set(&mut settings);
         let error = Engine::new(settings).err().expect("refused").to_string();
         assert!(error.starts_with(name), "{error}");
     }

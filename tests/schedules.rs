@@ -182,37 +182,18 @@ fn settings_out_of_range_are_refused_by_name() {
         Arc::new(scene),
         Arc::new(Hrtf::builtin(44_100).expect("a head")),
     );
-    let usual = || settings(Schedule::Synchronous);
     let endless = Schedule::Asynchronous {
         extrapolation_level: 100_000,
         latency: Latency::Modelled,
     };
-    for (settings, name) in [
-        (
-            {
-                let mut settings = usual();
-                settings.graphics_rate_hz = f64::NAN;
-                settings
-            },
-            "graphics_rate_hz",
-        ),
-        (
-            {
-                let mut settings = usual();
-                settings.block_frames = 16;
-                settings
-            },
-            "block_frames",
-        ),
-        (
-            {
-                let mut settings = usual();
-                settings.schedule = endless;
-                settings
-            },
-            "level",
-        ),
-    ] {
+    let cases: [(&dyn Fn(&mut OfflineSettings), &str); 3] = [
+        (&|s| s.graphics_rate_hz = f64::NAN, "graphics_rate_hz"),
+        (&|s| s.block_frames = 16, "block_frames"),
+        (&|s| s.schedule = endless, "level"),
+    ];
+    for (set, name) in cases {
+        let mut settings = settings(Schedule::Synchronous);
+        set(&mut settings);
         let refused = OfflineRenderer::new(Arc::clone(&scene), Arc::clone(&hrtf), settings);
         let error = refused.err().expect("refused").to_string();
         assert!(error.starts_with(name), "{error}");

@@ -1,10 +1,8 @@
-//! The sound thread: renders ahead of a device into a ring, so that the device's callback only copies.
+//! The sound thread: renders ahead of a device into a ring; the device's callback only copies.
 //!
-//! Two ways to be heard. *Direct*: the device calls [`Renderer::render`]; nothing is added to the latency, and a block has
-//! to be ready within its period. *Ahead*: this thread renders, the callback calls [`RingOutput::read`]; the ring's length
-//! is added to the latency and a block may take as long as the ring lasts.
-//! The thread sleeps by the clock, half a block at a time when the ring is full: waking it from the callback would be a
-//! system call there.
+//! The ring adds its length to the latency, and a block may take as long as the ring lasts. Without it, the device calls
+//! [`Renderer::render`] within each period. While the ring is full the thread sleeps for half a block at a time; the callback
+//! never wakes it, which would be a system call.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

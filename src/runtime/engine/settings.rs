@@ -120,9 +120,9 @@ impl EngineSettings {
         range("block_frames", self.block_frames, 32, 4096)?;
         range("max_paths", self.max_paths, 1, 16_384)?;
         range("trace_spans", self.trace_spans, 0, 1 << 20)?;
-        range("shown_paths", self.max_snapshot_paths, 0, 16_384)?;
-        if let Some(most_sources) = self.max_sources {
-            range("most_sources", most_sources, 1, MAX_SOURCES)?;
+        range("max_snapshot_paths", self.max_snapshot_paths, 0, 16_384)?;
+        if let Some(max_sources) = self.max_sources {
+            range("max_sources", max_sources, 1, MAX_SOURCES)?;
         }
         self.budget.check()?;
         range("tracing_threads", self.tracing_threads, 1, MAX_THREADS)?;

@@ -136,7 +136,7 @@ impl SourceTable {
         let state = self.state_mut(id)?;
         if !(0.0..=1e3).contains(&gain) {
             let advice = "give a linear gain from 0 to 1000";
-            return Err(Error::setting("gain", format!("{gain} is none"), advice));
+            return Err(Error::setting("gain", format!("{gain} is no gain"), advice));
         }
         state.gain = gain;
         Ok(())

@@ -5,3 +5,4 @@ pub(crate) mod motion_model;
 pub(crate) mod pose_prediction;
 pub mod renderer;
 pub mod schedule;
+pub(crate) mod scheduled_propagation;

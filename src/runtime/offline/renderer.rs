@@ -9,7 +9,8 @@ use crate::error::{Error, Result};
 use crate::extrapolation::{Extrapolator, FramePaths, PredictorKind};
 use crate::generation::{Generator, GeneratorSettings, Hrtf};
 use crate::propagation::{PathSet, PropagationSettings, Propagator};
-use crate::runtime::offline::schedule::{Poses, Schedule, ScheduledPropagation};
+use crate::runtime::offline::schedule::{Poses, Schedule};
+use crate::runtime::offline::scheduled_propagation::ScheduledPropagation;
 use crate::runtime::threads::clock::thread_processor_time;
 use crate::scene::Scene;
 

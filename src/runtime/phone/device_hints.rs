@@ -1,4 +1,4 @@
-//! What the propagation thread does about heat and hints, between two updates.
+//! Thermal state and performance hints, handled by the propagation thread between two updates.
 
 use crate::runtime::budget::{Budget, QualityChoice, QualityLevel};
 use crate::runtime::handover::seqlock::{Words, halves, pair};
@@ -6,30 +6,30 @@ use crate::runtime::phone::hints::HintSession;
 use crate::runtime::phone::symbols::Symbols;
 use crate::runtime::phone::thermal::{ThermalMonitor, ThermalReading};
 
-/// Seconds that an update should take where no budget says: extrapolation follows two frames at 60 Hz without effort, and
-/// clocks raised beyond that would cost heat for nothing that is heard.
+/// Target time of an update in seconds without a budget: extrapolation covers two frames at 60 Hz inaudibly, and faster
+/// updates would only cost heat.
 const UPDATE_TARGET_S: f64 = 1.0 / 30.0;
 
-/// Share of a block's time that rendering it should take: the rest is for what else the thread waits for.
+/// Target rendering time of a block as a fraction of its duration.
 const BLOCK_SHARE: f64 = 0.5;
 
-/// Seconds between two reports of sound: blocks are shorter than what the system wants to hear of.
+/// Seconds between two reports of the sound thread; blocks are too short for one each.
 const SOUND_PERIOD_S: f64 = 0.05;
 
-/// Which manners are wanted, and the system's functions for them.
+/// Which hints are used, and the system's functions.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct DeviceHintsSettings {
-    /// Whether heat lowers detail ([`crate::runtime::phone::ThermalPolicy`]).
+    /// Whether heat lowers the quality level.
     pub thermal: bool,
-    /// Whether the system is told how long updates and blocks take.
+    /// Whether times of updates and blocks are reported to the system.
     pub hints: bool,
     /// The system's functions.
     pub symbols: &'static Symbols,
 }
 
 impl Default for DeviceHintsSettings {
-    /// Both, where the system has them.
+    /// Both, if the system has them.
     fn default() -> Self {
         Self {
             thermal: true,
@@ -39,15 +39,15 @@ impl Default for DeviceHintsSettings {
     }
 }
 
-/// What came of it.
+/// Thermal state and hint sessions in use.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct DeviceHintsReport {
-    /// The system's last word on its heat.
+    /// Last thermal reading.
     pub reading: ThermalReading,
-    /// The least tier because of it.
+    /// Lowest quality level number allowed by it.
     pub thermal_quality: QualityLevel,
-    /// Whether the propagation thread has a session of hints.
+    /// Whether the propagation thread has a hint session.
     pub hints_propagation: bool,
     /// Whether the sound thread has one.
     pub hints_sound: bool,
@@ -80,38 +80,38 @@ impl Words<3> for DeviceHintsReport {
     }
 }
 
-/// A session that is to be, is, or will not be.
+/// State of a hint session.
 enum Hints {
     Pending,
     Open(HintSession),
     Ended,
 }
 
-/// Heat and hints. One thread at a time: whoever runs propagation; its calls may wait for another process.
+/// Thermal and performance hints. On the propagating thread; calls may block on another process.
 pub struct DeviceHints {
     settings: DeviceHintsSettings,
     thermal: Option<ThermalMonitor>,
     updates: Hints,
     sound: Hints,
-    /// The sound thread's number, as of the session that is open.
+    /// Kernel thread id of the sound thread in the open session.
     sound_thread: i32,
     sound_report_s: f64,
     thermal_quality: QualityLevel,
 }
 
-/// How sound goes, as the propagation thread sees it.
+/// Load of the sound thread.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SoundLoad {
-    /// Kernel's number of the thread, 0 before it has placed itself.
+    /// Kernel thread id, 0 before the thread is placed.
     pub thread: i32,
-    /// Longest time of a block lately, in seconds; 0 if there was none.
+    /// Longest recent rendering time of a block in seconds; 0 without a block.
     pub block_s: f64,
-    /// Seconds that a block lasts.
+    /// Duration of a block in seconds.
     pub duration_s: f64,
 }
 
 impl DeviceHints {
-    /// Begins to watch.
+    /// Acquires the system's managers.
     pub fn new(settings: DeviceHintsSettings) -> Self {
         let thermal = settings.symbols.thermal.filter(|_| settings.thermal);
         let hints = || match settings.hints && settings.symbols.hints.is_some() {
@@ -129,14 +129,14 @@ impl DeviceHints {
         }
     }
 
-    /// The propagation thread is another one now, or none.
+    /// Ends the session of the propagation thread, which changes or ends.
     pub fn reset_thread(&mut self) {
         if let Hints::Open(_) = self.updates {
             self.updates = Hints::Pending;
         }
     }
 
-    /// The budget with what heat allows; `time_s` is a clock that never goes back. A tier that the app has fixed stays.
+    /// The budget within the thermal limit; `time_s` is a monotonic clock. A fixed level stays.
     pub fn limit_budget(&mut self, budget: Budget, time_s: f64) -> Budget {
         if let Some(thermal) = &mut self.thermal {
             self.thermal_quality = thermal.quality_level(time_s);
@@ -155,19 +155,19 @@ impl DeviceHints {
         }
     }
 
-    /// Tells what an update of the calling thread took, in seconds.
+    /// Reports the time of an update of the calling thread, in seconds.
     pub fn report_update(&mut self, elapsed_s: f64, budget: &Budget) {
         let target_s = budget.update_s.unwrap_or(UPDATE_TARGET_S);
         let hints = std::mem::replace(&mut self.updates, Hints::Ended);
         self.updates = self.report_work(hints, this_thread, elapsed_s, target_s);
     }
 
-    /// Whether it is time to tell of sound.
+    /// Whether a report of the sound thread is due.
     pub fn is_sound_report_due(&self, time_s: f64) -> bool {
         !matches!(self.sound, Hints::Ended) && time_s - self.sound_report_s >= SOUND_PERIOD_S
     }
 
-    /// Tells how sound goes.
+    /// Reports the load of the sound thread.
     pub fn report_sound(&mut self, load: SoundLoad, time_s: f64) {
         if load.thread == 0 || load.block_s <= 0.0 {
             return;
@@ -203,7 +203,7 @@ impl DeviceHints {
         }
     }
 
-    /// What has come of it.
+    /// Thermal state and sessions in use.
     pub fn report(&self) -> DeviceHintsReport {
         DeviceHintsReport {
             reading: self
@@ -218,7 +218,7 @@ impl DeviceHints {
     }
 }
 
-/// The kernel's number of the calling thread; 0 where it has none.
+/// Kernel thread id of the calling thread; 0 on systems without one.
 pub fn this_thread() -> i32 {
     #[cfg(any(target_os = "linux", target_os = "android"))]
     {

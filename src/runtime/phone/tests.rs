@@ -1,4 +1,4 @@
-//! What a phone is asked and told, on one that is made up.
+//! Device hints on a scripted phone.
 
 use super::fake::{Phone, phone, symbols};
 use super::*;

@@ -123,7 +123,7 @@ impl Session {
         let mut settings = EngineSettings::default();
         settings.generation.rate_hz = rate_hz;
         settings.generation.max_sources = arguments.sources.min(16);
-        settings.most_sources = Some(arguments.sources);
+        settings.max_sources = Some(arguments.sources);
         settings.predictor = predictor_named(&arguments.predictor)?;
         settings.budget.update_s = arguments.update_ms.map(|ms| 1e-3 * ms);
         settings.budget.core_share = arguments.core_share;
@@ -135,7 +135,7 @@ impl Session {
         };
         let loaded = load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
         tell(&loaded.notes);
-        let stand_in = NullDeviceSettings {
+        let null_device = NullDeviceSettings {
             rate_hz,
             block_frames: settings.block_frames,
             affinity: settings.affinity,
@@ -148,7 +148,7 @@ impl Session {
         };
         Ok(Self {
             controller,
-            device: Supervisor::new(CpalBackend::new(rate_hz), fill, Some(stand_in)),
+            device: Supervisor::new(CpalBackend::new(rate_hz), fill, Some(null_device)),
             heard: DeviceState::Playing,
             walker: Walker::new(&loaded),
             log: TraceLog::default(),
@@ -266,20 +266,20 @@ impl Session {
     }
 
     fn draw(&self, listener: ListenerPose) {
-        let told = self.controller.statistics();
+        let statistics = self.controller.statistics();
         let settings = self.controller.settings();
         let period_s = settings.block_frames as f64 / f64::from(settings.generation.rate_hz);
         let Vec3 { x, y, z } = listener.position;
         let meter = format!(
-            "{:5.1} FPS  T_SPS {:6.2} ms  L {:2}  tier {}  {:4} paths  block {:3.0} % (worst {:3.0} %)  {} missed  {:6}  at {x:.1} {y:.1} {z:.1}",
-            1.0 / told.graphics_frame_s.max(1e-3),
-            1e3 * told.propagation_s,
-            told.level,
-            told.tier.0,
-            told.paths,
-            100.0 * told.block.p50_s / period_s,
-            100.0 * told.block.worst_s / period_s,
-            told.missed_deadlines,
+            "{:5.1} FPS  T_SPS {:6.2} ms  L {:2}  quality {}  {:4} paths  block {:3.0} % (worst {:3.0} %)  {} missed  {:6}  at {x:.1} {y:.1} {z:.1}",
+            1.0 / statistics.graphics_frame_s.max(1e-3),
+            1e3 * statistics.propagation_s,
+            statistics.extrapolation_level,
+            statistics.quality_level.0,
+            statistics.paths,
+            100.0 * statistics.block.p50_s / period_s,
+            100.0 * statistics.block.worst_s / period_s,
+            statistics.missed_deadlines,
             settings.predictor.name(),
         );
         // A line that wraps would be a new one at every turn.
