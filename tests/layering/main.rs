@@ -88,10 +88,12 @@ const CLOCKS_AND_THREADS: [&str; 5] = [
 ];
 
 /// Where `unsafe` may stand.
-const UNSAFE_HOMES: [&str; 7] = [
-    "simd/neon",
-    "simd/stack",
-    "simd/x86",
+const UNSAFE_HOMES: [&str; 9] = [
+    "geometry/intersect/neon/",
+    "geometry/intersect/x86/",
+    "geometry/stack",
+    "simd/neon/",
+    "simd/x86/",
     "runtime/",
     "output/oboe",
     "bridge/",
