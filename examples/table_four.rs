@@ -3,8 +3,8 @@
 //!
 //! `table_four [SECONDS [SCENE...]]`: seconds each schedule and cell (2 if not given), scenes (all three). Each cell is
 //! measured with threads where the system puts them and on the fastest cores. A graphics frame is a tick and 1/60 s of
-//! sound, one after the other as fast as it goes, so the figure is what propagation and sound leave of a graphics thread.
-//! A line a cell goes to the standard error output, one JSON object to the standard output.
+//! sound, one after the other as fast as it goes, so the figure is what propagation and sound leave of a graphics
+//! thread. A line a cell goes to the standard error output, one JSON object to the standard output.
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 #![expect(clippy::print_stdout, reason = "what it is for")]
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use foresound::extrapolation::{
     Extrapolator, FramePaths, GeometricSettings, PredictionTarget, PredictorKind, PreparedUpdate,
 };
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::propagation::diffraction::MOST_DIRECT_EDGES;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};

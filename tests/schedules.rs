@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::{GeneratorSettings, Hrtf};
-use foresound::propagation::PropagationSettings;
+use foresound::generation::Hrtf;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{

@@ -5,7 +5,6 @@
 use std::sync::Arc;
 
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{AffinityPolicy, Controller, Engine, EngineSettings, FrameTime, Renderer};
 use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, procedural};

@@ -1,8 +1,8 @@
 //! Feedback control of the quality level, one step an update.
 //!
-//! Quality goes down as soon as the mean update time exceeds the limit for some updates in a row. It goes up only after a
-//! dwell time, and only if the level above is expected to fit with headroom. A step up that is soon reverted doubles the
-//! dwell time, which damps oscillation at the limit.
+//! Quality goes down as soon as the mean update time exceeds the limit for some updates in a row. It goes up only after
+//! a dwell time, and only if the level above is expected to fit with headroom. A step up that is soon reverted doubles
+//! the dwell time, which damps oscillation at the limit.
 
 use super::quality_level::{ActiveQuality, LAST_QUALITY_LEVEL, QualityLevel};
 use super::{Budget, MAX_UPDATE_SPACING_S, QualityChoice};
@@ -14,7 +14,8 @@ const WEIGHT: f64 = 0.25;
 /// Cap of a single update time as a multiple of the mean, against outliers.
 const OUTLIER: f64 = 3.0;
 
-/// Ratio of mean to limit above which an update counts as overloaded, and overloaded updates in a row that lower quality.
+/// Ratio of mean to limit above which an update counts as overloaded, and overloaded updates in a row that lower
+/// quality.
 const OVERLOAD_RATIO: f64 = 1.0;
 const OVERLOAD_UPDATES: u32 = 3;
 

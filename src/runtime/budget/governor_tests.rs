@@ -190,7 +190,7 @@ fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
 }
 
 #[test]
-fn tiers_can_be_forced_and_freed() {
+fn quality_levels_can_be_forced_and_freed() {
     let mut simulation = Simulation::new(within(0.010));
     simulation.budget.quality = QualityChoice::Exactly(QualityLevel(3));
     simulation.run(4.0, |_| 0.001);
@@ -245,7 +245,7 @@ fn limits_out_of_range_are_refused_by_name() {
                 quality: QualityChoice::Exactly(QualityLevel(LAST_QUALITY_LEVEL + 1)),
                 ..Budget::default()
             },
-            "tiers",
+            "quality",
         ),
     ];
     for (budget, name) in wrong {

@@ -27,8 +27,8 @@ use crate::error::{Error, Result};
 pub struct Budget {
     /// Longest propagation update T_SPS in seconds, 0.0001 to 10; `None` is no limit.
     pub update_s: Option<f64>,
-    /// Fraction of one core for propagation and sound together, 0.05 to 2; `None` is no limit. Pauses between updates come
-    /// first, up to 0.1 s from start to start; then quality goes down. The synchronous schedule has no pauses.
+    /// Fraction of one core for propagation and sound together, 0.05 to 2; `None` is no limit. Pauses between updates
+    /// come first, up to 0.1 s from start to start; then quality goes down. The synchronous schedule has no pauses.
     pub core_share: Option<f64>,
     /// Quality levels that may be used.
     pub quality: QualityChoice,

@@ -23,8 +23,8 @@ pub struct QualityFactors {
     pub late_interval: u64,
 }
 
-/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders last. `bench speed --level N`
-/// measures one of them.
+/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders last. `bench speed
+/// --level N` measures one of them.
 pub const QUALITY_LEVELS: [QualityFactors; 6] = [
     factors(1.0, 1.0, 0, 1),
     factors(0.7, 0.7, 0, 1),

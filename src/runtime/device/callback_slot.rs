@@ -1,7 +1,7 @@
 //! The render callback, owned by one stream at a time.
 //!
-//! A stream owns a [`LeasedCallback`]; dropping it, on any thread, returns the callback to its [`CallbackSlot`]. Wait-free:
-//! one atomic exchange each way.
+//! A stream owns a [`LeasedCallback`]; dropping it, on any thread, returns the callback to its [`CallbackSlot`].
+//! Wait-free: one atomic exchange each way.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

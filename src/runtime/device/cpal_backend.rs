@@ -1,7 +1,7 @@
 //! The host's default output device, by the crate `cpal` (feature `play`).
 //!
-//! The device's thread does not allocate. A device with more than two channels plays on the first two, a mono device the
-//! mean of both.
+//! The device's thread does not allocate. A device with more than two channels plays on the first two, a mono device
+//! the mean of both.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

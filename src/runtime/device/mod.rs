@@ -1,8 +1,8 @@
 //! Sound devices: opened, supervised, reopened after a loss.
 //!
-//! A [`Supervisor`] opens streams through a [`Backend`] (`CpalBackend` with the feature `play`). The render callback moves
-//! from stream to stream as a [`LeasedCallback`], so the renderer survives its device. Without a device a null device keeps
-//! the time.
+//! A [`Supervisor`] opens streams through a [`Backend`] (`CpalBackend` with the feature `play`). The render callback
+//! moves from stream to stream as a [`LeasedCallback`], so the renderer survives its device. Without a device a null
+//! device keeps the time.
 
 mod callback_slot;
 #[cfg(feature = "play")]

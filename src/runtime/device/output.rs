@@ -5,8 +5,9 @@
 //!                             supervisor ──opens, closes──►      control side, polls twenty times a second
 //! ```
 //!
-//! The callback takes the ring from an atomic box, copies and puts it back; an overlapping old stream finds the box empty
-//! and is silent. It is wait-free and does not allocate. Without a device the ring stays full and the sound thread sleeps.
+//! The callback takes the ring from an atomic box, copies and puts it back; an overlapping old stream finds the box
+//! empty and is silent. It is wait-free and does not allocate. Without a device the ring stays full and the sound
+//! thread sleeps.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -164,7 +165,8 @@ impl DeviceCallback for RingCallback {
 }
 
 impl DeviceOutput {
-    /// Starts the sound thread and the supervisor, which opens the device. `blocks_ahead` as for [`SoundThread::start`].
+    /// Starts the sound thread and the supervisor, which opens the device. `blocks_ahead` as for
+    /// [`SoundThread::start`].
     ///
     /// # Errors
     /// As [`SoundThread::start`]. A device that does not open is no error: it is retried.

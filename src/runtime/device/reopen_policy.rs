@@ -1,7 +1,7 @@
 //! When a lost device is reopened: a state machine without clock, thread or device.
 //!
-//! A device is lost by an error on opening, by an error callback, or silently: some systems stop calling back an app in the
-//! background. Attempts follow at doubling intervals.
+//! A device is lost by an error on opening, by an error callback, or silently: some systems stop calling back an app in
+//! the background. Attempts follow at doubling intervals.
 
 /// First wait after a loss, in seconds; doubles with each further loss.
 pub const FIRST_WAIT_S: f64 = 0.1;

@@ -1,8 +1,8 @@
 //! The sound thread: renders ahead of a device into a ring; the device's callback only copies.
 //!
-//! The ring adds its length to the latency, and a block may take as long as the ring lasts. Without it, the device calls
-//! [`Renderer::render`] within each period. While the ring is full the thread sleeps for half a block at a time; the callback
-//! never wakes it, which would be a system call.
+//! The ring adds its length to the latency, and a block may take as long as the ring lasts. Without it, the device
+//! calls [`Renderer::render`] within each period. While the ring is full the thread sleeps for half a block at a time;
+//! the callback never wakes it, which would be a system call.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

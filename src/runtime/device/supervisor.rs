@@ -1,6 +1,7 @@
 //! Keeps a device open by [`ReopenPolicy`]; a null device plays while none is open.
 //!
-//! Control side, on the thread that calls [`Supervisor::poll`], some times a second. Reads no clock: times are arguments.
+//! Control side, on the thread that calls [`Supervisor::poll`], some times a second. Reads no clock: times are
+//! arguments.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,8 +17,8 @@ pub trait Backend {
     /// A running stream; dropping it ends the stream and drops the callback.
     type Stream;
 
-    /// Opens the current device, which calls `callback` for blocks of interleaved stereo. The backend sets `lost`, from any
-    /// thread, when the stream ends by itself.
+    /// Opens the current device, which calls `callback` for blocks of interleaved stereo. The backend sets `lost`, from
+    /// any thread, when the stream ends by itself.
     ///
     /// # Errors
     /// Those of the device; the callback has to be dropped then.
@@ -86,8 +87,8 @@ pub struct Supervisor<B: Backend> {
 }
 
 impl<B: Backend> Supervisor<B> {
-    /// With the callback that fills blocks. The first [`Self::poll`] opens the device. With `null_device`, a null device
-    /// calls back while no device is open; without, the callback pauses.
+    /// With the callback that fills blocks. The first [`Self::poll`] opens the device. With `null_device`, a null
+    /// device calls back while no device is open; without, the callback pauses.
     pub fn new(
         backend: B,
         fill: impl FnMut(&mut [f32]) + Send + 'static,
@@ -114,7 +115,7 @@ impl<B: Backend> Supervisor<B> {
         match self.policy.step(time_s, self.slot.blocks(), lost) {
             ReopenAction::Wait => {}
             ReopenAction::Close if lost => self.wait("the device was lost".into()),
-            ReopenAction::Close => self.wait("the device asked for nothing any more".into()),
+            ReopenAction::Close => self.wait("the device stopped calling back".into()),
             ReopenAction::Open => self.attempt(time_s),
         }
         match &self.state {

@@ -122,14 +122,14 @@ fn a_device_that_fails_at_once_is_not_hammered() {
 }
 
 #[test]
-fn a_device_that_asks_for_nothing_is_opened_again() {
+fn a_device_that_stops_calling_back_is_opened_again() {
     let (mut supervisor, _, _) = supervised(None);
     assert_eq!(supervisor.poll(0.0), DeviceState::Playing);
     play_block(&supervisor);
     assert_eq!(supervisor.poll(0.5), DeviceState::Playing);
     let silent = supervisor.poll(0.5 + STALL_S);
     assert!(
-        matches!(&silent, DeviceState::Waiting { because, .. } if because.contains("asked for nothing")),
+        matches!(&silent, DeviceState::Waiting { because, .. } if because.contains("stopped calling back")),
         "{silent:?}"
     );
     assert_eq!(supervisor.poll(0.7 + STALL_S), DeviceState::Playing);
@@ -138,7 +138,7 @@ fn a_device_that_asks_for_nothing_is_opened_again() {
 }
 
 #[test]
-fn a_null_device_stands_in() {
+fn a_null_device_plays_meanwhile() {
     let shape = NullDeviceSettings {
         rate_hz: 44_100,
         block_frames: 64,

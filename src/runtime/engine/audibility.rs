@@ -1,6 +1,7 @@
 //! Estimated energy of a source at the listener, and masking by other sources. Own.
 //!
-//! Control side. Uses distance, gain and directivity and ignores occlusion: a source behind a door is ready when it opens.
+//! Control side. Uses distance, gain and directivity and ignores occlusion: a source behind a door is ready when it
+//! opens.
 
 use glam::Vec3;
 

@@ -1,8 +1,8 @@
 //! Spreads the work of a graphics frame evenly over audio blocks.
 //!
 //! Audio side; arithmetic only. Each block does an equal part of the work that the last frame took; the frame becomes
-//! audible when it is complete. Work is counted in units, not timed, and so independent of the machine. Little work is done
-//! at once.
+//! audible when it is complete. Work is counted in units, not timed, and so independent of the machine. Little work is
+//! done at once.
 
 use crate::extrapolation::WorkBudget;
 
@@ -12,14 +12,14 @@ const AT_ONCE: u32 = 600;
 /// Factor on the even part, for frames slightly larger than the last.
 const SPARE: f64 = 1.1;
 
-/// Greatest work of a block as a fraction of its period on a desktop's core. A larger frame (in a new scene, where every
-/// path is new) takes more blocks and delays the next one.
+/// Greatest work of a block as a fraction of its period on a desktop's core. A larger frame (in a new scene, where
+/// every path is new) takes more blocks and delays the next one.
 const MAX_SHARE: f64 = 0.05;
 
 /// A frame may use what voices leave of a block, between [`MIN_SHARE`] and [`MAX_SHARE`]. Fractions of the period on a
-/// desktop's core: target of the whole block, fixed part, and one voice (`soak` on a Xeon of 2.6 GHz under load). Beyond 730
-/// voices frames are delayed: a soak with 760 voices renders 34 frames a second instead of 40, and its slowest blocks are
-/// 5 % faster.
+/// desktop's core: target of the whole block, fixed part, and one voice (`soak` on a Xeon of 2.6 GHz under load).
+/// Beyond 730 voices frames are delayed: a soak with 760 voices renders 34 frames a second instead of 40, and its
+/// slowest blocks are 5 % faster.
 const FULL_SHARE: f64 = 0.20;
 const SOURCES_SHARE: f64 = 0.04;
 const VOICE_SHARE: f64 = 1.5e-4;
@@ -33,8 +33,8 @@ fn whole_blocks(frame_s: f64, block_s: f64) -> u32 {
     (frame_s / block_s).round().clamp(1.0, 64.0) as u32
 }
 
-/// Ramp length in audio frames for a graphics frame: whole blocks, because a block in which a ramp ends is rendered in two
-/// parts.
+/// Ramp length in audio frames for a graphics frame: whole blocks, because a block in which a ramp ends is rendered in
+/// two parts.
 pub fn ramp_frames(frame_s: f64, rate_hz: u32, block_frames: usize) -> u32 {
     let block_s = block_frames as f64 / f64::from(rate_hz);
     whole_blocks(frame_s, block_s).saturating_mul(block_frames as u32)

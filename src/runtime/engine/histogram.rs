@@ -1,7 +1,7 @@
 //! Concurrent histogram of times, for percentiles.
 //!
-//! Wait-free: two atomic operations per time. A bin is 1/32 of its lower end wide and a percentile is the upper end of a
-//! bin, so percentiles are at most 3.2 % too high.
+//! Wait-free: two atomic operations per time. A bin is 1/32 of its lower end wide and a percentile is the upper end of
+//! a bin, so percentiles are at most 3.2 % too high.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;

@@ -1,8 +1,8 @@
 //! Mixes the samples of all sources into the slots of the generator.
 //!
-//! Audio side; wait-free, bounded by the number of sources; allocates in `new` only. A source that changes slots cross-fades
-//! and changes again only after that; a source without a slot advances its samples silently. A source that ends leaves a
-//! fade in its slot ([`ReleaseTails`]). Gains are smoothed ([`SmoothedGain`]).
+//! Audio side; wait-free, bounded by the number of sources; allocates in `new` only. A source that changes slots
+//! cross-fades and changes again only after that; a source without a slot advances its samples silently. A source that
+//! ends leaves a fade in its slot ([`ReleaseTails`]). Gains are smoothed ([`SmoothedGain`]).
 
 use super::messages::{NO_SLOT, SampleSourceChange, SourceRoute};
 use super::smooth_gain::{CrossFade, SmoothedGain, mix_into};
@@ -120,7 +120,7 @@ impl Mixer {
     /// Mixes the next audio frames, a block at most; returns the number of samples missing in streams.
     pub(super) fn mix(&mut self, frames: usize) -> u32 {
         let Self {
-            sources: seats,
+            sources,
             inputs,
             active_slots: sounds,
             tails,
@@ -133,7 +133,7 @@ impl Mixer {
         let scratch = &mut scratch[..frames];
         let mut underrun = 0;
         sounds.fill(false);
-        for source in seats {
+        for source in sources {
             let plays = source.is_present
                 && source.owner == source.current
                 && !matches!(source.samples, SampleSource::Silence);

@@ -134,7 +134,7 @@ fn steepest(mixer: &mut Mixer, last: &mut [f32; 2], blocks: usize) -> f32 {
 }
 
 #[test]
-fn whoever_changes_slots_again_or_goes_meanwhile_is_not_cut_off() {
+fn a_source_that_changes_slots_again_or_ends_meanwhile_fades() {
     let smooth = 1.52 / RELEASE_FRAMES as f32;
     for goes in [false, true] {
         let mut mixer = mixer(1);

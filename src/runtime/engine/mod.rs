@@ -5,13 +5,13 @@
 //!              └───────────────poses, gains, sounds─────────────────┘
 //! ```
 //!
-//! Poses and updates go through newest-value channels, sample sources through a ring; the audio side returns memory to be
-//! freed elsewhere. The app calls [`Controller::tick`] once a graphics frame; the device, or a
+//! Poses and updates go through newest-value channels, sample sources through a ring; the audio side returns memory to
+//! be freed elsewhere. The app calls [`Controller::tick`] once a graphics frame; the device, or a
 //! [`crate::runtime::SoundThread`], calls [`Renderer::render`]. Either half may be dropped first: the controller then
 //! reports the missing renderer; the renderer continues with the last poses.
 //!
-//! The extrapolation level L is set when an update is taken, by Eq. 1 of the update's time and the time between graphics
-//! frames, and holds until the next update (the paper's Figure 2).
+//! The extrapolation level L is set when an update is taken, by Eq. 1 of the update's time and the time between
+//! graphics frames, and holds until the next update (the paper's Figure 2).
 
 mod audibility;
 mod block_pacing;
@@ -71,8 +71,8 @@ const CHANGES_AHEAD: usize = 64;
 pub struct Engine;
 
 impl Engine {
-    /// An engine in open air without sources: both halves, and a propagation thread in the asynchronous schedule. Control
-    /// side; allocates.
+    /// An engine in open air without sources: both halves, and a propagation thread in the asynchronous schedule.
+    /// Control side; allocates.
     ///
     /// ```
     /// use foresound::{Engine, EngineSettings, ListenerPose};

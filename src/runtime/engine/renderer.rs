@@ -1,8 +1,8 @@
 //! The audio half of an engine.
 //!
 //! Audio side, one thread at a time: the device's or a [`crate::runtime::SoundThread`]. [`Renderer::render`] does not
-//! allocate, free, lock or wait; it reads the clock (no system call on Linux and Android). Bounded by the number of paths,
-//! sources and audio frames. Dropping a renderer frees memory.
+//! allocate, free, lock or wait; it reads the clock (no system call on Linux and Android). Bounded by the number of
+//! paths, sources and audio frames. Dropping a renderer frees memory.
 
 mod frame;
 
@@ -153,8 +153,8 @@ impl Renderer {
         self.parts.generator.latency_frames()
     }
 
-    /// Sets core and priority of the calling thread by the engine's settings. Once on the audio thread, before its first
-    /// block; makes system calls.
+    /// Sets core and priority of the calling thread by the engine's settings. Once on the audio thread, before its
+    /// first block; makes system calls.
     pub fn place_thread(&mut self) -> Placement {
         let placement = place_this_thread(self.parts.settings.affinity, ThreadRole::Sound);
         let metrics = &self.parts.metrics;
@@ -163,8 +163,8 @@ impl Renderer {
         placement
     }
 
-    /// Fills `output` with interleaved stereo; any length, multiples of [`Self::block_frames`] are most efficient. Wait-free;
-    /// audio thread.
+    /// Fills `output` with interleaved stereo; any length, multiples of [`Self::block_frames`] are most efficient.
+    /// Wait-free; audio thread.
     ///
     /// ```
     /// # fn main() -> foresound::Result<()> {

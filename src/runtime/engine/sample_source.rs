@@ -1,6 +1,7 @@
 //! Samples of a source: a clip, or a stream that the app fills.
 //!
-//! [`SampleSource::fill`] and [`SampleSource::skip`] run on the audio side and are wait-free; made and freed on the control side.
+//! [`SampleSource::fill`] and [`SampleSource::skip`] run on the audio side and are wait-free; made and freed on the
+//! control side.
 
 use std::sync::Arc;
 
@@ -20,8 +21,8 @@ pub(crate) enum SampleSource {
 }
 
 impl SampleSource {
-    /// Fills a block with the next samples; returns the number of samples missing in a stream. A finished clip and a stream
-    /// without a writer are silent and miss none.
+    /// Fills a block with the next samples; returns the number of samples missing in a stream. A finished clip and a
+    /// stream without a writer are silent and miss none.
     pub(crate) fn fill(&mut self, block: &mut [f32]) -> u32 {
         match self {
             Self::Silence => block.fill(0.0),

@@ -18,7 +18,7 @@ struct Request {
 /// A running build.
 struct Build {
     thread: JoinHandle<Result<Scene>>,
-    is_wanted: bool,
+    is_current: bool,
 }
 
 /// The running build and the next request.
@@ -59,20 +59,20 @@ impl SceneBuilder {
             })?;
         self.build = Some(Build {
             thread,
-            is_wanted: true,
+            is_current: true,
         });
         Ok(())
     }
 
     pub(super) fn is_building(&self) -> bool {
-        self.waiting.is_some() || self.build.as_ref().is_some_and(|build| build.is_wanted)
+        self.waiting.is_some() || self.build.as_ref().is_some_and(|build| build.is_current)
     }
 
     /// Discards the running build's result and the next request.
     pub(super) fn cancel(&mut self) {
         self.waiting = None;
         if let Some(build) = &mut self.build {
-            build.is_wanted = false;
+            build.is_current = false;
         }
     }
 
@@ -83,7 +83,7 @@ impl SceneBuilder {
         if let Some(request) = self.waiting.take() {
             return self.spawn(request).err().map(Err);
         }
-        if !build.is_wanted {
+        if !build.is_current {
             return None;
         }
         Some(match result {

@@ -40,9 +40,9 @@ pub enum FrameTime {
 pub struct EngineSettings {
     /// Sample rate, source slots, voices, limiter.
     pub generation: GeneratorSettings,
-    /// Greatest number of sources, 1 to 4096; `None` is the number of slots, [`GeneratorSettings::max_sources`]. With more
-    /// sources than slots the loudest have slots of their own, neighbours among the others share one, and masked ones are
-    /// silent. Cost grows with slots.
+    /// Greatest number of sources, 1 to 4096; `None` is the number of slots, [`GeneratorSettings::max_sources`]. With
+    /// more sources than slots the loudest have slots of their own, neighbours among the others share one, and masked
+    /// ones are silent. Cost grows with slots.
     pub max_sources: Option<usize>,
     /// HRTF set; `None` is the built-in one for the sample rate.
     pub hrtf: Option<Arc<Hrtf>>,
@@ -63,19 +63,20 @@ pub struct EngineSettings {
     pub affinity: AffinityPolicy,
     /// Limits of computing time; [`super::Controller::set_budget`] changes them.
     pub budget: Budget,
-    /// Capacity of each thread's ring of trace spans, to 2^20; 0 records none. See [`super::Controller::collect_spans`].
+    /// Capacity of each thread's ring of trace spans, to 2^20; 0 records none. See
+    /// [`super::Controller::collect_spans`].
     pub trace_spans: usize,
     /// Length of a graphics frame.
     pub frame_time: FrameTime,
-    /// Whether the work of a graphics frame is spread evenly over the blocks until the next one; the geometric predictor
-    /// then evaluates each path in one frame of three. Otherwise the block that takes a frame does all of it.
+    /// Whether the work of a graphics frame is spread evenly over the blocks until the next one; the geometric
+    /// predictor then evaluates each path in one frame of three. Otherwise the block that takes a frame does all of it.
     pub even_blocks: bool,
     /// Thermal and performance hints of a phone's system; ignored on other systems.
     pub device_hints: DeviceHintsSettings,
     /// Greatest number of paths of [`super::Controller::path_snapshot`], to 16,384; 0 turns it off.
     pub max_snapshot_paths: usize,
-    /// Called before every update with its number, on the propagating thread, for instance for a profiler's mark. A panic
-    /// stops propagation.
+    /// Called before every update with its number, on the propagating thread, for instance for a profiler's mark. A
+    /// panic stops propagation.
     pub before_update: Option<fn(u64)>,
 }
 

@@ -1,12 +1,12 @@
 //! Source virtualisation: assigns more sources than slots to own slots, shared slots or silence. Own.
 //!
-//! Control side, once a tick; bounded by sources times slots. Later stages process slots only, so their cost does not grow
-//! with the number of sources. The loudest sources have slots of their own. The others share slots with their perceptual
-//! neighbours; a shared slot is at the position of its loudest member and plays all members at their own levels. Masked
-//! sources are silent and advance their samples.
+//! Control side, once a tick; bounded by sources times slots. Later stages process slots only, so their cost does not
+//! grow with the number of sources. The loudest sources have slots of their own. The others share slots with their
+//! perceptual neighbours; a shared slot is at the position of its loudest member and plays all members at their own
+//! levels. Masked sources are silent and advance their samples.
 //!
-//! A source changes slots only for a clear gain and after [`DWELL_S`]; the renderer cross-fades. A slot is released between
-//! two sources ([`SlotRelease`]), so the sound of one does not move to the position of the next. Deterministic.
+//! A source changes slots only for a clear gain and after [`DWELL_S`]; the renderer cross-fades. A slot is released
+//! between two sources ([`SlotRelease`]), so the sound of one does not move to the position of the next. Deterministic.
 
 use glam::Vec3;
 
@@ -25,8 +25,8 @@ const CLEARLY_LOUDER: f32 = 2.0;
 const CLEARLY_NEARER: f32 = 0.5;
 /// [`perceptual_distance`] beyond which a source prefers an empty shared slot: some 15 degrees.
 const FAR: f32 = 0.07;
-/// Perceptual distance of the nearest member beyond which a shared slot jumps to its loudest member: a radian, for instance
-/// after a change of scene.
+/// Perceptual distance of the nearest member beyond which a shared slot jumps to its loudest member: a radian, for
+/// instance after a change of scene.
 const LOST: f32 = 1.0;
 /// Time constant in seconds with which a shared slot follows its loudest member.
 const FOLLOW_S: f64 = 0.15;
@@ -371,8 +371,8 @@ impl SourceVirtualizer {
     }
 }
 
-/// Perceptual distance of two positions at the listener: angle in radians squared plus half the distance ratio in nepers
-/// squared.
+/// Perceptual distance of two positions at the listener: angle in radians squared plus half the distance ratio in
+/// nepers squared.
 fn perceptual_distance(a: Vec3, b: Vec3, listener: Vec3) -> f32 {
     let (a, b) = (a - listener, b - listener);
     let turn = a.normalize_or(Vec3::NEG_Z) - b.normalize_or(Vec3::NEG_Z);

@@ -121,7 +121,7 @@ fn the_loudest_sit_alone_and_all_others_are_heard_from_about_where_they_are() {
     for _ in 0..600 {
         scenario.tick();
     }
-    assert_eq!(scenario.moves, moves, "nobody moves while nothing changes");
+    assert_eq!(scenario.moves, moves, "moves without a change");
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn a_louder_source_gets_a_slot_of_its_own_after_a_rest() {
     }
     let quiet = (0..32)
         .find(|&n| scenario.slot_of(n) >= 12)
-        .expect("somebody shares");
+        .expect("a shared slot");
     scenario.sources[quiet].pose.position = position_around(quiet, 2.0);
     let mut waited = 0;
     let generations: Vec<u16> = scenario
@@ -262,8 +262,8 @@ fn the_removed_leave_and_their_successors_are_others() {
         scenario.tick();
     }
     assert_eq!(scenario.routes.len(), 32);
-    let seated = (0..32).filter(|&n| scenario.slot_of(n) != NO_SLOT).count();
-    assert_eq!(seated, 32);
+    let assigned = (0..32).filter(|&n| scenario.slot_of(n) != NO_SLOT).count();
+    assert_eq!(assigned, 32);
     scenario.sources.clear();
     for _ in 0..30 {
         scenario.tick();

@@ -1,7 +1,7 @@
 //! Samples that the app writes continuously, through a ring.
 //!
-//! [`Stream::fill`] runs on the audio side and is wait-free; made and freed on the control side. At an underrun the last
-//! sample fades out and later samples fade in; after silence they start unchanged. Own.
+//! [`Stream::fill`] runs on the audio side and is wait-free; made and freed on the control side. At an underrun the
+//! last sample fades out and later samples fade in; after silence they start unchanged. Own.
 
 use super::smooth_gain::CrossFade;
 

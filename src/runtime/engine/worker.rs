@@ -1,7 +1,7 @@
 //! One step of propagation: newest propagator, newest poses, one update, sent to the renderer.
 //!
-//! Runs on the propagation thread, or on the app's thread and its helpers in the synchronous schedule. Allocates in a new
-//! scene; frees what the renderer returned.
+//! Runs on the propagation thread, or on the app's thread and its helpers in the synchronous schedule. Allocates in a
+//! new scene; frees what the renderer returned.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -78,8 +78,8 @@ pub(super) fn extrapolator_for(
 }
 
 impl Worker {
-    /// Computes an update if there are new poses or a new propagator; returns the pause before the next, `None` if there was
-    /// nothing to do.
+    /// Computes an update if there are new poses or a new propagator; returns the pause before the next, `None` if
+    /// there was nothing to do.
     pub(super) fn step(&mut self) -> Option<Duration> {
         let ordered = self.take_propagator();
         let posed = self.take_poses();
@@ -177,9 +177,9 @@ impl Worker {
             self.device_hints.report_sound(load, now_s);
         }
         self.metrics.device_hints.store(self.device_hints.report());
-        let tier = self.governor.quality_level();
-        if tier != before {
-            let number = u32::from(tier.0);
+        let level = self.governor.quality_level();
+        if level != before {
+            let number = u32::from(level.0);
             self.metrics.quality_level.store(number, Ordering::Relaxed);
             self.spans
                 .record(SpanKind::QualityLevel, now(), Duration::ZERO, number.into());
@@ -257,7 +257,8 @@ impl Worker {
     }
 }
 
-/// Energy relative to the loudest dropped path below which kept paths are attenuated, against steps when ranks change: 6 dB.
+/// Energy relative to the loudest dropped path below which kept paths are attenuated, against steps when ranks change:
+/// 6 dB.
 const FADE_RANGE: f32 = 4.0;
 
 /// Drops the quietest paths beyond a limit, keeps paths sorted by id and returns the number dropped.

@@ -1,8 +1,9 @@
 //! A sequence lock: one thread writes a small value, others read it whole.
 //!
-//! Writing is wait-free: the words of the value are stored between two increments of a sequence number. A reader that finds
-//! an odd or changed number retries, so only control threads read. `crossbeam_utils`' `AtomicCell` shares one lock among
-//! many cells, on which the sound thread would wait, and has a data race by ThreadSanitizer. Own, after \[BOEHM12\].
+//! Writing is wait-free: the words of the value are stored between two increments of a sequence number. A reader that
+//! finds an odd or changed number retries, so only control threads read. `crossbeam_utils`' `AtomicCell` shares one
+//! lock among many cells, on which the sound thread would wait, and has a data race by ThreadSanitizer. Own, after
+//! \[BOEHM12\].
 
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU64, Ordering, fence};

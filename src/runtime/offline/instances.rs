@@ -1,6 +1,7 @@
 //! Instances in offline rendering: added, moved and removed between graphics frames.
 //!
-//! Control side. Changes apply to known paths in the next graphics frame, to propagation in the next update that starts.
+//! Control side. Changes apply to known paths in the next graphics frame, to propagation in the next update that
+//! starts.
 
 use std::sync::Arc;
 
@@ -24,8 +25,8 @@ impl OfflineRenderer {
     /// Moves instances. Valid poses are applied even if others are invalid.
     ///
     /// # Errors
-    /// The first of: [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid: the last good
-    /// one stays.
+    /// The first of: [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid: the last
+    /// good one stays.
     pub fn set_instance_poses(&mut self, poses: &[InstancePose]) -> Result<()> {
         let scene = self.propagation.propagator_mut().scene_mut();
         let checked = poses.iter().map(|pose| scene.check_instance_pose(pose));

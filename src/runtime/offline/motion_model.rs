@@ -1,8 +1,8 @@
 //! Motion prediction of sources: constant turn or constant velocity.
 //!
-//! Arithmetic; control side. If the last positions fit an even turn, the constant-turn model of target tracking (\[LI03\])
-//! applies, which also describes a pendulum: `x + v sin(ω t) / ω + a (1 − cos(ω t)) / ω²`. Its prediction is bounded.
-//! Otherwise a source moves straight on. Listeners turn abruptly and always move straight on.
+//! Arithmetic; control side. If the last positions fit an even turn, the constant-turn model of target tracking
+//! (\[LI03\]) applies, which also describes a pendulum: `x + v sin(ω t) / ω + a (1 − cos(ω t)) / ω²`. Its prediction is
+//! bounded. Otherwise a source moves straight on. Listeners turn abruptly and always move straight on.
 
 use std::collections::VecDeque;
 

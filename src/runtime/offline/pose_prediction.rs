@@ -99,7 +99,8 @@ impl PosePrediction {
         &self.predicted
     }
 
-    /// Samples the way to the predicted poses, in even steps while the result is used, and the position beyond a surface.
+    /// Samples the way to the predicted poses, in even steps while the result is used, and the position beyond a
+    /// surface.
     fn sample_ahead(&mut self, now: &Poses, scene: &Scene) {
         let Some(last) = &self.last else { return };
         let used = self.frames_ahead - self.arrival_frames;

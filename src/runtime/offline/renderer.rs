@@ -54,8 +54,8 @@ pub struct OfflineReport {
     pub graphics_frames: u64,
     /// Time of each propagation update (SPS).
     pub propagation: Vec<Duration>,
-    /// Processor time of each graphics frame's extrapolation (EPS), including direct paths and taking an update. Elapsed
-    /// time on systems without processor time.
+    /// Processor time of each graphics frame's extrapolation (EPS), including direct paths and taking an update.
+    /// Elapsed time on systems without processor time.
     pub extrapolation: Vec<Duration>,
     /// Time of each graphics frame's generation (SGS).
     pub generation: Vec<Duration>,
@@ -72,16 +72,17 @@ pub struct OfflineReport {
 /// ```
 /// use std::sync::Arc;
 /// use foresound::offline::{OfflineRenderer, OfflineSettings, Poses};
+/// use foresound::glam::Vec3;
 /// use foresound::{Hrtf, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, shoebox};
 ///
 /// # fn main() -> foresound::Result<()> {
-/// let mesh = shoebox([6.0, 3.0, 5.0].into(), "brick");
+/// let mesh = shoebox(Vec3::new(6.0, 3.0, 5.0), "brick");
 /// let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())?;
 /// let hrtf = Arc::new(Hrtf::omnidirectional(44_100)?);
 /// let mut renderer = OfflineRenderer::new(Arc::new(scene), hrtf, OfflineSettings::default())?;
 /// let mut poses = Poses::default();
-/// poses.listener.position = [1.0, 1.7, 1.0].into();
-/// poses.sources.push(SourcePose::at(SourceId::new(0, 0), [4.0, 1.5, 3.0]));
+/// poses.listener.position = Vec3::new(1.0, 1.7, 1.0);
+/// poses.sources.push(SourcePose::at(SourceId::new(0, 0), Vec3::new(4.0, 1.5, 3.0)));
 /// let mut sound = Vec::new();
 /// let mut silence = |_slot: usize, _from: u64, samples: &mut [f32]| samples.fill(0.0);
 /// renderer.next_frame(&poses, &mut silence, &mut |block| {
@@ -185,8 +186,8 @@ impl OfflineRenderer {
         (frame as f64 * rate_hz / self.settings.graphics_rate_hz).round() as u64
     }
 
-    /// Renders the sound from this graphics frame to the next; paths reach the values of `poses` at its end. `sink` gets
-    /// interleaved stereo.
+    /// Renders the sound from this graphics frame to the next; paths reach the values of `poses` at its end. `sink`
+    /// gets interleaved stereo.
     ///
     /// # Errors
     /// Those of `sink`.

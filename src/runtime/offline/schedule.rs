@@ -1,6 +1,7 @@
 //! Schedules of propagation, and the poses of a graphics frame.
 //!
-//! Source: the paper's section III-B and Figure 2 for the asynchronous schedule, its reference 18 for the synchronous one.
+//! Source: the paper's section III-B and Figure 2 for the asynchronous schedule, its reference 18 for the synchronous
+//! one.
 
 use crate::error::{Error, Result};
 use crate::scene::{ListenerPose, SourcePose};

@@ -84,8 +84,8 @@ impl ScheduledPropagation {
 
     /// Advances to the next graphics frame; returns the result that becomes usable in it, if any.
     ///
-    /// In frame 0 both schedules use a result for the poses of frame 0, after a warm-up of sixteen updates. Delayed updates
-    /// follow every L + 1 frames from frame 1 on.
+    /// In frame 0 both schedules use a result for the poses of frame 0, after a warm-up of sixteen updates. Delayed
+    /// updates follow every L + 1 frames from frame 1 on.
     pub(crate) fn next_frame(&mut self, poses: &Poses) -> Option<PathSet> {
         let first = self.frame == 0;
         let arrived = if first {

@@ -141,7 +141,7 @@ impl DeviceHints {
         if let Some(thermal) = &mut self.thermal {
             self.thermal_quality = thermal.quality_level(time_s);
         }
-        let tiers = match budget.quality {
+        let quality = match budget.quality {
             _ if self.thermal_quality == QualityLevel::default() => budget.quality,
             QualityChoice::Free => QualityChoice::AtLeast(self.thermal_quality),
             QualityChoice::AtLeast(level) => {
@@ -149,10 +149,7 @@ impl DeviceHints {
             }
             QualityChoice::Exactly(level) => QualityChoice::Exactly(level),
         };
-        Budget {
-            quality: tiers,
-            ..budget
-        }
+        Budget { quality, ..budget }
     }
 
     /// Reports the time of an update of the calling thread, in seconds.

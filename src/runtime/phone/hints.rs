@@ -1,6 +1,7 @@
 //! A performance hint session: threads, target duration and actual duration of periodic work.
 //!
-//! The system adjusts clocks until the actual duration meets the target. A session that refuses a report is closed for good.
+//! The system adjusts clocks until the actual duration meets the target. A session that refuses a report is closed for
+//! good.
 
 use super::symbols::{Handle, HintSymbols};
 

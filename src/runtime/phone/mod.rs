@@ -1,9 +1,9 @@
 //! Device hints of Android: thermal state and performance hints.
 //!
 //! Their functions are newer than API 26 and looked up at run time ([`Symbols`]); without them nothing happens.
-//! [`DeviceHints`] runs on the propagation thread: it reads the thermal state once a second and limits the quality level
-//! ([`ThermalPolicy`]), and it reports times of updates and blocks ([`HintSession`]). Calls may block on another process and
-//! never run on the audio side, which only stores its load in atomics.
+//! [`DeviceHints`] runs on the propagation thread: it reads the thermal state once a second and limits the quality
+//! level ([`ThermalPolicy`]), and it reports times of updates and blocks ([`HintSession`]). Calls may block on another
+//! process and never run on the audio side, which only stores its load in atomics.
 
 mod device_hints;
 mod hints;

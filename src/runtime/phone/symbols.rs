@@ -1,7 +1,7 @@
 //! Functions of the system, looked up by name.
 //!
-//! `APerformanceHint_*` needs API 33, `AThermal_*` API 30 and 31; the library supports 26 and cannot link them. An incomplete
-//! group is not used. Signatures: the platform's frozen `performance_hint.h` and `thermal.h`.
+//! `APerformanceHint_*` needs API 33, `AThermal_*` API 30 and 31; the library supports 26 and cannot link them. An
+//! incomplete group is not used. Signatures: the platform's frozen `performance_hint.h` and `thermal.h`.
 //!
 //! Unsafe: a name does not determine a function's type.
 

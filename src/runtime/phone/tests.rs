@@ -118,10 +118,10 @@ fn the_system_is_asked_once_a_second() {
 fn heat_adds_to_a_budget_and_never_overrules_a_fixed_tier() {
     let mut hints = hints(31);
     phone(|p| p.headroom = 0.93);
-    let mut tempered = |tiers| {
+    let mut within_limit = |quality| {
         let budget = Budget {
             update_s: Some(0.02),
-            quality: tiers,
+            quality,
             ..Budget::default()
         };
         let after = hints.limit_budget(budget, 0.0);
@@ -129,20 +129,20 @@ fn heat_adds_to_a_budget_and_never_overrules_a_fixed_tier() {
         after.quality
     };
     assert_eq!(
-        tempered(QualityChoice::Free),
+        within_limit(QualityChoice::Free),
         QualityChoice::AtLeast(QualityLevel(2))
     );
     let (one, four) = (QualityLevel(1), QualityLevel(4));
     assert_eq!(
-        tempered(QualityChoice::AtLeast(one)),
+        within_limit(QualityChoice::AtLeast(one)),
         QualityChoice::AtLeast(QualityLevel(2))
     );
     assert_eq!(
-        tempered(QualityChoice::AtLeast(four)),
+        within_limit(QualityChoice::AtLeast(four)),
         QualityChoice::AtLeast(four)
     );
     assert_eq!(
-        tempered(QualityChoice::Exactly(one)),
+        within_limit(QualityChoice::Exactly(one)),
         QualityChoice::Exactly(one)
     );
 }
@@ -158,7 +158,7 @@ fn updates_and_blocks_are_told_with_their_targets() {
     hints.report_update(0.005, &free);
     hints.report_update(0.006, &free);
     hints.report_update(0.007, &limited);
-    // Sound that nobody makes yet is not told.
+    // Without a sound thread nothing is reported.
     hints.report_sound(SoundLoad::default(), 0.0);
     assert!(hints.is_sound_report_due(0.0));
     let load = SoundLoad {
@@ -215,7 +215,7 @@ fn times_that_cannot_be_are_told_within_the_systems_range() {
 }
 
 #[test]
-fn a_phone_without_managers_and_manners_that_are_off_do_nothing() {
+fn a_phone_without_managers_and_hints_turned_off_do_nothing() {
     phone(|p| {
         *p = Phone {
             has_no_manager: true,

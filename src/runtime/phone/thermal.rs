@@ -1,7 +1,7 @@
 //! Thermal readings of the system, and the quality limit that follows from them.
 //!
-//! The headroom forecasts severe throttling (at 1.0); the status is the throttling in force. Quality goes down before the
-//! phone throttles, which would cost more. Limits are own, near the platform's advice to reduce load from 0.85 on.
+//! The headroom forecasts severe throttling (at 1.0); the status is the throttling in force. Quality goes down before
+//! the phone throttles, which would cost more. Limits are own, near the platform's advice to reduce load from 0.85 on.
 
 use std::ffi::c_int;
 
@@ -70,9 +70,9 @@ impl ThermalPolicy {
         let fresh = |(headroom, at_s): (f32, f64)| (time_s - at_s <= STALE_S).then_some(headroom);
         let headroom = self.headroom.and_then(fresh).unwrap_or(0.0);
         let status = of_status(reading.status.unwrap_or(0));
-        let wanted = of_headroom(headroom, 0.0).max(status);
-        if wanted > self.level {
-            self.level = wanted;
+        let limit = of_headroom(headroom, 0.0).max(status);
+        if limit > self.level {
+            self.level = limit;
             self.changed_s = time_s;
         } else if of_headroom(headroom, SLACK).max(status) < self.level
             && time_s - self.changed_s >= DWELL_S

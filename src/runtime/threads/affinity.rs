@@ -1,8 +1,8 @@
 //! Core and priority of threads: requested, read back, reported; refusals are not fatal.
 //!
-//! Calls concern the calling thread and make system calls, so a thread places itself once, before its first block. Linux and
-//! Android; no effect elsewhere. Core capacities come from `/sys/devices/system/cpu/cpuN/cpu_capacity` or the highest clock
-//! frequency.
+//! Calls concern the calling thread and make system calls, so a thread places itself once, before its first block.
+//! Linux and Android; no effect elsewhere. Core capacities come from `/sys/devices/system/cpu/cpuN/cpu_capacity` or the
+//! highest clock frequency.
 
 use crate::runtime::handover::seqlock::{Words, halves, pair};
 
@@ -11,7 +11,8 @@ use crate::runtime::handover::seqlock::{Words, halves, pair};
 pub enum AffinityPolicy {
     /// The system decides.
     None,
-    /// The fastest core for propagation, the next for sound; of equal cores the highest numbers, which systems load last.
+    /// The fastest core for propagation, the next for sound; of equal cores the highest numbers, which systems load
+    /// last.
     #[default]
     PreferBig,
     /// These cores.

@@ -72,8 +72,8 @@ fn read() -> Mode {
 
 #[cfg(all(not(miri), target_arch = "x86_64"))]
 fn write(mode: Mode) {
-    // SAFETY: loads four bytes from a local of four bytes; callers pass a mode that was read, with flush bits that every
-    // x86-64 processor has, so no reserved bit is set and no exception unmasked.
+    // SAFETY: loads four bytes from a local of four bytes; callers pass a mode that was read, with flush bits that
+    // every x86-64 processor has, so no reserved bit is set and no exception unmasked.
     unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const mode, options(nostack, preserves_flags)) };
 }
 

@@ -23,8 +23,8 @@ use crate::runtime::threads::flush_to_zero::{FlushToZero, flushes};
 /// Greatest number of threads.
 pub const MAX_THREADS: usize = MOST_WORKERS;
 
-/// Spins of a helper before it sleeps, and of the caller before it waits: some tens of microseconds, about the time between
-/// two phases of an update.
+/// Spins of a helper before it sleeps, and of the caller before it waits: some tens of microseconds, about the time
+/// between two phases of an update.
 const SPINS: u32 = if cfg!(miri) { 4 } else { 4000 };
 
 /// A job, given thread number (the caller's is 0) and item index.
@@ -48,8 +48,8 @@ struct Round {
     panic: Option<Box<dyn Any + Send>>,
 }
 
-/// Value of [`PoolState::gate`]: number of a round, whether helpers may still enter, and how many are inside. The caller does
-/// not wait for a helper that wakes up after the gate has closed.
+/// Value of [`PoolState::gate`]: number of a round, whether helpers may still enter, and how many are inside. The
+/// caller does not wait for a helper that wakes up after the gate has closed.
 #[derive(Clone, Copy)]
 struct Gate(u64);
 
@@ -268,7 +268,8 @@ impl Threads {
     }
 
     fn run_jobs(&self, count: usize, job: &Task<'_>) {
-        // SAFETY: only the lifetime changes; `close` returns after every helper has left, and nothing before it unwinds.
+        // SAFETY: only the lifetime changes; `close` returns after every helper has left, and nothing before it
+        // unwinds.
         let lasting: *const Task<'static> = unsafe { std::mem::transmute(job) };
         self.pool.open(Some(Job(lasting)), count);
         self.pool.work(0, count, job);

@@ -74,7 +74,8 @@ impl TraceLog {
         self.lost
     }
 
-    /// Writes the file: events in microseconds on named threads; extrapolation level, paths and quality level as counters.
+    /// Writes the file: events in microseconds on named threads; extrapolation level, paths and quality level as
+    /// counters.
     ///
     /// # Errors
     /// Those of `out`.

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::{GeometricSettings, PredictorKind};
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::scene::SourceId;
 use foresound::{Error, Result};

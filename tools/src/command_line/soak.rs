@@ -10,11 +10,10 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use foresound::Result;
-use foresound::generation::GeneratorSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
-    Budget, Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
+    Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
     thread_processor_time,
 };
 use foresound_tools::clicks::{ClickDetector, smooth_loop};

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf};
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Budget, Engine, EngineSettings, FrameTime, NullDevice, OfflineRenderer,
     OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,

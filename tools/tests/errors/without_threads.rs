@@ -4,7 +4,7 @@
 use std::process::Command;
 
 use foresound::runtime::{
-    AffinityPolicy, Engine, EngineSchedule, EngineSettings, NullDevice, SoundThread, Threads,
+    AffinityPolicy, Engine, EngineSchedule, NullDevice, SoundThread, Threads,
 };
 use foresound::scene::{MaterialTable, SceneSettings};
 

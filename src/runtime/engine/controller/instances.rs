@@ -7,18 +7,19 @@ use crate::error::Result;
 use crate::scene::{InstanceId, InstancePose, Scene};
 
 impl Controller {
-    /// Adds an instance of a part, a scene in local coordinates, from the next tick on; audible with the next update. The
-    /// handle inside `pose` is ignored. Instances stay when the scene is replaced. Allocates.
+    /// Adds an instance of a part, a scene in local coordinates, from the next tick on; audible with the next update.
+    /// The handle inside `pose` is ignored. Instances stay when the scene is replaced. Allocates.
     ///
     /// ```
     /// use std::sync::Arc;
+    /// use foresound::glam::{DVec3, Vec3};
     /// use foresound::{InstanceId, InstancePose, MaterialTable, Scene, SceneSettings, shoebox};
     ///
     /// # fn main() -> foresound::Result<()> {
     /// # let (mut controller, _renderer) = foresound::Engine::new(Default::default())?;
-    /// let door = shoebox([1.0, 2.0, 0.05].into(), "wood");
+    /// let door = shoebox(Vec3::new(1.0, 2.0, 0.05), "door_wood");
     /// let part = Scene::commit(&door, &MaterialTable::built_in(), &SceneSettings::default())?;
-    /// let mut pose = InstancePose::at(InstanceId::default(), [2.0, 1.0, -3.0].into());
+    /// let mut pose = InstancePose::at(InstanceId::default(), DVec3::new(2.0, 1.0, -3.0));
     /// pose.id = controller.add_instance(Arc::new(part), &pose)?;
     /// pose.position.x += 0.5;
     /// controller.set_instance_pose(&pose)?;
@@ -38,7 +39,8 @@ impl Controller {
     /// Moves an instance from the next tick on: direct sound follows in that graphics frame, reflections with updates.
     ///
     /// # Errors
-    /// [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid: the last good one stays.
+    /// [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid: the last good one
+    /// stays.
     pub fn set_instance_pose(&mut self, pose: &InstancePose) -> Result<()> {
         self.scene.check_instance_pose(pose)?;
         let slot = |known: &InstancePose| known.id.slot();

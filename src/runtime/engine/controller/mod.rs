@@ -118,10 +118,10 @@ impl Controller {
     /// Sends one graphics frame: the listener's pose and the poses of sources that moved. Call once per frame.
     ///
     /// ```
-    /// # use foresound::{Controller, ListenerPose, Result, SourceId, SourcePose};
+    /// # use foresound::{Controller, ListenerPose, Result, SourceId, SourcePose, glam::Vec3};
     /// # fn frame(controller: &mut Controller, source: SourceId) -> Result<()> {
-    /// let listener = ListenerPose::facing([0.0, 1.7, 0.0], 0.0);
-    /// controller.tick(listener, &[SourcePose::at(source, [2.0, 1.5, -3.0])])
+    /// let listener = ListenerPose::facing(Vec3::new(0.0, 1.7, 0.0), 0.0);
+    /// controller.tick(listener, &[SourcePose::at(source, Vec3::X)])
     /// # }
     /// ```
     ///
@@ -192,9 +192,9 @@ impl Controller {
     fn assign_slots(&mut self, time_s: f64) {
         let progress = self.progress();
         if let Some(virtualizer) = &mut self.virtualizer {
-            let (guests, ear) = (self.sources.iter(), self.listener.position);
+            let (sources, ear) = (self.sources.iter(), self.listener.position);
             let times = (time_s, progress);
-            virtualizer.assign(guests, ear, times, &mut self.slot_poses, &mut self.routes);
+            virtualizer.assign(sources, ear, times, &mut self.slot_poses, &mut self.routes);
             let unheard = &self.channels.metrics.masked_sources;
             unheard.store(virtualizer.masked, Ordering::Relaxed);
             return;

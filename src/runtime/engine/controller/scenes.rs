@@ -11,16 +11,16 @@ use crate::runtime::engine::settings::EngineSchedule;
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 impl Controller {
-    /// Replaces the scene; the old one is audible until the first update of the new one. Instances keep their handles and
-    /// world poses. Allocates.
+    /// Replaces the scene; the old one is audible until the first update of the new one. Instances keep their handles
+    /// and world poses. Allocates.
     ///
     /// ```
     /// use std::sync::Arc;
-    /// use foresound::{MaterialTable, Scene, SceneSettings, shoebox};
+    /// use foresound::{MaterialTable, Scene, SceneSettings, glam::Vec3, shoebox};
     ///
     /// # fn main() -> foresound::Result<()> {
     /// # let (mut controller, _renderer) = foresound::Engine::new(Default::default())?;
-    /// let mesh = shoebox([12.0, 4.0, 8.0].into(), "brick");
+    /// let mesh = shoebox(Vec3::new(12.0, 4.0, 8.0), "brick");
     /// let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())?;
     /// controller.set_scene(Arc::new(scene))?;
     /// # Ok(())
@@ -57,8 +57,8 @@ impl Controller {
         self.builder.is_building()
     }
 
-    /// The newest scene, with instances at their poses when one was last added or removed; [`Self::instances`] has their
-    /// current poses.
+    /// The newest scene, with instances at their poses when one was last added or removed; [`Self::instances`] has
+    /// their current poses.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }

@@ -12,8 +12,8 @@ use crate::runtime::engine::stream::StreamWriter;
 use crate::scene::SourceId;
 
 impl Controller {
-    /// Adds a silent source at a position in metres. In the slot of a source just removed it starts after the fade-out of
-    /// that one, 0.15 s of audio (more with blocks above 1,000 frames), without loss of samples.
+    /// Adds a silent source at a position in metres. In the slot of a source just removed it starts after the fade-out
+    /// of that one, 0.15 s of audio (more with blocks above 1,000 frames), without loss of samples.
     ///
     /// ```
     /// # fn main() -> foresound::Result<()> {
@@ -25,8 +25,8 @@ impl Controller {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Engine`] at [`crate::runtime::EngineSettings::max_sources`] sources, [`Error::Setting`] for a position that
-    /// is not finite or beyond 1,000 km.
+    /// [`Error::Engine`] at [`crate::runtime::EngineSettings::max_sources`] sources, [`Error::Setting`] for a position
+    /// that is not finite or beyond 1,000 km.
     pub fn add_source(&mut self, position: impl Into<Vec3>) -> Result<SourceId> {
         self.sources.add(position.into())
     }
@@ -44,8 +44,8 @@ impl Controller {
     /// Moves a source to a position in metres from the next tick on.
     ///
     /// # Errors
-    /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is not finite or beyond 1,000 km: the last good one
-    /// stays.
+    /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is not finite or beyond 1,000 km: the last good
+    /// one stays.
     pub fn move_source(&mut self, id: SourceId, position: impl Into<Vec3>) -> Result<()> {
         self.sources.move_to(id, position.into())
     }
@@ -66,8 +66,8 @@ impl Controller {
         self.sources.set_gain(id, gain)
     }
 
-    /// Plays a clip from its start, once or in a loop: mono samples at the engine's rate, 1 being the pressure at 1 m. An empty
-    /// clip is silence.
+    /// Plays a clip from its start, once or in a loop: mono samples at the engine's rate, 1 being the pressure at 1 m.
+    /// An empty clip is silence.
     ///
     /// # Errors
     /// [`Error::StaleSource`].
@@ -82,8 +82,8 @@ impl Controller {
         Ok(())
     }
 
-    /// Plays samples that the app writes, through a ring for `capacity` samples (1 to 2^24). An underrun fades out and in
-    /// within 256 audio frames and counts in [`crate::runtime::Statistics::underrun_samples`].
+    /// Plays samples that the app writes, through a ring for `capacity` samples (1 to 2^24). An underrun fades out and
+    /// in within 256 audio frames and counts in [`crate::runtime::Statistics::underrun_samples`].
     ///
     /// # Errors
     /// [`Error::StaleSource`]; [`Error::Setting`] for a capacity outside the range.

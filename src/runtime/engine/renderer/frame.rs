@@ -165,8 +165,8 @@ impl Renderer {
         self.waiting_voices = generator.take_prepared_frame(&self.frame_paths, ramp_frames);
     }
 
-    /// Whether voices of the last frame have to start before the next frame is committed. Not in a pause, where the fades
-    /// they wait for stand still; the next frame has their paths too.
+    /// Whether voices of the last frame have to start before the next frame is committed. Not in a pause, where the
+    /// fades they wait for stand still; the next frame has their paths too.
     fn has_waiting_voices(&self) -> bool {
         self.waiting_voices > 0 && !self.is_silent()
     }
@@ -185,8 +185,8 @@ impl Renderer {
     /// Moves the gains of reflection orders towards their targets and applies them.
     fn apply_order_gain(&mut self, frame_s: f64) {
         let step = (ORDER_FADE_PER_S * frame_s) as f32;
-        for (gain, wanted) in self.order_gain.iter_mut().zip(&self.target_order_gain) {
-            *gain += (wanted - *gain).clamp(-step, step);
+        for (gain, target) in self.order_gain.iter_mut().zip(&self.target_order_gain) {
+            *gain += (target - *gain).clamp(-step, step);
         }
         if self.order_gain == [1.0; MAX_ORDER + 1] {
             return;

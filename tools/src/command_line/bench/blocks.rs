@@ -12,7 +12,6 @@ use std::time::Instant;
 
 use foresound::extrapolation::{FramePaths, GeometricSettings, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::engine::ramp_frames;
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use foresound::Result;
-use foresound::generation::GeneratorSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings};
 use foresound::scene::ListenerPose;

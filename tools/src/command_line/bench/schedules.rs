@@ -14,7 +14,6 @@ use std::time::{Duration, Instant};
 
 use foresound::Result;
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::mix;
 use foresound::runtime::engine::Percentiles;
@@ -306,7 +305,7 @@ fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {
         },
         "paths_p50": share(&asynchronous.paths, 0.5),
         "rays_per_update": share(&asynchronous.rays, 0.5),
-        "tier": ours.tier.0,
+        "tier": ours.quality_level.0,
     })
 }
 

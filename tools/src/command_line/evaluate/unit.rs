@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::GeneratorSettings;
 use foresound::output::WholeFile;
 use foresound::output::wav::{WavFormat, WavSink};
 use foresound::propagation::{self, PathSet, PropagationSettings, Propagator};
