@@ -10,8 +10,7 @@ use std::ptr::{null_mut, without_provenance_mut};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicI64, AtomicU32, Ordering};
 
-use foresound::propagation::PropagationSettings;
-use foresound::runtime::phone::{DeviceHintsSettings, Handle, Symbols, this_thread};
+use foresound::runtime::phone::{Handle, Symbols, this_thread};
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, QualityLevel, Renderer,
     Statistics,

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use foresound::Error;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
     Renderer,

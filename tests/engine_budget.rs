@@ -4,7 +4,6 @@
 use std::sync::Arc;
 
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::budget::{LAST_QUALITY_LEVEL, QUALITY_LEVELS};
 use foresound::runtime::trace::{SpanKind, Track};

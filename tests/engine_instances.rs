@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use foresound::Error;
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, FrameTime, Renderer,
 };

@@ -8,7 +8,6 @@ use std::thread;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{
     AffinityPolicy, Engine, EngineSettings, EngineState, NullDevice, SoundThread,

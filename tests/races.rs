@@ -10,7 +10,6 @@ use foresound::bridge::engine::{self, ENGINES};
 use foresound::bridge::sound::{RENDERERS, STREAMS, render, write_stream};
 use foresound::bridge::{Options, Pose, Status, clip, scenes};
 use foresound::generation::{GeneratorSettings, Hrtf};
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
     NullDevice, Renderer, SoundThread,
