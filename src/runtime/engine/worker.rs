@@ -138,7 +138,7 @@ impl Worker {
     /// The predictor for the renderer.
     fn renderer_predictor(&self, kind: PredictorKind) -> PredictorKind {
         match self.even_blocks {
-            true => kind.thrifty(),
+            true => kind.reduced(),
             false => kind,
         }
     }
@@ -150,7 +150,7 @@ impl Worker {
         } = message;
         match predictor {
             PredictorKind::Geometric(_) => {
-                prepared.lay(paths, self.propagator.scene());
+                prepared.prepare(paths, self.propagator.scene());
             }
             PredictorKind::Hold | PredictorKind::Linear => prepared.clear(),
         }

@@ -44,7 +44,7 @@ pub(crate) struct PosePrediction {
 
 impl PosePrediction {
     pub(crate) fn new(schedule: Schedule, predictor: PredictorKind) -> Self {
-        let lead = predictor.lead();
+        let target = predictor.prediction_target();
         let interval = schedule.extrapolation_level() as f32 + 1.0;
         let late = match schedule {
             Schedule::Asynchronous {
@@ -55,14 +55,14 @@ impl PosePrediction {
         };
         // The last graphics frame of an interval comes one frame before its end.
         let used = interval - 1.0;
-        let frames_ahead = match (schedule, lead) {
+        let frames_ahead = match (schedule, target) {
             (Schedule::Synchronous, _) | (_, PredictionTarget::None) => 0.0,
             (_, PredictionTarget::Arrival) => late,
             (_, PredictionTarget::Middle) => late + 0.5 * used,
             (_, PredictionTarget::End) => late + used,
         };
         let farthest = (late + used - frames_ahead).max(frames_ahead - late);
-        let off = matches!(schedule, Schedule::Asynchronous { .. }) && predictor.wants_nearby();
+        let off = matches!(schedule, Schedule::Asynchronous { .. }) && predictor.uses_nearby();
         Self {
             frames_ahead,
             arrival_frames: late,
