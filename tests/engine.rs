@@ -1,4 +1,4 @@
-//! The engine's two halves, driven by one thread: what handles, poses, sounds and states do.
+//! The engine's two halves on one thread: handles, poses, samples and states.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -45,7 +45,7 @@ fn hum() -> Arc<[f32]> {
         .into()
 }
 
-/// Ticks and renders; gives the loudest sample of the last block.
+/// Ticks and renders; returns the peak of the last block.
 fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3, frames: usize) -> f32 {
     let mut block = [0.0; 882];
     for _ in 0..frames {
@@ -57,7 +57,7 @@ fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3, frames: u
     block.iter().fold(0.0, |most, s| most.max(s.abs()))
 }
 
-/// Voices wait for fades, which do not go on while nothing is rendered.
+/// Voices wait for fades, which stand still while nothing is rendered.
 #[test]
 fn a_pause_in_the_middle_of_a_change_of_all_paths_ends() {
     let scene = room();
@@ -208,7 +208,7 @@ fn empty_clips_and_dry_streams_are_silence() {
     assert!(controller.statistics().underrun_samples > 0);
     controller.stop(id).expect("is there");
     run(&mut controller, &mut renderer, Vec3::ZERO, 1);
-    // What was retired is freed by the next tick.
+    // The next tick frees returned samples.
     run(&mut controller, &mut renderer, Vec3::ZERO, 1);
     assert!(writer.is_abandoned());
 }
@@ -218,7 +218,7 @@ fn a_clip_is_freed_by_the_controller_once_it_is_done_with() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let clip = hum();
     for _ in 0..1000 {
-        // The renderer keeps no pace at all: what waits does not pile up.
+        // The renderer does not run: waiting changes do not accumulate.
         let id = controller.add_source(Vec3::X).expect("a slot");
         controller.play(id, Arc::clone(&clip), true).expect("there");
         controller.remove_source(id).expect("is there");
@@ -230,7 +230,7 @@ fn a_clip_is_freed_by_the_controller_once_it_is_done_with() {
 
 static PANIC: AtomicBool = AtomicBool::new(false);
 
-fn panic_when_told(_: u64) {
+fn panic_on_request(_: u64) {
     assert!(!PANIC.load(Ordering::Relaxed), "injected");
 }
 
@@ -239,7 +239,7 @@ fn propagation_may_panic_and_be_restarted() {
     for schedule in [EngineSchedule::Synchronous, EngineSchedule::Asynchronous] {
         let mut settings = settings();
         settings.schedule = schedule;
-        settings.before_update = Some(panic_when_told);
+        settings.before_update = Some(panic_on_request);
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let scene = room();
         let at = inside(&scene);

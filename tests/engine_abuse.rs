@@ -1,5 +1,4 @@
-//! An app that does everything it should not: the engine refuses with an error or goes on, and never makes a sound that is
-//! no number. On one thread, without a clock.
+//! Misuse by the app: the engine returns an error or continues, and its output stays finite. On one thread, without a clock.
 
 use std::sync::Arc;
 
@@ -86,7 +85,7 @@ fn a_thousand_come_and_go_between_two_blocks() {
         tick(&mut controller);
         render(&mut renderer);
     }
-    // Sounds went where their sources are.
+    // Samples follow their sources.
     for _ in 0..40 {
         tick(&mut controller);
         render(&mut renderer);
@@ -152,7 +151,7 @@ fn poses_that_are_none_are_refused_and_the_last_good_ones_heard() {
             ..SourcePose::at(id, Vec3::ONE)
         };
         let good = ListenerPose::facing(Vec3::new(2.0, 1.5, 2.0), 0.0);
-        // A number, however large, is an orientation to a quaternion.
+        // Any finite quaternion becomes an orientation.
         assert!(bad == f32::MAX || controller.tick(good, &[turned]).is_err());
         assert!(render(&mut renderer) > 0.0);
     }

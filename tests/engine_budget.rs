@@ -1,5 +1,5 @@
-//! What the engine gives up and shares: forced tiers, more sources than slots, and what it tells of its time. On a virtual
-//! clock: the frame time is given and propagation runs within each tick.
+//! Forced quality levels, more sources than slots, and traces. On a virtual clock: the frame time is fixed and propagation
+//! runs within each tick.
 
 use std::sync::Arc;
 
@@ -39,13 +39,13 @@ fn room() -> (Arc<Scene>, Vec3) {
     (Arc::new(scene), middle)
 }
 
-/// A sine of 700 Hz that goes on without a seam.
+/// A seamless loop of a 700 Hz sine.
 fn hum(gain: f32) -> Arc<[f32]> {
     let turn = std::f32::consts::TAU * 70.0 / 4410.0;
     (0..4410).map(|n| gain * (n as f32 * turn).sin()).collect()
 }
 
-/// Ticks and renders; gives the loudest sample and the largest second difference, which a click would raise.
+/// Ticks and renders; returns the peak and the largest second difference, which a click would raise.
 fn run(
     controller: &mut Controller,
     renderer: &mut Renderer,
@@ -69,7 +69,7 @@ fn run(
 }
 
 #[test]
-fn forced_tiers_take_paths_away_without_a_click() {
+fn forced_quality_levels_drop_paths_without_a_click() {
     let (mut controller, mut renderer) = Engine::new(settings(1)).expect("an engine");
     let (scene, at) = room();
     controller.set_scene(scene).expect("taken");
@@ -82,23 +82,23 @@ fn forced_tiers_take_paths_away_without_a_click() {
     let steady = run(&mut controller, &mut renderer, at, 100, &mut tail);
     let paths = controller.statistics().paths;
     assert!(paths > 60, "{paths}");
-    for tier in [LAST_QUALITY_LEVEL, 2, 4, 0] {
+    for level in [LAST_QUALITY_LEVEL, 2, 4, 0] {
         let mut budget = Budget::default();
-        budget.quality = QualityChoice::Exactly(QualityLevel(tier));
+        budget.quality = QualityChoice::Exactly(QualityLevel(level));
         controller.set_budget(budget).expect("in range");
-        // Two seconds: the glide takes half of one, the cache of paths as long again.
+        // Two seconds: half of one for the transition, as long again for the path cache.
         let moving = run(&mut controller, &mut renderer, at, 200, &mut tail);
         let statistics = controller.statistics();
-        assert_eq!(statistics.quality_level, QualityLevel(tier));
-        // In a rectangular room a half of the rays finds every path; fewer orders do not.
-        match QUALITY_LEVELS[usize::from(tier)].skipped_orders {
+        assert_eq!(statistics.quality_level, QualityLevel(level));
+        // In a rectangular room half of the rays find all paths; fewer orders do not.
+        match QUALITY_LEVELS[usize::from(level)].skipped_orders {
             0 => assert_eq!(statistics.paths, paths),
             _ => assert!(statistics.paths < paths, "{} paths", statistics.paths),
         }
-        // Sums of a few paths more or less; a step of a tenth of the sound would bend ten times as much.
+        // A few paths more or less; a step of a tenth of the sound would be ten times as large.
         assert!(
             moving[1] < 1.3 * steady[1],
-            "bends {} to tier {tier}, {} before",
+            "bends {} to level {level}, {} before",
             moving[1],
             steady[1]
         );
@@ -120,7 +120,7 @@ fn a_budget_out_of_range_is_refused_and_the_old_one_kept() {
     assert!(engine.is_err());
 }
 
-/// An app with many sources that circle about where they began.
+/// An app with many sources that circle around their first positions.
 struct Crowd {
     controller: Controller,
     renderer: Renderer,
@@ -159,7 +159,7 @@ impl Crowd {
         SourcePose::at(self.here[number], self.middle + place + circle)
     }
 
-    /// Gives the loudest sample, the largest second difference and the most voices.
+    /// Returns the peak, the largest second difference and the greatest number of voices.
     fn run(&mut self, from: usize, frames: usize) -> (f32, f32, u32) {
         let mut block = [0.0; 2 * AUDIO_FRAMES];
         let (mut loudest, mut bend, mut voices) = (0.0f32, 0.0f32, 0);
@@ -192,7 +192,7 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
     crowd.run(0, 20);
     let (loudest, bend, _) = crowd.run(20, 300);
     let (one, all) = (few.controller.statistics(), crowd.controller.statistics());
-    // Rays differ by where sources stand only, not by thirty-two times as many of them.
+    // The number of rays depends on the positions of sources, not on thirty-two times as many.
     assert!(
         all.rays < 2 * one.rays,
         "{} and {} rays",
@@ -201,7 +201,7 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
     );
     assert!(all.paths < 2 * one.paths.max(400), "{} paths", all.paths);
     assert!(loudest > 0.01 && loudest < 1.0, "{loudest}");
-    // A sine of 700 Hz bends by 0.01 of itself; eight slots' worth of sound stepping in or out would be far above.
+    // The second difference of a 700 Hz sine is 0.01 of it; a step of eight slots would be far above.
     assert!(bend < 0.02 * loudest, "bends {bend} at {loudest}");
     for id in crowd.here.drain(..) {
         crowd.controller.remove_source(id).expect("is there");
@@ -228,7 +228,7 @@ fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
 }
 
 #[test]
-fn what_threads_did_is_told_in_order_and_a_full_ring_counts() {
+fn spans_of_threads_are_in_order_and_a_full_ring_counts() {
     let (mut controller, mut renderer) = Engine::new({
         let mut settings = settings(1);
         settings.trace_spans = 64;

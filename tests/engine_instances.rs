@@ -1,4 +1,4 @@
-//! Parts that move in a running engine: heard, refused, removed, and there again in another scene.
+//! Instances in a running engine: audible, refused, removed, and kept across scenes.
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ fn commit(size: Vec3, material: &str) -> Arc<Scene> {
     Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits"))
 }
 
-/// Ticks and renders; gives the mean power of the last block.
+/// Ticks and renders; returns the mean power of the last block.
 fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3) -> f32 {
     let mut block = [0.0; 882];
     for _ in 0..60 {
@@ -93,7 +93,7 @@ fn a_wall_comes_between_moves_away_and_is_removed() {
     assert_eq!(controller.instances(), [pose(id, 1.5)]);
     assert!(run(&mut controller, &mut renderer, at) < 0.1 * free);
 
-    // It stays where it is in another scene, which must not have any of its own.
+    // It keeps its pose in another scene, which must not have instances.
     let own = Arc::new(Scene::clone(controller.scene()));
     assert!(matches!(
         controller.set_scene(own),

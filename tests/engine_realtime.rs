@@ -1,6 +1,6 @@
-//! The engine on its threads: the audio side leaves memory alone, threads start and stop, devices come and go.
+//! The engine on its threads: the audio side does not allocate, threads start and stop, devices disappear and return.
 //!
-//! Nothing here depends on how fast a machine is: loops wait for events, not for time.
+//! Independent of the machine's speed: loops wait for events, not for time.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -192,7 +192,7 @@ fn a_sound_thread_renders_ahead_and_gives_the_renderer_back() {
     }
     let mut renderer = sound.stop().expect("did not panic");
     assert!(renderer.render(&mut block).frames == 100);
-    // The thread is gone: what is left in the ring runs out.
+    // The thread has ended: the ring runs empty.
     let missing = (0..20).map(|_| output.read(&mut block)).sum::<usize>();
     assert!(missing >= 2000 - 512);
 }

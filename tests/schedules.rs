@@ -1,4 +1,4 @@
-//! Both schedules on the virtual clock: what must not differ does not.
+//! Both schedules on the virtual clock.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ fn settings(schedule: Schedule) -> OfflineSettings {
     settings
 }
 
-/// Renders the doorway scene; `listener` is asked for each graphics frame's time.
+/// Renders the doorway scene; `listener` returns the position at a graphics frame's time.
 fn render(settings: OfflineSettings, frames: u32, listener: impl Fn(f64) -> Vec3) -> Vec<f32> {
     let doorway = procedural::doorway();
     let table = MaterialTable::built_in();
@@ -82,8 +82,7 @@ fn snr_db(reference: &[f32], estimate: &[f32]) -> f64 {
     10.0 * (signal / noise.max(1e-30)).log10()
 }
 
-/// The result of frame 0 is there in frame 0, so nobody computes it again: late ones are of frames 1, L + 2, 2 L + 3, each heard
-/// L + 1 frames later.
+/// Frame 0 has its result at once; delayed results are computed in frames 1, L + 2, 2 L + 3 and used L + 1 frames later.
 #[test]
 fn late_updates_begin_with_frame_one() {
     let doorway = procedural::doorway();
@@ -167,7 +166,7 @@ fn the_block_size_changes_nothing_that_can_be_heard() {
         let mut blocks = settings(ASYNCHRONOUS);
         blocks.block_frames = block_frames;
         let figure = snr_db(&reference, &render(blocks, 20, walking));
-        // Ramps are split elsewhere, so single-precision sums round elsewhere: 24 bits less some growth.
+        // Ramps are split at other frames, so single-precision sums round differently: 24 bits less some growth.
         assert!(figure > 100.0, "{figure} dB with blocks of {block_frames}");
     }
 }

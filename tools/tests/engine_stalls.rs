@@ -1,6 +1,6 @@
-//! A device that stops asking for a while, whatever the app does in between: nothing that sounds is cut off.
+//! A device that stalls while the app continues: no sound is cut off.
 //!
-//! Here the app's clock is the number of its ticks and audio is rendered by the test, so nothing depends on the machine.
+//! Independent of the machine: the app's clock counts ticks, and the test renders.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ fn engine(slots: usize, sources: usize) -> (Controller, Renderer) {
     (controller, renderer)
 }
 
-/// Dice of one number.
+/// A pseudo-random number from 0 to 1.
 fn dice(state: &mut u64) -> f32 {
     *state = mix(*state);
     unit(*state)
@@ -48,8 +48,7 @@ fn somewhere(state: &mut u64) -> Vec3 {
     )
 }
 
-/// Sources come, go and move while the device asks for nothing in two of three stretches of a quarter of a second; gives
-/// what was heard.
+/// Adds, removes and moves sources while the device stalls in two of three quarters of a second; returns the output.
 fn hear(slots: usize, sources: usize) -> ClickDetector {
     let (mut controller, mut renderer) = engine(slots, sources);
     let clip: Arc<[f32]> = smooth_loop(RATE_HZ).into();

@@ -141,7 +141,8 @@ impl ScheduledPropagation {
         // As the engine does.
         match self.predictor {
             PredictorKind::Geometric(_) => {
-                self.newest_prepared.prepare(&result, self.propagator.scene());
+                self.newest_prepared
+                    .prepare(&result, self.propagator.scene());
             }
             PredictorKind::Hold | PredictorKind::Linear => self.newest_prepared.clear(),
         }
