@@ -15,12 +15,12 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use crate::error::{Error, Result};
-use crate::output::device::{Device, DeviceCallback, DeviceGrant, DeviceInterface, OpenDevice};
+use crate::output::device::{Device, DeviceCallback, DeviceGrant, OpenDevice};
 use crate::runtime::device::reopen_policy::{ReopenAction, ReopenCounts, ReopenPolicy};
 use crate::runtime::device::sound_thread::{RingOutput, SoundThread};
 use crate::runtime::engine::Renderer;
 use crate::runtime::handover::atomic_box::AtomicBox;
-use crate::runtime::handover::seqlock::{Seqlock, Words, halves, pair};
+use crate::runtime::handover::shared_value::SharedValue;
 use crate::runtime::threads::clock::now;
 
 /// Period of the supervisor.
@@ -34,7 +34,7 @@ struct Shared {
     underrun_frames: AtomicU64,
     min_frames: AtomicU32,
     max_frames: AtomicU32,
-    report: Seqlock<DeviceSnapshot, 5>,
+    report: SharedValue<DeviceSnapshot>,
 }
 
 /// Last state of the device.
@@ -43,56 +43,6 @@ struct DeviceSnapshot {
     counts: ReopenCounts,
     grant: Option<DeviceGrant>,
     xruns: u32,
-}
-
-impl Words<5> for DeviceSnapshot {
-    fn to_words(self) -> [u64; 5] {
-        let (counts, grant) = (self.counts, self.grant.unwrap_or_default());
-        let flags = u32::from(self.grant.is_some())
-            | u32::from(grant.exclusive) << 1
-            | u32::from(grant.low_latency) << 2
-            | (grant.interface as u32) << 3;
-        [
-            pair(counts.opened, counts.refused),
-            pair(counts.lost, counts.stalled),
-            pair(grant.rate_hz, grant.burst_frames),
-            pair(grant.buffer_frames, flags),
-            self.xruns.into(),
-        ]
-    }
-
-    fn from_words(words: [u64; 5]) -> Self {
-        let [
-            [opened, refused],
-            [lost, stalled],
-            [rate_hz, burst_frames],
-            [buffer_frames, flags],
-            [_, xruns],
-        ] = words.map(halves);
-        let has = |bit: u32| flags >> bit & 1 == 1;
-        let grant = DeviceGrant {
-            rate_hz,
-            burst_frames,
-            buffer_frames,
-            exclusive: has(1),
-            low_latency: has(2),
-            interface: match flags >> 3 {
-                1 => DeviceInterface::AAudio,
-                2 => DeviceInterface::OpenSlEs,
-                _ => DeviceInterface::Other,
-            },
-        };
-        Self {
-            counts: ReopenCounts {
-                opened,
-                refused,
-                lost,
-                stalled,
-            },
-            grant: has(0).then_some(grant),
-            xruns,
-        }
-    }
 }
 
 /// State and counts of an output since its start.
@@ -181,7 +131,7 @@ impl DeviceOutput {
             underrun_frames: AtomicU64::new(0),
             min_frames: AtomicU32::new(u32::MAX),
             max_frames: AtomicU32::new(0),
-            report: Seqlock::default(),
+            report: SharedValue::default(),
         });
         let supervised = Arc::clone(&shared);
         let supervisor = thread::Builder::new()

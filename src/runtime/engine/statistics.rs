@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU64, Ordering};
 
 use super::histogram::{Histogram, Percentiles};
 use crate::runtime::budget::QualityLevel;
-use crate::runtime::handover::seqlock::Seqlock;
+use crate::runtime::handover::shared_value::SharedValue;
 use crate::runtime::phone::{DeviceHintsReport, SoundLoad};
 use crate::runtime::threads::affinity::Placement;
 
@@ -37,14 +37,14 @@ pub(super) struct Metrics {
     pub(super) propagation_ns: AtomicU64,
     pub(super) frame_ns: AtomicU64,
     pub(super) propagation_failed: AtomicBool,
-    pub(super) propagation_placement: Seqlock<Placement, 3>,
-    pub(super) sound_placement: Seqlock<Placement, 3>,
+    pub(super) propagation_placement: SharedValue<Placement>,
+    pub(super) sound_placement: SharedValue<Placement>,
     /// Kernel thread id of the sound thread, once placed.
     pub(super) sound_thread: AtomicI32,
     /// Longest rendering time of a block since the last report, and the duration of a block.
     pub(super) block_peak_ns: AtomicU64,
     pub(super) block_lasts_ns: AtomicU64,
-    pub(super) device_hints: Seqlock<DeviceHintsReport, 3>,
+    pub(super) device_hints: SharedValue<DeviceHintsReport>,
 }
 
 /// Statistics of an engine since it was made.

@@ -86,11 +86,11 @@ impl PosePrediction {
         };
         self.predicted.clone_from(now);
         let (before, at) = (last.listener.position, now.listener.position);
-        let through = straight_displacement(before, at, self.frames_ahead);
-        let ahead = advance_to_surface(at, through, scene);
+        let displacement = straight_displacement(before, at, self.frames_ahead);
+        let ahead = advance_to_surface(at, displacement, scene);
         self.predicted.listener.position = ahead;
-        let through = through.map(|displacement| at + displacement);
-        self.beyond_surface = through.filter(|place| *place != ahead);
+        let unobstructed = displacement.map(|displacement| at + displacement);
+        self.beyond_surface = unobstructed.filter(|position| *position != ahead);
         for (source, pose) in self.predicted.sources.iter_mut().zip(&now.sources) {
             let displacement = self.sources.displacement(last, pose, self.frames_ahead);
             source.position = advance_to_surface(pose.position, displacement, scene);
@@ -112,8 +112,8 @@ impl PosePrediction {
         let listener_step = straight_displacement(before, at, 1.0).unwrap_or_default();
         let fastest = now.sources.iter().filter_map(step_of);
         let fastest = fastest.map(Vec3::length).fold(0.0, f32::max);
-        let way_m = used * listener_step.length().max(0.5 * fastest);
-        let steps = (way_m / SAMPLE_SPACING_M).ceil().min(MAX_STEPS);
+        let distance_m = used * listener_step.length().max(0.5 * fastest);
+        let steps = (distance_m / SAMPLE_SPACING_M).ceil().min(MAX_STEPS);
         for step in 0..steps as u16 {
             let frames = self.arrival_frames + used * f32::from(step) / steps;
             self.sampled_listener.push(at + listener_step * frames);
@@ -150,16 +150,11 @@ impl PosePrediction {
         let Some(last) = &self.last else {
             return Some(MAX_NEARBY_RADIUS_M);
         };
-        let mut steps = now.listener.position.distance(last.listener.position);
-        let mut fastest = 0.0f32;
-        for source in &now.sources {
-            if let Some(before) = last.sources.iter().find(|pose| pose.id == source.id) {
-                fastest = fastest.max(source.position.distance(before.position));
-            }
-        }
-        steps += fastest;
-        let way_m = f64::from(steps * frames) + MIN_NEARBY_RADIUS_M;
-        Some(way_m.min(MAX_NEARBY_RADIUS_M))
+        let step_of = |pose: &SourcePose| Some(pose.position.distance(position_of(last, pose.id)?));
+        let fastest = now.sources.iter().filter_map(step_of).fold(0.0, f32::max);
+        let step = now.listener.position.distance(last.listener.position) + fastest;
+        let distance_m = f64::from(step * frames) + MIN_NEARBY_RADIUS_M;
+        Some(distance_m.min(MAX_NEARBY_RADIUS_M))
     }
 
     /// Stores the poses of a completed graphics frame.
@@ -173,16 +168,15 @@ impl PosePrediction {
 
 /// Advances a position by a displacement, at most to [`CLEARANCE_M`] in front of a surface.
 fn advance_to_surface(at: Vec3, displacement: Option<Vec3>, scene: &Scene) -> Vec3 {
-    let Some(displacement) = displacement.filter(|displacement| *displacement != Vec3::ZERO) else {
+    let Some(displacement) = displacement.filter(|way| *way != Vec3::ZERO) else {
         return at;
     };
     let local = scene.to_local(at).as_vec3();
-    let reach = 1.0 + CLEARANCE_M / displacement.length();
-    let ray = Ray::between(local, local + displacement * reach);
+    let clearance = CLEARANCE_M / displacement.length();
+    let scale = 1.0 + clearance;
+    let ray = Ray::between(local, local + displacement * scale);
     match scene.closest_hit(&ray, [NO_GROUP; 2]) {
         None => at + displacement,
-        Some(hit) => {
-            at + displacement * (hit.t * reach - CLEARANCE_M / displacement.length()).max(0.0)
-        }
+        Some(hit) => at + displacement * (hit.t * scale - clearance).max(0.0),
     }
 }

@@ -113,29 +113,29 @@ impl ScheduledPropagation {
     fn compute(&mut self, poses: &Poses) -> PathSet {
         let mut result = std::mem::take(&mut self.spare);
         let time_s = self.frame as f64 / self.graphics_rate_hz;
-        let reach_m = self.prediction.nearby_radius_m(poses);
+        let radius_m = self.prediction.nearby_radius_m(poses);
         let poses = self
             .prediction
             .predict(poses, self.propagator.scene())
             .clone();
         let Poses { listener, sources } = &poses;
-        let through = self
+        let beyond = self
             .prediction
             .beyond_surface()
-            .filter(|_| reach_m.is_some());
-        if let Some(through) = &through {
+            .filter(|_| radius_m.is_some());
+        if let Some(beyond) = &beyond {
             self.propagator.set_nearby_radius(None);
             self.propagator.set_predicted_positions(&[], &[]);
             self.propagator
-                .update(through, sources, time_s, &mut self.beyond_surface);
+                .update(beyond, sources, time_s, &mut self.beyond_surface);
         }
-        self.propagator.set_nearby_radius(reach_m);
-        let (way, predicted_sources) = self.prediction.sampled_positions();
+        self.propagator.set_nearby_radius(radius_m);
+        let (positions, source_positions) = self.prediction.sampled_positions();
         self.propagator
-            .set_predicted_positions(way, predicted_sources);
+            .set_predicted_positions(positions, source_positions);
         self.propagator
             .update(listener, sources, time_s, &mut result);
-        if through.is_some() {
+        if beyond.is_some() {
             add_nearby(&mut result, &self.beyond_surface);
         }
         // As the engine does.

@@ -1,7 +1,6 @@
 //! Thermal state and performance hints, handled by the propagation thread between two updates.
 
 use crate::runtime::budget::{Budget, QualityChoice, QualityLevel};
-use crate::runtime::handover::seqlock::{Words, halves, pair};
 use crate::runtime::phone::hints::HintSession;
 use crate::runtime::phone::symbols::Symbols;
 use crate::runtime::phone::thermal::{ThermalMonitor, ThermalReading};
@@ -51,33 +50,6 @@ pub struct DeviceHintsReport {
     pub hints_propagation: bool,
     /// Whether the sound thread has one.
     pub hints_sound: bool,
-}
-
-impl Words<3> for DeviceHintsReport {
-    fn to_words(self) -> [u64; 3] {
-        let ThermalReading { headroom, status } = self.reading;
-        let hints = u32::from(self.hints_propagation) | u32::from(self.hints_sound) << 1;
-        let perhaps = |known: Option<u32>| known.map_or(0, |number| pair(1, number));
-        [
-            perhaps(headroom.map(f32::to_bits)),
-            perhaps(status.map(u32::from)),
-            pair(self.thermal_quality.0.into(), hints),
-        ]
-    }
-
-    fn from_words(words: [u64; 3]) -> Self {
-        let [headroom, status, [level, hints]] = words.map(halves);
-        let perhaps = |[is_known, number]: [u32; 2]| (is_known == 1).then_some(number);
-        Self {
-            reading: ThermalReading {
-                headroom: perhaps(headroom).map(f32::from_bits),
-                status: perhaps(status).map(|status| status as u8),
-            },
-            thermal_quality: QualityLevel(level as u8),
-            hints_propagation: hints & 1 == 1,
-            hints_sound: hints & 2 == 2,
-        }
-    }
 }
 
 /// State of a hint session.

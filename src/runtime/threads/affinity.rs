@@ -4,8 +4,6 @@
 //! Linux and Android; no effect elsewhere. Core capacities come from `/sys/devices/system/cpu/cpuN/cpu_capacity` or the
 //! highest clock frequency.
 
-use crate::runtime::handover::seqlock::{Words, halves, pair};
-
 /// Cores of the engine's threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AffinityPolicy {
@@ -45,24 +43,6 @@ pub struct Placement {
     pub realtime_priority: i32,
     /// Niceness from −20 (urgent) to 19.
     pub nice: i32,
-}
-
-impl Words<3> for Placement {
-    fn to_words(self) -> [u64; 3] {
-        let priority = self.realtime_priority.cast_unsigned();
-        let nice = self.nice.cast_unsigned();
-        [self.cores, self.pinned.into(), pair(priority, nice)]
-    }
-
-    fn from_words([cores, pinned, priorities]: [u64; 3]) -> Self {
-        let [priority, nice] = halves(priorities).map(u32::cast_signed);
-        Self {
-            cores,
-            pinned: pinned == 1,
-            realtime_priority: priority,
-            nice,
-        }
-    }
 }
 
 impl AffinityPolicy {
