@@ -4,6 +4,7 @@
 //! next, generation turns them into two ears of sound.
 
 pub mod acoustics;
+#[cfg(any(feature = "capi", feature = "jni", feature = "testing"))]
 pub mod bridge;
 pub mod error;
 pub mod extrapolation;

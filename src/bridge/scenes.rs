@@ -69,11 +69,7 @@ impl SceneOptions {
                 return Err(Fault::new(Status::BadArgument, text));
             }
         };
-        Ok(ObjOptions {
-            scale: self.scale,
-            up,
-            ..ObjOptions::default()
-        })
+        Ok(ObjOptions::default().with_scale(self.scale).with_up(up))
     }
 }
 

@@ -9,6 +9,7 @@ pub mod committed;
 pub mod directivity;
 pub mod edges;
 pub mod instances;
+#[cfg(feature = "files")]
 pub mod io;
 pub mod layout;
 pub mod materials;
@@ -19,14 +20,14 @@ pub mod source;
 pub mod surface;
 pub mod weld;
 
-pub use crate::scene::io::layout_source::NamedSource;
-pub use crate::scene::io::obj::{ObjFile, ObjOptions, UpAxis, load_obj};
 pub use commit::{CommittedMesh, commit_mesh};
 pub use committed::{Scene, SceneSettings};
 pub use directivity::{Directivity, DirectivityTable};
 pub use edges::{Edge, EdgeSet};
 pub use instances::{InstanceId, InstancePose};
-pub use layout::{SceneLayout, Walk};
+#[cfg(feature = "files")]
+pub use io::obj::{ObjFile, ObjOptions, UpAxis, load_obj};
+pub use layout::{NamedSource, SceneLayout, Walk};
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;
 pub use pose::{ListenerPose, SourceId, SourcePose};
