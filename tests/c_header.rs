@@ -133,7 +133,10 @@ fn native(function: &Function, documented: bool) -> String {
         .map(|p| format!("{} {}", p.java[0], camel_case(p.name)))
         .collect();
     let name = function.java_name();
-    let line = format!("    static native {result} {name}({});", parameters.join(", "));
+    let line = format!(
+        "    static native {result} {name}({});",
+        parameters.join(", ")
+    );
     let broken = line.replace('(', "(\n            ");
     let _ = writeln!(text, "{}", if line.len() > 120 { broken } else { line });
     text

@@ -80,10 +80,11 @@ fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Stat
     let number = dice(state);
     let source = sources.first().copied().unwrap_or(number as u32);
     let x = 0.5 + (number >> 32) as f32 / u32::MAX as f32 * 3.0;
-    let with =
-        |act: &mut dyn FnMut(&mut engine::EngineControl) -> Result<(), foresound::bridge::CallError>| {
-            ENGINES.with(engine, |engine| act(engine))
-        };
+    let with = |act: &mut dyn FnMut(
+        &mut engine::EngineControl,
+    ) -> Result<(), foresound::bridge::CallError>| {
+        ENGINES.with(engine, |engine| act(engine))
+    };
     let done = match number % 12 {
         0 => with(&mut |s| {
             sources.push(s.add_source([x, 1.0, 1.0])?);

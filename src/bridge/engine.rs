@@ -62,7 +62,12 @@ impl SourceOptions {
         let is_radius = self.radius_m.is_finite() && self.radius_m >= 0.0;
         check(is_radius, "radius_m", &self.radius_m, "0 to infinity")?;
         for weight in self.directivity {
-            check((0.0..=1.0).contains(&weight), "directivity", &weight, "0 to 1")?;
+            check(
+                (0.0..=1.0).contains(&weight),
+                "directivity",
+                &weight,
+                "0 to 1",
+            )?;
         }
         let has = |bit: u32| self.effects & bit != 0;
         Ok(SourceSettings {

@@ -72,7 +72,8 @@ const BUSY: CallError = CallError::fixed(
     Status::Busy,
     "another thread is using the handle; call from one thread",
 );
-const BROKEN: CallError = CallError::fixed(Status::Panic, "an earlier call panicked; close the handle");
+const BROKEN: CallError =
+    CallError::fixed(Status::Panic, "an earlier call panicked; close the handle");
 
 struct Entry<T> {
     generation: u32,

@@ -38,9 +38,9 @@ impl BudgetOptions {
     /// ranges.
     pub fn budget(&self) -> Result<Budget, CallError> {
         let level = self.quality_level;
-        let finest = u8::try_from(level).map(QualityLevel).map_err(|_| {
-            CallError::bad(format!("quality_level: {level} is outside 0 to 5"))
-        })?;
+        let finest = u8::try_from(level)
+            .map(QualityLevel)
+            .map_err(|_| CallError::bad(format!("quality_level: {level} is outside 0 to 5")))?;
         let tiers = match (self.fixed, finest) {
             (0, QualityLevel(0)) => QualityChoice::Free,
             (0, level) => QualityChoice::AtLeast(level),

@@ -156,7 +156,9 @@ impl Options {
         };
         let hints = self.device_hints;
         if hints > 3 {
-            return Err(CallError::bad(format!("device_hints: {hints} is outside 0 to 3")));
+            return Err(CallError::bad(format!(
+                "device_hints: {hints} is outside 0 to 3"
+            )));
         }
         settings.manners.thermal = hints & 1 != 0;
         settings.manners.hints = hints & 2 != 0;
@@ -197,7 +199,10 @@ mod tests {
             ..EngineSettings::default()
         };
         assert_eq!(format!("{ours:?}"), format!("{theirs:?}"));
-        assert_eq!(Options::from_list("options", &options.to_list()), Ok(options));
+        assert_eq!(
+            Options::from_list("options", &options.to_list()),
+            Ok(options)
+        );
     }
 
     #[test]

@@ -189,10 +189,7 @@ mod tests {
         assert_eq!((sample.count, sample.status), (3, -7));
         assert_eq!(sample.size as usize, size_of::<Sample>());
         assert_eq!(sample.to_list(), list);
-        assert_eq!(
-            Sample::fields(),
-            [("count", 0), ("pair", 1), ("status", 3)]
-        );
+        assert_eq!(Sample::fields(), [("count", 0), ("pair", 1), ("status", 3)]);
         assert!(Sample::SOURCE.contains("Two elements"));
     }
 

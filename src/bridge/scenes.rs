@@ -104,7 +104,11 @@ fn materials(text: Option<&str>) -> Result<MaterialTable, CallError> {
     Ok(table)
 }
 
-fn commit(mesh: &TriangleMesh, text: Option<&str>, options: &SceneOptions) -> Result<u64, CallError> {
+fn commit(
+    mesh: &TriangleMesh,
+    text: Option<&str>,
+    options: &SceneOptions,
+) -> Result<u64, CallError> {
     let scene = Scene::commit(mesh, &materials(text)?, &options.settings())?;
     SCENES.insert(Arc::new(scene))
 }

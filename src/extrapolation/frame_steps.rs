@@ -11,7 +11,7 @@ use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::diffraction::{Endpoints, direct_field};
 use crate::propagation::diffuse::{common_decay, late_segments};
 use crate::propagation::{LateEnergy, Path};
-use crate::scene::edges::NearEdges;
+use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
 /// How far a graphics frame has got.
@@ -166,7 +166,7 @@ impl Extrapolator {
 
     /// The edges that the last two updates name for a source, shortest way first: one of them was computed for a place
     /// before this one, the other, as it may be, for a place behind it.
-    fn direct_edges(&self, spot: &Endpoints) -> NearEdges {
+    fn direct_edges(&self, spot: &Endpoints) -> DiffractingEdges {
         let named = self.current.direct_edges.iter();
         let named = named
             .chain(&self.previous.direct_edges)

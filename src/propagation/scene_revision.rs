@@ -2,7 +2,7 @@
 
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
-use crate::scene::instances::{Change, SceneSnapshot};
+use crate::scene::instances::{SceneChange, SceneSnapshot};
 
 /// Counts a scene's states.
 #[derive(Debug, Default)]
@@ -20,15 +20,15 @@ impl SceneState {
     /// Looks at a scene that may have changed. Allocates while the number of instances is new.
     pub(crate) fn look(&mut self, scene: &Scene, update: u64) {
         let change = self.standing.renew(scene);
-        self.now += u64::from(change != Change::Nothing);
-        if change == Change::Everything {
+        self.now += u64::from(change != SceneChange::Nothing);
+        if change == SceneChange::Everything {
             self.fixed = self.now;
         }
         self.moving = match (change, self.moving) {
-            (Change::Nothing, moving) => moving,
-            (Change::Poses, Some((since, _))) => Some((since, update)),
-            (Change::Poses, None) => Some((self.now, update)),
-            (Change::Everything, _) => None,
+            (SceneChange::Nothing, moving) => moving,
+            (SceneChange::Poses, Some((since, _))) => Some((since, update)),
+            (SceneChange::Poses, None) => Some((self.now, update)),
+            (SceneChange::Everything, _) => None,
         };
     }
 

@@ -20,7 +20,7 @@ use crate::propagation::image_source::validation_queue::{Standing, Waiting};
 use crate::propagation::image_source::window_cull::{Candidates, Ready};
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, mix, rotation};
-use crate::scene::edges::NearEdges;
+use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 /// Rotations whose rays a moving source casts anew in one update at most, as many as while it is at rest. One who walks leaves
@@ -134,7 +134,7 @@ pub(super) struct SourceTask {
     /// Those that are not there, in no order either.
     pub(super) nearby: Vec<Path>,
     /// Edges near the straight line in the last update.
-    near: NearEdges,
+    near: DiffractingEdges,
     /// Edges that its direct field is followed at until the next update.
     pub(super) direct_edges: DirectEdges,
     pub(super) late_source: Option<LateEnergy>,
@@ -156,7 +156,7 @@ impl SourceTask {
             rotation: None,
             paths: Vec::with_capacity(PATHS_AT_FIRST),
             nearby: Vec::new(),
-            near: NearEdges::default(),
+            near: DiffractingEdges::default(),
             direct_edges: DirectEdges::default(),
             late_source: None,
             predicted_late: Vec::new(),
@@ -199,11 +199,11 @@ impl SourceTask {
             Some(turn) => self.cast(moment, number, pose, turn, &mut scratch.rays),
             None => self.predicted_late.clear(),
         }
-        self.bend(moment, pose);
+        self.crossing(moment, pose);
     }
 
     /// The direct path and bent ones.
-    fn bend(&mut self, moment: &Moment<'_>, pose: &SourcePose) {
+    fn crossing(&mut self, moment: &Moment<'_>, pose: &SourcePose) {
         self.paths.clear();
         self.nearby.clear();
         self.direct_edges = DirectEdges::default();

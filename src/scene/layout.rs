@@ -29,20 +29,20 @@ use super::materials::MaterialTable;
 use super::pose::{SourceId, SourcePose};
 use super::source::SourceSettings;
 
-/// What goes into a scene beside its mesh.
+/// Sources, listener and materials of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneLayout {
     /// Name of the scene.
     pub name: String,
     /// Sources by different names, in the file's order. May be empty.
     pub sources: Vec<NamedSource>,
-    /// The listener, if the file places one.
+    /// The listener, if the file has one.
     pub listener: Option<Walk>,
     /// The file's own materials, to be added to others with [`MaterialTable::extend`].
     pub materials: MaterialTable,
 }
 
-/// A listener who walks to and fro on a straight line at constant speed, or stands.
+/// A listener who walks to and fro on a straight line at constant speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walk {
     /// One end of the walk in metres, where it starts.
@@ -51,21 +51,21 @@ pub struct Walk {
     pub to: Vec3,
     /// Speed in m/s, above zero.
     pub speed_m_s: f64,
-    /// Where a listener stands who does not walk, in metres.
+    /// Position of a listener at rest, in metres.
     pub standing: Vec3,
 }
 
 impl Walk {
-    /// Position at a time, in metres. At time 0 the walk is `start_phase_m` metres along its way: from 0 at
-    /// [`Self::from`] to its length at [`Self::to`], to twice that back again, and so on.
+    /// Position at a time, in metres. `start_phase_m` is the distance walked at time 0: 0 is [`Self::from`], the length of
+    /// the line is [`Self::to`], twice the length is [`Self::from`] again.
     pub fn position_at(&self, time_s: f64, start_phase_m: f64) -> Vec3 {
         let (from, to) = (self.from.as_dvec3(), self.to.as_dvec3());
         let length_m = from.distance(to);
         if length_m <= 0.0 {
             return self.from;
         }
-        let way_m = (start_phase_m + self.speed_m_s * time_s).rem_euclid(2.0 * length_m);
-        let share = 1.0 - (way_m / length_m - 1.0).abs();
+        let path_length_m = (start_phase_m + self.speed_m_s * time_s).rem_euclid(2.0 * length_m);
+        let share = 1.0 - (path_length_m / length_m - 1.0).abs();
         from.lerp(to, share).as_vec3()
     }
 }
@@ -85,10 +85,10 @@ pub struct NamedSource {
 
 impl NamedSource {
     /// An omnidirectional source of default settings.
-    pub fn plain(name: impl Into<String>, position: Vec3) -> Self {
+    pub fn plain(name: impl Into<String>, position: impl Into<Vec3>) -> Self {
         Self {
             name: name.into(),
-            position,
+            position: position.into(),
             orientation: Quat::IDENTITY,
             settings: SourceSettings::default(),
         }

@@ -1,9 +1,8 @@
-//! What the visitor brings: meshes, materials, sources, a listener. Once committed a scene does not change but for its
-//! instances, which move.
+//! Input of the simulation: meshes, materials, sources, a listener. A committed scene is fixed but for the poses of its
+//! instances.
 //!
 //! Control side. Coordinates are metres, right-handed, +y up.
 
-mod cells;
 pub mod commit;
 pub mod committed;
 pub mod directivity;
@@ -17,6 +16,7 @@ pub mod mesh;
 pub mod pose;
 pub mod procedural;
 pub mod source;
+mod spatial_hash;
 pub mod surface;
 pub mod weld;
 

@@ -129,10 +129,8 @@ fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
     let _turn = TURN.lock();
     let mesh = procedural::by_name("doorway").expect("a scene").mesh;
     let table = MaterialTable::built_in();
-    let settings = SceneSettings {
-        most_triangles: mesh.triangles.len() - 1,
-        ..SceneSettings::default()
-    };
+    let mut settings = SceneSettings::default();
+    settings.most_triangles = mesh.triangles.len() - 1;
     let (result, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
     refused(result, "most_triangles");
     assert!(bytes < 4096, "{bytes} bytes");

@@ -91,12 +91,17 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
         // SAFETY: the caller's obligation.
         let options = unsafe { structure("options", options) }?;
         // SAFETY: the caller's obligation.
-        let positions = unsafe { slice("positions", positions_m.cast::<[f32; 3]>(), vertex_count) }?;
+        let positions =
+            unsafe { slice("positions", positions_m.cast::<[f32; 3]>(), vertex_count) }?;
         // SAFETY: the caller's obligation.
         let indices = unsafe { slice("indices", indices, index_count) }?;
         // SAFETY: the caller's obligation.
         let pointers = unsafe { slice("material_names", material_names, material_count) }?;
-        let triangle_count = if pointers.is_empty() { 0 } else { index_count / 3 };
+        let triangle_count = if pointers.is_empty() {
+            0
+        } else {
+            index_count / 3
+        };
         // SAFETY: the caller's obligation.
         let triangle_materials =
             unsafe { slice("triangle_materials", triangle_materials, triangle_count) }?;
@@ -108,7 +113,14 @@ pub unsafe extern "C" fn foresound_scene_from_mesh(
         }
         // SAFETY: the caller's obligation.
         let toml = unsafe { text("materials_toml", materials_toml) }?;
-        let made = scenes::from_mesh(positions, indices, &names, triangle_materials, toml, &options)?;
+        let made = scenes::from_mesh(
+            positions,
+            indices,
+            &names,
+            triangle_materials,
+            toml,
+            &options,
+        )?;
         // SAFETY: the caller's obligation.
         unsafe { store("scene", scene, made) }
     })

@@ -4,8 +4,8 @@ use std::ffi::{CStr, c_char};
 
 use crate::bridge::error::{CallError, Status};
 use crate::bridge::interface::{
-    Bytes, Count, Flag, Handle, HandleOut, Id, In, Kind, OptionalBytes, OptionalText, Out, PoseIn, Real,
-    Samples, Size, Text,
+    Bytes, Count, Flag, Handle, HandleOut, Id, In, Kind, OptionalBytes, OptionalText, Out, PoseIn,
+    Real, Samples, Size, Text,
 };
 use crate::bridge::pose::Pose;
 use crate::bridge::record::Record;
@@ -31,7 +31,9 @@ fn check<T>(name: &str, pointer: *const T) -> Result<(), CallError> {
 fn check_array<T>(name: &str, pointer: *const T, count: usize) -> Result<(), CallError> {
     check(name, pointer)?;
     if count > isize::MAX as usize / size_of::<T>().max(1) {
-        return Err(CallError::bad(format!("{name}: {count} elements exceed memory")));
+        return Err(CallError::bad(format!(
+            "{name}: {count} elements exceed memory"
+        )));
     }
     Ok(())
 }

@@ -206,7 +206,9 @@ impl<'a, T: TypeArray> ArrayOut<'a, T> {
             return Ok(self);
         }
         let length = self.length;
-        Err(CallError::bad(format!("{name}: {length} elements instead of {wanted}")))
+        Err(CallError::bad(format!(
+            "{name}: {length} elements instead of {wanted}"
+        )))
     }
 }
 
@@ -249,7 +251,11 @@ impl DirectBuffer {
             return Err(CallError::bad(text));
         };
         let bytes = env.get_direct_buffer_capacity(buffer)?;
-        Ok(Self { name, address, bytes })
+        Ok(Self {
+            name,
+            address,
+            bytes,
+        })
     }
 
     /// An error for fewer bytes.

@@ -66,10 +66,13 @@ fn register(env: &mut Env<'_>) -> Result<(), CallError> {
     let texts = |f: super::interface::Function| [f.java_name(), f.java_signature()];
     let texts: Vec<[JNIString; 2]> = functions.map(|f| texts(f).map(JNIString::new)).collect();
     let pointers = [shared::pointers(), java::pointers()].concat();
-    let methods = texts.iter().zip(pointers).map(|([name, signature], pointer)| {
-        // SAFETY: signature and function are made from the same entry of the table.
-        unsafe { NativeMethod::from_raw_parts(name, signature, pointer) }
-    });
+    let methods = texts
+        .iter()
+        .zip(pointers)
+        .map(|([name, signature], pointer)| {
+            // SAFETY: signature and function are made from the same entry of the table.
+            unsafe { NativeMethod::from_raw_parts(name, signature, pointer) }
+        });
     let methods: Vec<NativeMethod<'_>> = methods.collect();
     // SAFETY: every method is static and has its signature, see above.
     Ok(unsafe { env.register_native_methods(&class, &methods) }?)

@@ -92,7 +92,7 @@ impl Blocked {
     /// Asks for where it is said which corners the triangle has.
     #[inline(always)]
     pub(crate) fn prefetch_triangle(&self, scene: &Scene) {
-        if let Some(triangle) = scene.kept_triangle(self.triangle) {
+        if let Some(triangle) = scene.fixed_triangle(self.triangle) {
             prefetch(triangle);
         }
     }
@@ -100,7 +100,7 @@ impl Blocked {
     /// Asks for the triangle's corners, which lie anywhere.
     #[inline(always)]
     pub(crate) fn prefetch_corners(&self, scene: &Scene) {
-        let corners = scene.kept_corners(self.triangle);
+        let corners = scene.fixed_corners(self.triangle);
         corners.into_iter().flatten().for_each(prefetch);
     }
 

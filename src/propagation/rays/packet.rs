@@ -23,9 +23,9 @@ pub(crate) type Vectors = [Each<f32>; 3];
 pub(crate) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = mask.trailing_zeros() as usize % TOGETHER;
-        let is_one = mask != 0;
+        let is_same_rigid_body = mask != 0;
         mask &= mask.wrapping_sub(1);
-        is_one.then_some(lane)
+        is_same_rigid_body.then_some(lane)
     })
 }
 
@@ -130,7 +130,7 @@ impl Rays {
             met.surface[lane] = hit.group;
             met.triangle[lane] = hit.triangle;
             met.rays |= 1 << lane;
-            if let Some(surface) = scene.kept_surface(hit.group) {
+            if let Some(surface) = scene.fixed_surface(hit.group) {
                 prefetch(surface);
                 prefetch(&surface.material);
             }

@@ -76,8 +76,8 @@ impl Edge {
     }
 
     /// Length of the shortest way between two points over the edge, if that is not above `most_m`, bends within the edge's
-    /// ends and stays in the air: [`Self::bend`]'s, without its angles for the many that are too long.
-    pub fn bend_length_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
+    /// ends and stays in the air: [`Self::crossing`]'s, without its angles for the many that are too long.
+    pub fn crossing_length_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
         let [(a, near), (b, far)] = [from, to].map(|p| {
             let out = p - self.origin;
             let along = out.dot(self.direction);
@@ -101,7 +101,7 @@ impl Edge {
 
     /// A length that no way between two points over the edge's line is below, by rounding a hair less than that of the
     /// shortest.
-    pub fn least_way_m(&self, from: DVec3, to: DVec3) -> f64 {
+    pub fn min_path_length_m(&self, from: DVec3, to: DVec3) -> f64 {
         let [(a, near), (b, far)] = [from, to].map(|p| {
             let out = p - self.origin;
             let along = out.dot(self.direction);
@@ -144,7 +144,7 @@ impl Edge {
 
     /// How the shortest way between two points bends over the edge, if it does so within its ends and both points are
     /// outside the wedge.
-    pub fn bend(&self, from: DVec3, to: DVec3) -> Option<EdgeCrossing> {
+    pub fn crossing(&self, from: DVec3, to: DVec3) -> Option<EdgeCrossing> {
         let along = self.apex_m(from, to);
         if !(0.0..=self.length_m).contains(&along) {
             return None;
@@ -240,14 +240,14 @@ mod tests {
     fn a_bent_way_keeps_its_angle_to_the_edge() {
         let edge = corner();
         let (from, to) = (DVec3::new(2.0, 1.0, -0.5), DVec3::new(-1.0, -3.0, -3.5));
-        let bend = edge.bend(from, to).expect("within the ends");
+        let crossing = edge.crossing(from, to).expect("within the ends");
         let cosine = |way: DVec3| way.normalize().dot(edge.direction);
-        assert!((cosine(bend.apex - from) - cosine(to - bend.apex)).abs() < 1e-12);
+        assert!((cosine(crossing.apex - from) - cosine(to - crossing.apex)).abs() < 1e-12);
         // No other point of the edge makes a shorter way.
         for along in [0.1, 0.9, 2.0, 3.9] {
             let at = edge.at(along);
-            assert!(from.distance(at) + at.distance(to) >= bend.length_m() - 1e-12);
+            assert!(from.distance(at) + at.distance(to) >= crossing.length_m() - 1e-12);
         }
-        assert_eq!(edge.bend(from, to + 40.0 * DVec3::NEG_Z), None);
+        assert_eq!(edge.crossing(from, to + 40.0 * DVec3::NEG_Z), None);
     }
 }

@@ -56,11 +56,11 @@ pub(crate) fn choose<'a>(
 
 /// The mirrors of all edges.
 #[derive(Debug, Clone, Default)]
-pub(super) struct MirrorsOfEdges {
+pub(super) struct EdgeMirrorLists {
     list: Vec<EdgeMirrors>,
 }
 
-impl MirrorsOfEdges {
+impl EdgeMirrorLists {
     pub(super) fn build(edges: &[Edge], surfaces: &[Surface], mirrors: &[u32]) -> Self {
         let named = |&number: &u32| (number, &surfaces[number as usize]);
         let list = edges

@@ -25,12 +25,12 @@ const MOST_COMPARED: usize = 4096;
 
 /// Neighbour lists of all edges, end to end.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Neighbours {
+pub(crate) struct EdgeVisibilityGraph {
     first: Vec<u32>,
     list: Vec<u32>,
 }
 
-impl Neighbours {
+impl EdgeVisibilityGraph {
     pub(crate) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh) -> Self {
         let mut result = Self {
             first: vec![0],
@@ -70,7 +70,7 @@ impl Neighbours {
             });
             let seen = near
                 .iter()
-                .filter(|(_, other)| sees(edge, &edges[*other as usize], bvh))
+                .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh))
                 .take(MOST_NEIGHBOURS);
             result.list.extend(seen.map(|(_, other)| *other));
             result.first.push(result.list.len() as u32);
@@ -99,7 +99,7 @@ fn outside(a: &Edge, b: &Edge) -> bool {
 }
 
 /// Whether any of four sight lines between two edges is free.
-fn sees(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
+fn is_unoccluded(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
     let (s, t) = a.closest(b);
     let same_way = a.direction.dot(b.direction) >= 0.0;
     let across = |share: f64| {
@@ -161,7 +161,7 @@ mod tests {
                     .iter()
                     .take(MOST_LOOKED_AT)
                     .map(|(_, other)| *other)
-                    .filter(|&other| sees(edge, &edges[other as usize], scene.bvh()));
+                    .filter(|&other| is_unoccluded(edge, &edges[other as usize], scene.bvh()));
                 let expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
                 assert_eq!(scene.edges().neighbours(number as u32), expected);
             }

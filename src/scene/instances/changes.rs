@@ -7,7 +7,7 @@ use crate::scene::{CommittedMesh, Scene};
 
 /// What of a scene has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Change {
+pub enum SceneChange {
     /// Nothing: it answers every ray alike.
     Nothing,
     /// Where instances stand, and no more.
@@ -26,9 +26,9 @@ pub struct SceneSnapshot {
 impl SceneSnapshot {
     /// Notes how a scene stands; gives what has changed since that was last noted. Allocates while the number of instances
     /// is new.
-    pub fn renew(&mut self, scene: &Scene) -> Change {
+    pub fn renew(&mut self, scene: &Scene) -> SceneChange {
         let change = self.change_to(scene);
-        if change != Change::Nothing {
+        if change != SceneChange::Nothing {
             self.fixed = Some(Arc::clone(&scene.mesh));
             self.placed.clear();
             let placed = scene.instances.placed();
@@ -38,7 +38,7 @@ impl SceneSnapshot {
         change
     }
 
-    fn change_to(&self, scene: &Scene) -> Change {
+    fn change_to(&self, scene: &Scene) -> SceneChange {
         let fixed = self.fixed.as_ref();
         let placed = || scene.instances.placed().zip(&self.placed);
         let is_same = fixed.is_some_and(|fixed| Arc::ptr_eq(fixed, &scene.mesh))
@@ -46,11 +46,11 @@ impl SceneSnapshot {
             && placed()
                 .all(|(now, (pose, part))| now.pose.id == pose.id && Arc::ptr_eq(&now.part, part));
         if !is_same {
-            return Change::Everything;
+            return SceneChange::Everything;
         }
         match placed().all(|(now, (pose, _))| now.pose == *pose) {
-            true => Change::Nothing,
-            false => Change::Poses,
+            true => SceneChange::Nothing,
+            false => SceneChange::Poses,
         }
     }
 }

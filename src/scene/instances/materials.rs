@@ -5,7 +5,7 @@ use crate::acoustics::{BandArray, Material};
 
 /// One of them, ready for use.
 #[derive(Debug, Clone)]
-struct Entry {
+struct PreparedMaterial {
     material: Material,
     reflectance: Reflectance,
     transmission_factor: BandArray,
@@ -13,16 +13,16 @@ struct Entry {
 
 /// All of them. Every material once, so parts that come and go add none.
 #[derive(Debug, Clone, Default)]
-pub(super) struct MoreMaterials {
-    entries: Vec<Entry>,
+pub(super) struct InstanceMaterials {
+    entries: Vec<PreparedMaterial>,
 }
 
-impl MoreMaterials {
+impl InstanceMaterials {
     /// The number of a material, which is added if it is new.
     pub(super) fn number(&mut self, material: &Material) -> usize {
         let known = self.entries.iter().position(|e| e.material == *material);
         known.unwrap_or_else(|| {
-            self.entries.push(Entry {
+            self.entries.push(PreparedMaterial {
                 material: material.clone(),
                 reflectance: Reflectance::of(material),
                 transmission_factor: material.transmission_factor(),

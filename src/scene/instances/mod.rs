@@ -26,17 +26,17 @@ use super::edges::MOST_MIRRORS;
 use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, AabbTree, Hit, Ray};
-use materials::MoreMaterials;
-use placed::Placed;
+use materials::InstanceMaterials;
+use placed::PlacedInstance;
 
-pub use crate::scene::instances::changes::{Change, SceneSnapshot};
+pub use crate::scene::instances::changes::{SceneChange, SceneSnapshot};
 pub use crate::scene::instances::numbering::{MOST_IN_A_PART, MOST_INSTANCES};
 pub use pose::{InstanceId, InstancePose};
 
 #[derive(Debug, Clone, Default)]
 struct Slot {
     generation: u16,
-    placed: Option<Placed>,
+    placed: Option<PlacedInstance>,
 }
 
 /// All instances of a scene.
@@ -45,7 +45,7 @@ pub(super) struct Instances {
     slots: Vec<Slot>,
     count: usize,
     /// Materials that the fixed scene does not have.
-    materials: MoreMaterials,
+    materials: InstanceMaterials,
     tree: AabbTree,
     /// One a slot.
     boxes: Vec<Aabb>,
@@ -63,18 +63,18 @@ impl Instances {
         &self.large
     }
 
-    fn placed(&self) -> impl Iterator<Item = &Placed> {
+    fn placed(&self) -> impl Iterator<Item = &PlacedInstance> {
         self.slots.iter().filter_map(|slot| slot.placed.as_ref())
     }
 
     #[inline]
-    fn at(&self, slot: usize) -> Option<&Placed> {
+    fn at(&self, slot: usize) -> Option<&PlacedInstance> {
         self.slots.get(slot)?.placed.as_ref()
     }
 
     /// The instance that a number belongs to, and its number there.
     #[inline]
-    fn of(&self, global: u32) -> Option<(&Placed, u32)> {
+    fn of(&self, global: u32) -> Option<(&PlacedInstance, u32)> {
         let (slot, local) = numbering::split(global);
         let placed = self.at(slot).filter(|_| numbering::is_instance(global));
         Some((placed?, local))
@@ -96,7 +96,7 @@ impl Instances {
     }
 
     /// Builds the tree anew.
-    fn settle(&mut self) {
+    fn rebuild_tree(&mut self) {
         self.boxes.clear();
         let bounds = |slot: &Slot| slot.placed.as_ref().map_or(Aabb::EMPTY, |p| p.bounds);
         self.boxes.extend(self.slots.iter().map(bounds));
@@ -123,7 +123,7 @@ impl Instances {
             if let Some(hit) = placed
                 .part
                 .bvh()
-                .closest_hit(&local, placed.groups(ignored))
+                .closest_hit(&local, placed.part_groups(ignored))
             {
                 let hit = Hit {
                     t: hit.t,
@@ -144,8 +144,8 @@ impl Instances {
         let mut met = None;
         self.tree.traverse(ray, |slot, t_max| {
             met = self.at(slot as usize).and_then(|placed| {
-                let groups = placed.groups(ignored);
-                let found = placed.part.bvh().occluder(&placed.ray(ray), groups)?;
+                let part_groups = placed.part_groups(ignored);
+                let found = placed.part.bvh().occluder(&placed.ray(ray), part_groups)?;
                 Some(placed.number(found))
             });
             if met.is_some() { -1.0 } else { t_max }
@@ -154,7 +154,7 @@ impl Instances {
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
-        let placed: usize = self.placed().map(Placed::memory_bytes).sum();
+        let placed: usize = self.placed().map(PlacedInstance::memory_bytes).sum();
         placed
             + self.tree.memory_bytes()
             + size_of_val(self.boxes.as_slice())
@@ -192,7 +192,7 @@ impl Scene {
         instances.slots[slot].placed = Some(placed);
         instances.count += 1;
         instances.tree.reserve(instances.slots.len());
-        instances.settle();
+        instances.rebuild_tree();
         self.rank_surfaces();
         Ok(id)
     }
@@ -206,7 +206,7 @@ impl Scene {
         slot.placed = None;
         slot.generation = slot.generation.wrapping_add(1);
         self.instances.count -= 1;
-        self.instances.settle();
+        self.instances.rebuild_tree();
         self.rank_surfaces();
         Ok(())
     }
@@ -250,7 +250,7 @@ impl Scene {
             }
         }
         if moved > 0 {
-            instances.settle();
+            instances.rebuild_tree();
         }
         moved
     }
@@ -272,7 +272,7 @@ impl Scene {
             });
         }
         result.instances.tree.reserve(result.instances.slots.len());
-        result.instances.settle();
+        result.instances.rebuild_tree();
         result.rank_surfaces();
         result
     }
@@ -293,7 +293,7 @@ impl Scene {
     }
 
     /// A part at a pose, with materials of this scene.
-    fn place(&mut self, part: Arc<Scene>, pose: InstancePose) -> Placed {
+    fn place(&mut self, part: Arc<Scene>, pose: InstancePose) -> PlacedInstance {
         let fixed = self.materials();
         let numbers = part.materials().iter();
         // Two statements, since the fixed materials are the scene's too.
@@ -314,7 +314,7 @@ impl Scene {
             .placed()
             .find(|p| Arc::ptr_eq(&p.part, &part));
         let centre = self.centre();
-        Placed::new(part, pose, &materials, centre, like)
+        PlacedInstance::new(part, pose, &materials, centre, like)
     }
 
     /// Number of instances.

@@ -37,7 +37,7 @@ pub(crate) fn is_instance(global: u32) -> bool {
 
 /// Whether two numbers are of one instance, or both of the fixed scene.
 #[inline]
-pub(crate) fn is_one(a: u32, b: u32) -> bool {
+pub(crate) fn is_same_rigid_body(a: u32, b: u32) -> bool {
     match (is_instance(a), is_instance(b)) {
         (true, true) => split(a).0 == split(b).0,
         (a, b) => a == b,
@@ -61,7 +61,9 @@ mod tests {
             assert_eq!(split(number), (slot, local));
         }
         assert!(split(NO_GROUP).0 >= MOST_INSTANCES);
-        assert!(is_one(3, 7) && is_one(global(2, 3), global(2, 7)));
-        assert!(!is_one(3, global(0, 3)) && !is_one(global(0, 3), global(1, 3)));
+        assert!(is_same_rigid_body(3, 7) && is_same_rigid_body(global(2, 3), global(2, 7)));
+        assert!(
+            !is_same_rigid_body(3, global(0, 3)) && !is_same_rigid_body(global(0, 3), global(1, 3))
+        );
     }
 }

@@ -67,7 +67,7 @@ fn corners_of(part: &Scene, set: &SurfaceSet, number: u32) -> Vec<Vec3> {
 
 /// An instance at its pose.
 #[derive(Debug, Clone)]
-pub(super) struct Placed {
+pub(super) struct PlacedInstance {
     pub(super) pose: InstancePose,
     pub(super) part: Arc<Scene>,
     outline: Arc<Outline>,
@@ -80,7 +80,7 @@ pub(super) struct Placed {
     pub(super) bounds: Aabb,
 }
 
-impl Placed {
+impl PlacedInstance {
     /// Of a part at a pose; `materials` are the scene's numbers of the part's materials. `like` is another instance of
     /// the same part, if there is one.
     pub(super) fn new(
@@ -126,8 +126,8 @@ impl Placed {
             let corners = self.outline.corners(number).iter();
             let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
             for corner in corners {
-                let there = axes * corner.as_dvec3() + origin;
-                (low, high) = (low.min(there), high.max(there));
+                let to_scene = axes * corner.as_dvec3() + origin;
+                (low, high) = (low.min(to_scene), high.max(to_scene));
             }
             (surface.bounds_min, surface.bounds_max) = (low.as_vec3(), high.as_vec3());
             bounds = bounds.union(&Aabb {
@@ -161,7 +161,7 @@ impl Placed {
     }
 
     /// A point of the part in the scene's coordinates.
-    pub(super) fn there(&self, local: Vec3) -> DVec3 {
+    pub(super) fn to_scene(&self, local: Vec3) -> DVec3 {
         self.axes * local.as_dvec3() + self.origin
     }
 
@@ -172,7 +172,7 @@ impl Placed {
 
     /// The groups that a ray ignores, by the part's numbers.
     #[inline]
-    pub(super) fn groups(&self, ignored: [u32; 2]) -> [u32; 2] {
+    pub(super) fn part_groups(&self, ignored: [u32; 2]) -> [u32; 2] {
         ignored.map(|group| match numbering::split(group) {
             (slot, local) if numbering::is_instance(group) && slot == self.pose.id.slot() => local,
             _ => NO_GROUP,
@@ -199,7 +199,7 @@ impl Placed {
     }
 
     /// Least length in metres of a way from one point to another that touches it.
-    pub(super) fn least_way_m(&self, from: DVec3, to: DVec3) -> f64 {
+    pub(super) fn min_path_length_m(&self, from: DVec3, to: DVec3) -> f64 {
         let (low, high) = (self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3());
         let outside_m = |p: DVec3| p.distance(p.clamp(low, high));
         outside_m(from) + outside_m(to)

@@ -10,13 +10,13 @@ use crate::acoustics::{BandArray, Material};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, EdgeMirrors, NearEdge, NearEdges, choose};
+use crate::scene::edges::{DiffractingEdge, DiffractingEdges, Edge, EdgeMirrors, choose};
 use crate::scene::instances::numbering;
 use crate::scene::surface::Surface;
-use crate::scene::surface::free_panel::FreePanel;
+use crate::scene::surface::finite_panel::FinitePanel;
 
 /// What a number names that is nobody's any more: no point lies in it.
-const NOWHERE: Surface = Surface {
+const NO_SURFACE: Surface = Surface {
     key: 0,
     normal: DVec3::Y,
     offset_m: 0.0,
@@ -156,25 +156,25 @@ impl Scene {
             .map(move |&other| placed.map_or(other, |placed| placed.number(other)))
     }
 
-    /// The [`MOST_NEAR`](crate::scene::edges::MOST_NEAR) shortest ways from one place to another over one edge, of the fixed
+    /// The [`MAX_DIFFRACTING_EDGES`](crate::scene::edges::MOST_NEAR) shortest ways from one place to another over one edge, of the fixed
     /// scene and of instances, none longer than `longest_m`: both places outside the wedge and the bend within the edge's
     /// ends. Says nothing of what stands in between. With the answer for places not far away as `known` it is found sooner,
     /// and no other one.
     pub fn diffracting_edges(
         &self,
-        known: &NearEdges,
+        known: &DiffractingEdges,
         from: DVec3,
         to: DVec3,
         longest_m: f64,
-    ) -> NearEdges {
-        let (edges, mut near) = (self.edges(), NearEdges::default());
+    ) -> DiffractingEdges {
+        let (edges, mut near) = (self.edges(), DiffractingEdges::default());
         edges.add_known(&mut near, known, (from, to), longest_m);
-        edges.add_bends(&mut near, from, to, longest_m, |edge| edge);
+        edges.add_crossings(&mut near, from, to, longest_m, |edge| edge);
         for placed in self.instances.placed() {
-            if placed.least_way_m(from, to) <= near.bound_m(longest_m) {
+            if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let (from, to) = (placed.point(from), placed.point(to));
                 let set = placed.part.edges();
-                set.add_bends(&mut near, from, to, longest_m, |edge| placed.number(edge));
+                set.add_crossings(&mut near, from, to, longest_m, |edge| placed.number(edge));
             }
         }
         near
@@ -186,52 +186,57 @@ impl Scene {
         edges: impl Iterator<Item = u32>,
         from: DVec3,
         to: DVec3,
-    ) -> NearEdges {
-        let mut near = NearEdges::default();
+    ) -> DiffractingEdges {
+        let mut near = DiffractingEdges::default();
         for edge in edges {
             let known = near.as_slice().iter().any(|found| found.edge == edge);
-            if let Some(bend) = self.edge(edge).bend(from, to).filter(|_| !known) {
-                let length_m = bend.length_m();
-                near.insert(NearEdge { edge, length_m });
+            if let Some(crossing) = self.edge(edge).crossing(from, to).filter(|_| !known) {
+                let length_m = crossing.length_m();
+                near.insert(DiffractingEdge { edge, length_m });
             }
         }
         near
     }
 
-    /// The same for ways that may bend again; otherwise as [`crate::scene::EdgeSet::first_bends`].
-    pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        let mut near = self.edges().first_bends(from, to, longest_m);
-        self.add_instances_first_bends(&mut near, from, to, longest_m);
+    /// The same for ways that may bend again; otherwise as [`crate::scene::EdgeSet::first_crossings`].
+    pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
+        let mut near = self.edges().first_crossings(from, to, longest_m);
+        self.add_instances_first_crossings(&mut near, from, to, longest_m);
         near
     }
 
     /// The same over edges of instances only.
-    pub fn first_bends_of_instances(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        let mut near = NearEdges::default();
-        self.add_instances_first_bends(&mut near, from, to, longest_m);
+    pub fn first_crossings_of_instances(
+        &self,
+        from: DVec3,
+        to: DVec3,
+        longest_m: f64,
+    ) -> DiffractingEdges {
+        let mut near = DiffractingEdges::default();
+        self.add_instances_first_crossings(&mut near, from, to, longest_m);
         near
     }
 
-    fn add_instances_first_bends(
+    fn add_instances_first_crossings(
         &self,
-        near: &mut NearEdges,
+        near: &mut DiffractingEdges,
         from: DVec3,
         to: DVec3,
         longest_m: f64,
     ) {
         for placed in self.instances.placed() {
-            if placed.least_way_m(from, to) <= near.bound_m(longest_m) {
+            if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let (from, to) = (placed.point(from), placed.point(to));
                 let set = placed.part.edges();
-                set.add_first_bends(near, from, to, longest_m, |edge| placed.number(edge));
+                set.add_first_crossings(near, from, to, longest_m, |edge| placed.number(edge));
             }
         }
     }
 
     /// Whether two surfaces, triangles or edges are of one instance, or both of the fixed scene: such never move against
     /// each other.
-    pub fn moves_as_one(&self, a: u32, b: u32) -> bool {
-        numbering::is_one(a, b)
+    pub fn is_same_rigid_body(&self, a: u32, b: u32) -> bool {
+        numbering::is_same_rigid_body(a, b)
     }
 
     /// Surfaces that look large from an edge: those worth trying before and behind a bend around it, of the fixed scene
@@ -270,8 +275,8 @@ impl Scene {
 
     /// Whether any small panel stands free.
     #[inline]
-    pub fn has_free_panels(&self) -> bool {
-        let has = |scene: &Self| !scene.free_panels().is_empty();
+    pub fn has_finite_panels(&self) -> bool {
+        let has = |scene: &Self| !scene.finite_panels().is_empty();
         has(self) || self.instances.placed().any(|placed| has(&placed.part))
     }
 }
@@ -280,7 +285,7 @@ impl Scene {
 impl Scene {
     #[inline(never)]
     pub(crate) fn instance_surface(&self, number: u32) -> &Surface {
-        self.instances.surface(number).unwrap_or(&NOWHERE)
+        self.instances.surface(number).unwrap_or(&NO_SURFACE)
     }
 
     #[inline(never)]
@@ -292,17 +297,17 @@ impl Scene {
     }
 
     #[inline(never)]
-    pub(crate) fn instance_free_panel_at(
+    pub(crate) fn instance_finite_panel_at(
         &self,
         surface: u32,
         point: DVec3,
         in_front: bool,
-    ) -> Option<FreePanel> {
+    ) -> Option<FinitePanel> {
         let (placed, local) = self.instances.of(surface)?;
         placed.surfaces.get(local as usize)?;
         let point = placed.point(point);
-        let panel = placed.part.free_panel_at(local, point, in_front)?;
-        Some(FreePanel {
+        let panel = placed.part.finite_panel_at(local, point, in_front)?;
+        Some(FinitePanel {
             sides: panel.sides.map(|side| placed.direction(side)),
             ..panel
         })
@@ -343,17 +348,17 @@ impl Scene {
 
     /// A material that only instances have; `number` counts on from the fixed scene's.
     #[inline(never)]
-    pub(crate) fn more_material(&self, number: usize) -> Option<&Material> {
+    pub(crate) fn instance_material(&self, number: usize) -> Option<&Material> {
         self.instances.materials.material(number)
     }
 
     #[inline(never)]
-    pub(crate) fn more_reflectance(&self, number: usize) -> Option<&Reflectance> {
+    pub(crate) fn instance_reflectance(&self, number: usize) -> Option<&Reflectance> {
         self.instances.materials.reflectance(number)
     }
 
     #[inline(never)]
-    pub(crate) fn more_transmission(&self, number: usize) -> Option<&BandArray> {
+    pub(crate) fn instance_transmission(&self, number: usize) -> Option<&BandArray> {
         self.instances.materials.transmission_factor(number)
     }
 
@@ -362,7 +367,7 @@ impl Scene {
         self.instances.placed().flat_map(|placed| {
             let triangles = 0..placed.part.bvh().triangle_count() as u32;
             let triangles = triangles.filter(|&t| placed.part.has_triangle(t));
-            triangles.map(|t| placed.part.corners_of(t).map(|c| placed.there(c)))
+            triangles.map(|t| placed.part.corners_of(t).map(|c| placed.to_scene(c)))
         })
     }
 }

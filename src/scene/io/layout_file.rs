@@ -190,6 +190,8 @@ impl WalkFields {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::acoustics::BANDS;
     use crate::scene::SourceId;

@@ -17,7 +17,7 @@ mod built_in;
 use crate::acoustics::bands::BANDS;
 use crate::acoustics::material::Material;
 
-/// Name of the material that unknown names get.
+/// Material of names that the table does not have.
 pub const GENERIC_MATERIAL: &str = "generic";
 
 /// Scattering of a material that states none: smooth building surfaces have 0.05 to 0.2 (\[VORLANDER08\] appendix).
@@ -36,11 +36,25 @@ pub(super) fn transmission_of_loss(loss_db: f32) -> f32 {
 pub struct MaterialEntry {
     /// The material under its name in the table.
     pub material: Material,
-    /// The source its file states, empty if none.
+    /// Origin of the numbers; may be empty.
     pub source: String,
 }
 
 /// Materials by name.
+///
+/// # Examples
+/// ```
+/// use foresound::{BANDS, Material, MaterialTable};
+///
+/// let mut table = MaterialTable::built_in();
+/// table.extend(MaterialTable::from_materials(vec![Material {
+///     name: "hedge".into(),
+///     absorption: [0.6; BANDS],
+///     scattering: [0.7; BANDS],
+///     transmission: [0.2; BANDS],
+/// }]));
+/// assert!(table.get("hedge").is_some() && table.get("concrete").is_some());
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MaterialTable {
     entries: Vec<MaterialEntry>,
@@ -49,9 +63,9 @@ pub struct MaterialTable {
 /// Materials for a list of names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resolved {
-    /// One material a name, in the order asked, under the name asked.
+    /// One material a name, in the order of the names and under them.
     pub materials: Vec<Material>,
-    /// Names that the table does not know and that got [`GENERIC_MATERIAL`].
+    /// Names that the table does not have; their material is [`GENERIC_MATERIAL`].
     pub defaulted: Vec<String>,
 }
 
@@ -74,7 +88,7 @@ impl MaterialTable {
         Self { entries }
     }
 
-    /// Adds the materials of another table; they win over those already here.
+    /// Adds the materials of another table; they replace materials of the same names.
     pub fn extend(&mut self, other: Self) {
         for entry in other.entries {
             self.entries
@@ -116,7 +130,7 @@ impl MaterialTable {
         resolved
     }
 
-    /// What unknown names get: the table's own entry, else the built-in numbers for a table without one.
+    /// The table's generic material, or a default for a table without one.
     fn generic(&self) -> Material {
         self.get(GENERIC_MATERIAL).map_or_else(
             || Material {

@@ -4,7 +4,7 @@
 //! floors of two rooms are one surface, so that a path keeps its name while the listener walks through a door.
 //! Own; the tolerances are [`SAME_PLANE_ANGLE_DEG`] and [`SAME_PLANE_DISTANCE_M`].
 
-pub mod free_panel;
+pub mod finite_panel;
 mod grid;
 mod group;
 pub(super) mod key;
@@ -74,12 +74,12 @@ pub struct SurfaceSet {
 
 impl SurfaceSet {
     /// Surfaces of a mesh as [`super::weld::clean`] gives it. `centre` is the origin of `vertices`, the mesh's vertices
-    /// in the coordinates of the result. A connected piece of at least `smallest_panel_m2` is a panel.
+    /// in the coordinates of the result. A connected piece of at least `min_panel_m2` is a panel.
     pub(super) fn build(
         mesh: &TriangleMesh,
         centre: DVec3,
         vertices: &[Vec3],
-        smallest_panel_m2: f64,
+        min_panel_m2: f64,
     ) -> Self {
         let groups = group::group(mesh, centre);
         let mut surfaces: Vec<Surface> = groups
@@ -130,7 +130,7 @@ impl SurfaceSet {
             next.push(first);
             first += surface.triangle_count;
         }
-        let triangle_in_panel = panel::large_enough(mesh, &triangle_surface, smallest_panel_m2);
+        let triangle_in_panel = panel::large_enough(mesh, &triangle_surface, min_panel_m2);
         let mut triangles = vec![0u32; mesh.triangles.len()];
         // Those of panels first.
         for panels in [true, false] {

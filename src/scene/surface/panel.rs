@@ -25,7 +25,7 @@ pub(super) fn large_enough(
 
 /// The first triangle of each triangle's connected piece of its surface.
 pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32> {
-    let mut pieces = Pieces::new(triangles.len());
+    let mut pieces = DisjointSets::new(triangles.len());
     for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
         // Rarely more than two; of those of one surface each is united with the first.
         for (place, (_, edge)) in same.iter().enumerate() {
@@ -33,7 +33,7 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
                 triangle_surface[(other.1 / 3) as usize] == triangle_surface[(edge / 3) as usize]
             };
             if let Some((_, first)) = same[..place].iter().find(alike) {
-                pieces.unite(first / 3, edge / 3);
+                pieces.union(first / 3, edge / 3);
             }
         }
     }
@@ -43,11 +43,11 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
 }
 
 /// Union-find; the lower number is the root.
-pub(crate) struct Pieces {
+pub(crate) struct DisjointSets {
     parents: Vec<u32>,
 }
 
-impl Pieces {
+impl DisjointSets {
     /// `count` things, each alone.
     pub(crate) fn new(count: usize) -> Self {
         Self {
@@ -66,7 +66,7 @@ impl Pieces {
     }
 
     /// Makes two pieces one.
-    pub(crate) fn unite(&mut self, a: u32, b: u32) {
+    pub(crate) fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }

@@ -289,7 +289,9 @@ fn step(world: &mut World) {
                 world.handles.push(scene);
                 let mut info = SceneInfo::default();
                 // SAFETY: the address of a variable.
-                assert!(succeeds(unsafe { foresound_scene_info(scene, &raw mut info) }));
+                assert!(succeeds(unsafe {
+                    foresound_scene_info(scene, &raw mut info)
+                }));
                 let engine = world.engine();
                 succeeds(foresound_engine_set_scene(engine, scene));
             }

@@ -7,13 +7,13 @@
 const NONE: u32 = u32::MAX;
 
 /// Things numbered from 0 in buckets of a fixed table.
-pub(super) struct CellIndex {
+pub(super) struct SpatialHash {
     heads: Vec<u32>,
     next: Vec<u32>,
     shift: u32,
 }
 
-impl CellIndex {
+impl SpatialHash {
     /// For about `count` things.
     pub(super) fn new(count: usize) -> Self {
         let bits = (count.max(2) * 2).next_power_of_two().trailing_zeros();
@@ -42,18 +42,18 @@ impl CellIndex {
     }
 
     /// Visits everything in the cells that a box from `low` to `high` touches, some of it twice, and strangers, until
-    /// `go_on` says no.
+    /// `keep_going` says no.
     pub(super) fn visit<const N: usize>(
         &self,
         low: [i64; N],
         high: [i64; N],
-        mut go_on: impl FnMut(u32) -> bool,
+        mut keep_going: impl FnMut(u32) -> bool,
     ) {
         let mut cell = low;
         loop {
             let mut number = self.heads[self.bucket(cell)];
             while number != NONE {
-                if !go_on(number) {
+                if !keep_going(number) {
                     return;
                 }
                 number = self.next[number as usize];
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_box_visits_every_cell_it_touches() {
-        let mut index = CellIndex::new(27);
+        let mut index = SpatialHash::new(27);
         for x in -1..2 {
             for y in -1..2 {
                 for z in -1..2 {
