@@ -33,9 +33,8 @@ pub struct SceneSettings {
     /// the late reverb. By Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m reflects from 1 kHz on
     /// (\[RINDEL86\]).
     pub min_panel_m2: f64,
-    /// Area in m² up to which a connected plane piece whose edges are free reflects as far as its size allows and fades
-    /// at its edges ([`crate::scene::surface::finite_panel`]); 0 for none. Larger ones limit nothing that is heard: 40 m²
-    /// at a* = 10 m reflect from 43 Hz on.
+    /// Largest area in m² of a finite panel: a connected planar panel with free edges, whose reflection is limited by its
+    /// size and fades at its edges; 0 for none. A panel of 40 m² at a* = 10 m reflects from 43 Hz on.
     pub max_finite_panel_m2: f64,
     /// Most triangles of a mesh. A mesh with more is an error before anything is built.
     pub most_triangles: usize,
@@ -167,7 +166,7 @@ impl Scene {
     }
 
     /// The fixed part's tree, in local coordinates; a triangle's group is its surface. [`Self::closest_hit`] and
-    /// [`Self::any_hit`] know the instances too.
+    /// [`Self::any_hit`] include the instances.
     #[inline]
     pub fn bvh(&self) -> &Bvh {
         &self.bvh

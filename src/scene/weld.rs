@@ -225,7 +225,7 @@ fn drop_duplicates(kept: &mut Vec<([u32; 3], u32)>, names: &[String], report: &m
     kept.retain(|_| !flags.next().unwrap_or(false));
 }
 
-/// A mesh of the triangles that stay, without vertices and materials that none of them uses.
+/// A mesh of the given triangles, without unused vertices and materials.
 fn compact(kept: &[([u32; 3], u32)], positions: &[Vec3], names: &[String]) -> TriangleMesh {
     let mut number = vec![u32::MAX; positions.len()];
     for &i in kept.iter().flat_map(|(corners, _)| corners) {

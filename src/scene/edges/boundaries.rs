@@ -1,10 +1,10 @@
-//! Where surfaces end: the edges of each, and how far a point of it is from them.
+//! Boundary edges of each surface, and the distance of a point from them.
 
 use glam::DVec3;
 
 use crate::scene::edges::edge::Edge;
 
-/// An edge of a surface as it is measured from; beside each other, since all of a surface's are.
+/// Line of an edge, stored by surface.
 #[derive(Debug, Clone, Copy)]
 struct BoundaryEdge {
     origin: DVec3,
@@ -23,11 +23,11 @@ pub(crate) struct SurfaceBoundaries {
 impl SurfaceBoundaries {
     pub(crate) fn build(edges: &[Edge], surfaces: usize) -> Self {
         let mut ends: Vec<(u32, u32)> = Vec::with_capacity(2 * edges.len());
-        for (number, edge) in (0..).zip(edges) {
+        for (index, edge) in (0..).zip(edges) {
             let [a, b] = edge.faces;
-            ends.push((a, number));
+            ends.push((a, index));
             if a != b {
-                ends.push((b, number));
+                ends.push((b, index));
             }
         }
         ends.sort_unstable();
@@ -38,8 +38,8 @@ impl SurfaceBoundaries {
         for surface in 0..surfaces {
             first[surface + 1] += first[surface];
         }
-        let boundary = |(_, number): &(u32, u32)| {
-            let edge = &edges[*number as usize];
+        let boundary = |(_, index): &(u32, u32)| {
+            let edge = &edges[*index as usize];
             BoundaryEdge {
                 origin: edge.origin,
                 direction: edge.direction,

@@ -1,10 +1,10 @@
-//! Which lines of a mesh are edges that sound bends around.
+//! Finds the diffracting edges of a mesh.
 //!
-//! Around a line of the mesh its faces stand like the leaves of a book; the widest gap between two neighbours is where
-//! air may be, and if it is wider than a half-turn the line is an edge (a rim has one leaf and a gap of 2π). Winding says
-//! which side is rock only where it can be trusted: in a part of the mesh without open rims. There a gap that both its
-//! faces turn their backs to is rock and no edge. In open parts (sheets, furniture without a bottom) both sides count
-//! as air: an edge too many costs time, since nothing is ever heard from inside rock, and one too few is a hard shadow.
+//! The faces at a line of the mesh are sorted by angle. The widest gap between neighbours is the exterior wedge; the line
+//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding tells the solid side
+//! only in connected parts of the mesh without boundary edges: there a gap behind both faces is solid and no edge. In other
+//! parts (sheets, furniture without a bottom) both sides count as air. A superfluous edge costs time; a missing edge is a
+//! hard shadow.
 
 use std::f64::consts::PI;
 
@@ -16,19 +16,19 @@ use super::super::surface::panel::DisjointSets;
 use super::super::weld::sorted_edges;
 use super::edge::Edge;
 
-/// Shortest edge in metres: nothing shorter throws a shadow of its own below 1 kHz.
+/// Shortest edge in metres: a shorter one has no shadow of its own below 1 kHz.
 pub const LEAST_LENGTH_M: f64 = 0.3;
 
 /// Least angle in degrees by which the air around an edge exceeds a half-turn.
 pub const LEAST_TURN_DEG: f64 = 5.0;
 
-/// Pieces whose directions differ by less are one line, in degrees.
+/// Largest angle between collinear segments, in degrees.
 const SAME_LINE_DEG: f64 = 0.2;
 
 /// Most edges of a scene, the longest ones: 32,768 of them with their tree and graph take 8 MB.
 const MOST_EDGES: usize = 1 << 15;
 
-/// Part of an edge along one side of a triangle.
+/// Segment of an edge along one side of a triangle.
 struct Segment {
     vertices: [u32; 2],
     direction: DVec3,
@@ -79,7 +79,7 @@ pub(super) fn find(
     edges
 }
 
-/// Whether each triangle belongs to a connected part of the mesh without rims.
+/// Whether each triangle belongs to a connected part of the mesh without boundary edges.
 fn watertight_triangles(sides: &[(u64, u32)], count: usize) -> Vec<bool> {
     let mut sets = DisjointSets::new(count);
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
@@ -98,10 +98,10 @@ fn watertight_triangles(sides: &[(u64, u32)], count: usize) -> Vec<bool> {
         .collect()
 }
 
-/// A leaf of the book: one face at an edge.
+/// One face at an edge.
 #[derive(Clone, Copy)]
 struct Face {
-    /// Angle from the first leaf.
+    /// Angle from the first face.
     angle: f64,
     /// From the edge into the face.
     tangent: DVec3,
@@ -157,7 +157,7 @@ fn segment(
     if gap(widest) < PI + LEAST_TURN_DEG.to_radians() {
         return None;
     }
-    // One large face throws the shadow; the other may be a door's narrow jamb.
+    // One large face suffices for a shadow; the other may be a door's narrow jamb.
     let panels = surfaces.is_panel(first.triangle) || surfaces.is_panel(second.triangle);
     // The air's side of the first face is where angles grow, of the second where they fall.
     let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
@@ -184,12 +184,12 @@ fn oriented(direction: DVec3) -> DVec3 {
     }
 }
 
-/// Joins parts of one line between the same faces that touch.
+/// Joins collinear segments between the same faces that touch.
 fn join(segments: &[Segment], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
     let mut ends: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(2 * segments.len());
-    for (number, segment) in segments.iter().enumerate() {
+    for (index, segment) in segments.iter().enumerate() {
         for vertex in segment.vertices {
-            ends.push((segment.faces, vertex, number as u32));
+            ends.push((segment.faces, vertex, index as u32));
         }
     }
     ends.sort_unstable();
@@ -206,7 +206,7 @@ fn join(segments: &[Segment], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
         }
     }
     let mut groups: Vec<(u32, u32)> = (0..segments.len() as u32)
-        .map(|number| (sets.root(number), number))
+        .map(|index| (sets.root(index), index))
         .collect();
     groups.sort_unstable();
     groups
@@ -215,7 +215,7 @@ fn join(segments: &[Segment], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
             let points = || {
                 group
                     .iter()
-                    .flat_map(|&(_, number)| segments[number as usize].vertices)
+                    .flat_map(|&(_, index)| segments[index as usize].vertices)
             };
             let along = |v: &u32| position(*v).dot(segments[group[0].0 as usize].direction);
             let order = |a: &u32, b: &u32| along(a).total_cmp(&along(b));

@@ -1,7 +1,7 @@
-//! Edges that sound bends around: found once at commit, asked for by place afterwards.
+//! Diffracting edges: found at commit, queried by the end points of a path.
 //!
-//! Control side to build, wait-free to ask: queries allocate nothing and are bounded by the number of edges. Own, after
-//! the description of edge visibility in \[SCHISSLER14\].
+//! Control side to build; queries are wait-free, allocate nothing and are bounded by the number of edges. Own, after the
+//! description of edge visibility in \[SCHISSLER14\].
 
 mod boundaries;
 mod edge;
@@ -22,10 +22,10 @@ use super::surface::SurfaceSet;
 use crate::geometry::Bvh;
 use tree::EdgeTree;
 
-/// Most edges that one query gives.
+/// Most edges of one query.
 pub const MAX_DIFFRACTING_EDGES: usize = 24;
 
-/// Most surfaces that bent paths are reflected in, the largest of a scene.
+/// Most surfaces that reflect diffracted paths: the largest of a scene.
 pub const MOST_MIRRORS: usize = 256;
 
 /// All edges of a scene, sorted by [`Edge::key`].
@@ -40,7 +40,7 @@ pub struct EdgeSet {
     large: Vec<u32>,
 }
 
-/// An edge that a query found, with the length of the way over it.
+/// An edge with the length of the shortest path over it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DiffractingEdge {
     /// Number of the edge.
@@ -49,7 +49,7 @@ pub struct DiffractingEdge {
     pub length_m: f64,
 }
 
-/// The answer to a query: the shortest ways first.
+/// Result of a query, shortest path first.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DiffractingEdges {
     found: [DiffractingEdge; MAX_DIFFRACTING_EDGES],
@@ -57,12 +57,12 @@ pub struct DiffractingEdges {
 }
 
 impl DiffractingEdges {
-    /// The edges, shortest way first; equally long ones by their number.
+    /// The edges, shortest path first; equal lengths by index.
     pub fn as_slice(&self) -> &[DiffractingEdge] {
         &self.found[..self.count]
     }
 
-    /// Length that a further way must stay below to be taken.
+    /// Upper bound of the length of a path that still enters the list.
     pub(super) fn bound_m(&self, longest_m: f64) -> f64 {
         if self.count < MAX_DIFFRACTING_EDGES {
             longest_m
@@ -84,7 +84,7 @@ impl DiffractingEdges {
 }
 
 impl EdgeSet {
-    /// Finds the edges of a mesh whose vertices lie about `centre`, and which of them see each other.
+    /// Finds the edges of a mesh whose vertices lie about `centre`, and the pairs with a line of sight.
     pub(super) fn build(
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
@@ -126,18 +126,18 @@ impl EdgeSet {
         self.edges.is_empty()
     }
 
-    /// An edge by its number.
+    /// An edge by its index.
     ///
     /// # Panics
     /// If there is none.
     #[inline]
-    pub fn get(&self, number: u32) -> &Edge {
-        &self.edges[number as usize]
+    pub fn get(&self, index: u32) -> &Edge {
+        &self.edges[index as usize]
     }
 
-    /// Edges that an edge sees, at most [`MOST_NEIGHBOURS`], nearest first.
-    pub fn neighbours(&self, number: u32) -> &[u32] {
-        self.graph.of(number)
+    /// Edges visible from an edge, at most [`MOST_NEIGHBOURS`], nearest first.
+    pub fn neighbours(&self, index: u32) -> &[u32] {
+        self.graph.of(index)
     }
 
     /// Distance in metres from a point of a surface to the nearest edge that the surface ends at, if that is below
@@ -146,10 +146,10 @@ impl EdgeSet {
         self.boundaries.distance_m(surface, point, within_m)
     }
 
-    /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: those worth trying as mirrors
-    /// before and behind a bend around it.
-    pub fn mirrors(&self, number: u32) -> EdgeMirrors {
-        self.mirrors.of(number)
+    /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: candidates for
+    /// a reflection before or after its diffraction.
+    pub fn mirrors(&self, index: u32) -> EdgeMirrors {
+        self.mirrors.of(index)
     }
 
     /// The largest surfaces, largest first, at most [`MOST_MIRRORS`]: those that edges choose of.
@@ -157,8 +157,7 @@ impl EdgeSet {
         &self.large
     }
 
-    /// Adds the ways over `known` edges to an answer, as [`Self::add_crossings`] finds them: with a list that is full of short
-    /// ways its search ends sooner.
+    /// Adds paths over `known` edges to a list: with short paths in the list, [`Self::add_crossings`] ends sooner.
     pub(super) fn add_known(
         &self,
         near: &mut DiffractingEdges,
@@ -174,24 +173,25 @@ impl EdgeSet {
         }
     }
 
-    /// Adds the shortest ways from one place to another over one edge, none longer than `longest_m`, both places outside
-    /// the wedge and the bend within the edge's ends, under other numbers of edges. Says nothing of what stands in between.
+    /// Adds the shortest paths between two points over one edge, up to `longest_m`: both points in the exterior wedge, the
+    /// crossing within the edge's ends. `index` maps the indices of edges. Occlusion is not tested.
     pub(super) fn add_crossings(
         &self,
         near: &mut DiffractingEdges,
         from: DVec3,
         to: DVec3,
         longest_m: f64,
-        number: impl Fn(u32) -> u32,
+        index: impl Fn(u32) -> u32,
     ) {
-        self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
-            // Most are too long for a list that is full, which is sooner known than their angles.
+        self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
+            // Most are too long for a full list; the length is cheaper than the angles.
             edge.crossing_length_m(from, to, bound_m)
         });
     }
 
-    /// The [`MAX_DIFFRACTING_EDGES`] shortest ways from one place to another over one edge, none longer than `longest_m`, for ways that may bend again before they end: only `from` must lie outside the wedge, and a bend beyond
-    /// an edge's end counts as one at its end.
+    /// The [`MAX_DIFFRACTING_EDGES`] shortest paths between two points over one edge, up to `longest_m`, for paths of
+    /// several diffractions: only `from` must lie in the exterior wedge, and a crossing beyond an edge's end counts as one
+    /// at its end.
     pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
         let mut near = DiffractingEdges::default();
         self.add_first_crossings(&mut near, from, to, longest_m, |edge| edge);
@@ -205,9 +205,9 @@ impl EdgeSet {
         from: DVec3,
         to: DVec3,
         longest_m: f64,
-        number: impl Fn(u32) -> u32,
+        index: impl Fn(u32) -> u32,
     ) {
-        self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
+        self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
             if edge.min_path_length_m(from, to) > bound_m || !edge.is_outside(from) {
                 return None;
             }
@@ -221,7 +221,7 @@ impl EdgeSet {
         near: &mut DiffractingEdges,
         (from, to): (DVec3, DVec3),
         longest_m: f64,
-        number: impl Fn(u32) -> u32,
+        index: impl Fn(u32) -> u32,
         path_length_m: impl Fn(&Edge, f64) -> Option<f64>,
     ) {
         let slack_m = self.tree.slack_m();
@@ -235,7 +235,7 @@ impl EdgeSet {
                 if let Some(length_m) =
                     path_length_m(self.get(edge), bound_m).filter(|l| *l <= longest_m)
                 {
-                    let edge = number(edge);
+                    let edge = index(edge);
                     near.insert(DiffractingEdge { edge, length_m });
                 }
             }

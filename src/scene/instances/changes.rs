@@ -1,22 +1,22 @@
-//! How a scene stands, kept to see whether that has changed: what was found of it before is then no longer true.
+//! Detects changes of a scene, which invalidate earlier results.
 
 use std::sync::Arc;
 
 use crate::scene::instances::pose::InstancePose;
 use crate::scene::{CommittedMesh, Scene};
 
-/// What of a scene has changed.
+/// Change of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SceneChange {
-    /// Nothing: it answers every ray alike.
+    /// None: every query has the same result.
     Nothing,
-    /// Where instances stand, and no more.
+    /// Poses of instances only.
     Poses,
-    /// More than that.
+    /// Geometry or materials.
     Everything,
 }
 
-/// A scene's fixed part, and what its instances are made of and where they are. Keeps them from being freed.
+/// The fixed part of a scene and the parts and poses of its instances. Holds references to them.
 #[derive(Debug, Clone, Default)]
 pub struct SceneSnapshot {
     fixed: Option<Arc<CommittedMesh>>,
@@ -24,8 +24,8 @@ pub struct SceneSnapshot {
 }
 
 impl SceneSnapshot {
-    /// Notes how a scene stands; gives what has changed since that was last noted. Allocates while the number of instances
-    /// is new.
+    /// Stores the state of a scene and returns its change since the last call. Allocates if there are more instances than
+    /// before.
     pub fn renew(&mut self, scene: &Scene) -> SceneChange {
         let change = self.change_to(scene);
         if change != SceneChange::Nothing {

@@ -1,8 +1,8 @@
-//! Small panels with free edges: which they are, how large, and how far a point of them is from where they end.
+//! Finite panels: connected planar panels with free edges, their size, and the distance of a point from their edges.
 //!
-//! A reflector under a ceiling, a board, one facet of a column: a wave reflects from them as from a mirror only above a
-//! frequency that their size sets, and a path that slides over their edge fades. The wall of a room, however small, is
-//! continued by its neighbours on the side it reflects to: it is none of these.
+//! A reflector under a ceiling, a board, one facet of a column: its reflection is specular above a frequency that depends on
+//! its size, and fades at its edges. The wall of a room is continued by its neighbours on the reflecting side and is not a
+//! finite panel.
 
 use glam::{DVec3, Vec3};
 
@@ -11,31 +11,30 @@ use super::{SurfaceSet, panel};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Bvh, Ray};
 
-/// How far from an edge is looked for what continues the panel there, in metres: a wall may miss its neighbour by as
-/// much and share no corner with it.
+/// Search distance in metres for a continuation of the panel at an edge: the gap that may be between a wall and its
+/// neighbour.
 const REACH_M: f32 = 0.02;
 
-/// How far what continues a panel may fall back behind its plane, as a share of the way out: 17 degrees. The facets of a
-/// column turn more, and end each other.
+/// Largest slope of a continuation behind the plane of the panel: 17 degrees. The facets of a column turn by more.
 const FALL: f32 = 0.3;
 
-/// Places along an edge where that is done, as shares of its length.
+/// Sample positions along an edge, relative to its length.
 const PLACES: [f32; 3] = [0.2, 0.5, 0.8];
 
-/// Share of a panel's border that is free on a side before the panel counts as standing free there.
+/// Least free share of a panel's boundary on the free side of a finite panel.
 const FREE_SHARE: f64 = 0.5;
 
 /// How far outside a point may be, in metres; see [`super::INSIDE_TOLERANCE_M`].
 const MARGIN_M: f64 = 1e-4;
 
-/// A piece of border: its ends, and whether nothing continues the panel there on the normal's side and on the other.
+/// A segment of the boundary: its ends, and whether it is free on the normal's side and on the other.
 #[derive(Debug, Clone, Copy)]
 struct BoundarySegment {
     ends: [Vec3; 2],
     free: [bool; 2],
 }
 
-/// One side of a triangle, as a point is held against it.
+/// The inner half-plane of one side of a triangle.
 #[derive(Debug, Clone, Copy)]
 struct HalfPlane {
     from: DVec3,
@@ -45,7 +44,7 @@ struct HalfPlane {
     least: f64,
 }
 
-/// One connected piece of a surface.
+/// One connected panel of a surface.
 #[derive(Debug, Clone)]
 struct Panel {
     surface: u32,
@@ -59,18 +58,18 @@ struct Panel {
     high: DVec3,
 }
 
-/// A small panel at one of its points, seen from one side.
+/// A finite panel at one of its points and on one side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FinitePanel {
     /// Area in m².
     pub area_m2: f64,
-    /// The two sides of the rectangle that stands for it, in metres: of its area, along its longest straight border.
+    /// The two sides of the equivalent rectangle in metres: of the same area, along the longest boundary segment.
     pub sides: [Vec3; 2],
     /// Distance in metres to the nearest free edge.
     pub to_edge_m: f64,
 }
 
-/// All small panels that stand free on at least one side, by surface.
+/// All finite panels, by surface.
 #[derive(Debug, Clone, Default)]
 pub struct FinitePanels {
     pieces: Vec<Panel>,
@@ -168,7 +167,7 @@ impl FinitePanels {
         Self { pieces, first }
     }
 
-    /// The small free panel that a point of a surface lies on, seen from the normal's side or from the other.
+    /// The finite panel at a point of a surface, on the normal's side or on the other.
     pub fn at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FinitePanel> {
         let range =
             self.first[surface as usize] as usize..self.first[surface as usize + 1] as usize;
@@ -200,8 +199,8 @@ impl FinitePanels {
     }
 }
 
-/// Whether nothing continues a panel over an edge, on the normal's side and on the other: nothing beyond that lies in its
-/// plane or leans towards that side, and nothing that rises from there.
+/// Whether an edge is free on the normal's side and on the other: nothing beyond it lies in the plane or leans towards that
+/// side, and nothing rises at it.
 fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2] {
     let along = ends[1] - ends[0];
     let across = normal.cross(along).normalize_or_zero();
@@ -293,10 +292,10 @@ mod tests {
         let mut mesh = procedural::shoebox(Vec3::new(4.0, 2.5, 3.0), "concrete");
         let room = commit(&mesh);
         let centre = room.to_local(Vec3::new(2.0, 1.25, 1.5));
-        for (number, wall) in room.surfaces().iter().enumerate() {
+        for (index, wall) in room.surfaces().iter().enumerate() {
             let height_m = wall.distance_m(centre);
             let point = centre - height_m * wall.normal;
-            let seen = |in_front: bool| room.finite_panel_at(number as u32, point, in_front);
+            let seen = |in_front: bool| room.finite_panel_at(index as u32, point, in_front);
             // From inside a wall goes on round the corner; from outside the room is a box.
             assert!(seen(height_m > 0.0).is_none() && seen(height_m < 0.0).is_some());
         }
@@ -343,11 +342,11 @@ mod tests {
         }
         mesh.triangle_materials.resize(24, 0);
         let scene = commit(&mesh);
-        for (number, facet) in scene.surfaces().iter().enumerate() {
+        for (index, facet) in scene.surfaces().iter().enumerate() {
             let centre = scene.to_local(Vec3::new(0.0, 3.0, 0.0));
             let height_m = facet.distance_m(centre);
             let point = centre - height_m * facet.normal;
-            let seen = |in_front: bool| scene.finite_panel_at(number as u32, point, in_front);
+            let seen = |in_front: bool| scene.finite_panel_at(index as u32, point, in_front);
             assert!(seen(height_m > 0.0).is_none());
             let sides = seen(height_m < 0.0).expect("free outside").sides;
             assert!(

@@ -13,9 +13,9 @@ pub(super) fn large_enough(
 ) -> Vec<bool> {
     let roots = roots(&mesh.triangles, triangle_surface);
     let mut area_m2 = vec![0.0; mesh.triangles.len()];
-    for (number, triangle) in mesh.triangles.iter().enumerate() {
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
-        area_m2[roots[number] as usize] += 0.5 * (b - a).cross(c - a).length();
+        area_m2[roots[index] as usize] += 0.5 * (b - a).cross(c - a).length();
     }
     roots
         .iter()
@@ -38,7 +38,7 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
         }
     }
     (0..triangles.len() as u32)
-        .map(|number| pieces.root(number))
+        .map(|index| pieces.root(index))
         .collect()
 }
 
@@ -56,13 +56,13 @@ impl DisjointSets {
     }
 
     /// The lowest number of the thing's piece.
-    pub(crate) fn root(&mut self, mut number: u32) -> u32 {
-        while self.parents[number as usize] != number {
-            let above = self.parents[self.parents[number as usize] as usize];
-            self.parents[number as usize] = above;
-            number = above;
+    pub(crate) fn root(&mut self, mut index: u32) -> u32 {
+        while self.parents[index as usize] != index {
+            let above = self.parents[self.parents[index as usize] as usize];
+            self.parents[index as usize] = above;
+            index = above;
         }
-        number
+        index
     }
 
     /// Makes two pieces one.
