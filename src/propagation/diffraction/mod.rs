@@ -1,7 +1,7 @@
 //! Diffraction: sound that bends around edges.
 //!
 //! Runs with the propagation update, and its first order ([`direct_field`]) with every graphics frame. Takes a scene's
-//! edges and two places, gives paths. Bounded: at most [`scene::edges::MAX_DIFFRACTING_EDGES`](crate::scene::edges::MOST_NEAR) edges
+//! edges and two places, gives paths. Bounded: at most [`scene::edges::MAX_DIFFRACTING_EDGES`](crate::scene::edges::MAX_DIFFRACTING_EDGES) edges
 //! are looked at for each kind of path, and at most [`MOST_DIRECT_EDGES`], [`MOST_DOUBLE`] and [`MOST_MIRRORED`] paths
 //! come of them. Nothing here is random: a path set at rest does not change.
 //!

@@ -151,7 +151,7 @@ fn walk_by_hand(settings: GeometricSettings, mut each: impl FnMut(&FramePaths, u
     let mut best = Extrapolator::new(Arc::clone(&scene), PredictorKind::Geometric(settings), 0.3);
     let mut frame_paths = FramePaths::default();
     // An update every eight graphics frames, computed for the place where the listener is when the next one comes.
-    let ahead = if settings.lead == PredictionTarget::End {
+    let ahead = if settings.prediction_target == PredictionTarget::End {
         7
     } else {
         0
@@ -178,7 +178,7 @@ fn rays_stay_within_their_budget() {
     for rays_per_source in [0, 7, 64] {
         let settings = GeometricSettings {
             rays_per_source,
-            lead: PredictionTarget::None,
+            prediction_target: PredictionTarget::None,
             ..GeometricSettings::FULL
         };
         // A direct path takes a ray for every wall it passes and one more: five at most, nine with both faces. A bend
@@ -232,7 +232,7 @@ fn an_update_with_its_groundwork_is_no_other_update() {
             match frame % 15 {
                 0 => prepared.store_update(update, 4),
                 _ => {
-                    groundwork.lay(&update, &scene);
+                    groundwork.prepare(&update, &scene);
                     prepared.store_prepared_update(update, &mut groundwork, 4)
                 }
             };
