@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::{GeometricSettings, PredictorKind};
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::scene::SourceId;
 use foresound::{Error, Result};
@@ -16,8 +15,8 @@ use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
-use crate::inputs::{LoadedScene, SceneArguments, load_scene, tell, voice, within};
-use crate::session::{Rendered, Session, Sound, median};
+use crate::inputs::{LoadedScene, SceneArguments, load_scene, print_notes, voice, within};
+use crate::session::{Rendered, Session, Sound, median, milliseconds};
 
 /// Sample rate of the speech.
 const RATE_HZ: u32 = 44_100;
@@ -30,7 +29,7 @@ const PREDICTOR: PredictorKind = PredictorKind::Geometric(GeometricSettings::FUL
 /// Height at which the top view cuts the hall open: above the last row of seats.
 const HALL_CUT_M: f32 = 3.2;
 
-/// Sources that speak.
+/// Number of speaking sources.
 const SOURCES: usize = 4;
 
 #[derive(clap::Args)]
@@ -66,7 +65,7 @@ struct Walked {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     within("--seconds", arguments.seconds, 1.0..=600.0, " s")?;
     let hall = load_scene(Path::new("concert_hall"), &SceneArguments::default())?;
-    tell(&hall.notes);
+    print_notes(&hall.notes);
     let layout = hall.layout.as_ref().filter(|l| l.sources.len() >= SOURCES);
     let (Some(layout), Some(walk)) = (layout, hall.walk()) else {
         return Err(Error::file(
@@ -115,7 +114,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let synchronous = walk_once("synchronous", Schedule::Synchronous)?;
     let late = Schedule::Asynchronous {
-        level: LEVEL,
+        extrapolation_level: LEVEL,
         latency: Latency::Modelled,
     };
     let asynchronous = walk_once("asynchronous", late)?;
@@ -136,18 +135,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn settings(schedule: Schedule) -> OfflineSettings {
-    OfflineSettings {
-        graphics_rate_hz: GRAPHICS_RATE_HZ,
-        block_frames: 1024,
-        schedule,
-        predictor: PREDICTOR,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            rate_hz: RATE_HZ,
-            max_sources: SOURCES,
-            ..GeneratorSettings::default()
-        },
-    }
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = GRAPHICS_RATE_HZ;
+    settings.block_frames = 1024;
+    settings.schedule = schedule;
+    settings.predictor = PREDICTOR;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.generation.max_sources = SOURCES;
+    settings
 }
 
 /// Draws the spectrograms and the top view and returns their files.
@@ -214,10 +209,7 @@ fn print_findings(
     si_snr_db: f64,
     figures: &[PathBuf],
 ) {
-    let stage_ms = |times: &[std::time::Duration]| {
-        let ms: Vec<f64> = times.iter().map(|t| t.as_secs_f64() * 1e3).collect();
-        median(&ms)
-    };
+    let stage_ms = |times| median(&milliseconds(times));
     let reports = [&synchronous.rendered.report, &asynchronous.rendered.report];
     let files: Vec<&PathBuf> = [&synchronous.file, &asynchronous.file]
         .into_iter()
