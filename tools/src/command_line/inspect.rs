@@ -1,4 +1,4 @@
-//! `inspect`: what a mesh is made of.
+//! `inspect`: triangles, surfaces, materials, edges and bounds of a mesh.
 
 use std::path::PathBuf;
 
