@@ -14,12 +14,12 @@ use crate::simd::F32x8;
 
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
 use crate::generation::bands::band_filter::SIGNALS;
-use crate::generation::binaural::ear_ramps::Moment;
 use crate::generation::binaural::far_field::FarField;
 use crate::generation::binaural::filter_bank::Binaural;
 use crate::generation::delay::delay_line::DelayLine;
 use crate::generation::delay::interpolation::AHEAD;
-use crate::generation::render_context::{Dropped, Surroundings, Tenant};
+use crate::generation::ramp::ChunkSpan;
+use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
 use crate::generation::reverb::late_reverb::LateReverb;
 use crate::generation::voices::voice_set::VoiceSet;
 
@@ -27,9 +27,9 @@ use crate::generation::voices::voice_set::VoiceSet;
 const MAX_SAMPLE: f32 = 1e6;
 
 /// What voices need to know, borrowed from a generator field by field.
-macro_rules! surroundings {
+macro_rules! context {
     ($generator:ident, $frame:expr, $ramp:expr) => {
-        Surroundings {
+        RenderContext {
             hrtf: &$generator.hrtf,
             correction: &$generator.correction,
             to_head: orientation(&$frame.orientation).conjugate(),
@@ -53,7 +53,7 @@ fn orientation(given: &Quat) -> Quat {
 
 /// The late reverb and its way to the ears.
 #[derive(Debug)]
-struct Tail {
+struct LateField {
     reverb: LateReverb,
     far_field: FarField,
 }
@@ -68,9 +68,9 @@ pub struct Generator {
     /// One for four sources.
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
-    tenants: Vec<Tenant>,
+    owners: Vec<SlotOwner>,
     voices: VoiceSet,
-    tail: Option<Tail>,
+    late: Option<LateField>,
     binaural: Binaural,
     limiter: Option<Limiter>,
     /// Audio frames since the beginning.
@@ -118,13 +118,13 @@ impl Generator {
             lines: (0..sources)
                 .map(|_| DelayLine::new(max_delay as usize))
                 .collect(),
-            tenants: vec![Tenant::NONE; sources],
+            owners: vec![SlotOwner::NONE; sources],
             voices: VoiceSet::new(
                 settings.max_voices,
                 settings.fine_voices.min(settings.max_voices),
                 &hrtf,
             ),
-            tail: settings.late.then(|| Tail {
+            late: settings.late.then(|| LateField {
                 reverb: LateReverb::new(settings.rate_hz, sources),
                 far_field: FarField::new(&hrtf),
             }),
@@ -153,7 +153,7 @@ impl Generator {
     ///
     /// Real-time: no allocation; time grows with the number of paths, by a logarithm where there are more than voices.
     pub fn set_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
-        self.voices.forget_paths();
+        self.voices.discard_paths();
         self.set_prepared_frame(frame, ramp_frames);
     }
 
@@ -162,20 +162,20 @@ impl Generator {
     ///
     /// Real-time: no allocation; time grows with `most`, and a little with the number of paths. The thread that renders.
     pub fn prepare_frame(&mut self, frame: &FramePaths, most: usize) -> bool {
-        let around = surroundings!(self, frame, 1);
+        let context = context!(self, frame, 1);
         let paths = &frame.paths;
         self.voices
-            .prepare_paths(paths, &self.tenants, &around, most)
+            .prepare_paths(paths, &self.owners, &context, most)
     }
 
     /// [`Self::set_frame`] for a frame that [`Self::prepare_frame`] was told of, to the same bits in less time; what is
     /// not prepared is done now.
     pub fn set_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
         let ramp = ramp_frames.max(1);
-        self.take_tenants(frame);
-        let around = surroundings!(self, frame, ramp);
-        let dropped = self.voices.set_paths(&frame.paths, &self.tenants, &around);
-        self.take_the_rest(frame, dropped, ramp);
+        self.update_owners(frame);
+        let context = context!(self, frame, ramp);
+        let dropped = self.voices.set_paths(&frame.paths, &self.owners, &context);
+        self.update_late(frame, dropped, ramp);
     }
 
     /// [`Self::set_prepared_frame`] but for paths that were not there before, or jump: they wait for
@@ -184,10 +184,10 @@ impl Generator {
     /// Real-time, as [`Self::set_prepared_frame`]. The thread that renders.
     pub fn take_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) -> usize {
         let ramp = ramp_frames.max(1);
-        self.take_tenants(frame);
-        let around = surroundings!(self, frame, ramp);
-        let dropped = self.voices.take_paths(&frame.paths, &self.tenants, &around);
-        self.take_the_rest(frame, dropped, ramp);
+        self.update_owners(frame);
+        let context = context!(self, frame, ramp);
+        let dropped = self.voices.take_paths(&frame.paths, &self.owners, &context);
+        self.update_late(frame, dropped, ramp);
         self.voices.waiting()
     }
 
@@ -200,7 +200,7 @@ impl Generator {
     ///
     /// Real-time: no allocation; time grows with `most`, and a little with the number of voices. The thread that renders.
     pub fn start_voices(&mut self, most: usize) -> usize {
-        let around = Surroundings {
+        let context = RenderContext {
             hrtf: &self.hrtf,
             correction: &self.correction,
             to_head: Quat::IDENTITY,
@@ -210,38 +210,38 @@ impl Generator {
             left: self.left,
             ramp: self.left.max(CHUNK as u32),
         };
-        self.voices.start(most, &self.tenants, &around)
+        self.voices.start(most, &self.owners, &context)
     }
 
     /// New tenants of slots begin with silence.
-    fn take_tenants(&mut self, frame: &FramePaths) {
+    fn update_owners(&mut self, frame: &FramePaths) {
         let paths = frame.paths.iter().map(|path| path.source);
         let late = frame.late.iter().map(|send| send.source);
         for id in paths.chain(late) {
-            let Some(tenant) = self.tenants.get_mut(id.slot()) else {
+            let Some(owner) = self.owners.get_mut(id.slot()) else {
                 continue;
             };
             let bits = Some(id.bits());
-            if tenant.bits != bits {
-                if tenant.bits.is_some() {
-                    tenant.since = self.now;
+            if owner.bits != bits {
+                if owner.bits.is_some() {
+                    owner.since = self.now;
                     self.filters[id.slot() / SIGNALS].reset(id.slot() % SIGNALS);
                 }
-                tenant.bits = bits;
+                owner.bits = bits;
             }
         }
     }
 
     /// What a frame asks besides voices.
-    fn take_the_rest(&mut self, frame: &FramePaths, dropped: Dropped, ramp: u32) {
+    fn update_late(&mut self, frame: &FramePaths, dropped: Dropped, ramp: u32) {
         self.report.dropped_paths += dropped.paths;
         self.report.dropped_delays += dropped.delays;
-        self.report.late_starts += dropped.starts;
-        if let Some(tail) = &mut self.tail {
+        self.report.late_starts += dropped.late_starts;
+        if let Some(late) = &mut self.late {
             let to_head = orientation(&frame.orientation).conjugate();
-            tail.far_field
+            late.far_field
                 .set_orientation(&self.hrtf, to_head, self.left, ramp);
-            tail.reverb.set_frame(
+            late.reverb.set_frame(
                 frame,
                 self.max_delay as i64,
                 &self.correction,
@@ -286,15 +286,15 @@ impl Generator {
         for quartet in 0..self.filters.len() {
             self.write_sources(quartet, inputs, start, frames);
         }
-        let moment = Moment {
+        let chunk = ChunkSpan {
             now: self.now,
             left: self.left,
             frames,
         };
-        self.voices.render(&self.lines, moment, &mut self.binaural);
-        if let Some(Tail { reverb, far_field }) = &mut self.tail {
+        self.voices.render(&self.lines, chunk, &mut self.binaural);
+        if let Some(LateField { reverb, far_field }) = &mut self.late {
             for (slot, line) in self.lines.iter().enumerate() {
-                reverb.collect(slot, line, moment);
+                reverb.collect(slot, line, chunk);
             }
             let left = self.left;
             far_field.render(left, frames, &mut self.binaural, |signals, at| {
@@ -333,10 +333,10 @@ impl Generator {
             clean[input.len().min(frames)..].fill(0.0);
             let mut non_finite = 0;
             let mut is_silent = true;
-            for (place, &sample) in clean.iter_mut().zip(input) {
+            for (clean, &sample) in clean.iter_mut().zip(input) {
                 let is_sample = sample.abs() < MAX_SAMPLE;
-                *place = if is_sample { sample } else { 0.0 };
-                is_silent &= *place == 0.0;
+                *clean = if is_sample { sample } else { 0.0 };
+                is_silent &= *clean == 0.0;
                 non_finite += u32::from(!is_sample);
             }
             self.report.non_finite += non_finite;

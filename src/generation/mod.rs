@@ -14,6 +14,7 @@ pub mod binaural;
 pub mod delay;
 mod generator;
 mod limiter;
+mod ramp;
 mod render_context;
 mod report;
 pub mod reverb;

@@ -49,7 +49,7 @@ impl Hrtf {
         if bytes.len() < HEADER_BYTES || &bytes[..8] != MAGIC {
             return Err(wrong("this is not a baked head-related set".into()));
         }
-        let mut header = Words(&bytes[8..HEADER_BYTES]);
+        let mut header = WordReader(&bytes[8..HEADER_BYTES]);
         let rate_hz = header.u32();
         let mut size = |what: &str, low: usize, high: usize| {
             let value = header.u32() as usize;
@@ -81,14 +81,14 @@ impl Hrtf {
             )));
         }
         let body = &bytes[HEADER_BYTES..];
-        if let Some(place) = Words(body).position(|v| v.is_nan() || v.abs() > MAX_VALUE) {
+        if let Some(place) = WordReader(body).position(|v| v.is_nan() || v.abs() > MAX_VALUE) {
             return Err(wrong(format!(
                 "value {place} after the header is not a number within ±{MAX_VALUE}"
             )));
         }
 
         let groups = components / LANES;
-        let mut words = Words(body);
+        let mut words = WordReader(body);
         let mut basis = vec![F32x8::ZERO; groups * taps];
         for component in 0..components {
             for tap in 0..taps {
@@ -286,9 +286,9 @@ kernel! {
 }
 
 /// Little-endian words of four bytes; zero behind the end, which the size check rules out.
-struct Words<'a>(&'a [u8]);
+struct WordReader<'a>(&'a [u8]);
 
-impl Words<'_> {
+impl WordReader<'_> {
     fn u32(&mut self) -> u32 {
         match self.0.split_first_chunk::<4>() {
             Some((word, rest)) => {

@@ -58,9 +58,9 @@ impl Ranking {
 
     /// Drops all but so many of the loudest; gives the quietest of them.
     fn keep(&mut self, count: usize) -> u64 {
-        let place = count.min(self.loudest.len()) - 1;
-        let (_, &mut least, _) = self.loudest.select_nth_unstable_by(place, |a, b| b.cmp(a));
-        self.loudest.truncate(place + 1);
+        let last = count.min(self.loudest.len()) - 1;
+        let (_, &mut least, _) = self.loudest.select_nth_unstable_by(last, |a, b| b.cmp(a));
+        self.loudest.truncate(last + 1);
         least
     }
 }
