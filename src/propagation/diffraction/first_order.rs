@@ -6,19 +6,18 @@
 
 use std::f64::consts::PI;
 
-use glam::Vec3;
-
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::edge_wave::{Course, Wave};
 use crate::propagation::diffraction::{WEAKEST, fade_out, smooth};
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::propagation::transmission::{direct_path, direct_path_of};
+use crate::scene::Scene;
 use crate::scene::edges::EdgeCrossing;
-use crate::scene::{Scene, SourcePose};
 
 /// Most edges that the direct field of one source is followed at.
 pub const MOST_DIRECT_EDGES: usize = 6;
@@ -26,32 +25,6 @@ pub const MOST_DIRECT_EDGES: usize = 6;
 /// Detour in radians at a band's centre up to which direct and bent wave are one, and from which they are two.
 const ONE_WAVE: f64 = PI;
 const TWO_WAVES: f64 = 2.0 * PI;
-
-/// A source and where it is heard, in world coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Endpoints {
-    /// The source, its place and its settings.
-    pub source: SourcePose,
-    /// Where it is.
-    pub from: Vec3,
-    /// Where the listener is.
-    pub to: Vec3,
-    /// Distance in metres below which a source gets no louder.
-    pub min_distance_m: f64,
-}
-
-impl Endpoints {
-    /// A source heard at a place; `otherwise_m` is the distance below which sources get no louder that do not say
-    /// themselves.
-    pub fn of(source: &SourcePose, to: Vec3, otherwise_m: f64) -> Self {
-        Self {
-            source: *source,
-            from: source.position,
-            to,
-            min_distance_m: source.settings.min_distance_m(otherwise_m),
-        }
-    }
-}
 
 /// Edges that matter to the direct field, the shortest way first.
 #[derive(Debug, Clone, Copy, Default)]
@@ -240,7 +213,7 @@ pub fn direct_field(
         }
         if is_apart {
             let course = Course {
-                stops: &[Stop::Edge(edge)],
+                stops: &[Interaction::Edge(edge)],
                 points: &[wave.bend.bend.apex],
                 length_m,
                 heard_at: wave.bend.bend.apex,
@@ -255,7 +228,7 @@ pub fn direct_field(
                 *value = (*value * factor.abs() as f32).min(1.0 / spot.min_distance_m as f32);
             }
         }
-        direct_by_source(&mut path.amplitude, &spot.source, spot.to - spot.from);
+        apply_directivity(&mut path.amplitude, &spot.source, spot.to - spot.from);
         give(*path);
     }
     found

@@ -8,9 +8,9 @@
 
 use glam::DVec3;
 
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::second_order::Way;
 use crate::propagation::diffraction::{LONGEST_DETOUR_M, second_order};
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, MOST_NEAR, NearEdge, NearEdges, REACH_M};
 

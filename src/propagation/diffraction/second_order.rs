@@ -12,10 +12,10 @@ use glam::DVec3;
 use crate::acoustics::BANDS;
 use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::edge_wave::Course;
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::utd::{Spread, WedgeAngles};
 use crate::propagation::diffraction::{LONGEST_DETOUR_M, WEAKEST, fade_out, moving_edge_pairs};
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing, NearEdges};
@@ -177,7 +177,7 @@ impl Way {
         let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
         audible.then(|| {
             let course = Course {
-                stops: &self.edges.map(Stop::Edge),
+                stops: &self.edges.map(Interaction::Edge),
                 points: &self.diffraction_order.map(|bend| bend.apex),
                 length_m: self.length_m,
                 heard_at: self.diffraction_order[1].apex,

@@ -9,9 +9,9 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::edge_wave::Course;
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::{ROUGH_BAND, WEAKEST, fade_out};
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing, MOST_EDGE_MIRRORS, NearEdges};
@@ -275,7 +275,7 @@ impl Mirrored {
 
     fn course(&self, scene: &Scene, spot: &Endpoints, gains: &BandArray) -> Path {
         let apex = self.bend.apex;
-        let mut stops = [Stop::Edge(self.edge); 3];
+        let mut stops = [Interaction::Edge(self.edge); 3];
         let mut points = [apex; 3];
         let mut count = 0;
         let mut add = |stop, point| {
@@ -284,12 +284,12 @@ impl Mirrored {
         };
         let reflection = |end: usize| self.ends[end].mirror.zip(self.hits[end]);
         if let Some((surface, hit)) = reflection(0) {
-            add(Stop::Surface(surface), hit);
+            add(Interaction::Surface(surface), hit);
         }
-        add(Stop::Edge(self.edge), apex);
+        add(Interaction::Edge(self.edge), apex);
         let mut heard_at = apex;
         if let Some((surface, hit)) = reflection(1) {
-            add(Stop::Surface(surface), hit);
+            add(Interaction::Surface(surface), hit);
             heard_at = hit;
         }
         let course = Course {

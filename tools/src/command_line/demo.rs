@@ -1,12 +1,11 @@
-//! `demo`: a walk through the concert hall, both ways, heard and seen.
+//! `demo`: a walk through the concert hall by both schedules, as sound and pictures.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::{GeometricSettings, PredictorKind};
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::scene::SourceId;
 use foresound::{Error, Result};
@@ -16,8 +15,8 @@ use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
-use crate::inputs::{LoadedScene, SceneArguments, asset, load_scene, load_sound, tell};
-use crate::session::{Rendered, Session, Sound, median};
+use crate::inputs::{LoadedScene, SceneArguments, load_scene, print_notes, voice, within};
+use crate::session::{Rendered, Session, Sound, median, milliseconds};
 
 /// Sample rate of the speech.
 const RATE_HZ: u32 = 44_100;
@@ -30,7 +29,7 @@ const PREDICTOR: PredictorKind = PredictorKind::Geometric(GeometricSettings::FUL
 /// Height at which the top view cuts the hall open: above the last row of seats.
 const HALL_CUT_M: f32 = 3.2;
 
-/// Sources that speak.
+/// Number of speaking sources.
 const SOURCES: usize = 4;
 
 #[derive(clap::Args)]
@@ -64,15 +63,11 @@ struct Walked {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    if !(1.0..=600.0).contains(&arguments.seconds) {
-        let problem = format!("{} s is no walk", arguments.seconds);
-        return Err(Error::setting("--seconds", problem, "give 1 to 600"));
-    }
+    within("--seconds", arguments.seconds, 1.0..=600.0, " s")?;
     let hall = load_scene(Path::new("concert_hall"), &SceneArguments::default())?;
-    tell(&hall.notes);
+    print_notes(&hall.notes);
     let layout = hall.layout.as_ref().filter(|l| l.sources.len() >= SOURCES);
-    let walk = layout.and_then(|l| l.listener);
-    let (Some(layout), Some(walk)) = (layout, walk) else {
+    let (Some(layout), Some(walk)) = (layout, hall.walk()) else {
         return Err(Error::file(
             "assets/scenes/concert_hall.toml",
             "has no walk or too few sources",
@@ -81,11 +76,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut sounds = Vec::new();
     for (number, source) in layout.sources.iter().take(SOURCES).enumerate() {
-        let file = asset(&format!("speech/voice{:02}.wav", number + 1))?;
-        let clip = load_sound(&file, RATE_HZ)?;
         sounds.push(Sound {
             source: source.pose(SourceId::new(number as u16, 0)),
-            clip,
+            clip: voice(number, RATE_HZ)?,
             looped: true,
         });
     }
@@ -121,7 +114,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let synchronous = walk_once("synchronous", Schedule::Synchronous)?;
     let late = Schedule::Asynchronous {
-        level: LEVEL,
+        extrapolation_level: LEVEL,
         latency: Latency::Modelled,
     };
     let asynchronous = walk_once("asynchronous", late)?;
@@ -142,21 +135,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn settings(schedule: Schedule) -> OfflineSettings {
-    OfflineSettings {
-        graphics_rate_hz: GRAPHICS_RATE_HZ,
-        block_frames: 1024,
-        schedule,
-        predictor: PREDICTOR,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            rate_hz: RATE_HZ,
-            max_sources: SOURCES,
-            ..GeneratorSettings::default()
-        },
-    }
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = GRAPHICS_RATE_HZ;
+    settings.block_frames = 1024;
+    settings.schedule = schedule;
+    settings.predictor = PREDICTOR;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.generation.max_sources = SOURCES;
+    settings
 }
 
-/// The spectrograms and the top view; gives the files' names.
+/// Draws the spectrograms and the top view and returns their files.
 fn draw(
     arguments: &Arguments,
     hall: &LoadedScene,
@@ -170,7 +159,7 @@ fn draw(
         "concert_hall, {SOURCES} sources, L = {LEVEL}, {predictor}: SI-SNR {si_snr_db:.1} dB"
     );
     SpectrogramFigure {
-        title: "A walk through the hall, both ways",
+        title: "A walk through the hall by both schedules",
         caption: &caption,
         rate_hz: RATE_HZ,
         reference_label: "synchronous",
@@ -191,7 +180,6 @@ fn draw(
     let sources: Vec<_> = names
         .map(|source| (source.position, source.name.clone()))
         .collect();
-    let walk = hall.layout.as_ref().and_then(|layout| layout.listener);
     let caption = format!(
         "{} paths in the middle of the walk, {} triangles in {} surfaces",
         middle.paths.len(),
@@ -203,7 +191,7 @@ fn draw(
         caption: &caption,
         triangles: &triangles,
         sources: &sources,
-        walk: walk.map(|walk| [walk.from, walk.to]),
+        walk: hall.walk().map(|walk| [walk.from, walk.to]),
         listener: Some(middle.listener),
         paths: &path_lines(middle),
         cut_height_m: Some(HALL_CUT_M),
@@ -221,10 +209,7 @@ fn print_findings(
     si_snr_db: f64,
     figures: &[PathBuf],
 ) {
-    let stage_ms = |times: &[std::time::Duration]| {
-        let ms: Vec<f64> = times.iter().map(|t| t.as_secs_f64() * 1e3).collect();
-        median(&ms)
-    };
+    let stage_ms = |times| median(&milliseconds(times));
     let reports = [&synchronous.rendered.report, &asynchronous.rendered.report];
     let files: Vec<&PathBuf> = [&synchronous.file, &asynchronous.file]
         .into_iter()
@@ -278,9 +263,7 @@ fn print_findings(
         stage_ms(&reports[0].generation)
     );
     let predictor = PREDICTOR.name();
-    println!(
-        "  alike          SI-SNR {si_snr_db:.2} dB between the two, by the predictor {predictor}"
-    );
+    println!("  similarity     SI-SNR {si_snr_db:.2} dB between the two, predictor {predictor}");
     for file in files {
         println!("  written        {}", file.display());
     }

@@ -3,20 +3,19 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use foresound::Result;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{OfflineSettings, Schedule};
 use foresound::scene::{SourceId, SourcePose};
-use foresound::{Error, Result};
 use foresound_tools::clip::Clip;
 use foresound_tools::listener_path::{ListenerPath, parse_place};
 use foresound_tools::room_parameters::{BandParameters, room_parameters};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, tell};
+use crate::inputs::{SceneArguments, load_scene, print_notes, within};
 use crate::session::{Session, Sound};
 
 /// Graphics frames, and updates, a second of the standing listener: nothing moves, so more of them decide nothing.
@@ -55,28 +54,20 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let position = parse_place("--source", &arguments.source)?;
     let listener = ListenerPath::Standing(parse_place("--listener", &arguments.listener)?);
-    if !(0.1..=60.0).contains(&arguments.seconds) {
-        let problem = format!("{} s is no length", arguments.seconds);
-        return Err(Error::setting("--seconds", problem, "give 0.1 to 60"));
-    }
+    within("--seconds", arguments.seconds, 0.1..=60.0, " s")?;
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
-    tell(&loaded.notes);
+    print_notes(&loaded.notes);
     let channels = if arguments.binaural { 2 } else { 1 };
     let mut sink = WavSink::create(&arguments.out, arguments.rate, channels)?;
-    let settings = OfflineSettings {
-        graphics_rate_hz: GRAPHICS_RATE_HZ,
-        block_frames: 1024,
-        schedule: Schedule::Synchronous,
-        predictor: PredictorKind::Hold,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            rate_hz: arguments.rate,
-            max_sources: 1,
-            limiter: false,
-            ..GeneratorSettings::default()
-        },
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = GRAPHICS_RATE_HZ;
+    settings.block_frames = 1024;
+    settings.schedule = Schedule::Synchronous;
+    settings.predictor = PredictorKind::Hold;
+    settings.generation.rate_hz = arguments.rate;
+    settings.generation.max_sources = 1;
+    settings.generation.limiter = false;
     // The first graphics frame fades paths in, so the impulse waits for the second.
     let lead = (f64::from(arguments.rate) / GRAPHICS_RATE_HZ).round() as usize;
     let mut samples = vec![0.0; lead + 1];

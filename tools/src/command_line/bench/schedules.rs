@@ -1,10 +1,10 @@
-//! The two schedules of the same engine on the same two threads, in turns: Tables 3 and 4 of the paper.
+//! The two schedules of the same engine on the same two threads: Tables 3 and 4 of the paper.
 //!
 //! A graphics frame is some milliseconds of the caller's own work, a tick, then 1/60 s of audio, one after the other on
-//! this thread and as fast as it goes. In the synchronous schedule both threads trace within the tick; in the asynchronous
-//! one the propagation thread runs by itself. Rounds of both alternate, so that whatever else the machine does falls on
-//! both; frames a second are those of the middle round. On a machine that others keep busy, frames a second of this
-//! thread's own processor time say more: what it would do alone, but for waits on its helper in the baseline.
+//! this thread, as fast as possible. In the synchronous schedule both threads trace within the tick; in the asynchronous
+//! one the propagation thread runs by itself. Rounds of both alternate, which spreads other load evenly; frames a second
+//! are those of the median round. Frames a second of this thread's processor time exclude other programs, but also waits
+//! for the helper thread in the baseline.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -14,20 +14,18 @@ use std::time::{Duration, Instant};
 
 use foresound::Result;
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::mix;
 use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
-    AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, Renderer,
-    Statistics, TraceLog,
+    AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, Renderer, TraceLog,
 };
 use foresound::scene::layout::Walk;
 use foresound::scene::{ListenerPose, Scene, SourcePose};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::share;
-use crate::inputs::{asset, load_sound};
+use crate::inputs::voice;
 
 /// Audio frames of a graphics frame: 1/60 s at 44.1 kHz.
 const AUDIO_FRAMES: usize = 735;
@@ -40,15 +38,14 @@ const LEAST_LOAD: f64 = 1.0 / 32.0;
 /// Most engines and rounds of each in a search for a load.
 const SEARCHES: usize = 12;
 const SEARCH_ROUNDS: usize = 4;
-/// How near to the middle of a level's range a load is near enough, in graphics frames.
+/// Tolerance around the middle of a level's range, in graphics frames.
 const NEAR: f64 = 0.15;
-/// Most measurements of a cell until one has the level that its load was chosen for.
+/// Most measurements of a cell until one has its level.
 const TRIES: usize = 4;
-/// Spans that a thread may record in a round.
+/// Most spans that a thread records in a round.
 const SPANS: usize = 1 << 16;
 
-/// Whose propagation is so many graphics frames long at a level L: the asynchronous schedule's, on one thread, of which Eq. 1
-/// tells what is extrapolated, or the baseline's, on two.
+/// The schedule whose updates define the level L: the asynchronous one (one thread, Eq. 1) or the baseline (two threads).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum LevelOf {
     Asynchronous,
@@ -56,7 +53,7 @@ pub(super) enum LevelOf {
 }
 
 impl LevelOf {
-    /// The level that a row has.
+    /// The level of a row.
     pub(super) fn found(self, row: &Value) -> Option<f64> {
         match self {
             Self::Asynchronous => row["level"]["p50"].as_f64(),
@@ -77,7 +74,7 @@ pub(super) struct Cell<'a> {
     pub(super) trace: bool,
 }
 
-/// One schedule's engine and what its rounds gave.
+/// One schedule's engine and its measurements.
 struct Side {
     controller: Controller,
     renderer: Renderer,
@@ -97,29 +94,23 @@ struct Side {
 
 impl Cell<'_> {
     fn side(&self, schedule: EngineSchedule, load: f64) -> Result<Side> {
-        let settings = EngineSettings {
-            generation: GeneratorSettings {
-                max_sources: self.sources.len().max(1),
-                ..EngineSettings::default().generation
-            },
-            propagation: loaded(load),
-            block_frames: AUDIO_FRAMES,
-            schedule,
-            predictor: self.predictor,
-            budget: self.budget,
-            // Pinned, one thread could be held up by another program for a whole round.
-            affinity: AffinityPolicy::None,
-            trace_spans: if self.trace { SPANS } else { 0 },
-            ..EngineSettings::default()
-        };
+        let mut settings = EngineSettings::default();
+        settings.generation.max_sources = self.sources.len().max(1);
+        settings.propagation = loaded(load);
+        settings.block_frames = AUDIO_FRAMES;
+        settings.schedule = schedule;
+        settings.predictor = self.predictor;
+        settings.budget = self.budget;
+        // Pinned, one thread could be held up by another program for a whole round.
+        settings.affinity = AffinityPolicy::None;
+        settings.trace_spans = if self.trace { SPANS } else { 0 };
         let rate_hz = settings.generation.rate_hz;
         let (mut controller, renderer) = Engine::new(settings)?;
         controller.set_scene(Arc::clone(self.scene))?;
         let mut sources = Vec::new();
         for (number, pose) in self.sources.iter().enumerate() {
             let id = controller.add_source(pose.position)?;
-            let voice = asset(&format!("speech/voice{:02}.wav", number % 16 + 1))?;
-            let clip = load_sound(&voice, rate_hz)?;
+            let clip = voice(number, rate_hz)?;
             controller.play(id, clip.samples.into(), true)?;
             sources.push(SourcePose { id, ..*pose });
         }
@@ -147,8 +138,8 @@ impl Cell<'_> {
         Ok(side)
     }
 
-    /// Measures both schedules at a load; gives the row's keys.
-    pub(super) fn measure(&self, load: f64, log: &mut TraceLog) -> Result<Map<String, Value>> {
+    /// Measures both schedules at a load and returns the row's keys.
+    pub(super) fn measure(&self, load: f64, log: &mut TraceLog) -> Result<Value> {
         let mut synchronous = self.side(EngineSchedule::Synchronous, load)?;
         let mut asynchronous = self.side(EngineSchedule::Asynchronous, load)?;
         let rounds = (self.seconds / (2.0 * ROUND_S)).ceil().max(3.0) as usize;
@@ -160,28 +151,24 @@ impl Cell<'_> {
                 asynchronous.controller.collect_spans(log);
             }
         }
-        let row = row(&synchronous, &asynchronous, load);
-        match row {
-            Value::Object(row) => Ok(row),
-            _ => Ok(Map::new()),
-        }
+        Ok(row(&synchronous, &asynchronous, load))
     }
 
-    /// Measures both schedules at the load that gives one of them a level L, `most` at the most; a measurement whose middle
-    /// update had another level is made again with a load in proportion.
+    /// Measures both schedules at the load that gives one of them a level L, `most` at most. A measurement with another
+    /// median level is repeated with a load in proportion.
     pub(super) fn measure_at(
         &self,
         level: u32,
         of: LevelOf,
         most: f64,
         log: &mut TraceLog,
-    ) -> Result<Map<String, Value>> {
+    ) -> Result<Value> {
         let mut load = match of {
             LevelOf::Asynchronous => self.load_for(level, most)?,
             // Two threads take about half the time.
             LevelOf::Synchronous => self.load_for(2 * level, most)?,
         };
-        let mut row = Value::from(self.measure(load, log)?);
+        let mut row = self.measure(load, log)?;
         for _ in 1..TRIES {
             let found = of.found(&row);
             let Some(found) = found.filter(|&found| found != f64::from(level)) else {
@@ -189,12 +176,9 @@ impl Cell<'_> {
             };
             let factor = (f64::from(level) + 0.5) / (found + 0.5);
             load = (load * factor).clamp(LEAST_LOAD, most);
-            row = Value::from(self.measure(load, log)?);
+            row = self.measure(load, log)?;
         }
-        match row {
-            Value::Object(row) => Ok(row),
-            _ => Ok(Map::new()),
-        }
+        Ok(row)
     }
 
     /// The load at which the asynchronous schedule has a level L, by halving.
@@ -251,7 +235,7 @@ impl Side {
         let report = self.renderer.render(&mut block);
         black_box(&block);
         if report.updates > 0 {
-            self.levels.push(report.level.into());
+            self.levels.push(report.extrapolation_level.into());
         }
         self.frame += 1;
         Ok(())
@@ -284,8 +268,8 @@ impl Side {
 
 /// Processor time of this thread in seconds; 0 where the system does not say.
 fn processor_s() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = told.split_whitespace().next().map(str::parse::<f64>);
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = text.split_whitespace().next().map(str::parse::<f64>);
     1e-9 * nanoseconds.and_then(|ns| ns.ok()).unwrap_or(0.0)
 }
 
@@ -320,12 +304,8 @@ fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {
         },
         "paths_p50": share(&asynchronous.paths, 0.5),
         "rays_per_update": share(&asynchronous.rays, 0.5),
-        "tier": tier(&ours),
+        "tier": ours.quality_level.0,
     })
-}
-
-fn tier(statistics: &Statistics) -> u8 {
-    statistics.tier.0
 }
 
 /// Percentiles in a unit that is so many times a second.

@@ -1,60 +1,51 @@
-//! What is to be rendered and compared: units of one reference and its estimates, with names for their results.
+//! The work of a command line: units of one reference and its estimates.
 
 use foresound::extrapolation::PredictorKind;
 use foresound::runtime::Latency;
 use foresound::{Error, Result};
-use foresound_tools::cells::{self, Condition, Pace, Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::cells::{self, Condition, Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::paper;
 
 use super::Arguments;
-use super::ablation;
 use super::stage::label;
 
-/// Repeats of a cell, each with rays and a start of its own.
+/// Repeats of a cell, each with its own ray seed and start of the walk.
 const REPEATS: u64 = 5;
 
 /// The scene of the paper's Figure 7.
 const DOORWAY: &str = "doorway";
 
-/// A predictor under a name.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Variant {
-    pub(super) name: &'static str,
-    pub(super) kind: PredictorKind,
-}
-
-/// Where a unit's figures go.
+/// Part of the report that a unit belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
-    /// Into the tables.
+    /// The tables.
     Table,
-    /// To the doorway's picture only.
+    /// The doorway's section.
     Doorway,
 }
 
-/// One reference rendering and what is compared with it.
+/// One reference rendering and the estimates compared with it.
 #[derive(Debug, Clone)]
 pub(super) struct Unit {
     pub(super) part: Part,
     pub(super) platform: Platform,
-    /// The scene's label, of letters that a file's name may have.
+    /// The scene's label, valid in file names.
     pub(super) scene: String,
     pub(super) sources: usize,
     pub(super) condition: Condition,
-    pub(super) pace: Pace,
+    pub(super) pace: paper::Pace,
     pub(super) repeat: u64,
     pub(super) latencies: Vec<Latency>,
     pub(super) signal: String,
     /// Whether the late reverb is heard.
     pub(super) late: bool,
     pub(super) duration_s: f64,
-    /// Rendered at each latency.
-    pub(super) variants: Vec<Variant>,
-    /// The ablation's, rendered late only, without files.
-    pub(super) ablation: Vec<Variant>,
+    /// Each is rendered at each latency.
+    pub(super) predictors: Vec<PredictorKind>,
 }
 
 impl Unit {
-    /// What a folder's or file's name begins with, alike for all repeats.
+    /// Stem of file names, the same for all repeats.
     pub(super) fn cell_name(&self) -> String {
         let signal = match self.signal.as_str() {
             "speech" => String::new(),
@@ -71,18 +62,16 @@ impl Unit {
     }
 
     /// Everything that is rendered beside the reference.
-    pub(super) fn estimates(&self) -> impl Iterator<Item = (Variant, Latency)> + '_ {
-        let plain = self.latencies.iter();
-        let plain = plain.flat_map(|&late| self.variants.iter().map(move |&v| (v, late)));
-        let ablation = self.ablation.iter().map(|&v| (v, Latency::Modelled));
-        plain.chain(ablation)
+    pub(super) fn estimates(&self) -> impl Iterator<Item = (PredictorKind, Latency)> + '_ {
+        let latencies = self.latencies.iter();
+        latencies.flat_map(|&late| self.predictors.iter().map(move |&kind| (kind, late)))
     }
 
-    /// Everything a result depends on besides the program, the scene and the sounds.
+    /// Everything that a result depends on besides program, scene and sounds.
     pub(super) fn key(&self) -> String {
         let estimates: Vec<_> = self
             .estimates()
-            .map(|(v, late)| format!("{}={:?} {late:?}", v.name, v.kind))
+            .map(|(kind, late)| format!("{kind:?} {late:?}"))
             .collect();
         format!(
             "{} {:?} repeat {} of {} s with {}",
@@ -94,8 +83,8 @@ impl Unit {
         )
     }
 
-    /// How long it takes compared with other units, roughly: propagation grows with the sources, and is asked for in every
-    /// graphics frame by the reference, in every (L + 1)th by each estimate.
+    /// Rough relative cost: propagation grows with the sources and runs in every graphics frame of the reference and in
+    /// every (L + 1)th of each estimate.
     pub(super) fn weight(&self) -> u64 {
         let frames = self.duration_s * self.pace.graphics_rate_hz;
         let update = 1.0 + 0.3 * self.sources as f64;
@@ -105,11 +94,7 @@ impl Unit {
     }
 }
 
-fn unknown(argument: &str, text: &str, advice: &str) -> Error {
-    Error::setting(argument, format!("{text:?} is unknown"), advice)
-}
-
-/// A choice of several by one word: one of them, or a word that stands for some.
+/// The choices that a word names: one of them, or a group.
 fn chosen<T: Copy>(
     argument: &str,
     text: &str,
@@ -124,23 +109,16 @@ fn chosen<T: Copy>(
     }
     let single = single.iter().map(|(name, _)| *name);
     let names: Vec<_> = single.chain(groups.iter().map(|(name, _)| *name)).collect();
-    Err(unknown(
+    let advice = format!("give {}", names.join(", "));
+    Err(Error::setting(
         argument,
-        text,
-        &format!("give {}", names.join(", ")),
+        format!("{text:?} is unknown"),
+        &advice,
     ))
 }
 
-struct Choices {
-    platforms: Vec<Platform>,
-    conditions: Vec<Condition>,
-    latencies: Vec<Latency>,
-    signals: Vec<&'static str>,
-    scenes: Vec<String>,
-    counts: Vec<usize>,
-}
-
-fn choices(arguments: &Arguments) -> Result<Choices> {
+/// All units of a command line, cell by cell.
+pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     use Condition::{Dynamic, Static, Stress};
     let platforms = Platform::ALL.map(|platform| (platform.name(), platform));
     let platforms = chosen(
@@ -185,37 +163,25 @@ fn choices(arguments: &Arguments) -> Result<Choices> {
         (None, true) => vec![4],
         (None, false) => SOURCE_COUNTS.to_vec(),
     };
-    Ok(Choices {
-        platforms,
-        conditions,
-        latencies,
-        signals,
-        scenes,
-        counts,
-    })
-}
-
-/// All units of a command line, cell by cell.
-pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
-    let choices = choices(arguments)?;
     let repeats = arguments
         .repeats
         .unwrap_or(if arguments.quick { 1 } else { REPEATS });
     if repeats == 0 {
         return Err(Error::setting("--repeats", "0", "give one at least"));
     }
-    let variants = variants(&arguments.predictor)?;
-    let everything = arguments.predictor == "ablation";
+    let predictors = PredictorKind::ALL.map(|kind| (kind.name(), kind));
+    let predictors = chosen(
+        "--predictor",
+        &arguments.predictor,
+        &predictors,
+        &[("all", &PredictorKind::ALL)],
+    )?;
     let unit = |platform, condition, scene: &str, sources, repeat, signal: &str| {
         let scene = label(scene);
-        let mut pace = cells::pace(platform, &scene, sources);
-        if condition == Condition::Stress {
+        let mut pace = paper::pace(platform, &scene, sources);
+        if condition == Stress {
             pace.level = cells::STRESS_LEVEL;
         }
-        let ablated = condition == Condition::Dynamic
-            && platform == Platform::Workstation
-            && arguments.predictor == "all"
-            && (sources, repeat, signal, arguments.quick) == (4, 0, "speech", false);
         Unit {
             part: Part::Table,
             platform,
@@ -224,35 +190,30 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
             condition,
             pace,
             repeat,
-            latencies: choices.latencies.clone(),
+            latencies: latencies.clone(),
             signal: signal.to_owned(),
             late: !arguments.no_late,
             duration_s: arguments.seconds,
-            variants: variants.clone(),
-            ablation: if ablated || everything {
-                ablation::variants()
-            } else {
-                Vec::new()
-            },
+            predictors: predictors.clone(),
         }
     };
     let mut units = Vec::new();
-    for &platform in &choices.platforms {
-        for &condition in &choices.conditions {
+    for &platform in &platforms {
+        for &condition in &conditions {
             let left_out = match condition {
-                Condition::Static => arguments.quick && arguments.is_default_choice(),
-                Condition::Dynamic => false,
-                // Its level is no platform's.
-                Condition::Stress => platform == Platform::Mobile && choices.platforms.len() > 1,
+                Static => arguments.quick && arguments.is_default_choice(),
+                Dynamic => false,
+                // Its level is the same on both platforms.
+                Stress => platform == Platform::Mobile && platforms.len() > 1,
             };
             let quick_mobile =
                 arguments.quick && platform == Platform::Mobile && arguments.is_default_choice();
             if left_out || quick_mobile {
                 continue;
             }
-            for scene in &choices.scenes {
-                for &sources in &choices.counts {
-                    for signal in &choices.signals {
+            for scene in &scenes {
+                for &sources in &counts {
+                    for signal in &signals {
                         units.extend((0..repeats).map(|repeat| {
                             unit(platform, condition, scene, sources, repeat, signal)
                         }));
@@ -261,31 +222,15 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
             }
         }
     }
-    let walks = choices.conditions.contains(&Condition::Dynamic);
-    if arguments.scene.is_none() && walks && choices.signals.contains(&"speech") {
-        let platform = choices.platforms[0];
-        let pictured = unit(platform, Condition::Dynamic, DOORWAY, 4, 0, "speech");
+    let walks = conditions.contains(&Dynamic);
+    if arguments.scene.is_none() && walks && signals.contains(&"speech") {
+        let platform = platforms[0];
+        let pictured = unit(platform, Dynamic, DOORWAY, 4, 0, "speech");
         units.push(Unit {
             part: Part::Doorway,
-            latencies: vec![choices.latencies[0]],
-            ablation: Vec::new(),
+            latencies: vec![latencies[0]],
             ..pictured
         });
     }
     Ok(units)
-}
-
-fn variants(named: &str) -> Result<Vec<Variant>> {
-    let plain = PredictorKind::ALL.map(|kind| Variant {
-        name: kind.name(),
-        kind,
-    });
-    if matches!(named, "all" | "ablation") {
-        return Ok(plain.to_vec());
-    }
-    let found = plain.into_iter().find(|variant| variant.name == named);
-    let advice = "give hold, linear, best, all or ablation";
-    found
-        .map(|variant| vec![variant])
-        .ok_or_else(|| Error::setting("--predictor", format!("{named:?} is no predictor"), advice))
 }

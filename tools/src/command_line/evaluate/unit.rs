@@ -1,11 +1,10 @@
-//! One unit: the synchronous reference, its asynchronous estimates, their scores, kept in a file for the next time.
+//! One unit: the synchronous reference, its asynchronous estimates and their scores, kept in a file for later runs.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::GeneratorSettings;
 use foresound::output::WholeFile;
 use foresound::output::wav::{WavFormat, WavSink};
 use foresound::propagation::{self, PathSet, PropagationSettings, Propagator};
@@ -19,16 +18,13 @@ use serde::{Deserialize, Serialize};
 
 use super::motion;
 use super::plan::Unit;
-use super::stage::{Props, Sounds, Stage};
+use super::stage::{Props, RATE_HZ, Sounds, Stage, fnv};
 use crate::session::median;
 
-/// Sample rate of everything.
-pub(super) const RATE_HZ: u32 = 44_100;
-
-/// How many times the usual rays the path set is looked for with, to tell the reference's recall.
+/// Factor on the rays of the search that the reference's recall is measured against.
 const THOROUGH: u32 = 8;
 
-/// What came of a unit.
+/// Result of a unit.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct UnitResult {
     key: String,
@@ -36,7 +32,7 @@ pub(super) struct UnitResult {
     pub(super) reference_checksum: String,
     /// Paths of the reference, median over updates.
     pub(super) reference_paths: usize,
-    /// Share of the paths that a search with eight times the rays finds which the reference has in mid-walk.
+    /// Share of the paths of a search with eight times the rays that the reference has in mid-walk.
     pub(super) reference_recall: f64,
     /// The same by energy.
     pub(super) reference_energy_recall: f64,
@@ -44,7 +40,7 @@ pub(super) struct UnitResult {
     pub(super) reference_rays: Vec<u64>,
     /// Files of the first repeat, the reference's first, by name and FNV-1a of their bytes.
     files: Vec<(String, String)>,
-    /// How long all of it took.
+    /// Seconds that all of it took.
     pub(super) seconds: f64,
     pub(super) estimates: Vec<Estimate>,
 }
@@ -56,11 +52,11 @@ pub(super) struct Estimate {
     /// modelled or none.
     pub(super) latency: String,
     pub(super) scores: Scores,
-    /// Processor time of a graphics frame's extrapolation in µs, the mean of all frames, on whatever machine this was.
+    /// Mean processor time of a graphics frame's extrapolation in µs.
     pub(super) extrapolation_us: f64,
 }
 
-/// Frames in which an update arrives take longer than others and count like them.
+/// Mean in seconds. Frames in which an update arrives take longer and count like the others.
 fn mean_s(times: &[Duration]) -> f64 {
     let all: Duration = times.iter().sum();
     all.as_secs_f64() / times.len().max(1) as f64
@@ -72,7 +68,7 @@ struct Rendered {
     middle: PathSet,
 }
 
-/// The unit's result, and whether it was kept: from the file that an earlier run left, or made anew.
+/// The unit's result, and whether it comes from the file of an earlier run.
 pub(super) fn result(unit: &Unit, stage: &Stage, props: &Props) -> Result<(UnitResult, bool)> {
     let sounds = &props.sounds[&unit.signal];
     let key = format!(
@@ -99,7 +95,7 @@ pub(super) fn result(unit: &Unit, stage: &Stage, props: &Props) -> Result<(UnitR
     Ok((made, false))
 }
 
-/// Whether a result's sound files are still those that were written with it: a run of other sounds overwrites them.
+/// Whether a result's sound files are unchanged; a run with other sounds overwrites them.
 fn are_there(files: &[(String, String)], props: &Props) -> bool {
     files.iter().all(|(name, checksum)| {
         let bytes = std::fs::read(props.out.join("wav").join(name));
@@ -109,7 +105,7 @@ fn are_there(files: &[(String, String)], props: &Props) -> bool {
 
 #[expect(
     clippy::disallowed_methods,
-    reason = "tells how long the work took; nothing depends on it"
+    reason = "measures the time of the work; nothing depends on it"
 )]
 fn make(unit: &Unit, stage: &Stage, props: &Props, key: String) -> Result<UnitResult> {
     let started = Instant::now();
@@ -124,19 +120,17 @@ fn make(unit: &Unit, stage: &Stage, props: &Props, key: String) -> Result<UnitRe
     files.extend(write_wav(unit, props, "reference", &reference.ears)?);
     let ears = both(&reference.ears);
     let mut estimates = Vec::new();
-    for (variant, latency) in unit.estimates() {
+    for (predictor, latency) in unit.estimates() {
         let schedule = Schedule::Asynchronous {
-            level: unit.pace.level,
+            extrapolation_level: unit.pace.level,
             latency,
         };
-        let estimate = render(unit, stage, props, schedule, variant.kind)?;
-        if !unit.ablation.contains(&variant) {
-            let name = heard_as(variant.name, latency);
-            files.extend(write_wav(unit, props, &name, &estimate.ears)?);
-        }
+        let estimate = render(unit, stage, props, schedule, predictor)?;
+        let name = heard_as(predictor.name(), latency);
+        files.extend(write_wav(unit, props, &name, &estimate.ears)?);
         let speech = unit.signal == "speech";
         estimates.push(Estimate {
-            predictor: variant.name.to_owned(),
+            predictor: predictor.name().to_owned(),
             latency: latency_name(latency).to_owned(),
             scores: Scores::of(ears, both(&estimate.ears), RATE_HZ, speech)?,
             extrapolation_us: mean_s(&estimate.report.extrapolation) * 1e6,
@@ -185,27 +179,20 @@ fn render(
     schedule: Schedule,
     predictor: PredictorKind,
 ) -> Result<Rendered> {
-    let settings = OfflineSettings {
-        graphics_rate_hz: unit.pace.graphics_rate_hz,
-        block_frames: 1024,
-        schedule,
-        predictor,
-        propagation: PropagationSettings {
-            seed: unit.repeat + 1,
-            ..PropagationSettings::default()
-        },
-        generation: GeneratorSettings {
-            rate_hz: RATE_HZ,
-            max_sources: unit.sources,
-            late: unit.late,
-            ..GeneratorSettings::default()
-        },
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = unit.pace.graphics_rate_hz;
+    settings.block_frames = 1024;
+    settings.schedule = schedule;
+    settings.predictor = predictor;
+    settings.propagation.seed = unit.repeat + 1;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.generation.max_sources = unit.sources;
+    settings.generation.late = unit.late;
     let mut poses = Poses::default();
     let mut renderer =
         OfflineRenderer::new(Arc::clone(&stage.scene), Arc::clone(&props.hrtf), settings)?;
     let frames = (unit.duration_s * unit.pace.graphics_rate_hz).ceil() as u64;
-    // A step that divides no walk's length: starts are spread over the way there and back.
+    // A fraction that spreads the starts of repeats over the walk there and back.
     let start_m =
         unit.repeat as f64 * 0.382 * 2.0 * f64::from(stage.walk.from.distance(stage.walk.to));
     let mut ears = [Vec::new(), Vec::new()];
@@ -239,7 +226,7 @@ fn render(
     })
 }
 
-/// The share of a thorough search's paths that a set has, by number and by energy.
+/// Share of the paths of a search with more rays that a set has, by number and by energy.
 fn recall(found: &PathSet, stage: &Stage) -> Result<[f64; 2]> {
     let usual = PropagationSettings::default();
     let settings = PropagationSettings {
@@ -272,7 +259,7 @@ fn recall(found: &PathSet, stage: &Stage) -> Result<[f64; 2]> {
     ])
 }
 
-/// Writes the WAV of a first repeat, 16 bits; gives its name and checksum.
+/// Writes the WAV file of a first repeat, 16 bits, and returns its name and checksum.
 fn write_wav(
     unit: &Unit,
     props: &Props,
@@ -291,7 +278,7 @@ fn write_wav(
     Ok(Some((name.into_owned(), format!("{:016x}", fnv(bytes)))))
 }
 
-/// Where a rendering of the first repeat stands.
+/// File of a rendering of the first repeat.
 pub(super) fn wav_file(out: &Path, unit: &Unit, name: &str) -> PathBuf {
     out.join("wav")
         .join(format!("{}-{name}.wav", unit.cell_name()))
@@ -299,11 +286,4 @@ pub(super) fn wav_file(out: &Path, unit: &Unit, name: &str) -> PathBuf {
 
 pub(super) fn both(ears: &[Vec<f32>; 2]) -> [&[f32]; 2] {
     [&ears[0], &ears[1]]
-}
-
-/// FNV-1a, 64 bits.
-pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
-    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    })
 }
