@@ -1,7 +1,7 @@
 //! Turns the paths of each graphics frame into two ears of sound.
 //!
-//! Audio side: [`Generator::set_frame`], what prepares a frame in parts, and [`Generator::render`] are called by one thread,
-//! in turn; they are wait-free, neither allocate nor free, lock, panic nor look at a clock. Takes [`FramePaths`] and one mono
+//! Audio side: one thread calls [`Generator::set_frame`], or the functions that prepare a frame in parts, and
+//! [`Generator::render`] in turn. They are wait-free: no allocation, lock, panic or clock. Takes [`FramePaths`] and one mono
 //! signal a source, gives interleaved stereo and a [`BlockReport`].
 
 use std::sync::Arc;
@@ -23,10 +23,10 @@ use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
 use crate::generation::reverb::late_reverb::LateReverb;
 use crate::generation::voices::voice_set::VoiceSet;
 
-/// Input samples from this magnitude on count as not a number: no sound has them, and their squares stay finite.
+/// Input samples of this magnitude and above are replaced by zero, as NaN is: their squares stay finite.
 const MAX_SAMPLE: f32 = 1e6;
 
-/// What voices need to know, borrowed from a generator field by field.
+/// The voices' inputs, borrowed field by field.
 macro_rules! context {
     ($generator:ident, $frame:expr, $ramp:expr) => {
         RenderContext {
@@ -42,7 +42,7 @@ macro_rules! context {
     };
 }
 
-/// A frame's orientation, or none if it is no rotation.
+/// A frame's orientation, or the identity if it is no rotation.
 fn orientation(given: &Quat) -> Quat {
     if given.is_finite() && given.length_squared() > 0.0 {
         given.normalize()
@@ -51,7 +51,7 @@ fn orientation(given: &Quat) -> Quat {
     }
 }
 
-/// The late reverb and its way to the ears.
+/// The late reverb and its rendering.
 #[derive(Debug)]
 struct LateField {
     reverb: LateReverb,
@@ -59,6 +59,24 @@ struct LateField {
 }
 
 /// The sound generation stage.
+///
+/// ```
+/// use std::sync::Arc;
+/// use foresound::generation::Generator;
+/// use foresound::paths::FramePaths;
+/// use foresound::{GeneratorSettings, Hrtf};
+///
+/// # fn main() -> foresound::Result<()> {
+/// let hrtf = Arc::new(Hrtf::omnidirectional(44_100)?);
+/// let mut generator = Generator::new(GeneratorSettings::default(), hrtf)?;
+/// generator.set_frame(&FramePaths::default(), 588);
+/// let mut output = [1.0; 2 * 256];
+/// let report = generator.render(&[], &mut output);
+/// assert_eq!(report.frames, 256);
+/// assert!(output.iter().all(|&sample| sample == 0.0));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Generator {
     rate_hz: f64,
@@ -77,7 +95,7 @@ pub struct Generator {
     now: i64,
     /// Frames of the present ramp still to come.
     left: u32,
-    /// Of four sources: input without nonsense, and what the filter makes of it.
+    /// Of four sources: the input with invalid samples replaced, and its bands.
     clean: [Vec<f32>; SIGNALS],
     bands: [Vec<F32x8>; SIGNALS],
     ears: [Vec<f32>; 2],
@@ -87,14 +105,14 @@ pub struct Generator {
 impl Generator {
     /// A silent generator.
     ///
-    /// Errors: [`Error::Setting`] for a setting out of range, or a head-related set of another sample rate.
+    /// Errors: [`Error::Setting`] for a setting out of range, or an HRTF set of another sample rate.
     pub fn new(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
         settings.check()?;
         if hrtf.rate_hz() != settings.rate_hz {
             return Err(Error::setting(
                 "rate_hz",
                 format!(
-                    "{} Hz, but the head-related set is for {} Hz",
+                    "{} Hz, but the HRTF set is for {} Hz",
                     settings.rate_hz,
                     hrtf.rate_hz()
                 ),
@@ -140,16 +158,16 @@ impl Generator {
         })
     }
 
-    /// Frames by which the output lags behind path and ear delays: interpolation and limiter.
+    /// Latency in frames besides path and ear delays: interpolation and limiter.
     pub fn latency_frames(&self) -> usize {
         AHEAD + self.limiter.as_ref().map_or(0, Limiter::latency_frames)
     }
 
-    /// Takes over a graphics frame: everything reaches the frame's values linearly within `ramp_frames` audio frames,
-    /// usually a graphics frame's worth, and holds them from then on. 0 counts as 1.
+    /// Sets a graphics frame: everything ramps linearly to the frame's values within `ramp_frames` audio frames, usually the
+    /// length of a graphics frame, and then holds them. 0 counts as 1.
     ///
-    /// A path that was not there starts from silence at its own delay; one that is gone fades where it was; one whose
-    /// delay changes by more than a quarter of `ramp_frames` does both.
+    /// A new path starts from silence at its own delay; a missing one fades at its last delay; one whose delay changes by
+    /// more than a quarter of `ramp_frames` does both.
     ///
     /// Real-time: no allocation; time grows with the number of paths, by a logarithm where there are more than voices.
     pub fn set_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
@@ -157,8 +175,8 @@ impl Generator {
         self.set_prepared_frame(frame, ramp_frames);
     }
 
-    /// Works out what a graphics frame asks of so many more of its paths, and gives whether none is left. All calls until
-    /// [`Self::set_prepared_frame`] have to be about the same frame; [`Self::set_frame`] forgets it.
+    /// Prepares up to `most` further paths of a graphics frame; returns whether none is left. All calls until
+    /// [`Self::set_prepared_frame`] must have the same frame; [`Self::set_frame`] discards it.
     ///
     /// Real-time: no allocation; time grows with `most`, and a little with the number of paths. The thread that renders.
     pub fn prepare_frame(&mut self, frame: &FramePaths, most: usize) -> bool {
@@ -168,8 +186,8 @@ impl Generator {
             .prepare_paths(paths, &self.owners, &context, most)
     }
 
-    /// [`Self::set_frame`] for a frame that [`Self::prepare_frame`] was told of, to the same bits in less time; what is
-    /// not prepared is done now.
+    /// [`Self::set_frame`] for a frame of [`Self::prepare_frame`]: the same bits in less time. Paths that are not prepared
+    /// are prepared now.
     pub fn set_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
         let ramp = ramp_frames.max(1);
         self.update_owners(frame);
@@ -232,7 +250,7 @@ impl Generator {
         }
     }
 
-    /// What a frame asks besides voices.
+    /// Applies a frame's late reverb.
     fn update_late(&mut self, frame: &FramePaths, dropped: Dropped, ramp: u32) {
         self.report.dropped_paths += dropped.paths;
         self.report.dropped_delays += dropped.delays;

@@ -17,6 +17,18 @@ const ONE: u32 = 1 << 30;
 const RELEASE_SHIFT: u32 = 12;
 
 /// Look-ahead limiter of a stereo output.
+///
+/// ```
+/// use foresound::generation::Limiter;
+///
+/// # fn main() -> foresound::Result<()> {
+/// let mut limiter = Limiter::new(44_100, -0.3)?;
+/// let mut block = [2.0; 2 * 256];
+/// assert!(limiter.process(&mut block) < 1.0);
+/// assert!(block.iter().all(|sample| sample.abs() < 1.0));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Limiter {
     ceiling: f32,

@@ -67,6 +67,17 @@ const FIRST_ALLPASSES: [[usize; 2]; 3] = [[4, 0], [5, 1], [6, 2]];
 const SECOND_ALLPASSES: [usize; 4] = [2, 0, 6, 4];
 
 /// Eight-band crossover of four signals.
+///
+/// ```
+/// use foresound::generation::BandFilter;
+/// use foresound::simd::F32x8;
+///
+/// let mut filter = BandFilter::new(44_100);
+/// let (signal, mut bands) = ([1.0; 64], [[F32x8::ZERO; 64]; 4]);
+/// let [a, b, c, d] = &mut bands;
+/// filter.process([&signal; 4], [a, b, c, d]);
+/// assert!(filter.is_sounding(0));
+/// ```
 #[derive(Debug, Clone)]
 pub struct BandFilter {
     set: LaneSet,
