@@ -54,8 +54,8 @@ kernel! {
     }
 }
 
-/// A stretch of the past that is read soon: what all lines remember fits no second-level cache, and a path's stretch is
-/// too short for the machine to guess where it goes on.
+/// A part of the past that is read next. The lines exceed the second-level cache, and a path's part is too short for the
+/// hardware prefetcher.
 #[derive(Debug, Default)]
 pub(crate) struct PrefetchWindow<'a> {
     parts: [&'a [Tile]; 2],
@@ -63,12 +63,12 @@ pub(crate) struct PrefetchWindow<'a> {
 }
 
 impl PrefetchWindow<'_> {
-    /// Asks for all of it.
+    /// Prefetches all of it.
     pub(crate) fn fetch(&mut self) {
         (0..4).for_each(|_| self.fetch_quarter());
     }
 
-    /// Asks for the next quarter of it; in four calls so that none waits for the memory.
+    /// Prefetches the next quarter; four calls, none of which waits for memory.
     #[inline]
     pub(crate) fn fetch_quarter(&mut self) {
         let mut wanted = self.quarter;
@@ -109,7 +109,7 @@ impl DelayLine {
         }
     }
 
-    /// Whether nothing but silence is left in the line.
+    /// Whether the line holds silence alone.
     pub(crate) fn is_empty(&self, now: i64) -> bool {
         now - self.sound_end > (self.tiles.len() * TILE + CHUNK) as i64
     }
@@ -142,7 +142,7 @@ impl DelayLine {
         self.sound_end = now + frames.len() as i64;
     }
 
-    /// Appends a chunk of silence at position `now`. An empty line need not be told.
+    /// Appends a chunk of silence at position `now`; not needed for an empty line.
     pub(crate) fn write_silence(&mut self, now: i64, frames: usize) {
         let mut index = self.index(now);
         for _ in 0..frames {
@@ -168,7 +168,7 @@ impl DelayLine {
         (lane, parts)
     }
 
-    /// The same tiles, to be asked for before they are read.
+    /// The same tiles, for prefetching.
     pub(crate) fn prefetch_window(&self, position: i64, frames: usize) -> PrefetchWindow<'_> {
         let (_, parts) = self.tiles(position, frames);
         let quarter = (parts[0].len() + parts[1].len()).div_ceil(4);

@@ -1,7 +1,7 @@
-//! What a graphics frame asks of its paths' voices, apart from what the voices are doing.
+//! A graphics frame's requests to the voices, independent of the voices' state.
 //!
-//! Audio side; wait-free, bounded by the number of paths; allocates at birth only. Ranks, head-related weights and band gains
-//! hang on the frame alone, so they may be worked out in parts, before the frame is heard; where it is cut changes no bit.
+//! Audio side; wait-free, bounded by the number of paths; allocates at birth only. Ranks, HRTF weights and band gains
+//! depend on the frame alone: they are computed in parts, before the frame is heard. The parts do not change a bit.
 
 use crate::extrapolation::FramePath;
 use crate::simd::F32x8;
@@ -24,23 +24,23 @@ pub(crate) struct VoiceRequest {
     pub(crate) gain: F32x8,
     /// Ear delays in frames, without the path's.
     pub(crate) ears: [f32; 2],
-    /// Groups of buses it is worth.
+    /// Groups of buses.
     pub(crate) groups: usize,
 }
 
-/// Which of a frame's paths get a voice, and what they ask of it.
+/// The paths of a frame that get a voice, and their requests.
 #[derive(Debug)]
 pub(crate) struct FramePlan {
     max_voices: usize,
     max_fine: usize,
     /// Groups of buses.
     groups: usize,
-    /// Room that nothing is kept in between two questions.
+    /// Scratch.
     pub(crate) ranking: Ranking,
-    /// Ranks from which on a path gets a voice, and one in full detail.
+    /// Least ranks of a voice, and of one in full detail.
     keep: u64,
     fine: u64,
-    /// The next path to look at.
+    /// The next path.
     next: usize,
     last_id: Option<u64>,
     requests: Vec<VoiceRequest>,
@@ -67,7 +67,7 @@ impl FramePlan {
         }
     }
 
-    /// Forgets the frame.
+    /// Discards the frame.
     pub(crate) fn clear(&mut self) {
         self.next = 0;
         self.last_id = None;
@@ -75,7 +75,7 @@ impl FramePlan {
         self.dropped = Dropped::default();
     }
 
-    /// Looks at so many more of a frame's paths, the same ones until all have been; gives whether they have.
+    /// Plans up to `most` further paths of a frame, the same paths until all are planned; returns whether they are.
     pub(crate) fn resume(
         &mut self,
         paths: &[FramePath],
@@ -153,7 +153,7 @@ impl FramePlan {
         )
     }
 
-    /// What became of the others.
+    /// Counts of the others.
     pub(crate) fn dropped(&self) -> Dropped {
         self.dropped
     }
