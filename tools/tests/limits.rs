@@ -80,18 +80,12 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("large.obj");
     write_obj(&path, 100_000);
-    let options = ObjOptions {
-        most_triangles: 5000,
-        ..ObjOptions::default()
-    };
+    let options = ObjOptions::default().with_most_triangles(5000);
     let (result, bytes) = weighed(|| load_obj(&path, &options));
     refused(result, "more than 5000 triangles");
     assert!(bytes < 5000 * 200 + (1 << 20), "{bytes} bytes");
     // Below the limit it is read, within the bytes a triangle that the setting states.
-    let options = ObjOptions {
-        most_triangles: 100_000,
-        ..ObjOptions::default()
-    };
+    let options = ObjOptions::default().with_most_triangles(100_000);
     let (result, bytes) = weighed(|| load_obj(&path, &options));
     let mesh = result.expect("is read").mesh;
     assert_eq!(mesh.triangles.len(), 100_000);
@@ -106,10 +100,7 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
         }
         let path = folder.path().join("many.obj");
         std::fs::write(&path, text).expect("written");
-        let options = ObjOptions {
-            most_triangles: 50,
-            ..ObjOptions::default()
-        };
+        let options = ObjOptions::default().with_most_triangles(50);
         refused(load_obj(&path, &options), words);
     }
 }
@@ -138,10 +129,8 @@ fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
     let _turn = TURN.lock();
     let mesh = procedural::by_name("doorway").expect("a scene").mesh;
     let table = MaterialTable::built_in();
-    let settings = SceneSettings {
-        most_triangles: mesh.triangles.len() - 1,
-        ..SceneSettings::default()
-    };
+    let mut settings = SceneSettings::default();
+    settings.most_triangles = mesh.triangles.len() - 1;
     let (result, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
     refused(result, "most_triangles");
     assert!(bytes < 4096, "{bytes} bytes");

@@ -56,7 +56,7 @@ struct Pole {
 
 /// A wedge as it is near its edge, ready for every frequency.
 #[derive(Debug, Clone, Copy)]
-pub struct NearEdge {
+pub struct DiffractingEdge {
     poles: [Pole; 4],
     /// The rest at each point: of the incident wave, of the first face's and of the second's.
     rest: [[Complex; 3]; POINTS],
@@ -64,7 +64,7 @@ pub struct NearEdge {
     decay: [f64; POINTS],
 }
 
-impl NearEdge {
+impl DiffractingEdge {
     /// For L over the bent path's length, ¼ at most.
     pub fn of(angles: &WedgeAngles, distance_to_length: f64) -> Self {
         let n = angles.n;

@@ -65,17 +65,17 @@ pub fn taken_away(scene: &Scene, edge: &Edge) -> BandArray {
 pub fn around(
     scene: &Scene,
     edge: &Edge,
-    bend: &EdgeCrossing,
+    crossing: &EdgeCrossing,
     spread: &Spread,
     beside_transmission: bool,
     fades: [bool; 2],
 ) -> (Wave, Wave) {
     let angles = WedgeAngles {
         n: edge.n,
-        incoming: bend.incoming,
-        outgoing: bend.outgoing,
+        incoming: crossing.incoming,
+        outgoing: crossing.outgoing,
     };
-    let cosines = angles.face_cosines(bend.sin_edge);
+    let cosines = angles.face_cosines(crossing.sin_edge);
     let faces = edge.faces.map(|face| scene.reflectance(face));
     let taken = match beside_transmission {
         true => taken_away(scene, edge),
@@ -110,7 +110,7 @@ fn not_continuing(part: Complex, fades: bool) -> f64 {
 /// Which of an edge's faces are small free panels at a bend: single reflections in them fade towards the edge
 /// ([`crate::propagation::image_source::finite_panel`]).
 pub fn fading_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
-    if !scene.has_free_panels() {
+    if !scene.has_finite_panels() {
         return [false; 2];
     }
     let normals = edge.faces.map(|face| scene.surface(face).normal);
@@ -120,7 +120,7 @@ pub fn fading_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
         true => !first,
         false => edge.outward().dot(normals[1]) > 0.0,
     };
-    let is_free = |face, in_front| scene.free_panel_at(face, apex, in_front).is_some();
+    let is_free = |face, in_front| scene.finite_panel_at(face, apex, in_front).is_some();
     [
         is_free(edge.faces[0], first),
         is_free(edge.faces[1], second),
@@ -142,15 +142,15 @@ fn near_face(face: &Reflectance, band: usize, cosine: f64, kl: f64) -> f64 {
 }
 
 /// L = s s' sin²β₀ / (s + s') of a single bend.
-pub fn distance_m(bend: &EdgeCrossing) -> f64 {
-    bend.before_m * bend.after_m / bend.length_m() * bend.sin_edge.powi(2)
+pub fn distance_m(crossing: &EdgeCrossing) -> f64 {
+    crossing.before_m * crossing.after_m / crossing.length_m() * crossing.sin_edge.powi(2)
 }
 
 /// Lengths of a single bend.
-pub fn spread(bend: &EdgeCrossing) -> Spread {
+pub fn spread(crossing: &EdgeCrossing) -> Spread {
     Spread {
-        distance_m: distance_m(bend),
-        length_m: bend.length_m(),
+        distance_m: distance_m(crossing),
+        length_m: crossing.length_m(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Diffraction: sound that bends around edges.
 //!
 //! Runs with the propagation update, and its first order ([`direct_field`]) with every graphics frame. Takes a scene's
-//! edges and two places, gives paths. Bounded: at most [`scene::edges::MOST_NEAR`](crate::scene::edges::MOST_NEAR) edges
+//! edges and two places, gives paths. Bounded: at most [`scene::edges::MAX_DIFFRACTING_EDGES`](crate::scene::edges::MAX_DIFFRACTING_EDGES) edges
 //! are looked at for each kind of path, and at most [`MOST_DIRECT_EDGES`], [`MOST_DOUBLE`] and [`MOST_MIRRORED`] paths
 //! come of them. Nothing here is random: a path set at rest does not change.
 //!
@@ -42,7 +42,7 @@ use super::path::Path;
 use crate::propagation::diffraction::utd::WedgeAngles;
 use crate::propagation::endpoints::Endpoints;
 use crate::scene::Scene;
-use crate::scene::edges::{EdgeCrossing, NearEdges};
+use crate::scene::edges::{DiffractingEdges, EdgeCrossing};
 
 /// Longest detour over an edge in metres: 36 wavelengths at 1 kHz, where less than 5 % of the wave is left behind a
 /// screen. Paths fade out over the last quarter of it.
@@ -62,7 +62,7 @@ pub fn update(
     scene: &Scene,
     spot: &Endpoints,
     diffraction_order: usize,
-    near: &mut NearEdges,
+    near: &mut DiffractingEdges,
     rays: &mut u64,
     give: &mut impl FnMut(Path),
 ) -> DirectEdges {
@@ -74,7 +74,7 @@ pub fn update(
     };
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
     *near = match diffraction_order {
-        0 => NearEdges::default(),
+        0 => DiffractingEdges::default(),
         _ => {
             let longest_m = from.distance(to) + LONGEST_DETOUR_M;
             scene.diffracting_edges(near, from, to, longest_m)
@@ -86,7 +86,7 @@ pub fn update(
         return edges;
     }
     let longest_m = from.distance(to) + LONGEST_DETOUR_M;
-    let near = scene.first_bends(from, to, longest_m);
+    let near = scene.first_crossings(from, to, longest_m);
     if effects.reflections {
         with_reflections::find(scene, spot, &near, rays, give);
     }
@@ -103,15 +103,15 @@ fn fade_out(detour_m: f64) -> f64 {
 
 /// About how loud a bend is at the band around 250 Hz relative to the free field over its length: for an order of
 /// loudness.
-fn rough_gain(scene: &Scene, edge: u32, bend: &EdgeCrossing) -> f64 {
+fn rough_gain(scene: &Scene, edge: u32, crossing: &EdgeCrossing) -> f64 {
     let angles = WedgeAngles {
         n: scene.edge(edge).n,
-        incoming: bend.incoming,
-        outgoing: bend.outgoing,
+        incoming: crossing.incoming,
+        outgoing: crossing.outgoing,
     };
     let wavenumber = edge_wave::wavenumbers(scene)[ROUGH_BAND];
     // The transition function's size, 1 at the boundary and 1/√(πx) far from it.
-    0.5 / (1.0 + PI * angles.bend(wavenumber, edge_wave::distance_m(bend))).sqrt()
+    0.5 / (1.0 + PI * angles.crossing(wavenumber, edge_wave::distance_m(crossing))).sqrt()
 }
 
 /// 0 below 0, 1 above 1, and a cubic between.

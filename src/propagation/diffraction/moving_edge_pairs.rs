@@ -12,7 +12,9 @@ use crate::propagation::diffraction::second_order::Way;
 use crate::propagation::diffraction::{LONGEST_DETOUR_M, second_order};
 use crate::propagation::endpoints::Endpoints;
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, MOST_NEAR, NearEdge, NearEdges, REACH_M};
+use crate::scene::edges::{
+    DiffractingEdge, DiffractingEdges, Edge, MAX_DIFFRACTING_EDGES, REACH_M,
+};
 
 /// Ways whose sight lines are tried, shortest first. More than of those that a graph names, which has left out what never
 /// sees each other.
@@ -37,13 +39,13 @@ struct Reached {
 
 /// The edges that one end finds, shortest way alone first.
 struct List {
-    edges: [Option<Reached>; MOST_NEAR],
+    edges: [Option<Reached>; MAX_DIFFRACTING_EDGES],
 }
 
 impl List {
-    fn of(scene: &Scene, found: &NearEdges, end: DVec3) -> Self {
-        let mut edges = [None; MOST_NEAR];
-        for (place, &NearEdge { edge, length_m }) in edges.iter_mut().zip(found.as_slice()) {
+    fn of(scene: &Scene, found: &DiffractingEdges, end: DVec3) -> Self {
+        let mut edges = [None; MAX_DIFFRACTING_EDGES];
+        for (place, &DiffractingEdge { edge, length_m }) in edges.iter_mut().zip(found.as_slice()) {
             let line = scene.edge(edge);
             let along_m = (end - line.origin).dot(line.direction);
             let nearest = line.at(along_m.clamp(0.0, line.length_m));
@@ -69,15 +71,15 @@ pub fn shortest(scene: &Scene, spot: &Endpoints) -> Tried {
     let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
     let most_m = from.distance(to) + LONGEST_DETOUR_M;
     let parts = [
-        scene.first_bends_of_instances(from, to, most_m),
-        scene.first_bends_of_instances(to, from, most_m),
+        scene.first_crossings_of_instances(from, to, most_m),
+        scene.first_crossings_of_instances(to, from, most_m),
     ];
     if parts.iter().all(|found| found.as_slice().is_empty()) {
         return tried;
     }
     let fixed = [
-        scene.edges().first_bends(from, to, most_m),
-        scene.edges().first_bends(to, from, most_m),
+        scene.edges().first_crossings(from, to, most_m),
+        scene.edges().first_crossings(to, from, most_m),
     ];
     let [first_fixed, first_parts] = [&fixed[0], &parts[0]].map(|f| List::of(scene, f, from));
     let [last_fixed, last_parts] = [&fixed[1], &parts[1]].map(|f| List::of(scene, f, to));
@@ -110,7 +112,8 @@ pub fn shortest(scene: &Scene, spot: &Endpoints) -> Tried {
 
 /// Whether two edges are not of one thing, and near enough to each other for a way of at most this length.
 fn may_join(scene: &Scene, first: &Reached, last: &Reached, longest_m: f64) -> bool {
-    if first.near_m + last.near_m > longest_m || scene.moves_as_one(first.number, last.number) {
+    if first.near_m + last.near_m > longest_m || scene.is_same_rigid_body(first.number, last.number)
+    {
         return false;
     }
     let apart_m = first.line.distance_m(&last.line);

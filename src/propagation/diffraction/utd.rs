@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 use crate::acoustics::BANDS;
 use crate::propagation::diffraction::biot_tolstoy;
-use crate::propagation::diffraction::biot_tolstoy::NearEdge;
+use crate::propagation::diffraction::biot_tolstoy::DiffractingEdge;
 use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::transition::{transition, transitions};
 
@@ -69,7 +69,7 @@ impl WedgeAngles {
 
     /// How far a ray bends around the edge, as k times a length: x of the incident term that is nearest to its shadow
     /// boundary. `length_m` is the distance parameter L = s s' sin²β₀ / (s + s').
-    pub fn bend(&self, wavenumber: f64, length_m: f64) -> f64 {
+    pub fn crossing(&self, wavenumber: f64, length_m: f64) -> f64 {
         let beta = self.outgoing - self.incoming;
         let nearest = |beta| self.deviation(beta).sin_half_squared();
         2.0 * wavenumber * length_m * nearest(beta).min(nearest(-beta))
@@ -208,14 +208,14 @@ impl WedgeTerms {
 #[derive(Debug, Clone, Copy)]
 pub struct AroundWedge {
     terms: WedgeTerms,
-    near: Option<NearEdge>,
+    near: Option<DiffractingEdge>,
 }
 
 impl AroundWedge {
     /// For wavenumbers of at least `lowest` (rad/m).
     pub fn of(angles: &WedgeAngles, spread: &Spread, lowest: f64) -> Self {
         let is_near = biot_tolstoy::share(lowest * spread.distance_m) > 0.0;
-        let near = || NearEdge::of(angles, spread.distance_m / spread.length_m);
+        let near = || DiffractingEdge::of(angles, spread.distance_m / spread.length_m);
         Self {
             terms: angles.terms(),
             near: is_near.then(near),
