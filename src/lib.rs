@@ -154,7 +154,9 @@ pub mod device {
     pub use crate::output::{Device, DeviceCallback, DeviceGrant, DeviceInterface, OpenDevice};
     #[cfg(feature = "play")]
     pub use crate::runtime::device::CpalBackend;
-    pub use crate::runtime::device::{Backend, DeviceState, Fill, Loan, StandIn, Supervisor};
+    pub use crate::runtime::device::{
+        Backend, DeviceState, LeasedCallback, NullDeviceSettings, RenderCallback, Supervisor,
+    };
     pub use crate::runtime::{
         DeviceOutput, DeviceReport, NullDevice, NullDeviceReport, NullOutput, Placement,
         RingOutput, SoundThread,
@@ -163,6 +165,6 @@ pub mod device {
 
 /// What the engine does and how long it takes.
 pub mod diagnostics {
-    pub use crate::runtime::engine::{Percentiles, ShownPath};
+    pub use crate::runtime::engine::{Percentiles, SnapshotPath};
     pub use crate::runtime::{Statistics, TraceLog};
 }

@@ -2,7 +2,8 @@
 
 mod parts;
 
-use foresound::propagation::diffraction::{DiffractionSequence, Endpoints, MOST_DOUBLE};
+use foresound::propagation::diffraction::{DiffractionSequence, MOST_DOUBLE};
+use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose, procedural};

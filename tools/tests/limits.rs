@@ -205,10 +205,8 @@ fn builders() -> usize {
 #[test]
 fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
     let _turn = TURN.lock();
-    let settings = EngineSettings {
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.affinity = AffinityPolicy::None;
     let (mut controller, renderer) = Engine::new(settings).expect("an engine");
     let mesh = procedural::by_name("bootcamp").expect("a scene").mesh;
     let table = MaterialTable::built_in();
@@ -267,7 +265,7 @@ fn bounds_are_settings() {
     for most in [0, usize::MAX] {
         refused(with(&|s| s.block_frames = most), "block_frames");
         refused(with(&|s| s.max_paths = most), "max_paths");
-        refused(with(&|s| s.most_sources = Some(most)), "most_sources");
+        refused(with(&|s| s.max_sources = Some(most)), "most_sources");
         refused(with(&|s| s.tracing_threads = most), "tracing_threads");
         refused(with(&|s| s.generation.max_sources = most), "max_sources");
         refused(with(&|s| s.generation.max_voices = most), "max_voices");

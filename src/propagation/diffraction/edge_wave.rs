@@ -8,11 +8,11 @@ use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
-use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::Complex;
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::utd::{AroundWedge, Spread, WedgeAngles};
-use crate::propagation::image_source::sequence::{Stop, bent_path_id};
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing};
@@ -168,7 +168,7 @@ pub fn signed(wave: Complex) -> f64 {
 /// Reflections and bends of a path, from source to listener.
 pub struct Course<'a> {
     /// What the path meets.
-    pub stops: &'a [Stop],
+    pub stops: &'a [Interaction],
     /// Where, in local coordinates.
     pub points: &'a [DVec3],
     /// Its length in metres.
@@ -187,17 +187,17 @@ pub fn path(scene: &Scene, spot: &Endpoints, course: &Course<'_>, gains: &BandAr
     }
     if let Some(first) = course.points.first() {
         let departure = (*first - scene.to_local(spot.from)).as_vec3();
-        direct_by_source(&mut amplitude, &spot.source, departure);
+        apply_directivity(&mut amplitude, &spot.source, departure);
     }
     let (mut surfaces, mut edges) = ([0; MAX_ORDER], [0; MAX_DIFFRACTION_ORDER]);
     let (mut order, mut diffraction_order) = (0, 0);
     for stop in course.stops {
         match *stop {
-            Stop::Surface(surface) => {
+            Interaction::Surface(surface) => {
                 surfaces[order] = surface;
                 order += 1;
             }
-            Stop::Edge(edge) => {
+            Interaction::Edge(edge) => {
                 edges[diffraction_order] = edge;
                 diffraction_order += 1;
             }
@@ -210,7 +210,7 @@ pub fn path(scene: &Scene, spot: &Endpoints, course: &Course<'_>, gains: &BandAr
     let ear = scene.to_local(spot.to);
     let towards = (course.heard_at - ear).normalize_or_zero();
     Path {
-        id: bent_path_id(scene, spot.source.id, course.stops.iter().copied()),
+        id: interaction_path_id(scene, spot.source.id, course.stops.iter().copied()),
         source: spot.source.id,
         order: order as u8,
         diffraction_order: diffraction_order as u8,

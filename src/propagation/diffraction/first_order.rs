@@ -6,19 +6,18 @@
 
 use std::f64::consts::PI;
 
-use glam::Vec3;
-
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::edge_wave::{Course, Wave};
 use crate::propagation::diffraction::{WEAKEST, fade_out, smooth};
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::propagation::transmission::{direct_path, direct_path_of};
+use crate::scene::Scene;
 use crate::scene::edges::EdgeCrossing;
-use crate::scene::{Scene, SourcePose};
 
 /// Most edges that the direct field of one source is followed at.
 pub const MOST_DIRECT_EDGES: usize = 6;
@@ -26,32 +25,6 @@ pub const MOST_DIRECT_EDGES: usize = 6;
 /// Detour in radians at a band's centre up to which direct and bent wave are one, and from which they are two.
 const ONE_WAVE: f64 = PI;
 const TWO_WAVES: f64 = 2.0 * PI;
-
-/// A source and where it is heard, in world coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Endpoints {
-    /// The source, its place and its settings.
-    pub source: SourcePose,
-    /// Where it is.
-    pub from: Vec3,
-    /// Where the listener is.
-    pub to: Vec3,
-    /// Distance in metres below which a source gets no louder.
-    pub min_distance_m: f64,
-}
-
-impl Endpoints {
-    /// A source heard at a place; `otherwise_m` is the distance below which sources get no louder that do not say
-    /// themselves.
-    pub fn of(source: &SourcePose, to: Vec3, otherwise_m: f64) -> Self {
-        Self {
-            source: *source,
-            from: source.position,
-            to,
-            min_distance_m: source.settings.min_distance_m(otherwise_m),
-        }
-    }
-}
 
 /// Edges that matter to the direct field, the shortest way first.
 #[derive(Debug, Clone, Copy, Default)]
@@ -89,7 +62,7 @@ pub struct DirectField {
 /// One way over one edge.
 struct OneBend {
     edge: u32,
-    crossing: EdgeCrossing,
+    bend: EdgeCrossing,
     detour_m: f64,
     /// What the length of its detour leaves of it.
     left: f64,
@@ -97,7 +70,7 @@ struct OneBend {
 
 /// The wave along it.
 struct OneWave {
-    crossing: OneBend,
+    bend: OneBend,
     incident: Wave,
     reflected: Wave,
 }
@@ -105,12 +78,12 @@ struct OneWave {
 impl OneBend {
     fn of(scene: &Scene, spot: &Endpoints, edge: u32) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-        let crossing = scene.edge(edge).crossing(from, to)?;
-        let detour_m = (crossing.length_m() - from.distance(to)).max(0.0);
+        let bend = scene.edge(edge).crossing(from, to)?;
+        let detour_m = (bend.length_m() - from.distance(to)).max(0.0);
         let left = fade_out(detour_m);
         (left > 0.0).then_some(Self {
             edge,
-            crossing,
+            bend,
             detour_m,
             left,
         })
@@ -118,7 +91,7 @@ impl OneBend {
 
     fn is_clear(&self, scene: &Scene, spot: &Endpoints, rays: &mut u64) -> bool {
         let line = &scene.edge(self.edge);
-        let stand = edge_wave::stand(line, self.crossing.apex);
+        let stand = edge_wave::stand(line, self.bend.apex);
         let mut sees =
             |place| edge_wave::sees(scene, scene.to_local(place), stand, line.faces, rays);
         sees(spot.to) && sees(spot.from)
@@ -127,20 +100,14 @@ impl OneBend {
     fn wave(self, scene: &Scene, spot: &Endpoints) -> OneWave {
         let line = &scene.edge(self.edge);
         let beside_transmission = spot.source.settings.effects.transmission;
-        let spread = edge_wave::spread(&self.crossing);
-        let fades = edge_wave::fading_faces(scene, line, self.crossing.apex);
-        let (incident, reflected) = edge_wave::around(
-            scene,
-            line,
-            &self.crossing,
-            &spread,
-            beside_transmission,
-            fades,
-        );
+        let spread = edge_wave::spread(&self.bend);
+        let fades = edge_wave::fading_faces(scene, line, self.bend.apex);
+        let (incident, reflected) =
+            edge_wave::around(scene, line, &self.bend, &spread, beside_transmission, fades);
         OneWave {
             incident: incident.map(|wave| wave * self.left),
             reflected: reflected.map(|wave| wave * self.left),
-            crossing: self,
+            bend: self,
         }
     }
 
@@ -204,26 +171,26 @@ pub fn direct_field(
         if found.edges.is_full() {
             break;
         }
-        let Some(crossing) = OneBend::of(scene, spot, edge) else {
+        let Some(bend) = OneBend::of(scene, spot, edge) else {
             continue;
         };
         // Two rays cost less than a wave in eight bands.
-        if !crossing.is_clear(scene, spot, rays) {
+        if !bend.is_clear(scene, spot, rays) {
             continue;
         }
-        let length_m = crossing.crossing.length_m();
+        let length_m = bend.bend.length_m();
         let reaches = straight_m.max(spot.min_distance_m) / length_m.max(spot.min_distance_m);
-        let wave = crossing.wave(scene, spot);
+        let wave = bend.wave(scene, spot);
         if !wave.is_audible(reaches) {
             continue;
         }
         found.edges.push(edge);
-        let detour_m = wave.crossing.detour_m;
+        let detour_m = wave.bend.detour_m;
         let bent_free = free_field(scene, length_m, spot.min_distance_m);
         let (mut together, mut apart) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let joined = if joins {
-                wave.crossing.joined(wavenumber)
+                wave.bend.joined(wavenumber)
             } else {
                 0.0
             };
@@ -246,10 +213,10 @@ pub fn direct_field(
         }
         if is_apart {
             let course = Course {
-                stops: &[Stop::Edge(edge)],
-                points: &[wave.crossing.crossing.apex],
+                stops: &[Interaction::Edge(edge)],
+                points: &[wave.bend.bend.apex],
                 length_m,
-                heard_at: wave.crossing.crossing.apex,
+                heard_at: wave.bend.bend.apex,
             };
             give(edge_wave::path(scene, spot, &course, &gains));
         }
@@ -261,7 +228,7 @@ pub fn direct_field(
                 *value = (*value * factor.abs() as f32).min(1.0 / spot.min_distance_m as f32);
             }
         }
-        direct_by_source(&mut path.amplitude, &spot.source, spot.to - spot.from);
+        apply_directivity(&mut path.amplitude, &spot.source, spot.to - spot.from);
         give(*path);
     }
     found

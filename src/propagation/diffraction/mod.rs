@@ -30,7 +30,7 @@ pub mod utd;
 pub mod with_reflections;
 
 pub use crate::propagation::diffraction::first_order::{
-    DirectEdges, DirectField, Endpoints, MOST_DIRECT_EDGES, direct_field,
+    DirectEdges, DirectField, MOST_DIRECT_EDGES, direct_field,
 };
 pub use crate::propagation::diffraction::revalidate::{DiffractionPath, DiffractionSequence};
 pub use crate::propagation::diffraction::second_order::MOST_DOUBLE;
@@ -40,6 +40,7 @@ use std::f64::consts::PI;
 
 use super::path::Path;
 use crate::propagation::diffraction::utd::WedgeAngles;
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::Scene;
 use crate::scene::edges::{DiffractingEdges, EdgeCrossing};
 

@@ -8,9 +8,9 @@
 
 use glam::DVec3;
 
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::second_order::Way;
 use crate::propagation::diffraction::{LONGEST_DETOUR_M, second_order};
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::Scene;
 use crate::scene::edges::{
     DiffractingEdge, DiffractingEdges, Edge, MAX_DIFFRACTING_EDGES, REACH_M,

@@ -3,10 +3,10 @@
 //! Between two updates extrapolation asks for each bent path anew; the geometry, the wave and the sight lines are those of
 //! the update itself, so that a path at rest has the same bits either way.
 
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::second_order::Way;
 use crate::propagation::diffraction::with_reflections::Mirrored;
-use crate::propagation::image_source::sequence::{Stop, bent_path_id};
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 
@@ -38,11 +38,12 @@ impl DiffractionSequence {
             }),
             (&[edge], &[surface]) => {
                 // Whether the surface comes before the edge, only the path's identity tells.
-                let stops = [Stop::Surface(surface), Stop::Edge(edge)];
-                let mirrors = match bent_path_id(scene, path.source, stops.into_iter()) == path.id {
-                    true => [Some(surface), None],
-                    false => [None, Some(surface)],
-                };
+                let stops = [Interaction::Surface(surface), Interaction::Edge(edge)];
+                let mirrors =
+                    match interaction_path_id(scene, path.source, stops.into_iter()) == path.id {
+                        true => [Some(surface), None],
+                        false => [None, Some(surface)],
+                    };
                 Some(Self::Mirrored { edge, mirrors })
             }
             _ => None,

@@ -12,10 +12,10 @@ use glam::DVec3;
 use crate::acoustics::BANDS;
 use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::edge_wave::Course;
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::utd::{Spread, WedgeAngles};
 use crate::propagation::diffraction::{LONGEST_DETOUR_M, WEAKEST, fade_out, moving_edge_pairs};
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::{DiffractingEdges, Edge, EdgeCrossing};
@@ -177,8 +177,8 @@ impl Way {
         let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
         audible.then(|| {
             let course = Course {
-                stops: &self.edges.map(Stop::Edge),
-                points: &self.diffraction_order.map(|crossing| crossing.apex),
+                stops: &self.edges.map(Interaction::Edge),
+                points: &self.diffraction_order.map(|bend| bend.apex),
                 length_m: self.length_m,
                 heard_at: self.diffraction_order[1].apex,
             };
@@ -326,9 +326,7 @@ fn gains(scene: &Scene, spot: &Endpoints, way: &Way) -> [f64; BANDS] {
         way.diffraction_order[1].after_m,
     ];
     let whole_m = before_m + between_m + after_m;
-    let sines = way
-        .diffraction_order
-        .map(|crossing| crossing.sin_edge.powi(2));
+    let sines = way.diffraction_order.map(|bend| bend.sin_edge.powi(2));
     let outer = [before_m, after_m];
     let wide = [0, 1].map(|i| Spread {
         distance_m: outer[i] * (whole_m - outer[i]) / whole_m * sines[i],
@@ -344,7 +342,7 @@ fn gains(scene: &Scene, spot: &Endpoints, way: &Way) -> [f64; BANDS] {
             incoming: way.diffraction_order[i].incoming,
             outgoing: way.diffraction_order[i].outgoing,
         };
-        angles.crossing(1.0, wide[i].distance_m)
+        angles.bend(1.0, wide[i].distance_m)
     };
     let spreads = if turn(0) > turn(1) {
         [wide[0], narrow[1]]

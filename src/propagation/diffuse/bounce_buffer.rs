@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::ray_statistics::RayLog;
 use crate::propagation::diffuse::static_hit_cache::FixedWay;
-use crate::propagation::rays::packet::{Each, Met, TOGETHER, Vectors, vector};
+use crate::propagation::rays::packet::{HitPacket, PACKET_SIZE, PerRay, Vectors, vector};
 
 /// Metres from the source within which bounces are chosen by their energy alone: a listener is taken to be thereabouts.
 const CHOICE_SPREAD_M: f32 = 20.0;
@@ -26,25 +26,25 @@ pub(crate) struct Bounce {
 /// The bounces of one step of rays that are followed side by side.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Block {
-    pub(crate) met: Met,
+    pub(crate) met: HitPacket,
     /// The rays whose bounces so far were mirror reflections by panels, up to this one's, one a bit.
     pub(crate) mirrored: u32,
     pub(crate) point: Vectors,
     /// Unit normals on the side that sound leaves to.
     pub(crate) normal: Vectors,
     /// Ways from the source.
-    pub(crate) length_m: Each<f32>,
+    pub(crate) length_m: PerRay<f32>,
     /// Energy leaving, without air.
-    pub(crate) energy: Each<BandArray>,
+    pub(crate) energy: PerRay<BandArray>,
 }
 
 impl Block {
     /// By what bounces weigh less the farther they are from the source.
     #[inline(always)]
-    pub(crate) fn spreads(&self, source: Vec3) -> Each<f32> {
-        let mut spreads = [0.0; TOGETHER];
+    pub(crate) fn spreads(&self, source: Vec3) -> PerRay<f32> {
+        let mut spreads = [0.0; PACKET_SIZE];
         let [x, y, z] = &self.point;
-        for l in 0..TOGETHER {
+        for l in 0..PACKET_SIZE {
             let (x, y, z) = (x[l] - source.x, y[l] - source.y, z[l] - source.z);
             spreads[l] = ((x * x) + (y * y) + (z * z)) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
         }
@@ -64,7 +64,7 @@ pub(crate) fn weight(e: &BandArray, spread: f32) -> f32 {
 pub(crate) struct Weighed {
     /// Bounces of a ray.
     steps: usize,
-    /// In blocks of [`TOGETHER`] rays, `steps` of each one after the other. Bounces of no weight are anything.
+    /// In blocks of [`PACKET_SIZE`] rays, `steps` of each one after the other. Bounces of no weight are anything.
     blocks: Vec<Block>,
     /// In the order of the rays, `steps` a ray.
     pub(crate) weights: Vec<f32>,
@@ -75,7 +75,7 @@ impl Weighed {
     pub(crate) fn renew(&mut self, rays: usize, steps: usize) {
         self.steps = steps;
         self.blocks
-            .resize_with(rays.div_ceil(TOGETHER) * steps, Block::default);
+            .resize_with(rays.div_ceil(PACKET_SIZE) * steps, Block::default);
         self.weights.clear();
         self.weights.resize(rays * steps, 0.0);
     }
@@ -83,7 +83,7 @@ impl Weighed {
     /// The blocks of the rays from `first` on, by steps, and the weights of these.
     #[inline(always)]
     pub(crate) fn together_from(&mut self, first: usize) -> (&mut [Block], &mut [f32]) {
-        let block = first / TOGETHER * self.steps;
+        let block = first / PACKET_SIZE * self.steps;
         (
             &mut self.blocks[block..][..self.steps],
             &mut self.weights[first * self.steps..],
@@ -93,8 +93,8 @@ impl Weighed {
     /// The bounces of a ray, one a block in the lane that is given too.
     #[inline(always)]
     pub(crate) fn of_ray(&self, ray: usize) -> (&[Block], usize) {
-        let block = ray / TOGETHER * self.steps;
-        (&self.blocks[block..][..self.steps], ray % TOGETHER)
+        let block = ray / PACKET_SIZE * self.steps;
+        (&self.blocks[block..][..self.steps], ray % PACKET_SIZE)
     }
 
     /// The bounce at a place of the list of weights.

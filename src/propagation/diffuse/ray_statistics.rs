@@ -9,8 +9,8 @@ use crate::propagation::diffuse::source_rays::FAR_BOUNCES;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::path::MAX_ORDER;
-use crate::propagation::rays::packet::TOGETHER;
-use crate::propagation::rays::prefix_set::{Beginnings, NONE_YET};
+use crate::propagation::rays::packet::PACKET_SIZE;
+use crate::propagation::rays::prefix_set::{EMPTY_PREFIX, PrefixSet};
 use crate::scene::Scene;
 
 /// What a far ray brought to a bounce, and when it was there.
@@ -30,7 +30,7 @@ pub(crate) struct RayLog {
     /// What each far ray still had at its end; nothing if it escaped.
     left: Vec<Option<Carried>>,
     /// What rays at hand began with.
-    beginnings: Beginnings,
+    beginnings: PrefixSet,
     /// Legs that were to be kept, and how many of them ended at an instance.
     kept: Vec<Ray>,
     kept_to_instances: usize,
@@ -44,7 +44,7 @@ impl RayLog {
         self.carried.resize(far * FAR_BOUNCES, Carried::default());
         self.left.clear();
         self.left.resize(far, None);
-        self.beginnings.renew(count * depth);
+        self.beginnings.reset(count * depth);
         self.kept.clear();
         self.kept_to_instances = 0;
     }
@@ -111,18 +111,18 @@ impl RayLog {
     ) {
         let depth = blocks.len().min(MAX_ORDER);
         let blocks = &blocks[..depth];
-        for lane in 0..TOGETHER {
-            let mut list = NONE_YET;
-            let mut sequence = Sequence::NONE;
+        for lane in 0..PACKET_SIZE {
+            let mut list = EMPTY_PREFIX;
+            let mut sequence = Sequence::EMPTY;
             for (step, block) in blocks.iter().enumerate() {
                 if block.mirrored >> lane & 1 == 0 {
                     break;
                 }
                 let is_new;
-                (list, is_new) = self.beginnings.go_on(list, block.met.surface[lane]);
+                (list, is_new) = self.beginnings.extend(list, block.met.surface[lane]);
                 if is_new {
                     for block in &blocks[sequence.len()..=step] {
-                        sequence.put_last(scene, block.met.surface[lane]);
+                        sequence.push_canonical(scene, block.met.surface[lane]);
                     }
                     found.insert(sequence);
                 }
@@ -200,8 +200,8 @@ mod tests {
             for (step, leg_m) in legs.iter().enumerate() {
                 let (blocks, lane) = match step < DEPTH {
                     true => (
-                        near.together_from(ray / TOGETHER * TOGETHER).0,
-                        ray % TOGETHER,
+                        near.together_from(ray / PACKET_SIZE * PACKET_SIZE).0,
+                        ray % PACKET_SIZE,
                     ),
                     false => (far.together_from(0).0, far_number.unwrap_or_default()),
                 };
@@ -245,13 +245,13 @@ mod tests {
     fn sequences_come_in_the_order_of_the_rays() {
         let scene = room();
         let mut log = RayLog::default();
-        log.renew(2 * TOGETHER, DEPTH, 0);
-        let mut found = SequenceSet::with_capacity(2 * TOGETHER * DEPTH);
-        let mut expected = SequenceSet::with_capacity(2 * TOGETHER * DEPTH);
+        log.renew(2 * PACKET_SIZE, DEPTH, 0);
+        let mut found = SequenceSet::with_capacity(2 * PACKET_SIZE * DEPTH);
+        let mut expected = SequenceSet::with_capacity(2 * PACKET_SIZE * DEPTH);
         for round in 0..2 {
             let mut blocks = std::array::from_fn::<_, DEPTH, _>(|_| Block::default());
-            for lane in 0..TOGETHER {
-                let bits = mix((round * TOGETHER + lane) as u64);
+            for lane in 0..PACKET_SIZE {
+                let bits = mix((round * PACKET_SIZE + lane) as u64);
                 let surfaces = [0, 1, 2].map(|step| (bits >> (8 * step)) as u32 % 6);
                 for step in 0..bits as usize % (DEPTH + 1) {
                     blocks[step].mirrored |= 1 << lane;
@@ -261,7 +261,7 @@ mod tests {
             }
             log.give_sequences(&scene, &blocks, &mut found);
         }
-        assert!(found.entries().len() > TOGETHER);
+        assert!(found.entries().len() > PACKET_SIZE);
         assert!(found.entries() == expected.entries());
     }
 }

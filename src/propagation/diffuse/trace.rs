@@ -11,7 +11,7 @@ use crate::propagation::diffuse::source_rays::{
 use crate::propagation::diffuse::static_hit_cache::FixedWay;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::rays::directions::lambert_direction;
-use crate::propagation::rays::packet::{Each, Rays, TOGETHER, lanes, put_vector, vector};
+use crate::propagation::rays::packet::{PACKET_SIZE, PerRay, RayPacket, lanes, put_vector, vector};
 use crate::scene::{Scene, Surface};
 use crate::simd::kernel;
 
@@ -24,7 +24,7 @@ const LEAST_SHARE: f32 = 1e-6;
 /// Most far rays that there are of any number of rays: every one in `count / FAR_RAYS`, rounded down, is one. All of them are
 /// followed side by side.
 const MOST_FAR: usize = 2 * FAR_RAYS;
-const _: () = assert!(MOST_FAR <= TOGETHER);
+const _: () = assert!(MOST_FAR <= PACKET_SIZE);
 
 kernel! {
     /// Follows all rays: what they carry, the energy that each bounce has for the tail, and the specular sequences they begin
@@ -42,10 +42,10 @@ kernel! {
         let depth = from.depth.max(1);
         let Bounces { near, far, log, way, .. } = bounces;
         let mut far_rays = Following::NONE;
-        for first in (0..count).step_by(TOGETHER) {
+        for first in (0..count).step_by(PACKET_SIZE) {
             let mut together = Following::NONE;
             let mut far_lanes = 0;
-            for (lane, index) in (first..count).take(TOGETHER).enumerate() {
+            for (lane, index) in (first..count).take(PACKET_SIZE).enumerate() {
                 together.begin(from, lane, index);
                 if is_far(index, count, from.rotation) && log.far_count() < MOST_FAR {
                     together.far[lane] = log.begin_far(index) as u8;
@@ -104,37 +104,37 @@ struct Step<'a> {
 /// Rays under way, a ray a lane.
 #[derive(Clone, Copy)]
 struct Following {
-    rays: Rays,
+    rays: RayPacket,
     /// Numbers among all rays, and among the far ones of those that are.
-    index: Each<u32>,
-    far: Each<u8>,
+    index: PerRay<u32>,
+    far: PerRay<u8>,
     /// Rays that have met nothing, one a bit; whose bounces so far were mirror reflections by panels; whose surfaces so far
     /// were panels.
     escaped: u32,
     mirrored: u32,
     panels: u32,
-    length_m: Each<f32>,
+    length_m: PerRay<f32>,
     /// Squares of the source's directivity along each.
-    squares: Each<BandArray>,
+    squares: PerRay<BandArray>,
     /// Energy left of what each set out with, without air.
-    share: Each<BandArray>,
+    share: PerRay<BandArray>,
     /// What of it the discrete paths carry.
-    specular: Each<BandArray>,
+    specular: PerRay<BandArray>,
 }
 
 impl Following {
     /// None.
     const NONE: Self = Self {
-        rays: Rays::NONE,
-        index: [0; TOGETHER],
-        far: [0; TOGETHER],
+        rays: RayPacket::NONE,
+        index: [0; PACKET_SIZE],
+        far: [0; PACKET_SIZE],
         escaped: 0,
         mirrored: u32::MAX,
         panels: u32::MAX,
-        length_m: [0.0; TOGETHER],
-        squares: [[1.0; BANDS]; TOGETHER],
-        share: [[1.0; BANDS]; TOGETHER],
-        specular: [[1.0; BANDS]; TOGETHER],
+        length_m: [0.0; PACKET_SIZE],
+        squares: [[1.0; BANDS]; PACKET_SIZE],
+        share: [[1.0; BANDS]; PACKET_SIZE],
+        specular: [[1.0; BANDS]; PACKET_SIZE],
     };
 
     /// A ray sets out.
@@ -158,7 +158,7 @@ impl Following {
         put_vector(&mut to.origin, lane, vector(&rays.origin, other));
         put_vector(&mut to.direction, lane, vector(&rays.direction, other));
         to.last[lane] = rays.last[other];
-        to.under_way |= (rays.under_way >> other & 1) << lane;
+        to.active |= (rays.active >> other & 1) << lane;
         self.index[lane] = others.index[other];
         self.far[lane] = others.far[other];
         self.escaped |= (others.escaped >> other & 1) << lane;
@@ -182,7 +182,7 @@ impl Following {
         block: &mut Block,
         rays: &mut u64,
     ) {
-        *rays += u64::from(self.rays.under_way.count_ones());
+        *rays += u64::from(self.rays.active.count_ones());
         if scene.has_instances() {
             self.cast_among_instances(scene, from, own.way, own.step, block);
             if own.step < from.depth.max(1) {
@@ -191,15 +191,15 @@ impl Following {
         } else {
             self.rays.cast(scene, &mut block.met);
         }
-        self.escaped |= self.rays.under_way & !block.met.rays;
-        let mut surfaces = [None; TOGETHER];
+        self.escaped |= self.rays.active & !block.met.rays;
+        let mut surfaces = [None; PACKET_SIZE];
         self.look_at_surfaces(scene, block, &mut surfaces);
         if own.step >= from.depth {
             self.panels = 0;
         }
         self.mirrored &= self.panels;
         block.mirrored = self.mirrored & block.met.rays;
-        for l in 0..TOGETHER {
+        for l in 0..PACKET_SIZE {
             self.length_m[l] += block.met.leg_m[l];
         }
         for lane in lanes(block.met.rays & own.far_lanes) {
@@ -211,13 +211,13 @@ impl Following {
         block.point = self.rays.origin;
         block.length_m = self.length_m;
         let spreads = block.spreads(from.origin.as_vec3());
-        let mut draws = [0.0; TOGETHER];
-        for l in 0..TOGETHER {
+        let mut draws = [0.0; PACKET_SIZE];
+        for l in 0..PACKET_SIZE {
             draws[l] = from.draw(self.index[l], own.step, 0);
         }
         let is_omni = from.pose.settings.directivity.is_omni();
         self.rays.last = block.met.surface;
-        self.rays.under_way = 0;
+        self.rays.active = 0;
         for lane in lanes(block.met.rays) {
             let Some(surface) = surfaces[lane] else {
                 continue;
@@ -239,7 +239,7 @@ impl Following {
             if !is_alive {
                 continue;
             }
-            self.rays.under_way |= 1 << lane;
+            self.rays.active |= 1 << lane;
             if !is_omni {
                 for b in 0..BANDS {
                     energy[b] *= self.squares[lane][b];
@@ -258,7 +258,7 @@ impl Following {
         &mut self,
         scene: &'a Scene,
         block: &mut Block,
-        surfaces: &mut Each<Option<&'a Surface>>,
+        surfaces: &mut PerRay<Option<&'a Surface>>,
     ) {
         let mut panels = 0;
         for lane in lanes(block.met.rays) {
@@ -318,7 +318,7 @@ impl Following {
     /// Keeps the legs of all that were under way.
     #[inline(never)]
     fn keep_legs(&self, scene: &Scene, block: &Block, log: &mut RayLog) {
-        for lane in lanes(self.rays.under_way) {
+        for lane in lanes(self.rays.active) {
             let has_met = block.met.rays >> lane & 1 == 1;
             let ends_at_instance = has_met && scene.is_of_instance(block.met.surface[lane]);
             let ray = self.rays.ray(lane);

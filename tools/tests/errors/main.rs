@@ -55,7 +55,7 @@ const NOT_MADE: [(&str, &str); 7] = [
     ),
     // Another build of the library: `.ci/run` compiles it without the feature.
     (
-        "no head-related set is built in",
+        "no HRTF set is built in",
         "give one, or build with the feature builtin-hrtf",
     ),
     // Sixty-seven million triangles: gigabytes.

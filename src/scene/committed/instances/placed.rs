@@ -15,7 +15,7 @@ use crate::scene::surface::key::instance_key;
 use crate::scene::{Scene, SurfaceSet};
 
 /// A surface of more corners is bounded by its box.
-const MOST_CORNERS: usize = 64;
+const MAX_CORNERS: usize = 64;
 
 /// Margin of an instance's bounds, absolute and relative to the coordinates: many times the rounding of a transformed
 /// ray.
@@ -54,7 +54,7 @@ fn corners_of(part: &Scene, set: &SurfaceSet, index: u32) -> Vec<Vec3> {
         .flat_map(|&t| part.corners_of(t))
         .map(|corner| corner.to_array().map(f32::to_bits))
         .collect();
-    if distinct.len() <= MOST_CORNERS {
+    if distinct.len() <= MAX_CORNERS {
         let corner = |bits: [u32; 3]| Vec3::from_array(bits.map(f32::from_bits));
         return distinct.into_iter().map(corner).collect();
     }
