@@ -62,7 +62,7 @@ pub struct DirectField {
 /// One way over one edge.
 struct OneBend {
     edge: u32,
-    bend: EdgeCrossing,
+    crossing: EdgeCrossing,
     detour_m: f64,
     /// What the length of its detour leaves of it.
     left: f64,
@@ -70,7 +70,7 @@ struct OneBend {
 
 /// The wave along it.
 struct OneWave {
-    bend: OneBend,
+    crossing: OneBend,
     incident: Wave,
     reflected: Wave,
 }
@@ -78,12 +78,12 @@ struct OneWave {
 impl OneBend {
     fn of(scene: &Scene, spot: &Endpoints, edge: u32) -> Option<Self> {
         let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
-        let bend = scene.edge(edge).crossing(from, to)?;
-        let detour_m = (bend.length_m() - from.distance(to)).max(0.0);
+        let crossing = scene.edge(edge).crossing(from, to)?;
+        let detour_m = (crossing.length_m() - from.distance(to)).max(0.0);
         let left = fade_out(detour_m);
         (left > 0.0).then_some(Self {
             edge,
-            bend,
+            crossing,
             detour_m,
             left,
         })
@@ -91,7 +91,7 @@ impl OneBend {
 
     fn is_clear(&self, scene: &Scene, spot: &Endpoints, rays: &mut u64) -> bool {
         let line = &scene.edge(self.edge);
-        let stand = edge_wave::stand(line, self.bend.apex);
+        let stand = edge_wave::stand(line, self.crossing.apex);
         let mut sees =
             |place| edge_wave::sees(scene, scene.to_local(place), stand, line.faces, rays);
         sees(spot.to) && sees(spot.from)
@@ -100,14 +100,20 @@ impl OneBend {
     fn wave(self, scene: &Scene, spot: &Endpoints) -> OneWave {
         let line = &scene.edge(self.edge);
         let beside_transmission = spot.source.settings.effects.transmission;
-        let spread = edge_wave::spread(&self.bend);
-        let fades = edge_wave::fading_faces(scene, line, self.bend.apex);
-        let (incident, reflected) =
-            edge_wave::around(scene, line, &self.bend, &spread, beside_transmission, fades);
+        let spread = edge_wave::spread(&self.crossing);
+        let fades = edge_wave::fading_faces(scene, line, self.crossing.apex);
+        let (incident, reflected) = edge_wave::around(
+            scene,
+            line,
+            &self.crossing,
+            &spread,
+            beside_transmission,
+            fades,
+        );
         OneWave {
             incident: incident.map(|wave| wave * self.left),
             reflected: reflected.map(|wave| wave * self.left),
-            bend: self,
+            crossing: self,
         }
     }
 
@@ -171,26 +177,26 @@ pub fn direct_field(
         if found.edges.is_full() {
             break;
         }
-        let Some(bend) = OneBend::of(scene, spot, edge) else {
+        let Some(crossing) = OneBend::of(scene, spot, edge) else {
             continue;
         };
         // Two rays cost less than a wave in eight bands.
-        if !bend.is_clear(scene, spot, rays) {
+        if !crossing.is_clear(scene, spot, rays) {
             continue;
         }
-        let length_m = bend.bend.length_m();
+        let length_m = crossing.crossing.length_m();
         let reaches = straight_m.max(spot.min_distance_m) / length_m.max(spot.min_distance_m);
-        let wave = bend.wave(scene, spot);
+        let wave = crossing.wave(scene, spot);
         if !wave.is_audible(reaches) {
             continue;
         }
         found.edges.push(edge);
-        let detour_m = wave.bend.detour_m;
+        let detour_m = wave.crossing.detour_m;
         let bent_free = free_field(scene, length_m, spot.min_distance_m);
         let (mut together, mut apart) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let joined = if joins {
-                wave.bend.joined(wavenumber)
+                wave.crossing.joined(wavenumber)
             } else {
                 0.0
             };
@@ -214,9 +220,9 @@ pub fn direct_field(
         if is_apart {
             let course = Course {
                 stops: &[Interaction::Edge(edge)],
-                points: &[wave.bend.bend.apex],
+                points: &[wave.crossing.crossing.apex],
                 length_m,
-                heard_at: wave.bend.bend.apex,
+                heard_at: wave.crossing.crossing.apex,
             };
             give(edge_wave::path(scene, spot, &course, &gains));
         }

@@ -178,7 +178,7 @@ impl Way {
         audible.then(|| {
             let course = Course {
                 stops: &self.edges.map(Interaction::Edge),
-                points: &self.diffraction_order.map(|bend| bend.apex),
+                points: &self.diffraction_order.map(|crossing| crossing.apex),
                 length_m: self.length_m,
                 heard_at: self.diffraction_order[1].apex,
             };
@@ -326,7 +326,9 @@ fn gains(scene: &Scene, spot: &Endpoints, way: &Way) -> [f64; BANDS] {
         way.diffraction_order[1].after_m,
     ];
     let whole_m = before_m + between_m + after_m;
-    let sines = way.diffraction_order.map(|bend| bend.sin_edge.powi(2));
+    let sines = way
+        .diffraction_order
+        .map(|crossing| crossing.sin_edge.powi(2));
     let outer = [before_m, after_m];
     let wide = [0, 1].map(|i| Spread {
         distance_m: outer[i] * (whole_m - outer[i]) / whole_m * sines[i],
@@ -342,7 +344,7 @@ fn gains(scene: &Scene, spot: &Endpoints, way: &Way) -> [f64; BANDS] {
             incoming: way.diffraction_order[i].incoming,
             outgoing: way.diffraction_order[i].outgoing,
         };
-        angles.bend(1.0, wide[i].distance_m)
+        angles.crossing(1.0, wide[i].distance_m)
     };
     let spreads = if turn(0) > turn(1) {
         [wide[0], narrow[1]]

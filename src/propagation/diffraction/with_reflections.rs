@@ -154,20 +154,20 @@ fn look(
         return;
     }
     let (edge, line) = (around.number, &around.line);
-    let Some(bend) = line.crossing(ends[0].image, ends[1].image) else {
+    let Some(crossing) = line.crossing(ends[0].image, ends[1].image) else {
         return;
     };
     let straight_m = ends[0].real.distance(ends[1].real).max(spot.min_distance_m);
-    let mut rough_gain = crate::propagation::diffraction::rough_gain(scene, edge, &bend)
+    let mut rough_gain = crate::propagation::diffraction::rough_gain(scene, edge, &crossing)
         * straight_m
-        / bend.length_m();
+        / crossing.length_m();
     for surface in ends.iter().filter_map(|end| end.mirror) {
         rough_gain *= f64::from(scene.reflectance(surface).factor(ROUGH_COSINE)[ROUGH_BAND].abs());
     }
     let place = likely.partition_point(|way| way.rough_gain >= rough_gain);
     if rough_gain < LEAST_ROUGH_GAIN
         || place == MOST_TRIED
-        || ends_seen(scene, &ends, edge_wave::stand(line, bend.apex)).is_none()
+        || ends_seen(scene, &ends, edge_wave::stand(line, crossing.apex)).is_none()
     {
         return;
     }
@@ -185,7 +185,7 @@ pub struct Mirrored {
     ends: [Seen; 2],
     hits: [Option<DVec3>; 2],
     edge: u32,
-    bend: EdgeCrossing,
+    crossing: EdgeCrossing,
     /// Where sight lines to the bend end.
     stand: DVec3,
 }
@@ -206,13 +206,13 @@ impl Mirrored {
 
     fn between(scene: &Scene, ends: [Seen; 2], edge: u32) -> Option<Self> {
         let line = &scene.edge(edge);
-        let bend = line.crossing(ends[0].image, ends[1].image)?;
-        let stand = edge_wave::stand(line, bend.apex);
+        let crossing = line.crossing(ends[0].image, ends[1].image)?;
+        let stand = edge_wave::stand(line, crossing.apex);
         let way = Self {
             hits: ends_seen(scene, &ends, stand)?,
             ends,
             edge,
-            bend,
+            crossing,
             stand,
         };
         (way.left() > 0.0).then_some(way)
@@ -221,14 +221,14 @@ impl Mirrored {
     /// What the length of its detour leaves of it.
     fn left(&self) -> f64 {
         let [a, b] = self.ends.map(|end| end.image);
-        fade_out(self.bend.length_m() - a.distance(b))
+        fade_out(self.crossing.length_m() - a.distance(b))
     }
 
     /// Its path, if that is above [`WEAKEST`]. Says nothing of what stands in between.
     pub fn path(&self, scene: &Scene, spot: &Endpoints) -> Option<Path> {
         let gains = self.gains(scene);
         let straight_m = self.ends[0].real.distance(self.ends[1].real);
-        let reach = straight_m.max(spot.min_distance_m) / self.bend.length_m();
+        let reach = straight_m.max(spot.min_distance_m) / self.crossing.length_m();
         let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
         audible.then(|| self.course(scene, spot, &gains))
     }
@@ -236,11 +236,11 @@ impl Mirrored {
     /// Signed band gains relative to the free field over its length.
     fn gains(&self, scene: &Scene) -> BandArray {
         let line = &scene.edge(self.edge);
-        let spread = edge_wave::spread(&self.bend);
+        let spread = edge_wave::spread(&self.crossing);
         // No reflection is followed through walls, so a wall takes all of one away. With a mirror's those of the faces are
         // of second order at least, and fade.
         let (incident, reflected) =
-            edge_wave::around(scene, line, &self.bend, &spread, false, [true; 2]);
+            edge_wave::around(scene, line, &self.crossing, &spread, false, [true; 2]);
         let left = self.left();
         let mut gains: [f64; BANDS] =
             std::array::from_fn(|b| edge_wave::signed(incident[b] + reflected[b]) * left);
@@ -248,7 +248,7 @@ impl Mirrored {
             let Some(surface) = end.mirror else {
                 continue;
             };
-            let way = (end.image - self.bend.apex).normalize_or_zero();
+            let way = (end.image - self.crossing.apex).normalize_or_zero();
             let cosine = scene.surface(surface).normal.dot(way).abs() as f32;
             let factor = scene.reflectance(surface).factor(cosine);
             for (gain, f) in gains.iter_mut().zip(factor) {
@@ -274,7 +274,7 @@ impl Mirrored {
     }
 
     fn course(&self, scene: &Scene, spot: &Endpoints, gains: &BandArray) -> Path {
-        let apex = self.bend.apex;
+        let apex = self.crossing.apex;
         let mut stops = [Interaction::Edge(self.edge); 3];
         let mut points = [apex; 3];
         let mut count = 0;
@@ -295,7 +295,7 @@ impl Mirrored {
         let course = Course {
             stops: &stops[..count],
             points: &points[..count],
-            length_m: self.bend.length_m(),
+            length_m: self.crossing.length_m(),
             heard_at,
         };
         edge_wave::path(scene, spot, &course, gains)
