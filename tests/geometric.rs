@@ -1,4 +1,4 @@
-//! The predictor `best`: where nothing has to be guessed it equals a propagation in every graphics frame.
+//! The geometric predictor: where nothing has to be predicted it equals a propagation in every graphics frame.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -94,7 +94,7 @@ fn snr_db(reference: &[f32], estimate: &[f32]) -> f64 {
 }
 
 #[test]
-fn a_standing_listener_hears_what_every_update_says() {
+fn a_standing_listener_hears_the_updates_alone() {
     let doorway_layout = procedural::doorway();
     let place = doorway_layout.walk.standing;
     let sources: Vec<_> = (0..2)
@@ -125,8 +125,9 @@ fn a_walk_through_an_empty_room_is_followed_exactly() {
     let [synchronous, late] = both(false);
     let paths = snr_db(&synchronous, &late);
     assert!(paths > 100.0, "{paths} dB");
-    // The tail is interpolated between updates. Until there are two of a walk it stands still, and what that did rings on
-    // in this room of concrete, where the tail is louder than the paths.
+    // The late energy is interpolated between updates, and held until there are two; that error rings on in this concrete
+    // room, whose late reverb is louder than the paths. Noise at -42 dB changes a level by at most 0.07 dB, at -48 dB by
+    // 0.03 dB: less than a tenth of the just noticeable 1 dB (ISO 3382-1).
     let [synchronous, late] = both(true);
     let all = snr_db(&synchronous, &late);
     let last = synchronous.len() * 2 / 3;
@@ -204,7 +205,7 @@ fn every_path_is_as_long_as_its_direction_says() {
 }
 
 #[test]
-fn an_update_with_its_groundwork_is_no_other_update() {
+fn a_prepared_update_gives_the_same_frames() {
     let layout = procedural::doorway();
     let scene = doorway();
     let sources: Vec<_> = (0..4)
@@ -215,7 +216,7 @@ fn an_update_with_its_groundwork_is_no_other_update() {
     let extrapolator = || Extrapolator::new(Arc::clone(&scene), BEST, 0.3);
     let (mut plain, mut prepared) = (extrapolator(), extrapolator());
     let mut frames = [FramePaths::default(), FramePaths::default()];
-    let mut groundwork = PreparedUpdate::default();
+    let mut prepared_update = PreparedUpdate::default();
     let mut reflected = 0;
     for frame in 0..40 {
         let ear = listener(layout.walk.from.lerp(layout.walk.to, frame as f32 / 60.0));
@@ -227,8 +228,8 @@ fn an_update_with_its_groundwork_is_no_other_update() {
             match frame % 15 {
                 0 => prepared.store_update(update, 4),
                 _ => {
-                    groundwork.prepare(&update, &scene);
-                    prepared.store_prepared_update(update, &mut groundwork, 4)
+                    prepared_update.prepare(&update, &scene);
+                    prepared.store_prepared_update(update, &mut prepared_update, 4)
                 }
             };
         }
@@ -264,7 +265,7 @@ fn paths_of_a_source_that_left_are_gone() {
 }
 
 #[test]
-fn bent_paths_stand_as_an_update_of_this_frame_has_them() {
+fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
     let scene = doorway();
     let mut propagator =
         Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
@@ -312,8 +313,10 @@ fn bent_paths_stand_as_an_update_of_this_frame_has_them() {
         missing += theirs.values().sum::<f32>();
     }
     assert!(ever.len() > 50 && all > 1.0);
-    // Edges that no update knew of yet, and sight lines that the rays have not got round to.
+    // Edges that no update has listed yet, and paths that no ray has tested yet: 3 % of the energy are 0.13 dB, an eighth of
+    // the just noticeable 1 dB (ISO 3382-1).
     assert!(missing < 0.03 * all, "{missing} of {all}");
-    // An update keeps its four loudest double bends and twelve mirrored ones; what one of the last had stays.
+    // An update keeps its four loudest second-order and twelve reflected diffracted paths; those of the last one stay: 5 %
+    // are 0.21 dB.
     assert!(extra < 0.05 * all, "{extra} of {all}");
 }

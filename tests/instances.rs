@@ -1,4 +1,4 @@
-//! Parts that move: heard exactly as if the scene had been committed anew with them where they stand, and under names
+//! Parts that move: the same results as for a scene committed with them at their poses, and under keys
 //! that stay.
 
 mod parts;
@@ -386,7 +386,7 @@ fn bad_poses_and_old_handles_are_refused() {
     assert!(stale(scene.remove_instance(InstanceId::new(60_000, 0))));
 }
 
-/// Updates at one pose, frames at others: every predictor goes on, and `best` knows where the door is.
+/// Updates at one pose, frames at others: every predictor continues, and `best` uses the current pose of the door.
 #[test]
 fn extrapolation_follows_the_door() {
     let sources = [source(0, Vec3::new(12.6, 1.2, 2.6))];
@@ -407,7 +407,7 @@ fn extrapolation_follows_the_door() {
         let mut extrapolator =
             Extrapolator::new(Arc::clone(rooms.scene()), kind, settings.min_distance_m);
         let mut frame = FramePaths::default();
-        // Two updates of the same place, for predictors that want a pair.
+        // Two updates at the same position, for predictors that need a pair.
         extrapolator.store_update(update.clone(), 5);
         extrapolator.store_update(update.clone(), 5);
         for step in 0..6 {

@@ -58,7 +58,7 @@ fn scene_of(size_m: f32, soup: &[[Vec3; 3]], has_room: bool) -> TriangleMesh {
     mesh
 }
 
-/// Places that nobody chooses: a corner, the middle of a side, of a face, and a step inside and outside of it.
+/// Degenerate positions: a corner, the middle of a side, of a face, and a step inside and outside of it.
 fn odd_places(mesh: &TriangleMesh, number: usize) -> [Vec3; 5] {
     let triangle = mesh.triangles[number % mesh.triangles.len()];
     let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize]);

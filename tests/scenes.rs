@@ -106,7 +106,7 @@ fn committed_files_are_what_the_code_writes() {
         for extension in ["obj", "mtl", "toml"] {
             let file = Path::new(scene.name).with_extension(extension);
             let read = |folder: &Path| fs::read(folder.join(&file)).expect("the file is there");
-            // Not `assert_eq`: megabytes of numbers help nobody.
+            // Not `assert_eq`: it would print megabytes of numbers.
             assert!(
                 read(&committed) == read(fresh.path()),
                 "{} differs: run `foresound scenes --out assets/scenes`",

@@ -1,5 +1,5 @@
-//! No ray leaks out of a closed hall, through a terrain or out of a large shell, whatever it is aimed at, with any
-//! instruction set. That all of them say the same stands in `one_answer.rs`.
+//! No ray leaks out of a watertight hall, through a terrain or out of a large shell, whatever it is aimed at, with any
+//! instruction set. `one_answer.rs` tests that all of them agree.
 
 mod reference;
 
@@ -119,14 +119,14 @@ fn rays_aimed_down_at_the_terrain_hit_it() {
     let triangles = &camp.mesh.triangles[range];
     let groups = vec![0; triangles.len()];
     let trees = trees(&Bvh::build(&camp.mesh.vertices, triangles, &groups));
-    // The rim is an edge of one triangle only: rays that are aimed at it may pass beside it.
+    // A boundary edge belongs to one triangle only: rays aimed at it may pass beside it.
     let mut sides = std::collections::HashMap::new();
     for t in triangles {
         for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
             *sides.entry((a.min(b), a.max(b))).or_insert(0) += 1;
         }
     }
-    let rim: std::collections::HashSet<u32> = sides
+    let boundary: std::collections::HashSet<u32> = sides
         .iter()
         .filter(|(_, count)| **count < 2)
         .flat_map(|((a, b), _)| [*a, *b])
@@ -135,7 +135,7 @@ fn rays_aimed_down_at_the_terrain_hit_it() {
     let mut aimed = 0;
     for i in 0..210_000u64 {
         let corners = triangles[mix(7 * i) as usize % triangles.len()];
-        if corners.iter().any(|v| rim.contains(v)) {
+        if corners.iter().any(|v| boundary.contains(v)) {
             continue;
         }
         aimed += 1;
@@ -224,8 +224,8 @@ fn the_tree_answers_as_brute_force_does() {
             .bvh()
             .closest_hit(&Ray::new(from, direction), [NO_GROUP; 2]);
         let (expected, found) = (
-            expected.expect("the hall is closed"),
-            found.expect("the hall is closed"),
+            expected.expect("the hall is watertight"),
+            found.expect("the hall is watertight"),
         );
         // f32 against f64 over 30 m: a few units in the last place of the coordinates.
         assert!(

@@ -90,14 +90,14 @@ record! {
 impl EngineHealth {
     /// From the engine's statistics.
     pub fn new(from: &Statistics, state: EngineState) -> Self {
-        let manners = &from.device_hints;
+        let hints = &from.device_hints;
         Self {
             state: state as u32,
             quality_level: from.quality_level.0.into(),
-            thermal_quality_level: manners.thermal_quality.0.into(),
-            thermal_status: manners.reading.status.map_or(-1, i32::from),
-            thermal_headroom: manners.reading.headroom.unwrap_or(-1.0),
-            hinted: u32::from(manners.hints_propagation) | u32::from(manners.hints_sound) << 1,
+            thermal_quality_level: hints.thermal_quality.0.into(),
+            thermal_status: hints.reading.status.map_or(-1, i32::from),
+            thermal_headroom: hints.reading.headroom.unwrap_or(-1.0),
+            hinted: u32::from(hints.hints_propagation) | u32::from(hints.hints_sound) << 1,
             unheard_sources: from.masked_sources,
             rays: u32::try_from(from.rays).unwrap_or(u32::MAX),
             sound_share: from.sound_share,

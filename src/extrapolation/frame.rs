@@ -86,7 +86,7 @@ pub struct LateSend {
 /// One graphics frame for generation. The default is silence: no paths, no late reverb.
 ///
 /// ```
-/// use foresound::diagnostics::FramePaths;
+/// use foresound::paths::FramePaths;
 ///
 /// let silence = FramePaths::default();
 /// assert!(silence.paths.is_empty() && silence.late.is_empty());

@@ -1,7 +1,7 @@
 //! Turns the paths of each graphics frame into two ears of sound.
 //!
-//! Audio side: [`Generator::set_frame`], what prepares a frame in parts, and [`Generator::render`] are called by one thread,
-//! in turn; they are wait-free, neither allocate nor free, lock, panic nor look at a clock. Takes [`FramePaths`] and one mono
+//! Audio side: one thread calls [`Generator::set_frame`], or the functions that prepare a frame in parts, and
+//! [`Generator::render`] in turn. They are wait-free: no allocation, lock, panic or clock. Takes [`FramePaths`] and one mono
 //! signal a source, gives interleaved stereo and a [`BlockReport`].
 
 use std::sync::Arc;
@@ -14,22 +14,22 @@ use crate::simd::F32x8;
 
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
 use crate::generation::bands::band_filter::SIGNALS;
-use crate::generation::binaural::ear_ramps::Moment;
 use crate::generation::binaural::far_field::FarField;
 use crate::generation::binaural::filter_bank::Binaural;
 use crate::generation::delay::delay_line::DelayLine;
 use crate::generation::delay::interpolation::AHEAD;
-use crate::generation::render_context::{Dropped, Surroundings, Tenant};
+use crate::generation::ramp::ChunkSpan;
+use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
 use crate::generation::reverb::late_reverb::LateReverb;
 use crate::generation::voices::voice_set::VoiceSet;
 
-/// Input samples from this magnitude on count as not a number: no sound has them, and their squares stay finite.
+/// Input samples of this magnitude and above are replaced by zero, as NaN is: their squares stay finite.
 const MAX_SAMPLE: f32 = 1e6;
 
-/// What voices need to know, borrowed from a generator field by field.
-macro_rules! surroundings {
+/// The voices' inputs, borrowed field by field.
+macro_rules! context {
     ($generator:ident, $frame:expr, $ramp:expr) => {
-        Surroundings {
+        RenderContext {
             hrtf: &$generator.hrtf,
             correction: &$generator.correction,
             to_head: orientation(&$frame.orientation).conjugate(),
@@ -42,7 +42,7 @@ macro_rules! surroundings {
     };
 }
 
-/// A frame's orientation, or none if it is no rotation.
+/// A frame's orientation, or the identity if it is no rotation.
 fn orientation(given: &Quat) -> Quat {
     if given.is_finite() && given.length_squared() > 0.0 {
         given.normalize()
@@ -51,14 +51,32 @@ fn orientation(given: &Quat) -> Quat {
     }
 }
 
-/// The late reverb and its way to the ears.
+/// The late reverb and its rendering.
 #[derive(Debug)]
-struct Tail {
+struct LateField {
     reverb: LateReverb,
     far_field: FarField,
 }
 
 /// The sound generation stage.
+///
+/// ```
+/// use std::sync::Arc;
+/// use foresound::generation::Generator;
+/// use foresound::paths::FramePaths;
+/// use foresound::{GeneratorSettings, Hrtf};
+///
+/// # fn main() -> foresound::Result<()> {
+/// let hrtf = Arc::new(Hrtf::omnidirectional(44_100)?);
+/// let mut generator = Generator::new(GeneratorSettings::default(), hrtf)?;
+/// generator.set_frame(&FramePaths::default(), 588);
+/// let mut output = [1.0; 2 * 256];
+/// let report = generator.render(&[], &mut output);
+/// assert_eq!(report.frames, 256);
+/// assert!(output.iter().all(|&sample| sample == 0.0));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Generator {
     rate_hz: f64,
@@ -68,16 +86,16 @@ pub struct Generator {
     /// One for four sources.
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
-    tenants: Vec<Tenant>,
+    owners: Vec<SlotOwner>,
     voices: VoiceSet,
-    tail: Option<Tail>,
+    late: Option<LateField>,
     binaural: Binaural,
     limiter: Option<Limiter>,
     /// Audio frames since the beginning.
     now: i64,
     /// Frames of the present ramp still to come.
     left: u32,
-    /// Of four sources: input without nonsense, and what the filter makes of it.
+    /// Of four sources: the input with invalid samples replaced, and its bands.
     clean: [Vec<f32>; SIGNALS],
     bands: [Vec<F32x8>; SIGNALS],
     ears: [Vec<f32>; 2],
@@ -87,14 +105,14 @@ pub struct Generator {
 impl Generator {
     /// A silent generator.
     ///
-    /// Errors: [`Error::Setting`] for a setting out of range, or a head-related set of another sample rate.
+    /// Errors: [`Error::Setting`] for a setting out of range, or an HRTF set of another sample rate.
     pub fn new(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
         settings.check()?;
         if hrtf.rate_hz() != settings.rate_hz {
             return Err(Error::setting(
                 "rate_hz",
                 format!(
-                    "{} Hz, but the head-related set is for {} Hz",
+                    "{} Hz, but the HRTF set is for {} Hz",
                     settings.rate_hz,
                     hrtf.rate_hz()
                 ),
@@ -118,13 +136,13 @@ impl Generator {
             lines: (0..sources)
                 .map(|_| DelayLine::new(max_delay as usize))
                 .collect(),
-            tenants: vec![Tenant::NONE; sources],
+            owners: vec![SlotOwner::NONE; sources],
             voices: VoiceSet::new(
                 settings.max_voices,
                 settings.fine_voices.min(settings.max_voices),
                 &hrtf,
             ),
-            tail: settings.late.then(|| Tail {
+            late: settings.late.then(|| LateField {
                 reverb: LateReverb::new(settings.rate_hz, sources),
                 far_field: FarField::new(&hrtf),
             }),
@@ -140,42 +158,42 @@ impl Generator {
         })
     }
 
-    /// Frames by which the output lags behind path and ear delays: interpolation and limiter.
+    /// Latency in frames besides path and ear delays: interpolation and limiter.
     pub fn latency_frames(&self) -> usize {
         AHEAD + self.limiter.as_ref().map_or(0, Limiter::latency_frames)
     }
 
-    /// Takes over a graphics frame: everything reaches the frame's values linearly within `ramp_frames` audio frames,
-    /// usually a graphics frame's worth, and holds them from then on. 0 counts as 1.
+    /// Sets a graphics frame: everything ramps linearly to the frame's values within `ramp_frames` audio frames, usually the
+    /// length of a graphics frame, and then holds them. 0 counts as 1.
     ///
-    /// A path that was not there starts from silence at its own delay; one that is gone fades where it was; one whose
-    /// delay changes by more than a quarter of `ramp_frames` does both.
+    /// A new path starts from silence at its own delay; a missing one fades at its last delay; one whose delay changes by
+    /// more than a quarter of `ramp_frames` does both.
     ///
     /// Real-time: no allocation; time grows with the number of paths, by a logarithm where there are more than voices.
     pub fn set_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
-        self.voices.forget_paths();
+        self.voices.discard_paths();
         self.set_prepared_frame(frame, ramp_frames);
     }
 
-    /// Works out what a graphics frame asks of so many more of its paths, and gives whether none is left. All calls until
-    /// [`Self::set_prepared_frame`] have to be about the same frame; [`Self::set_frame`] forgets it.
+    /// Prepares up to `most` further paths of a graphics frame; returns whether none is left. All calls until
+    /// [`Self::set_prepared_frame`] must have the same frame; [`Self::set_frame`] discards it.
     ///
     /// Real-time: no allocation; time grows with `most`, and a little with the number of paths. The thread that renders.
     pub fn prepare_frame(&mut self, frame: &FramePaths, most: usize) -> bool {
-        let around = surroundings!(self, frame, 1);
+        let context = context!(self, frame, 1);
         let paths = &frame.paths;
         self.voices
-            .prepare_paths(paths, &self.tenants, &around, most)
+            .prepare_paths(paths, &self.owners, &context, most)
     }
 
-    /// [`Self::set_frame`] for a frame that [`Self::prepare_frame`] was told of, to the same bits in less time; what is
-    /// not prepared is done now.
+    /// [`Self::set_frame`] for a frame of [`Self::prepare_frame`]: the same bits in less time. Paths that are not prepared
+    /// are prepared now.
     pub fn set_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
         let ramp = ramp_frames.max(1);
-        self.take_tenants(frame);
-        let around = surroundings!(self, frame, ramp);
-        let dropped = self.voices.set_paths(&frame.paths, &self.tenants, &around);
-        self.take_the_rest(frame, dropped, ramp);
+        self.update_owners(frame);
+        let context = context!(self, frame, ramp);
+        let dropped = self.voices.set_paths(&frame.paths, &self.owners, &context);
+        self.update_late(frame, dropped, ramp);
     }
 
     /// [`Self::set_prepared_frame`] but for paths that were not there before, or jump: they wait for
@@ -184,10 +202,10 @@ impl Generator {
     /// Real-time, as [`Self::set_prepared_frame`]. The thread that renders.
     pub fn take_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) -> usize {
         let ramp = ramp_frames.max(1);
-        self.take_tenants(frame);
-        let around = surroundings!(self, frame, ramp);
-        let dropped = self.voices.take_paths(&frame.paths, &self.tenants, &around);
-        self.take_the_rest(frame, dropped, ramp);
+        self.update_owners(frame);
+        let context = context!(self, frame, ramp);
+        let dropped = self.voices.take_paths(&frame.paths, &self.owners, &context);
+        self.update_late(frame, dropped, ramp);
         self.voices.waiting()
     }
 
@@ -200,7 +218,7 @@ impl Generator {
     ///
     /// Real-time: no allocation; time grows with `most`, and a little with the number of voices. The thread that renders.
     pub fn start_voices(&mut self, most: usize) -> usize {
-        let around = Surroundings {
+        let context = RenderContext {
             hrtf: &self.hrtf,
             correction: &self.correction,
             to_head: Quat::IDENTITY,
@@ -210,38 +228,38 @@ impl Generator {
             left: self.left,
             ramp: self.left.max(CHUNK as u32),
         };
-        self.voices.start(most, &self.tenants, &around)
+        self.voices.start(most, &self.owners, &context)
     }
 
     /// New tenants of slots begin with silence.
-    fn take_tenants(&mut self, frame: &FramePaths) {
+    fn update_owners(&mut self, frame: &FramePaths) {
         let paths = frame.paths.iter().map(|path| path.source);
         let late = frame.late.iter().map(|send| send.source);
         for id in paths.chain(late) {
-            let Some(tenant) = self.tenants.get_mut(id.slot()) else {
+            let Some(owner) = self.owners.get_mut(id.slot()) else {
                 continue;
             };
             let bits = Some(id.bits());
-            if tenant.bits != bits {
-                if tenant.bits.is_some() {
-                    tenant.since = self.now;
+            if owner.bits != bits {
+                if owner.bits.is_some() {
+                    owner.since = self.now;
                     self.filters[id.slot() / SIGNALS].reset(id.slot() % SIGNALS);
                 }
-                tenant.bits = bits;
+                owner.bits = bits;
             }
         }
     }
 
-    /// What a frame asks besides voices.
-    fn take_the_rest(&mut self, frame: &FramePaths, dropped: Dropped, ramp: u32) {
+    /// Applies a frame's late reverb.
+    fn update_late(&mut self, frame: &FramePaths, dropped: Dropped, ramp: u32) {
         self.report.dropped_paths += dropped.paths;
         self.report.dropped_delays += dropped.delays;
-        self.report.late_starts += dropped.starts;
-        if let Some(tail) = &mut self.tail {
+        self.report.late_starts += dropped.late_starts;
+        if let Some(late) = &mut self.late {
             let to_head = orientation(&frame.orientation).conjugate();
-            tail.far_field
+            late.far_field
                 .set_orientation(&self.hrtf, to_head, self.left, ramp);
-            tail.reverb.set_frame(
+            late.reverb.set_frame(
                 frame,
                 self.max_delay as i64,
                 &self.correction,
@@ -286,15 +304,15 @@ impl Generator {
         for quartet in 0..self.filters.len() {
             self.write_sources(quartet, inputs, start, frames);
         }
-        let moment = Moment {
+        let chunk = ChunkSpan {
             now: self.now,
             left: self.left,
             frames,
         };
-        self.voices.render(&self.lines, moment, &mut self.binaural);
-        if let Some(Tail { reverb, far_field }) = &mut self.tail {
+        self.voices.render(&self.lines, chunk, &mut self.binaural);
+        if let Some(LateField { reverb, far_field }) = &mut self.late {
             for (slot, line) in self.lines.iter().enumerate() {
-                reverb.collect(slot, line, moment);
+                reverb.collect(slot, line, chunk);
             }
             let left = self.left;
             far_field.render(left, frames, &mut self.binaural, |signals, at| {
@@ -333,10 +351,10 @@ impl Generator {
             clean[input.len().min(frames)..].fill(0.0);
             let mut non_finite = 0;
             let mut is_silent = true;
-            for (place, &sample) in clean.iter_mut().zip(input) {
+            for (clean, &sample) in clean.iter_mut().zip(input) {
                 let is_sample = sample.abs() < MAX_SAMPLE;
-                *place = if is_sample { sample } else { 0.0 };
-                is_silent &= *place == 0.0;
+                *clean = if is_sample { sample } else { 0.0 };
+                is_silent &= *clean == 0.0;
                 non_finite += u32::from(!is_sample);
             }
             self.report.non_finite += non_finite;

@@ -17,6 +17,18 @@ const ONE: u32 = 1 << 30;
 const RELEASE_SHIFT: u32 = 12;
 
 /// Look-ahead limiter of a stereo output.
+///
+/// ```
+/// use foresound::generation::Limiter;
+///
+/// # fn main() -> foresound::Result<()> {
+/// let mut limiter = Limiter::new(44_100, -0.3)?;
+/// let mut block = [2.0; 2 * 256];
+/// assert!(limiter.process(&mut block) < 1.0);
+/// assert!(block.iter().all(|sample| sample.abs() < 1.0));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Limiter {
     ceiling: f32,
@@ -74,8 +86,8 @@ impl Limiter {
         let mut most = 0;
         for pair in interleaved.chunks_exact_mut(2) {
             let loss = self.loss(pair[0].abs().max(pair[1].abs()));
-            let place = (self.frame % self.delayed.len() as u64) as usize;
-            let due = std::mem::replace(&mut self.delayed[place], [pair[0], pair[1]]);
+            let index = (self.frame % self.delayed.len() as u64) as usize;
+            let due = std::mem::replace(&mut self.delayed[index], [pair[0], pair[1]]);
             self.frame += 1;
             most = most.max(loss);
             if loss == 0 {
@@ -106,8 +118,8 @@ impl Limiter {
         let fall = (self.released >> RELEASE_SHIFT) + 1;
         self.released = needed.max(self.released.saturating_sub(fall));
         let largest = self.largest(self.released);
-        let place = (self.frame % self.averaged.len() as u64) as usize;
-        let gone = std::mem::replace(&mut self.averaged[place], largest);
+        let index = (self.frame % self.averaged.len() as u64) as usize;
+        let gone = std::mem::replace(&mut self.averaged[index], largest);
         self.sum = self.sum + u64::from(largest) - u64::from(gone);
         self.sum
     }

@@ -4,16 +4,17 @@
 //! mono signal a source, gives interleaved stereo. Control side: settings, [`Hrtf`] and [`Generator::new`]. Audio side,
 //! wait-free and without allocation: [`Generator::set_frame`] and [`Generator::render`].
 //!
-//! The way of a sample: [`BandFilter`] splits a source into eight bands, a delay line remembers them, every path has a
-//! voice that mixes the bands in its proportions and reads the mixture at the two ears' delays, buses collect the ear
-//! signals by weights of the head-related set, one filter a bus finishes them. The late reverb takes bands from the delay
-//! lines and comes back as eight far arrivals on the same buses. A [`Limiter`] guards the end.
+//! Signal flow: [`BandFilter`] splits a source into eight bands and a delay line stores them. Each path has a voice, which
+//! mixes the bands at the path's gains and reads the mixture at the two ears' delays. Buses sum the ear signals by weights
+//! of the HRTF set, with one filter a bus. The late reverb reads the delay lines and returns as eight plane waves on the
+//! same buses. A [`Limiter`] is last.
 
 pub mod bands;
 pub mod binaural;
 pub mod delay;
 mod generator;
 mod limiter;
+mod ramp;
 mod render_context;
 mod report;
 pub mod reverb;

@@ -1,18 +1,25 @@
-//! What a generator is built for.
+//! Settings of a generator.
 
 use crate::acoustics::bands::EDGES_HZ;
 use crate::error::{Error, Result};
 
 /// Sizes and choices of a generator; fixed for its life.
+///
+/// ```
+/// use foresound::GeneratorSettings;
+///
+/// let settings = GeneratorSettings { rate_hz: 48_000, ..GeneratorSettings::default() };
+/// assert!(settings.check().is_ok());
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeneratorSettings {
-    /// Sample rate in Hz, that of the head-related set; 16,000 to 192,000.
+    /// Sample rate in Hz, that of the HRTF set; 16,000 to 192,000.
     pub rate_hz: u32,
     /// Slots for sources, 1 to 256. Each keeps its past in eight bands: 32 bytes × rate × `max_delay_s`.
     pub max_sources: usize,
     /// Paths that may sound at once, 1 to 16,384; beyond them the quietest are dropped and counted.
     pub max_voices: usize,
-    /// Of those, the loudest that are rendered with every component of the head-related set; the others use the first
+    /// Of those, the loudest that are rendered with every component of the HRTF set; the others use the first
     /// eight. With the built-in sets that raises a path's mean spectral error from 0.6 to 1.2 dB. More than [`Self::max_voices`] are as many.
     pub fine_voices: usize,
     /// Longest path delay in seconds, 0.01 to 10; longer paths are dropped and counted. 1.5 s are 515 m.

@@ -1,4 +1,4 @@
-//! What a sound device is to the rest: something that opens, asks for sound, and may be gone at any time.
+//! The interface of sound devices: they open, request blocks, and may disappear at any time.
 //!
 //! The control side opens and drops; the device calls back on threads of its own. Implementations: `oboe` on Android, and
 //! whatever a test needs.
@@ -17,7 +17,7 @@ pub enum DeviceInterface {
     OpenSlEs = 2,
 }
 
-/// What a device granted of what was asked for.
+/// The properties that a device granted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceGrant {
     /// Sample rate in Hz.
@@ -26,9 +26,9 @@ pub struct DeviceGrant {
     pub burst_frames: u32,
     /// Audio frames of its buffer.
     pub buffer_frames: u32,
-    /// Whether nobody else uses it.
+    /// Whether the stream is exclusive.
     pub exclusive: bool,
-    /// Whether it is the way of low latency.
+    /// Whether it is a low-latency stream.
     pub low_latency: bool,
     /// The interface in use.
     pub interface: DeviceInterface,

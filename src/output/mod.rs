@@ -1,4 +1,4 @@
-//! Where sound goes: a sink asks for blocks.
+//! Sound output: devices and WAV files.
 
 pub mod device;
 #[cfg(target_os = "android")]

@@ -49,7 +49,18 @@ impl WavFormat {
     }
 }
 
-/// A WAV file in the making. Dropped before [`Self::finish`], it leaves no file.
+/// A WAV file being written. Dropped before [`Self::finish`], it leaves no file.
+///
+/// ```no_run
+/// use foresound::offline::WavSink;
+///
+/// # fn main() -> foresound::Result<()> {
+/// let mut sink = WavSink::create("silence.wav", 44_100, 2)?;
+/// sink.write(&[0.0; 2 * 44_100])?;
+/// sink.finish()?;
+/// # Ok(())
+/// # }
+/// ```
 pub struct WavSink {
     // The writer stands first: it is dropped, and writes its header, before the file is removed.
     writer: WavWriter<BufWriter<File>>,

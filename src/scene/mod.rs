@@ -7,7 +7,6 @@ pub mod commit;
 pub mod committed;
 pub mod directivity;
 pub mod edges;
-pub mod instances;
 #[cfg(feature = "files")]
 pub mod io;
 pub mod layout;
@@ -21,7 +20,7 @@ pub mod surface;
 pub mod weld;
 
 pub use commit::{CommittedMesh, commit_mesh};
-pub use committed::{Scene, SceneSettings};
+pub use committed::{Scene, SceneSettings, instances};
 pub use directivity::{Directivity, DirectivityTable};
 pub use edges::{Edge, EdgeSet};
 pub use instances::{InstanceId, InstancePose};

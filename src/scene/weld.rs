@@ -157,16 +157,17 @@ fn weld(vertices: &[Vec3], used: &[bool]) -> (Vec<Vec3>, Vec<u32>) {
         let i = (low & 0xffff_ffff) as usize;
         // Adding zero turns −0 into 0, which some ray tests mistake for a miss.
         let vertex = vertices[i] + Vec3::ZERO;
-        let place = vertex.as_dvec3();
+        let position = vertex.as_dvec3();
         let cells = |shift: f64| {
-            (place + DVec3::splat(shift))
+            (position + DVec3::splat(shift))
                 .to_array()
                 .map(|value| cell_of(value, CELL_M))
         };
         let mut first = u32::MAX;
         index.visit(cells(-WELD_DISTANCE_M), cells(WELD_DISTANCE_M), |other| {
             let near = positions[other as usize].as_dvec3();
-            if other < first && near.distance_squared(place) <= WELD_DISTANCE_M * WELD_DISTANCE_M {
+            if other < first && near.distance_squared(position) <= WELD_DISTANCE_M * WELD_DISTANCE_M
+            {
                 first = other;
             }
             true

@@ -304,3 +304,41 @@ pub fn hz_text(hz: f64) -> String {
         format!("{hz} Hz")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn png_comes_back_pixel_for_pixel() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("figures/a.png");
+        let disc = RGBColor(200, 30, 90);
+        let picture = Picture::draw(31, 17, |area| {
+            area.draw(&Circle::new((px(12.0), px(8.0)), px(6.0), disc.filled()))
+        })
+        .unwrap();
+        assert_eq!(picture.pixel(12, 8), disc);
+        assert_eq!(picture.pixel(30, 16), WHITE);
+        picture.save_png(&path).unwrap();
+        let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut rgb = vec![0; 31 * 17 * 3];
+        reader.next_frame(&mut rgb).unwrap();
+        assert_eq!(rgb, picture.rgb);
+        assert!(picture.save_png(folder.path()).is_err());
+        assert!(Picture::draw(0, 5, |_| Ok(())).is_err());
+    }
+
+    #[test]
+    fn text_is_drawn_by_the_built_in_fonts() {
+        for style in [bold_style(), text_style(LABEL, INK, HPos::Left)] {
+            let picture = Picture::draw(200, 40, |area| {
+                area.draw(&Text::new("Level 12 dB", (px(10.0), px(20.0)), style))
+            })
+            .unwrap();
+            let dark = (0..200 * 40).filter(|i| picture.pixel(i % 200, i / 200).0 < 128);
+            assert!(dark.count() > 100);
+        }
+    }
+}

@@ -1,26 +1,26 @@
-//! Finds clicks and direct current in sound that should have neither.
+//! Detects clicks and direct current.
 //!
-//! Made for recordings of smooth sounds (nothing above some 300 Hz, as `soak --detect` plays): there the fourth difference
-//! of a sample with its neighbours is next to nothing, whatever gains and delays do in their ramps, and a step of the
-//! wave shows at three times its height. Own. Allocates at birth only and may run beside an audio thread.
+//! For smooth sounds (nothing above some 300 Hz, as `soak --detect` plays): the fourth difference of neighbouring samples
+//! is near zero even during ramps of gain and delay, and a step shows at three times its height. Own method. Allocates at
+//! construction only and may run on an audio thread.
 
-/// Fourth difference, as a share of the loudest sample of late, that counts as a click: a step of one part in thirty, or
-/// a gain that goes from nothing to full within some sixty samples.
+/// Fourth difference, relative to the recent peak, that counts as a click: a step of one part in thirty, or a gain that
+/// rises from zero to full within some sixty samples.
 const STEP_SHARE: f32 = 0.1;
 
-/// Fourth difference below which nothing counts, however silent it was before: 80 dB below full scale.
+/// Least fourth difference that counts: 80 dB below full scale.
 const QUIETEST: f32 = 1e-4;
 
-/// Seconds after which a loud sample counts half in "of late".
+/// Half-life of the recent peak, in seconds.
 const LATE_S: f32 = 0.02;
 
 /// Seconds over which [`ClickDetector::worst_second`] averages.
 const WINDOW_S: f32 = 1.0;
 
-/// Samples within which a click is counted once: a step rings in delays of both ears.
+/// Seconds within which a click counts once: a step rings in the delays of both ears.
 const ONE_CLICK_S: f32 = 0.01;
 
-/// What one channel has done lately.
+/// State of one channel.
 #[derive(Debug, Clone, Copy, Default)]
 struct Channel {
     last: [f32; 4],
@@ -31,7 +31,7 @@ struct Channel {
     quiet_until: u64,
 }
 
-/// Listens to interleaved stereo.
+/// Detector for interleaved stereo.
 #[derive(Debug, Clone)]
 pub struct ClickDetector {
     channels: [Channel; 2],
@@ -66,7 +66,7 @@ impl ClickDetector {
         }
     }
 
-    /// Listens on.
+    /// Analyses a block.
     pub fn push(&mut self, block: &[f32]) {
         for pair in block.as_chunks::<2>().0 {
             self.frames += 1;
@@ -101,7 +101,7 @@ impl ClickDetector {
         self.clicks
     }
 
-    /// When the first one was, in seconds.
+    /// Time of the first click in seconds.
     pub fn first_click_s(&self) -> Option<f64> {
         self.first_s
     }
@@ -113,7 +113,7 @@ impl ClickDetector {
         self.channels.iter().map(mean).fold(0.0, f64::max)
     }
 
-    /// The largest mean of a second so far: swelling sounds and a limiter at work leave some of their own.
+    /// The largest mean over a second so far. Swelling sounds and an active limiter cause some.
     pub fn worst_second(&self) -> f64 {
         self.worst_second
     }
@@ -123,7 +123,7 @@ impl ClickDetector {
         self.peak
     }
 
-    /// The largest share so far of what [`Self::clicks`] counts from a tenth on.
+    /// The largest relative fourth difference so far; from a tenth on it is a click.
     pub fn worst(&self) -> f32 {
         self.worst
     }

@@ -1,4 +1,4 @@
-//! A picture of the law *edge*: level behind a wedge against the angle, ours beside the exact solution.
+//! A picture of the law *edge*: level behind a wedge over the angle, by propagation and by the exact solution.
 
 use std::f64::consts::PI;
 

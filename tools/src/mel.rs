@@ -1,4 +1,4 @@
-//! Log-mel spectrogram, the picture in which two sounds are compared.
+//! Log-mel spectrograms.
 //!
 //! Same figures as `tools/metrics.py` of the measuring rules: Hann window (symmetric), no padding at the ends, mel
 //! scale 2595 log10(1 + f / 700) (HTK), triangles of unit area, power in dB above 1e-10. In f64 throughout.

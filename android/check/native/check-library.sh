@@ -32,6 +32,6 @@ trap 'rm -f "$stripped"' EXIT
 llvm-strip-22 --strip-unneeded -o "$stripped" "$library"
 bytes=$(stat -c %s "$stripped")
 code=$((bytes - heads))
-[ "$code" -le "$most_bytes" ] || fail "$code bytes without head-related sets, more than $most_bytes"
+[ "$code" -le "$most_bytes" ] || fail "$code bytes without HRTF sets, more than $most_bytes"
 echo "stripped $bytes bytes, $code without heads; 16 KiB segments; no text relocations; needs $(xargs <<<"$needed")"
 exit $bad

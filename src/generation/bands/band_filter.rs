@@ -67,6 +67,17 @@ const FIRST_ALLPASSES: [[usize; 2]; 3] = [[4, 0], [5, 1], [6, 2]];
 const SECOND_ALLPASSES: [usize; 4] = [2, 0, 6, 4];
 
 /// Eight-band crossover of four signals.
+///
+/// ```
+/// use foresound::generation::BandFilter;
+/// use foresound::simd::F32x8;
+///
+/// let mut filter = BandFilter::new(44_100);
+/// let (signal, mut bands) = ([1.0; 64], [[F32x8::ZERO; 64]; 4]);
+/// let [a, b, c, d] = &mut bands;
+/// filter.process([&signal; 4], [a, b, c, d]);
+/// assert!(filter.is_sounding(0));
+/// ```
 #[derive(Debug, Clone)]
 pub struct BandFilter {
     set: LaneSet,
@@ -134,11 +145,11 @@ impl BandFilter {
         for state in &mut self.first_states {
             state.rest(2 * signal..2 * signal + 2);
         }
-        let (pair, place) = (signal / 2, signal % 2);
+        let (pair, index) = (signal / 2, signal % 2);
         for state in &mut self.second_states[pair] {
-            state.rest(4 * place..4 * place + 4);
+            state.rest(4 * index..4 * index + 4);
         }
-        self.third_states[pair][place] = Default::default();
+        self.third_states[pair][index] = Default::default();
         self.sounding[signal] = false;
     }
 
@@ -180,14 +191,14 @@ impl BandFilter {
             for state in &mut self.second_states[pair] {
                 state.settle(&mut second);
             }
-            for place in 0..2 {
+            for index in 0..2 {
                 let mut third = [false; 8];
-                for state in &mut self.third_states[pair][place] {
+                for state in &mut self.third_states[pair][index] {
                     state.settle(&mut third);
                 }
-                let signal = 2 * pair + place;
+                let signal = 2 * pair + index;
                 self.sounding[signal] = first[2 * signal..2 * signal + 2].contains(&true)
-                    || second[4 * place..4 * place + 4].contains(&true)
+                    || second[4 * index..4 * index + 4].contains(&true)
                     || third.contains(&true);
             }
         }

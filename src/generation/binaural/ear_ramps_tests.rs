@@ -38,9 +38,9 @@ fn weights_are_held_only_where_that_stays_within_its_bound() {
             growth: &mut growth,
         };
         let ramp = 256 * (1 + n as u32 % 3);
-        let motion = ramped.retarget(LaneSet::best(), &wanted, 0, ramp);
-        met[motion as usize] += 1;
-        let Some(Ramp { left, hold }) = motion.ramp(ramp) else {
+        let rate = ramped.retarget(LaneSet::best(), &wanted, 0, ramp);
+        met[rate as usize] += 1;
+        let Some(Ramp { left, hold }) = rate.ramp(ramp) else {
             assert_eq!(growth, [F32x8::ZERO; 4]);
             continue;
         };
@@ -58,7 +58,7 @@ fn weights_are_held_only_where_that_stays_within_its_bound() {
             // The bound, and roundings of what decides.
             assert!(off <= 1e-3 * all * (1.0 + 1e-5), "{n}: {off} of {all}");
         }
-        assert_eq!(hold > 1, motion == Motion::Slow);
+        assert_eq!(hold > 1, rate == RampRate::Slow);
     }
     // All kinds of motion were met.
     assert!(met.iter().all(|&times| times >= 5), "{met:?}");
@@ -66,7 +66,7 @@ fn weights_are_held_only_where_that_stays_within_its_bound() {
 
 #[test]
 fn a_ramp_that_is_over_is_none() {
-    for motion in [Motion::Resting, Motion::Slow, Motion::Fast] {
-        assert!(motion.ramp(0).is_none());
+    for rate in [RampRate::Constant, RampRate::Slow, RampRate::Fast] {
+        assert!(rate.ramp(0).is_none());
     }
 }

@@ -45,7 +45,7 @@ impl Ramp {
 const RUN: u32 = 32;
 
 /// Arrivals added at once: their weights take half of the registers, and the buses are walked through once.
-pub(crate) const TOGETHER: usize = 8;
+pub(crate) const BATCH: usize = 8;
 
 impl Contribution<'static> {
     /// `frames` of silence at weights of zero.
@@ -109,7 +109,7 @@ impl Binaural {
         &mut self,
         ear: usize,
         group: usize,
-        arrivals: &[Contribution; TOGETHER],
+        arrivals: &[Contribution; BATCH],
         ramp: Option<Ramp>,
     ) {
         self.quiet_frames = 0;
@@ -153,7 +153,7 @@ impl Binaural {
 
 kernel! {
     /// Adds arrivals to one group; weights are constant for a stretch of the ramp each.
-    fn add_arrivals<L>(bus: &mut [F32x8], arrivals: &[Contribution; TOGETHER], ramp: Ramp) {
+    fn add_arrivals<L>(bus: &mut [F32x8], arrivals: &[Contribution; BATCH], ramp: Ramp) {
         let [a, b, c, d, e, f, g, h] = arrivals;
         let frames = bus.len();
         let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
@@ -162,7 +162,7 @@ kernel! {
         let (of_g, of_h) = (&g.signal[..frames], &h.signal[..frames]);
         let Ramp { left, hold } = ramp;
         let growths = L::splat(hold as f32);
-        let steps: [F32x8; TOGETHER] = [
+        let steps: [F32x8; BATCH] = [
             growths.mul(L::from_array(a.growth)).to_array(),
             growths.mul(L::from_array(b.growth)).to_array(),
             growths.mul(L::from_array(c.growth)).to_array(),

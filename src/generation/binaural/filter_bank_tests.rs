@@ -3,8 +3,8 @@
 use super::*;
 use crate::generation::synthetic_hrtf;
 
-fn with_silence(one: Contribution) -> [Contribution; TOGETHER] {
-    let mut all = [Contribution::silence(one.signal.len()); TOGETHER];
+fn with_silence(one: Contribution) -> [Contribution; BATCH] {
+    let mut all = [Contribution::silence(one.signal.len()); BATCH];
     all[1] = one;
     all
 }
@@ -67,7 +67,7 @@ fn lanes(n: usize, scale: f32) -> F32x8 {
 }
 
 /// Signals and their weights.
-fn arrivals(signals: &[Vec<f32>; TOGETHER], growth: f32) -> [Contribution<'_>; TOGETHER] {
+fn arrivals(signals: &[Vec<f32>; BATCH], growth: f32) -> [Contribution<'_>; BATCH] {
     std::array::from_fn(|n| Contribution {
         signal: &signals[n],
         target: lanes(n, 1.0),
@@ -75,7 +75,7 @@ fn arrivals(signals: &[Vec<f32>; TOGETHER], growth: f32) -> [Contribution<'_>; T
     })
 }
 
-fn signals(frames: usize) -> [Vec<f32>; TOGETHER] {
+fn signals(frames: usize) -> [Vec<f32>; BATCH] {
     std::array::from_fn(|n| (0..frames).map(|i| draw(999 * n + i)).collect())
 }
 

@@ -1,4 +1,4 @@
-//! Head-related responses: for every direction a delay and a few weights an ear, over shared filters.
+//! HRTF sets: for every direction a delay and a few weights an ear, over shared filters.
 //!
 //! Control side at birth; [`Hrtf::look_up`] is wait-free and belongs to the audio side. Takes a baked file (layout in
 //! assets/hrtf/README.md), gives ear delays and weights for directions in head coordinates.
@@ -22,7 +22,17 @@ const MAX_DELAY_S: f32 = 0.004;
 const MAX_VALUE: f32 = 1000.0;
 const ADVICE: &str = "bake the file anew with assets/hrtf/bake.py";
 
-/// A set of head-related responses.
+/// An HRTF set.
+///
+/// ```
+/// use foresound::Hrtf;
+///
+/// # fn main() -> foresound::Result<()> {
+/// let hrtf = Hrtf::omnidirectional(48_000)?;
+/// assert_eq!((hrtf.taps(), hrtf.max_delay()), (1, 0.0));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone)]
 pub struct Hrtf {
     set: LaneSet,
@@ -47,9 +57,9 @@ impl Hrtf {
     pub fn parse(bytes: &[u8], name: &str) -> Result<Self> {
         let wrong = |problem: String| Error::format(name, None, problem, ADVICE);
         if bytes.len() < HEADER_BYTES || &bytes[..8] != MAGIC {
-            return Err(wrong("this is not a baked head-related set".into()));
+            return Err(wrong("this is not a baked HRTF set".into()));
         }
-        let mut header = Words(&bytes[8..HEADER_BYTES]);
+        let mut header = WordReader(&bytes[8..HEADER_BYTES]);
         let rate_hz = header.u32();
         let mut size = |what: &str, low: usize, high: usize| {
             let value = header.u32() as usize;
@@ -81,14 +91,14 @@ impl Hrtf {
             )));
         }
         let body = &bytes[HEADER_BYTES..];
-        if let Some(place) = Words(body).position(|v| v.is_nan() || v.abs() > MAX_VALUE) {
+        if let Some(place) = WordReader(body).position(|v| v.is_nan() || v.abs() > MAX_VALUE) {
             return Err(wrong(format!(
                 "value {place} after the header is not a number within ±{MAX_VALUE}"
             )));
         }
 
         let groups = components / LANES;
-        let mut words = Words(body);
+        let mut words = WordReader(body);
         let mut basis = vec![F32x8::ZERO; groups * taps];
         for component in 0..components {
             for tap in 0..taps {
@@ -131,7 +141,7 @@ impl Hrtf {
         })
     }
 
-    /// A head that is none: both ears hear every direction alike, at once and unfiltered. For impulse responses.
+    /// No head: both ears receive every direction without delay and filter. For impulse responses.
     ///
     /// Range: 8,000 to 192,000 Hz.
     ///
@@ -196,7 +206,7 @@ impl Hrtf {
         self.blend(&self.corners(head), self.groups, weights)
     }
 
-    /// What [`Self::look_up`] starts from, and the memory that it reads is asked for.
+    /// The first part of [`Self::look_up`]; prefetches what [`Self::blend`] reads.
     pub(crate) fn find(&self, head: Vec3) -> Corners {
         let corners = self.corners(head);
         let width = 2 * self.groups;
@@ -286,9 +296,9 @@ kernel! {
 }
 
 /// Little-endian words of four bytes; zero behind the end, which the size check rules out.
-struct Words<'a>(&'a [u8]);
+struct WordReader<'a>(&'a [u8]);
 
-impl Words<'_> {
+impl WordReader<'_> {
     fn u32(&mut self) -> u32 {
         match self.0.split_first_chunk::<4>() {
             Some((word, rest)) => {

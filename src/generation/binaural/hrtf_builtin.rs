@@ -23,7 +23,7 @@ impl Hrtf {
             ),
             _ => Err(Error::setting(
                 "rate_hz",
-                format!("there is no built-in head-related set for {rate_hz} Hz"),
+                format!("there is no built-in HRTF set for {rate_hz} Hz"),
                 "use 44100 or 48000, or load a set baked for this rate",
             )),
         }

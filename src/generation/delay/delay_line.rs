@@ -14,12 +14,12 @@ use crate::generation::CHUNK;
 /// Frames of a tile: the lanes.
 pub(crate) const TILE: usize = 8;
 
-/// Eight frames of eight bands, each at its [`place_of`].
+/// Eight frames of eight bands, each at its [`band_index`].
 pub(crate) type Tile = [F32x8; BANDS];
 
 /// Where a band lies in a tile: beside the one four further on, so that sixteen lanes at a time add the lower bands to each
 /// other and the upper ones to each other, in the order of the bands.
-pub(crate) const fn place_of(band: usize) -> usize {
+pub(crate) const fn band_index(band: usize) -> usize {
     const HALF: usize = BANDS / 2;
     2 * (band % HALF) + band / HALF
 }
@@ -54,21 +54,21 @@ kernel! {
     }
 }
 
-/// A stretch of the past that is read soon: what all lines remember fits no second-level cache, and a path's stretch is
-/// too short for the machine to guess where it goes on.
+/// A part of the past that is read next. The lines exceed the second-level cache, and a path's part is too short for the
+/// hardware prefetcher.
 #[derive(Debug, Default)]
-pub(crate) struct Ahead<'a> {
+pub(crate) struct PrefetchWindow<'a> {
     parts: [&'a [Tile]; 2],
     quarter: usize,
 }
 
-impl Ahead<'_> {
-    /// Asks for all of it.
+impl PrefetchWindow<'_> {
+    /// Prefetches all of it.
     pub(crate) fn fetch(&mut self) {
         (0..4).for_each(|_| self.fetch_quarter());
     }
 
-    /// Asks for the next quarter of it; in four calls so that none waits for the memory.
+    /// Prefetches the next quarter; four calls, none of which waits for memory.
     #[inline]
     pub(crate) fn fetch_quarter(&mut self) {
         let mut wanted = self.quarter;
@@ -109,7 +109,7 @@ impl DelayLine {
         }
     }
 
-    /// Whether nothing but silence is left in the line.
+    /// Whether the line holds silence alone.
     pub(crate) fn is_empty(&self, now: i64) -> bool {
         now - self.sound_end > (self.tiles.len() * TILE + CHUNK) as i64
     }
@@ -121,35 +121,35 @@ impl DelayLine {
 
     /// Appends a chunk of at most [`CHUNK`] frames at position `now`, a band a lane.
     pub(crate) fn write(&mut self, now: i64, frames: &[F32x8]) {
-        let mut place = self.place(now);
+        let mut index = self.index(now);
         let mut rest = frames;
         while let [first, others @ ..] = rest {
-            let whole = (rest.len() / TILE).min(self.tiles.len() - place / TILE);
-            if place.is_multiple_of(TILE) && whole > 0 {
-                let tiles = &mut self.tiles[place / TILE..][..whole];
+            let whole = (rest.len() / TILE).min(self.tiles.len() - index / TILE);
+            if index.is_multiple_of(TILE) && whole > 0 {
+                let tiles = &mut self.tiles[index / TILE..][..whole];
                 write_tiles(self.set, rest, tiles);
                 rest = &rest[whole * TILE..];
-                place = (place + whole * TILE) % (self.tiles.len() * TILE);
+                index = (index + whole * TILE) % (self.tiles.len() * TILE);
                 continue;
             }
-            let tile = &mut self.tiles[place / TILE];
+            let tile = &mut self.tiles[index / TILE];
             for (band, &value) in first.0.iter().enumerate() {
-                tile[place_of(band)].0[place % TILE] = value;
+                tile[band_index(band)].0[index % TILE] = value;
             }
             rest = others;
-            place = self.next(place);
+            index = self.next(index);
         }
         self.sound_end = now + frames.len() as i64;
     }
 
-    /// Appends a chunk of silence at position `now`. An empty line need not be told.
+    /// Appends a chunk of silence at position `now`; not needed for an empty line.
     pub(crate) fn write_silence(&mut self, now: i64, frames: usize) {
-        let mut place = self.place(now);
+        let mut index = self.index(now);
         for _ in 0..frames {
-            for band in &mut self.tiles[place / TILE] {
-                band.0[place % TILE] = 0.0;
+            for band in &mut self.tiles[index / TILE] {
+                band.0[index % TILE] = 0.0;
             }
-            place = self.next(place);
+            index = self.next(index);
         }
     }
 
@@ -157,8 +157,8 @@ impl DelayLine {
     /// first tile at which they begin.
     #[inline]
     pub(crate) fn tiles(&self, position: i64, frames: usize) -> (usize, [&[Tile]; 2]) {
-        let place = self.place(position);
-        let (first, lane) = (place / TILE, place % TILE);
+        let index = self.index(position);
+        let (first, lane) = (index / TILE, index % TILE);
         let count = (lane + frames).div_ceil(TILE);
         let to_end = count.min(self.tiles.len() - first);
         let parts = [
@@ -168,23 +168,23 @@ impl DelayLine {
         (lane, parts)
     }
 
-    /// The same tiles, to be asked for before they are read.
-    pub(crate) fn ahead(&self, position: i64, frames: usize) -> Ahead<'_> {
+    /// The same tiles, for prefetching.
+    pub(crate) fn prefetch_window(&self, position: i64, frames: usize) -> PrefetchWindow<'_> {
         let (_, parts) = self.tiles(position, frames);
         let quarter = (parts[0].len() + parts[1].len()).div_ceil(4);
-        Ahead { parts, quarter }
+        PrefetchWindow { parts, quarter }
     }
 
-    fn place(&self, position: i64) -> usize {
+    fn index(&self, position: i64) -> usize {
         position.rem_euclid((self.tiles.len() * TILE) as i64) as usize
     }
 
     #[inline(always)]
-    fn next(&self, place: usize) -> usize {
-        if place + 1 == self.tiles.len() * TILE {
+    fn next(&self, index: usize) -> usize {
+        if index + 1 == self.tiles.len() * TILE {
             0
         } else {
-            place + 1
+            index + 1
         }
     }
 }
@@ -217,10 +217,10 @@ mod tests {
                 let (lane, parts) = line.tiles(position, frames);
                 let tiles: Vec<&Tile> = parts.into_iter().flatten().collect();
                 for i in 0..frames {
-                    let place = lane + i;
+                    let index = lane + i;
                     for band in [3, 5] {
                         assert_eq!(
-                            tiles[place / TILE][place_of(band)].0[place % TILE],
+                            tiles[index / TILE][band_index(band)].0[index % TILE],
                             (8 * (position + i as i64) + band as i64) as f32
                         );
                     }
@@ -254,7 +254,7 @@ mod tests {
             write_tiles(set, &frames, &mut tiles);
             for (frame, lanes) in frames.iter().enumerate() {
                 for band in 0..BANDS {
-                    let found = tiles[frame / TILE][place_of(band)].0[frame % TILE];
+                    let found = tiles[frame / TILE][band_index(band)].0[frame % TILE];
                     assert_eq!(found, lanes.0[band]);
                 }
             }
@@ -266,12 +266,15 @@ mod tests {
         let line = DelayLine::new(1000);
         for (position, frames) in [(0, 1), (5, 260), (1200, 256), (-300, 40)] {
             let (_, parts) = line.tiles(position, frames);
-            let mut ahead = line.ahead(position, frames);
-            assert_eq!(ahead.parts.map(<[Tile]>::len), parts.map(<[Tile]>::len));
+            let mut prefetch_window = line.prefetch_window(position, frames);
+            assert_eq!(
+                prefetch_window.parts.map(<[Tile]>::len),
+                parts.map(<[Tile]>::len)
+            );
             for _ in 0..4 {
-                ahead.fetch_quarter();
+                prefetch_window.fetch_quarter();
             }
-            assert!(ahead.parts.iter().all(|part| part.is_empty()));
+            assert!(prefetch_window.parts.iter().all(|part| part.is_empty()));
         }
     }
 }

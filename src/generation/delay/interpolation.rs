@@ -50,21 +50,21 @@ pub(crate) const SLACK: usize = 16;
 
 /// Where to read.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Reading {
+pub(crate) struct ReadRequest {
     /// Of the first sample, in frames from `signal[0]`.
     pub(crate) position: f64,
     /// Growth of the delay in frames a frame.
-    pub(crate) glide: f64,
+    pub(crate) growth: f64,
     /// Samples to write.
     pub(crate) count: usize,
     /// Samples of the signal that count.
     pub(crate) length: usize,
 }
 
-impl Reading {
+impl ReadRequest {
     /// Windows' beginnings between the first and the last position, with room for rounding.
     fn span(&self) -> (i64, i64) {
-        let last = self.position + (1.0 - self.glide) * (self.count as f64 - 1.0);
+        let last = self.position + (1.0 - self.growth) * (self.count as f64 - 1.0);
         let (low, high) = (self.position.min(last), self.position.max(last));
         let first = low as i64 - BEHIND as i64 - 2;
         (first, high as i64 - BEHIND as i64 + 2)
@@ -86,7 +86,7 @@ impl Intervals {
     }
 }
 
-/// Writes `signal(position + i (1 − glide))` to `out[i]` for every i below the count, for every reading of one signal.
+/// Writes `signal(position + i (1 − growth))` to `out[i]` for every i below the count, for every reading of one signal.
 ///
 /// The signal has to reach [`BEHIND`] before the first and [`AHEAD`] beyond the last position, and to be
 /// [`BEHIND`] + [`AHEAD`] longer than the count, and at most [`LONGEST`] long. It and `outs` have [`SLACK`] more samples;
@@ -96,12 +96,12 @@ impl Intervals {
 pub(crate) fn read<const READINGS: usize>(
     set: LaneSet,
     signal: &[f32],
-    readings: &[Reading; READINGS],
+    readings: &[ReadRequest; READINGS],
     intervals: &mut Intervals,
     outs: [&mut [f32]; READINGS],
 ) {
     let mut span: Option<(i64, i64)> = None;
-    for at in readings.iter().filter(|at| at.glide != 0.0) {
+    for at in readings.iter().filter(|at| at.growth != 0.0) {
         let last = (at.length as i64 - (BEHIND + AHEAD + 1) as i64).max(0);
         let (low, high) = at.span();
         let (low, high) = (low.clamp(0, last), high.clamp(0, last));
@@ -112,10 +112,10 @@ pub(crate) fn read<const READINGS: usize>(
         expand(set, &signal[low..], count, low, intervals);
     }
     for (at, out) in readings.iter().zip(outs) {
-        if at.glide == 0.0 {
-            rest(set, signal, at, out);
+        if at.growth == 0.0 {
+            read_constant(set, signal, at, out);
         } else {
-            glide(set, intervals, at, out);
+            read_moving(set, intervals, at, out);
         }
     }
 }
@@ -136,9 +136,9 @@ kernel! {
         let [even_a, even_b, even_c] = [Lanes16::splat(EVEN[0]), Lanes16::splat(EVEN[1]), Lanes16::splat(EVEN[2])];
         let [odd_a, odd_b, odd_c] = [Lanes16::splat(ODD[0]), Lanes16::splat(ODD[1]), Lanes16::splat(ODD[2])];
         let four = Lanes16::splat(4.0);
-        let mut place = 0;
+        let mut index = 0;
         for ((e0, e2), (o1, o3)) in e.zip(o) {
-            let [first, second, third, fourth, fifth, sixth] = taps::<L>(signal, place);
+            let [first, second, third, fourth, fifth, sixth] = taps::<L>(signal, index);
             let (a, b, c) = (sixth.add(first), fifth.add(second), fourth.add(third));
             let middle = c.mul_add(even_c, b.mul_add(even_b, a.mul(even_a)));
             middle.store(e0);
@@ -147,14 +147,14 @@ kernel! {
             let slope = c.mul_add(odd_c, b.mul_add(odd_b, a.mul(odd_a)));
             slope.store(o1);
             c.sub(slope).mul(four).store(o3);
-            place += SLACK;
+            index += SLACK;
         }
     }
 }
 
 kernel! {
     /// A reading at one fraction.
-    fn rest<L>(signal: &[f32], at: &Reading, out: &mut [f32]) {
+    fn read_constant<L>(signal: &[f32], at: &ReadRequest, out: &mut [f32]) {
         let room = (at.length - BEHIND - AHEAD) as i64;
         let whole = at.position as i64;
         let start = whole - BEHIND as i64;
@@ -167,29 +167,29 @@ kernel! {
 
 kernel! {
     /// A reading that moves.
-    fn glide<L>(intervals: &Intervals, at: &Reading, out: &mut [f32]) {
+    fn read_moving<L>(intervals: &Intervals, at: &ReadRequest, out: &mut [f32]) {
         let room = (at.length - BEHIND - AHEAD) as i64;
         // Positions are positive but for rounding, where truncation and floor differ by less than one interval.
         let whole = at.position as i64;
         let start = whole - BEHIND as i64;
         let fraction = (at.position - whole as f64) as f32;
-        let glide = at.glide as f32;
+        let growth = at.growth as f32;
         let mut from = 0;
         while from < at.count {
             // Within a run the whole part of the position moves with i, and one polynomial serves.
-            let first = fraction - glide * from as f32;
+            let first = fraction - growth * from as f32;
             let shift = floor(first);
-            let to_edge = if glide > 0.0 {
-                (fraction - shift) / glide
+            let to_edge = if growth > 0.0 {
+                (fraction - shift) / growth
             } else {
-                (fraction - shift - 1.0) / glide
+                (fraction - shift - 1.0) / growth
             };
             let to = (to_edge.min(at.count as f32) as usize + 1).clamp(from + 1, at.count);
             let wanted = start + from as i64 + shift as i64;
             let base = wanted.clamp(0, room - (to - from) as i64);
             let run = Run {
                 offset: fraction - shift - 0.5 + (wanted - base) as f32,
-                glide,
+                growth,
                 from,
                 base: base as usize,
             };
@@ -213,9 +213,9 @@ fn floor(value: f32) -> f32 {
 
 /// Sixteen neighbours of each tap.
 #[inline(always)]
-fn taps<L: Lanes>(signal: &[f32], place: usize) -> [Lanes16<L>; 6] {
+fn taps<L: Lanes>(signal: &[f32], index: usize) -> [Lanes16<L>; 6] {
     const WINDOW: usize = SLACK + BEHIND + AHEAD;
-    let window: &[f32; WINDOW] = signal[place..].first_chunk().unwrap_or(&[0.0; WINDOW]);
+    let window: &[f32; WINDOW] = signal[index..].first_chunk().unwrap_or(&[0.0; WINDOW]);
     let [from_a, from_b, from_c] = [&window[..16], &window[1..17], &window[2..18]];
     let [from_d, from_e, from_f] = [&window[3..19], &window[4..20], &window[5..21]];
     [
@@ -244,22 +244,22 @@ fn read_steady<L: Lanes>(signal: &[f32], fraction: f32, out: &mut [f32]) {
     let (wa, wb, wc) = (Lanes16::splat(wa), Lanes16::splat(wb), Lanes16::splat(wc));
     let (wd, we, wf) = (Lanes16::splat(wd), Lanes16::splat(we), Lanes16::splat(wf));
     let tiles = (out.len() - SLACK).div_ceil(SLACK);
-    let mut place = 0;
+    let mut index = 0;
     for out in &mut out.as_chunks_mut().0[..tiles] {
-        let [a, b, c, d, e, f] = taps::<L>(signal, place);
+        let [a, b, c, d, e, f] = taps::<L>(signal, index);
         let outer = f.mul_add(wf, a.mul(wa));
         let middle = e.mul_add(we, b.mul(wb));
         let inner = d.mul_add(wd, c.mul(wc));
         outer.add(middle).add(inner).store(out);
-        place += SLACK;
+        index += SLACK;
     }
 }
 
-/// A stretch in which the reading position passes no sample: sample i of the whole lies `offset − glide · i` from the
+/// A stretch in which the reading position passes no sample: sample i of the whole lies `offset − growth · i` from the
 /// middle of the interval i intervals on.
 struct Run {
     offset: f32,
-    glide: f32,
+    growth: f32,
     /// The first of the stretch.
     from: usize,
     /// Where its window begins.
@@ -268,14 +268,14 @@ struct Run {
 
 /// So many tiles of a term from a place on.
 #[inline(always)]
-fn at(terms: &[f32; LONGEST], place: usize, tiles: usize) -> &[[f32; SLACK]] {
-    &terms[place..].as_chunks().0[..tiles]
+fn at(terms: &[f32; LONGEST], index: usize, tiles: usize) -> &[[f32; SLACK]] {
+    &terms[index..].as_chunks().0[..tiles]
 }
 
 /// A fraction that moves. Writes all of `out` but at most [`SLACK`] samples.
 #[inline(always)]
 fn read_run<L: Lanes>(intervals: &Intervals, run: &Run, out: &mut [f32]) {
-    let (offset, glide) = (Lanes16::splat(run.offset), Lanes16::splat(run.glide));
+    let (offset, growth) = (Lanes16::splat(run.offset), Lanes16::splat(run.growth));
     let mut number = Lanes16::<L>::indices().add(Lanes16::splat(run.from as f32));
     let tiles = (out.len() - SLACK).div_ceil(SLACK);
     let [e0, e2, o1, o3] = &intervals.0;
@@ -283,7 +283,7 @@ fn read_run<L: Lanes>(intervals: &Intervals, run: &Run, out: &mut [f32]) {
     let (o1, o3) = (at(o1, run.base, tiles), at(o3, run.base, tiles));
     let out = &mut out.as_chunks_mut::<SLACK>().0[..tiles];
     for tile in 0..tiles {
-        let x = number.neg_mul_add(glide, offset);
+        let x = number.neg_mul_add(growth, offset);
         let square = x.mul(x);
         let even = Lanes16::load(&e2[tile]).mul_add(square, Lanes16::load(&e0[tile]));
         let odd = Lanes16::load(&o3[tile]).mul_add(square, Lanes16::load(&o1[tile]));

@@ -2,14 +2,14 @@
 
 use super::*;
 
-fn read(signal: &[f32], position: f64, glide: f64, out: &mut [f32]) {
-    read_with(LaneSet::best(), signal, position, glide, out);
+fn read(signal: &[f32], position: f64, growth: f64, out: &mut [f32]) {
+    read_with(LaneSet::best(), signal, position, growth, out);
 }
 
-fn read_with(set: LaneSet, signal: &[f32], position: f64, glide: f64, out: &mut [f32]) {
-    let at = Reading {
+fn read_with(set: LaneSet, signal: &[f32], position: f64, growth: f64, out: &mut [f32]) {
+    let at = ReadRequest {
         position,
-        glide,
+        growth,
         count: out.len(),
         length: signal.len(),
     };
@@ -23,11 +23,11 @@ fn read_with(set: LaneSet, signal: &[f32], position: f64, glide: f64, out: &mut 
 #[test]
 fn instruction_sets_agree() {
     let signal: Vec<f32> = (0..170).map(|i| (i as f32 * i as f32).sin()).collect();
-    for glide in [0.0, 0.004, -0.004, 0.07, 0.25, -0.25] {
+    for growth in [0.0, 0.004, -0.004, 0.07, 0.25, -0.25] {
         for count in [1, 7, 8, 60, 128] {
             let with = |set: LaneSet| {
                 let mut out = [0.0; 128];
-                read_with(set, &signal, 3.4, glide, &mut out[..count]);
+                read_with(set, &signal, 3.4, growth, &mut out[..count]);
                 out
             };
             let (specified, portable) = (with(LaneSet::Fused), with(LaneSet::Portable));
@@ -36,7 +36,7 @@ fn instruction_sets_agree() {
             }
             for (a, b) in portable.iter().zip(specified) {
                 // Ten roundings of values below 5, which the terms in x² and x³ reach.
-                assert!((a - b).abs() < 3e-6, "{glide} {count}: {a} {b}");
+                assert!((a - b).abs() < 3e-6, "{growth} {count}: {a} {b}");
             }
         }
     }
@@ -46,21 +46,21 @@ fn instruction_sets_agree() {
 fn whole_samples_constants_and_slopes_are_read_exactly() {
     let signal: Vec<f32> = (0..100).map(|i| (i as f32 * i as f32).sin()).collect();
     let mut out = [0.0; 60];
-    for glide in [0.0, 1e-9] {
-        read(&signal, 10.0, glide, &mut out);
+    for growth in [0.0, 1e-9] {
+        read(&signal, 10.0, growth, &mut out);
         for (i, &value) in out.iter().enumerate() {
             // Seven roundings of values below 2.
-            assert!((value - signal[10 + i]).abs() < 1e-6, "{glide} {i}");
+            assert!((value - signal[10 + i]).abs() < 1e-6, "{growth} {i}");
         }
     }
     let line = |t: f64| 0.3 + 0.01 * t;
     let signal: Vec<f32> = (0..100).map(|i| line(f64::from(i)) as f32).collect();
-    for glide in [0.0, 0.013, -0.013, 0.25, -0.25, 1e-7] {
-        read(&signal, 10.37, glide, &mut out);
+    for growth in [0.0, 0.013, -0.013, 0.25, -0.25, 1e-7] {
+        read(&signal, 10.37, growth, &mut out);
         for (i, &value) in out.iter().enumerate() {
-            let exact = line(10.37 + i as f64 * (1.0 - glide));
+            let exact = line(10.37 + i as f64 * (1.0 - growth));
             // Seven roundings of values below 2, and a position good to 4e-6 on a slope of a hundredth.
-            assert!((f64::from(value) - exact).abs() < 1e-6, "{glide} {i}");
+            assert!((f64::from(value) - exact).abs() < 1e-6, "{growth} {i}");
         }
     }
 }
@@ -69,9 +69,9 @@ fn whole_samples_constants_and_slopes_are_read_exactly() {
 fn nothing_jumps_where_a_reading_passes_a_sample() {
     let signal: Vec<f32> = (0..100).map(|i| (i as f32 * i as f32).sin()).collect();
     let (mut before, mut behind) = ([0.0; 8], [0.0; 8]);
-    for glide in [0.0, 1e-9] {
-        read(&signal, 20.0 - 1e-6, glide, &mut before);
-        read(&signal, 20.0 + 1e-6, glide, &mut behind);
+    for growth in [0.0, 1e-9] {
+        read(&signal, 20.0 - 1e-6, growth, &mut before);
+        read(&signal, 20.0 + 1e-6, growth, &mut behind);
         for (a, b) in before.iter().zip(behind) {
             // Two millionths of a slope below 3, and roundings.
             assert!((a - b).abs() < 7e-6, "{a} {b}");
@@ -125,13 +125,13 @@ fn moving_readings_follow_tones_as_resting_ones_do() {
     for (hz, bound_db) in [(1_000.0, -72.0), (4_000.0, -72.0), (8_000.0, -56.0)] {
         let w = std::f64::consts::TAU * hz / 44_100.0;
         let signal: Vec<f32> = (0..400).map(|i| (w * f64::from(i)).sin() as f32).collect();
-        for glide in [0.0, 0.004, -0.004, 0.25, -0.25] {
+        for growth in [0.0, 0.004, -0.004, 0.25, -0.25] {
             let mut out = [0.0; 256];
-            read(&signal, 30.3, glide, &mut out);
+            read(&signal, 30.3, growth, &mut out);
             for (i, &value) in out.iter().enumerate() {
-                let exact = (w * (30.3 + i as f64 * (1.0 - glide))).sin();
+                let exact = (w * (30.3 + i as f64 * (1.0 - growth))).sin();
                 let off_db = 20.0 * (f64::from(value) - exact).abs().log10();
-                assert!(off_db < bound_db + 0.5, "{hz} {glide} {i}: {off_db}");
+                assert!(off_db < bound_db + 0.5, "{hz} {growth} {i}: {off_db}");
             }
         }
     }

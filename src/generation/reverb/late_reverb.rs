@@ -1,22 +1,22 @@
-//! The diffuse tail: a feedback delay network in eight bands.
+//! The late reverb: a feedback delay network in eight bands.
 //!
 //! Audio side; wait-free, bounded by the chunk; allocates at birth only. Takes band samples of every source that sends
-//! ([`LateSends`]), gives eight line signals that arrive from the corners of a cube.
+//! ([`LateSends`]), gives the signals of eight delay lines.
 //!
 //! After \[JOT91\]: delay lines of mutually prime length, an orthogonal feedback matrix (here Hadamard's), and in
-//! each line the gain `10^(−3 length / T60)`. Every band has a network of its own, so that it decays at its own rate
-//! exactly and no absorbent filter has to be fitted. No line is shorter than a chunk, so the frames of a chunk do not
-//! depend on each other and are worked on eight at a time.
+//! each line the gain `10^(−3 length / T60)`. Every band has its own network: it decays exactly at its own rate, without
+//! fitted absorption filters. No line is shorter than a chunk: the frames of a chunk are independent and computed eight at
+//! a time.
 //!
-//! Calibration (own): without absorption the lines keep the energy that is put in, spread evenly over their samples, and
-//! each gives its own back once a length; so they give `1 / mean length` of it a second. Absorption takes from every
-//! way of total length t the factor `10^(−3 t / T60)`, whatever lines it went through. A send with gain
+//! Calibration (own): without absorption the lines keep the energy that enters, spread evenly over their samples, and each
+//! line emits its share once a length: `1 / mean length` of the energy a second. Absorption multiplies the amplitude of a
+//! route of total length t by `10^(−3 t / T60)`, through whatever lines. A send with gain
 //! `√(E · mean length) · 10^(−3 delay / T60)` and that delay therefore has the energy `E · 10^(−6 t / T60)` a second
 //! at time t after emission.
 //!
-//! What comes out of a network that is fed at one moment is not even from the shortest line on: energy comes back in
-//! renewals a line's length apart, and after many of them lags `(mean² − variance) / (2 mean)` of the lengths behind an
-//! even stream that begins with the feed (\[COX62\] 4.2, the renewal function). A send is fed earlier by as much.
+//! The response to one impulse is not even from the shortest line on: energy returns in renewals a line's length apart and,
+//! after many of them, lags `(mean² − variance) / (2 mean)` of the lengths behind an even stream that begins with the
+//! impulse (\[COX62\] 4.2, the renewal function). Sends are advanced by this lag.
 
 use std::ops::Range;
 
@@ -24,9 +24,9 @@ use crate::acoustics::BANDS;
 use crate::extrapolation::FramePaths;
 use crate::simd::{F32x8, LANE_INDICES, LaneSet, Lanes, kernel};
 
-use crate::generation::binaural::ear_ramps::Moment;
 use crate::generation::delay::delay_line::DelayLine;
-use crate::generation::reverb::late_sends::{LateSends, Network};
+use crate::generation::ramp::{BandRamp, ChunkSpan};
+use crate::generation::reverb::late_sends::{LateSends, Network, decay};
 use crate::generation::{BandCorrection, CHUNK};
 
 /// Lines of the network. Moves with the butterflies and the directions.
@@ -44,13 +44,10 @@ const SIGNS: [f32; LINES] = [1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0];
 /// One over the square root of the number of lines.
 const NORM: f32 = 0.353_553_4;
 
-/// T60 up to this is silence, in seconds.
-const SHORTEST_T60_S: f32 = 0.05;
-
-/// Everything below this is nothing: −180 dB re a sample of one.
+/// Amplitude that counts as silence: −180 dB re full scale.
 const FLOOR: f32 = 1e-9;
 
-/// Added and taken away again to turn values below 1e-25 or so into zero before they become subnormal.
+/// Added and subtracted again: values below about 1e-25 become zero before they become subnormal.
 const SUBNORMAL_GUARD: f32 = 1e-18;
 
 /// A chunk of every line.
@@ -64,15 +61,14 @@ pub(crate) struct LateReverb {
     lengths: [usize; LINES],
     /// Rings, one a line: band after band.
     lines: [Vec<f32>; LINES],
-    places: [usize; LINES],
+    positions: [usize; LINES],
     /// Feedback gains, ramped.
-    gain: [F32x8; LINES],
-    growth: [F32x8; LINES],
+    gain: [BandRamp; LINES],
     sends: LateSends,
-    /// What one band's lines give in the chunk and then take.
-    turning: Box<Chunks>,
-    /// What the lines give in the chunk, summed over the bands.
-    given: Box<Chunks>,
+    /// The chunk that one band's lines emit, then the one that they take in.
+    recirculated: Box<Chunks>,
+    /// The lines' output in the chunk, summed over the bands.
+    output: Box<Chunks>,
     /// Frames for which nothing above [`FLOOR`] has entered the lines.
     quiet_frames: usize,
 }
@@ -94,22 +90,22 @@ impl LateReverb {
             rate_hz,
             lengths,
             lines: lengths.map(|length| {
-                // Written rather than asked for as zeros: the pages are touched here and not in the first blocks.
+                // Written, not allocated as zeros: the pages are touched here, not in the first blocks.
                 let mut line = Vec::with_capacity(BANDS * length);
                 line.resize(BANDS * length, 0.0);
                 line
             }),
-            places: [0; LINES],
-            gain: [F32x8::ZERO; LINES],
-            growth: [F32x8::ZERO; LINES],
+            positions: [0; LINES],
+            gain: [BandRamp::default(); LINES],
             sends: LateSends::new(network, max_sources),
-            turning: Box::new([[0.0; CHUNK]; LINES]),
-            given: Box::new([[0.0; CHUNK]; LINES]),
+            recirculated: Box::new([[0.0; CHUNK]; LINES]),
+            output: Box::new([[0.0; CHUNK]; LINES]),
             quiet_frames: usize::MAX / 2,
         }
     }
 
-    /// New decay times and sends. A send's start is kept within `max_delay` frames; `left` frames of the last ramp were still to come.
+    /// Ramps to the decay times and sends of a frame, with delays of at most `max_delay` frames; `left` frames of the last
+    /// ramp remain.
     pub(crate) fn set_frame(
         &mut self,
         frame: &FramePaths,
@@ -119,24 +115,23 @@ impl LateReverb {
         ramp: u32,
     ) {
         for (line, &length) in self.lengths.iter().enumerate() {
-            let mut wanted = F32x8::ZERO;
-            for (gain, &t60_s) in wanted.0.iter_mut().zip(&frame.decay_time_s) {
+            let mut target = F32x8::ZERO;
+            for (gain, &t60_s) in target.0.iter_mut().zip(&frame.decay_time_s) {
                 *gain = decay(length as f32 / self.rate_hz, t60_s);
             }
-            let present = self.gain[line] - self.growth[line] * F32x8::splat(left as f32);
-            self.growth[line] = (wanted - present) * F32x8::splat(1.0 / ramp as f32);
-            self.gain[line] = wanted;
+            self.gain[line].retarget(target, left, ramp);
         }
         self.sends
             .set_frame(frame, max_delay, correction, left, ramp);
     }
 
-    /// Reads one source's send for a chunk. Call for every source before [`Self::process`].
-    pub(crate) fn collect(&mut self, slot: usize, line: &DelayLine, moment: Moment) {
-        self.sends.collect(slot, line, moment);
+    /// Adds one source's sends for a chunk. Call for every source before [`Self::process`].
+    pub(crate) fn collect(&mut self, slot: usize, line: &DelayLine, chunk: ChunkSpan) {
+        self.sends.collect(slot, line, chunk);
     }
 
-    /// Runs the network for a chunk and writes each line's signal from place `at` on; false, and nothing written, if all is silent.
+    /// Runs the network for a chunk and writes each line's signal from index `at` on; returns false, and writes nothing, if
+    /// all is silent.
     pub(crate) fn process(
         &mut self,
         left: u32,
@@ -148,43 +143,46 @@ impl LateReverb {
         if !fed && self.quiet_frames > self.lengths[LINES - 1] {
             return false;
         }
-        self.given.as_flattened_mut().fill(0.0);
+        self.output.as_flattened_mut().fill(0.0);
         let mut is_quiet = true;
         for band in 0..BANDS {
-            for (line, turning) in self.turning.iter_mut().enumerate() {
+            for (line, recirculated) in self.recirculated.iter_mut().enumerate() {
                 let length = self.lengths[line];
                 let ring = &self.lines[line][band * length..][..length];
-                let (ahead, around) = ring_parts(self.places[line], length, frames);
-                turning[..ahead.len()].copy_from_slice(&ring[ahead.clone()]);
-                turning[ahead.len()..frames].copy_from_slice(&ring[around]);
+                let (ahead, around) = ring_parts(self.positions[line], length, frames);
+                recirculated[..ahead.len()].copy_from_slice(&ring[ahead.clone()]);
+                recirculated[ahead.len()..frames].copy_from_slice(&ring[around]);
             }
-            let mut turn = Turn {
-                gain: self.gain.map(|gain| gain.0[band]),
-                growth: [0.0; LINES],
+            let feedback = FeedbackGains {
+                gain: self.gain.map(|gain| gain.value(left).0[band]),
+                growth: self.gain.map(|gain| gain.growth_now(left).0[band]),
             };
-            if left > 0 {
-                turn.growth = self.growth.map(|growth| growth.0[band]);
-                for (gain, growth) in turn.gain.iter_mut().zip(turn.growth) {
-                    *gain -= growth * left as f32;
-                }
-            }
             let fed = self.sends.band(band, frames);
-            circulate(self.set, &turn, fed, &mut self.turning, &mut self.given);
-            for (line, turning) in self.turning.iter().enumerate() {
-                is_quiet = is_quiet && turning[..frames].iter().all(|value| value.abs() <= FLOOR);
+            circulate(
+                self.set,
+                &feedback,
+                fed,
+                &mut self.recirculated,
+                &mut self.output,
+            );
+            for (line, recirculated) in self.recirculated.iter().enumerate() {
+                is_quiet = is_quiet
+                    && recirculated[..frames]
+                        .iter()
+                        .all(|value| value.abs() <= FLOOR);
                 let length = self.lengths[line];
                 let ring = &mut self.lines[line][band * length..][..length];
-                let (ahead, around) = ring_parts(self.places[line], length, frames);
-                ring[ahead.clone()].copy_from_slice(&turning[..ahead.len()]);
-                ring[around].copy_from_slice(&turning[ahead.len()..frames]);
+                let (ahead, around) = ring_parts(self.positions[line], length, frames);
+                ring[ahead.clone()].copy_from_slice(&recirculated[..ahead.len()]);
+                ring[around].copy_from_slice(&recirculated[ahead.len()..frames]);
             }
         }
         self.sends.clear();
-        for (place, length) in self.places.iter_mut().zip(self.lengths) {
-            *place = (*place + frames) % length;
+        for (position, length) in self.positions.iter_mut().zip(self.lengths) {
+            *position = (*position + frames) % length;
         }
-        for (line, given) in lines.iter_mut().zip(self.given.iter()) {
-            line[at..at + frames].copy_from_slice(&given[..frames]);
+        for (line, output) in lines.iter_mut().zip(self.output.iter()) {
+            line[at..at + frames].copy_from_slice(&output[..frames]);
         }
         if is_quiet {
             self.quiet_frames += frames;
@@ -195,15 +193,15 @@ impl LateReverb {
     }
 }
 
-/// Where `frames` frames from `place` on lie in a ring that is longer: up to its end, and from its beginning.
-fn ring_parts(place: usize, length: usize, frames: usize) -> (Range<usize>, Range<usize>) {
-    let ahead = frames.min(length - place);
-    (place..place + ahead, 0..frames - ahead)
+/// The two ranges of `frames` frames from `position` on in a longer ring.
+fn ring_parts(position: usize, length: usize, frames: usize) -> (Range<usize>, Range<usize>) {
+    let ahead = frames.min(length - position);
+    (position..position + ahead, 0..frames - ahead)
 }
 
 /// One band's feedback gains.
 #[derive(Debug, Clone, Copy)]
-struct Turn {
+struct FeedbackGains {
     /// Before the chunk's first frame.
     gain: [f32; LINES],
     /// A frame.
@@ -211,15 +209,15 @@ struct Turn {
 }
 
 kernel! {
-    /// Sends one band's chunk round: takes what comes out of the lines, leaves what goes in, adds what is heard.
+    /// Feeds one band's chunk back: replaces the output of the lines by their input, and adds the output to `output`.
     ///
-    /// Works on whole lanes and spoils up to seven frames behind those of `fed`.
-    fn circulate<L>(turn: &Turn, fed: &[f32], lines: &mut Chunks, given: &mut Chunks) {
+    /// Works on whole lanes and overwrites up to seven frames behind those of `fed`.
+    fn circulate<L>(feedback: &FeedbackGains, fed: &[f32], lines: &mut Chunks, output: &mut Chunks) {
         let guard = L::splat(SUBNORMAL_GUARD);
         let norm = L::splat(NORM);
-        let mut place = 0;
-        while place < fed.len() {
-            let rest = &fed[place..];
+        let mut position = 0;
+        while position < fed.len() {
+            let rest = &fed[position..];
             let fed = if rest.len() < 8 {
                 let mut few = F32x8::ZERO;
                 few.0[..rest.len()].copy_from_slice(rest);
@@ -228,32 +226,23 @@ kernel! {
                 L::load_at(rest, 0)
             };
             let fed = fed.mul(norm);
-            let grown = L::from_array(LANE_INDICES).add(L::splat(place as f32 + 1.0));
+            let grown = L::from_array(LANE_INDICES).add(L::splat(position as f32 + 1.0));
             let mut values = [L::splat(0.0); LINES];
             for line in 0..LINES {
-                let gain = grown.mul_add(L::splat(turn.growth[line]), L::splat(turn.gain[line]));
-                let value = L::load_at(&lines[line], place).mul(gain);
-                L::load_at(&given[line], place)
+                let gain = grown.mul_add(L::splat(feedback.growth[line]), L::splat(feedback.gain[line]));
+                let value = L::load_at(&lines[line], position).mul(gain);
+                L::load_at(&output[line], position)
                     .add(value)
-                    .store_at(&mut given[line], place);
+                    .store_at(&mut output[line], position);
                 values[line] = value;
             }
             mix(&mut values);
             for line in 0..LINES {
                 let value = fed.mul_add(L::splat(SIGNS[line]), values[line]);
-                value.add(guard).sub(guard).store_at(&mut lines[line], place);
+                value.add(guard).sub(guard).store_at(&mut lines[line], position);
             }
-            place += 8;
+            position += 8;
         }
-    }
-}
-
-/// Pressure left after `time_s`; zero for decay times that are too short, negative or not a number.
-pub(crate) fn decay(time_s: f32, t60_s: f32) -> f32 {
-    if t60_s > SHORTEST_T60_S {
-        10f32.powf(-3.0 * time_s / t60_s)
-    } else {
-        0.0
     }
 }
 

@@ -39,12 +39,12 @@ fn response(band: usize, t60_s: f32, other_t60_s: f32, seconds: f32) -> Vec<f64>
                 &[F32x8::ZERO; CHUNK]
             },
         );
-        let moment = Moment {
+        let chunk = ChunkSpan {
             now,
             left: 0,
             frames: CHUNK,
         };
-        reverb.collect(0, &line, moment);
+        reverb.collect(0, &line, chunk);
         if !reverb.process(0, &mut signals, 0, CHUNK) {
             signals.iter_mut().for_each(|signal| signal.fill(0.0));
         }
@@ -222,12 +222,12 @@ fn sends_that_leap_faster_than_they_fade_do_not_click() {
         // Ramps of a tenth of a second, and a frame every chunk.
         reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, left, 4410);
         left = 4410 - CHUNK as u32;
-        let moment = Moment {
+        let chunk = ChunkSpan {
             now,
             left: 4410,
             frames: CHUNK,
         };
-        reverb.sends.collect(0, &line, moment);
+        reverb.sends.collect(0, &line, chunk);
         // The line itself begins with a step.
         for value in reverb.sends.band(0, CHUNK) {
             if leap * CHUNK > RATE_HZ as usize / 4 {
@@ -249,7 +249,7 @@ fn sends_that_leap_faster_than_they_fade_do_not_click() {
 #[test]
 fn a_round_is_what_its_definition_says() {
     let draw = |n: usize| ((n * n) as f32 * 0.37 + n as f32).sin();
-    let turn = Turn {
+    let feedback = FeedbackGains {
         gain: std::array::from_fn(|line| 0.5 + 0.4 * draw(line)),
         growth: std::array::from_fn(|line| 1e-4 * draw(50 + line)),
     };
@@ -260,11 +260,11 @@ fn a_round_is_what_its_definition_says() {
         }));
         let heard: Box<Chunks> = Box::new([[0.25; CHUNK]; LINES]);
         let round = |set: LaneSet| {
-            let (mut lines, mut given) = (before.clone(), heard.clone());
-            circulate(set, &turn, &fed, &mut lines, &mut given);
-            (lines, given)
+            let (mut lines, mut output) = (before.clone(), heard.clone());
+            circulate(set, &feedback, &fed, &mut lines, &mut output);
+            (lines, output)
         };
-        let (lines, given) = round(LaneSet::best());
+        let (lines, output) = round(LaneSet::best());
         for set in LaneSet::vector_units() {
             let (found, specified) = (round(set), round(LaneSet::Fused));
             for line in 0..LINES {
@@ -275,8 +275,8 @@ fn a_round_is_what_its_definition_says() {
         let (portable_lines, portable_given) = round(LaneSet::Portable);
         for n in 0..frames {
             let weighed: [f64; LINES] = std::array::from_fn(|line| {
-                let gain =
-                    f64::from(turn.gain[line]) + f64::from(turn.growth[line]) * (n + 1) as f64;
+                let gain = f64::from(feedback.gain[line])
+                    + f64::from(feedback.growth[line]) * (n + 1) as f64;
                 gain * f64::from(before[line][n])
             });
             for line in 0..LINES {
@@ -292,7 +292,7 @@ fn a_round_is_what_its_definition_says() {
                 let fed = f64::from(fed[n]) * f64::from(SIGNS[line]);
                 let next = norm * (row.sum::<f64>() + fed);
                 let out = 0.25 + weighed[line];
-                for (lines, given) in [(&lines, &given), (&portable_lines, &portable_given)] {
+                for (lines, output) in [(&lines, &output), (&portable_lines, &portable_given)] {
                     // Nine sums below 9, and the guard.
                     let bound = 9.0 * 9.0 * f64::from(f32::EPSILON / 2.0) + 1e-17;
                     assert!(
@@ -300,7 +300,7 @@ fn a_round_is_what_its_definition_says() {
                         "{frames} {n} {line}"
                     );
                     assert!(
-                        (f64::from(given[line][n]) - out).abs() < bound,
+                        (f64::from(output[line][n]) - out).abs() < bound,
                         "{frames} {n} {line}"
                     );
                 }

@@ -1,19 +1,19 @@
-//! What a graphics frame asks of its paths' voices, apart from what the voices are doing.
+//! A graphics frame's requests to the voices, independent of the voices' state.
 //!
-//! Audio side; wait-free, bounded by the number of paths; allocates at birth only. Ranks, head-related weights and band gains
-//! hang on the frame alone, so they may be worked out in parts, before the frame is heard; where it is cut changes no bit.
+//! Audio side; wait-free, bounded by the number of paths; allocates at birth only. Ranks, HRTF weights and band gains
+//! depend on the frame alone: they are computed in parts, before the frame is heard. The parts do not change a bit.
 
 use crate::extrapolation::FramePath;
 use crate::simd::F32x8;
 
 use crate::generation::binaural::hrtf::Corners;
-use crate::generation::render_context::{Dropped, Surroundings};
+use crate::generation::render_context::{Dropped, RenderContext};
 use crate::generation::voices::ranking;
 use crate::generation::voices::ranking::Ranking;
 
 /// A path that gets a voice.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Wanted {
+pub(crate) struct VoiceRequest {
     pub(crate) id: u64,
     /// Slot of the source.
     pub(crate) slot: usize,
@@ -24,26 +24,26 @@ pub(crate) struct Wanted {
     pub(crate) gain: F32x8,
     /// Ear delays in frames, without the path's.
     pub(crate) ears: [f32; 2],
-    /// Groups of buses it is worth.
+    /// Groups of buses.
     pub(crate) groups: usize,
 }
 
-/// Which of a frame's paths get a voice, and what they ask of it.
+/// The paths of a frame that get a voice, and their requests.
 #[derive(Debug)]
 pub(crate) struct FramePlan {
     max_voices: usize,
     max_fine: usize,
     /// Groups of buses.
     groups: usize,
-    /// Room that nothing is kept in between two questions.
+    /// Scratch.
     pub(crate) ranking: Ranking,
-    /// Ranks from which on a path gets a voice, and one in full detail.
+    /// Least ranks of a voice, and of one in full detail.
     keep: u64,
     fine: u64,
-    /// The next path to look at.
+    /// The next path.
     next: usize,
     last_id: Option<u64>,
-    wanted: Vec<Wanted>,
+    requests: Vec<VoiceRequest>,
     /// Of each, for both ears.
     weights: Vec<F32x8>,
     dropped: Dropped,
@@ -61,30 +61,30 @@ impl FramePlan {
             fine: 0,
             next: 0,
             last_id: None,
-            wanted: Vec::with_capacity(max_voices),
+            requests: Vec::with_capacity(max_voices),
             weights: vec![F32x8::ZERO; max_voices * 2 * groups],
             dropped: Dropped::default(),
         }
     }
 
-    /// Forgets the frame.
+    /// Discards the frame.
     pub(crate) fn clear(&mut self) {
         self.next = 0;
         self.last_id = None;
-        self.wanted.clear();
+        self.requests.clear();
         self.dropped = Dropped::default();
     }
 
-    /// Looks at so many more of a frame's paths, the same ones until all have been; gives whether they have.
-    pub(crate) fn go_on(
+    /// Plans up to `most` further paths of a frame, the same paths until all are planned; returns whether they are.
+    pub(crate) fn resume(
         &mut self,
         paths: &[FramePath],
         slots: usize,
-        around: &Surroundings,
+        context: &RenderContext,
         most: usize,
     ) -> bool {
         let end = self.next.saturating_add(most).min(paths.len());
-        let longest_s = around.max_delay / around.rate_hz;
+        let longest_s = context.max_delay / context.rate_hz;
         if self.next == 0 && end > 0 {
             let ranking = &mut self.ranking;
             self.keep = ranking.threshold(paths, slots, longest_s, self.max_voices);
@@ -93,16 +93,16 @@ impl FramePlan {
                 false => ranking.threshold(paths, slots, longest_s, self.max_fine),
             };
         }
-        let find = |path: &FramePath| around.hrtf.find(around.to_head * path.arrival);
+        let find = |path: &FramePath| context.hrtf.find(context.to_head * path.arrival);
         let mut following = paths.get(self.next).map(find);
         while self.next < end {
-            let place = self.next;
+            let index = self.next;
             self.next += 1;
             let next = paths[..end].get(self.next).map(find);
             let Some(corners) = std::mem::replace(&mut following, next) else {
                 break;
             };
-            let path = &paths[place];
+            let path = &paths[index];
             let id = path.id.0;
             if !ranking::is_sound(path, slots) || self.last_id.is_some_and(|last| id <= last) {
                 self.dropped.paths += 1;
@@ -113,27 +113,27 @@ impl FramePlan {
                 self.dropped.delays += 1;
                 continue;
             }
-            let rank = ranking::rank(path, place);
-            if rank < self.keep || self.wanted.len() == self.max_voices {
+            let rank = ranking::rank(path, index);
+            if rank < self.keep || self.requests.len() == self.max_voices {
                 self.dropped.paths += 1;
                 continue;
             }
-            self.add(path, rank, &corners, around);
+            self.add(path, rank, &corners, context);
         }
         self.next == paths.len()
     }
 
-    fn add(&mut self, path: &FramePath, rank: u64, corners: &Corners, around: &Surroundings) {
+    fn add(&mut self, path: &FramePath, rank: u64, corners: &Corners, context: &RenderContext) {
         let groups = if rank >= self.fine { self.groups } else { 1 };
         let width = 2 * self.groups;
-        let weights = &mut self.weights[self.wanted.len() * width..][..width];
-        let ears = around.hrtf.blend(corners, groups, weights);
-        self.wanted.push(Wanted {
+        let weights = &mut self.weights[self.requests.len() * width..][..width];
+        let ears = context.hrtf.blend(corners, groups, weights);
+        self.requests.push(VoiceRequest {
             id: path.id.0,
             slot: path.source.slot(),
             rank,
-            delay: path.delay_s * around.rate_hz,
-            gain: around.correction.gains(&path.amplitude),
+            delay: path.delay_s * context.rate_hz,
+            gain: context.correction.gains(&path.amplitude),
             ears,
             groups,
         });
@@ -141,19 +141,19 @@ impl FramePlan {
 
     /// Paths that get a voice.
     pub(crate) fn len(&self) -> usize {
-        self.wanted.len()
+        self.requests.len()
     }
 
     /// One of them and its weights: groups of the left ear, then of the right.
-    pub(crate) fn get(&self, number: usize) -> (Wanted, &[F32x8]) {
+    pub(crate) fn get(&self, number: usize) -> (VoiceRequest, &[F32x8]) {
         let width = 2 * self.groups;
         (
-            self.wanted[number],
+            self.requests[number],
             &self.weights[number * width..][..width],
         )
     }
 
-    /// What became of the others.
+    /// Counts of the others.
     pub(crate) fn dropped(&self) -> Dropped {
         self.dropped
     }

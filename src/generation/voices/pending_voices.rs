@@ -1,30 +1,30 @@
-//! Paths of a graphics frame that have no voice yet.
+//! Paths of a graphics frame that wait for a voice.
 //!
-//! Audio side; wait-free, bounded by the number of paths; allocates at birth only. A voice's beginning writes memory that
-//! nobody has asked for, so a thousand of them make a block of their own; here they wait for the blocks that have the time.
+//! Audio side; wait-free, bounded by the number of paths; allocates at birth only. A voice's start writes
+//! memory that is not cached: a thousand starts cost a block of time, and are spread over several.
 
-/// A path without voice.
+/// A path that waits for a voice.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Start {
-    /// The louder the greater; the greatest for one whose own voice has just been faded.
+pub(crate) struct PendingVoice {
+    /// Greater for louder paths; [`CONTINUES`] for a path whose own voice has just been faded.
     pub(crate) rank: u64,
-    /// Its number in the frame's plan.
-    pub(crate) number: u32,
-    /// Its place among the living.
-    pub(crate) place: u32,
+    /// Its index in the frame's plan.
+    pub(crate) index: u32,
+    /// Its position among the active voices.
+    pub(crate) position: u32,
 }
 
-/// Rank of a path whose voice goes on elsewhere: it is missed while it waits.
-pub(crate) const GOES_ON: u64 = u64::MAX;
+/// Rank of a path whose delay has jumped: it was audible before.
+pub(crate) const CONTINUES: u64 = u64::MAX;
 
-/// Those that wait.
+/// The pending voices.
 #[derive(Debug)]
-pub(crate) struct Starts {
-    /// In the order in which they begin, the first last.
-    waiting: Vec<Start>,
+pub(crate) struct PendingVoices {
+    /// In reverse order of their start.
+    waiting: Vec<PendingVoice>,
 }
 
-impl Starts {
+impl PendingVoices {
     /// Control side; allocates.
     pub(crate) fn new(most: usize) -> Self {
         Self {
@@ -32,40 +32,40 @@ impl Starts {
         }
     }
 
-    /// Forgets all.
+    /// Removes all.
     pub(crate) fn clear(&mut self) {
         self.waiting.clear();
     }
 
-    /// One more, in the order of the frame's plan.
-    pub(crate) fn push(&mut self, start: Start) {
+    /// Adds one, in the order of the frame's plan.
+    pub(crate) fn push(&mut self, start: PendingVoice) {
         self.waiting.push(start);
     }
 
-    /// How many wait.
+    /// Their number.
     pub(crate) fn len(&self) -> usize {
         self.waiting.len()
     }
 
-    /// They begin as the plan has them.
+    /// Starts them in the order of the plan.
     pub(crate) fn in_order(&mut self) {
         self.waiting.reverse();
     }
 
-    /// The loudest begin first.
+    /// Starts the loudest first.
     pub(crate) fn loudest_first(&mut self) {
-        let order = |start: &Start| (start.rank, std::cmp::Reverse(start.number));
+        let order = |start: &PendingVoice| (start.rank, std::cmp::Reverse(start.index));
         self.waiting.sort_unstable_by_key(order);
     }
 
-    /// The next to begin.
-    pub(crate) fn pop(&mut self) -> Option<Start> {
+    /// Removes the next to start.
+    pub(crate) fn pop(&mut self) -> Option<PendingVoice> {
         self.waiting.pop()
     }
 
-    /// The number of the one after that.
+    /// The plan index of the one after that.
     pub(crate) fn following(&self) -> Option<u32> {
-        self.waiting.last().map(|start| start.number)
+        self.waiting.last().map(|start| start.index)
     }
 }
 
@@ -75,22 +75,22 @@ mod tests {
 
     #[test]
     fn the_loudest_begin_first_and_of_equals_the_first() {
-        let mut starts = Starts::new(4);
-        for (number, rank) in [3, GOES_ON, 7, 3].into_iter().enumerate() {
-            let number = number as u32;
-            starts.push(Start {
+        let mut starts = PendingVoices::new(4);
+        for (index, rank) in [3, CONTINUES, 7, 3].into_iter().enumerate() {
+            let index = index as u32;
+            starts.push(PendingVoice {
                 rank,
-                number,
-                place: number,
+                index,
+                position: index,
             });
         }
-        let mut sorted = Starts {
+        let mut sorted = PendingVoices {
             waiting: starts.waiting.clone(),
         };
         sorted.loudest_first();
         starts.in_order();
-        let numbers = |mut starts: Starts| -> Vec<u32> {
-            std::iter::from_fn(|| starts.pop().map(|start| start.number)).collect()
+        let numbers = |mut starts: PendingVoices| -> Vec<u32> {
+            std::iter::from_fn(|| starts.pop().map(|start| start.index)).collect()
         };
         assert_eq!(starts.following(), Some(0));
         assert_eq!(numbers(starts), [0, 1, 2, 3]);

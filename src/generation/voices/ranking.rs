@@ -1,4 +1,4 @@
-//! Which paths are the loudest.
+//! Selects the loudest paths.
 //!
 //! Audio side; wait-free, bounded by the number of paths; allocates at birth only.
 
@@ -7,22 +7,22 @@ use crate::extrapolation::FramePath;
 /// Largest amplitude of a path: 60 dB. The source would be a millimetre from the ear.
 const MAX_AMPLITUDE: f32 = 1000.0;
 
-/// Room for the ranks of the loudest paths.
+/// Scratch for the ranks of the loudest paths.
 #[derive(Debug)]
 pub(crate) struct Ranking {
-    /// Twice as many as are asked for: when it is full the quieter half is dropped.
+    /// Twice as many as are selected: when it is full the quieter half is dropped.
     loudest: Vec<u64>,
 }
 
 impl Ranking {
-    /// A ranking that can tell up to `most` loudest paths.
+    /// Selects up to `most` paths.
     pub(crate) fn new(most: usize) -> Self {
         Self {
             loudest: Vec::with_capacity(2 * most),
         }
     }
 
-    /// The rank from which on a path is among the `count` loudest of those that can sound.
+    /// The least rank of the `count` loudest valid paths.
     pub(crate) fn threshold(
         &mut self,
         paths: &[FramePath],
@@ -56,16 +56,16 @@ impl Ranking {
         }
     }
 
-    /// Drops all but so many of the loudest; gives the quietest of them.
+    /// Keeps the `count` loudest; returns the least of them.
     fn keep(&mut self, count: usize) -> u64 {
-        let place = count.min(self.loudest.len()) - 1;
-        let (_, &mut least, _) = self.loudest.select_nth_unstable_by(place, |a, b| b.cmp(a));
-        self.loudest.truncate(place + 1);
+        let last = count.min(self.loudest.len()) - 1;
+        let (_, &mut least, _) = self.loudest.select_nth_unstable_by(last, |a, b| b.cmp(a));
+        self.loudest.truncate(last + 1);
         least
     }
 }
 
-/// Whether a path is one that can sound at all: of one of the slots, and every value a number in range.
+/// Whether a path is valid: its source has a slot, and every value is in range.
 pub(crate) fn is_sound(path: &FramePath, slots: usize) -> bool {
     path.source.slot() < slots
         && path.delay_s >= 0.0
@@ -74,10 +74,9 @@ pub(crate) fn is_sound(path: &FramePath, slots: usize) -> bool {
         && path.amplitude.iter().all(|a| a.abs() <= MAX_AMPLITUDE)
 }
 
-/// Orders paths by energy, then by place; energies are not negative, so their bits are ordered as they are.
+/// Sorts paths by energy, then by index. Energies are not negative: their bits sort as they do.
 pub(crate) fn rank(path: &FramePath, index: usize) -> u64 {
-    let energy: f32 = path.amplitude.iter().map(|a| a * a).sum();
-    u64::from(energy.to_bits()) << 32 | u64::from(!(index as u32))
+    u64::from(path.energy().to_bits()) << 32 | u64::from(!(index as u32))
 }
 
 #[cfg(test)]

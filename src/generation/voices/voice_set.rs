@@ -1,38 +1,38 @@
-//! All voices: which path has which, who starts, who fades, who is dropped.
+//! All voices: assignment to paths, starts, fades and drops.
 //!
 //! Audio side; wait-free, bounded by the numbers of paths and voices; allocates at birth only. Takes a frame's paths,
 //! gives the buses every path's sound.
 //!
-//! Paths and living voices are both sorted by identity and are merged. A path without voice starts one, a voice without
-//! path fades. A path whose delay jumps does both. A fade that is cut would click; so where many fade, the quieter of
-//! those that start wait for a frame in which the fades are over, and are counted. There are twice as many voices as may
-//! live, and beyond that a path waits too. Where blocks are to take alike time, voices start a few at a time, the loudest
-//! first, as the fades end, and the frame waits for the last ([`VoiceSet::take_paths`], [`VoiceSet::start`]).
+//! Paths and active voices are sorted by identity and merged. A path without voice starts one, a voice without path fades, a
+//! path whose delay jumps does both. A cut fade would click: where many voices fade, the quieter new paths wait for a frame
+//! after the fades, and are counted. The pool has twice as many voices as may be active; beyond it a path waits too. For
+//! blocks of even cost, voices start a few at a time, the loudest first, as the fades end ([`VoiceSet::take_paths`], [`VoiceSet::start`]).
 
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
 
+use crate::generation::Hrtf;
 use crate::generation::binaural::ear_ramps;
-use crate::generation::binaural::ear_ramps::{EarPair, Moment, Motion, Ready, Weights};
-use crate::generation::binaural::filter_bank::{Binaural, TOGETHER};
-use crate::generation::delay::delay_line::{Ahead, DelayLine};
+use crate::generation::binaural::ear_ramps::{Arrival, EarPair, RampRate, Weights, history_frames};
+use crate::generation::binaural::filter_bank::{BATCH, Binaural};
+use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow};
 use crate::generation::delay::interpolation::{Intervals, SLACK};
-use crate::generation::render_context::{Dropped, Surroundings, Tenant};
-use crate::generation::voices::frame_plan::{FramePlan, Wanted};
-use crate::generation::voices::pending_voices::{GOES_ON, Start, Starts};
-use crate::generation::voices::voice::{Aim, Bench, INDEX_BITS, MAX_FRESH, Voice};
-use crate::generation::{CHUNK, Hrtf};
+use crate::generation::ramp::ChunkSpan;
+use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
+use crate::generation::voices::frame_plan::FramePlan;
+use crate::generation::voices::pending_voices::{CONTINUES, PendingVoice, PendingVoices};
+use crate::generation::voices::voice::{INDEX_BITS, MAX_FRESH, Voice, VoiceScratch};
 
-/// Kinds of voices that are added to the buses together: with few components or in full detail, and each with weights
-/// that rest or move slowly or with fast ones.
+/// Kinds of voices that are added to the buses together: with few or all components, and with weights that are constant or
+/// slow, or fast.
 const KINDS: usize = 4;
 
-/// Voices that may start besides a quarter of those that live, however many fade.
-const ALWAYS_STARTS: usize = 64;
+/// Voices that may start besides a quarter of the active ones, however many fade.
+const MIN_STARTS: usize = 64;
 
-/// Voices between one that is pointed to new values and the one whose memory is asked for: what belongs to a voice is a dozen
-/// lines of memory, and where no cache has them one voice's time is too short.
-const ASKED_AHEAD: usize = 3;
+/// Distance of the voice that is prefetched from the one that is retargeted: a voice is a dozen cache lines, more than
+/// memory delivers in the time of one.
+const PREFETCH_DISTANCE: usize = 3;
 
 /// The index of a voice that has not started yet.
 const NONE: u32 = u32::MAX;
@@ -41,37 +41,37 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug)]
 pub(crate) struct VoiceSet {
     max_voices: usize,
-    /// Groups of buses and frames of tail a voice.
+    /// Groups of buses, and frames of history a voice.
     groups: usize,
-    tail: usize,
+    history: usize,
     voices: Vec<Voice>,
-    tails: Vec<f32>,
+    histories: Vec<f32>,
     targets: Vec<F32x8>,
     growths: Vec<F32x8>,
     /// Sorted by identity.
-    living: Vec<Living>,
-    next_living: Vec<Living>,
+    active: Vec<ActiveVoice>,
+    next_active: Vec<ActiveVoice>,
     fading: Vec<u32>,
     /// Both, by source and delay: neighbours read neighbouring stretches of one delay line.
     order: Vec<u32>,
-    places: Vec<u64>,
+    sort_keys: Vec<u64>,
     free: Vec<u32>,
     plan: FramePlan,
-    starts: Starts,
-    /// Voices that live or fade beyond which no voice of this frame starts that may wait.
-    most_sounding: usize,
+    pending: PendingVoices,
+    /// Most active and fading voices while pending ones start.
+    max_sounding: usize,
     mixture: Vec<f32>,
     intervals: Box<Intervals>,
     /// Of each kind of voices.
-    ears: [[EarPair; TOGETHER]; KINDS],
+    ears: [[EarPair; BATCH]; KINDS],
     set: LaneSet,
 }
 
-/// A voice that lives and its path's identity: which of them go on is found without looking at them.
+/// An active voice and the identity of its path: the merge does not read the voices.
 #[derive(Debug, Clone, Copy)]
-struct Living {
+struct ActiveVoice {
     id: u64,
-    /// [`NONE`] while it waits for its start.
+    /// [`NONE`] while it is pending.
     index: u32,
 }
 
@@ -79,203 +79,208 @@ impl VoiceSet {
     pub(crate) fn new(max_voices: usize, max_fine: usize, hrtf: &Hrtf) -> Self {
         let pool = 2 * max_voices;
         let groups = hrtf.groups();
-        let tail = tail_frames(hrtf);
+        let history = history_frames(hrtf);
         Self {
             max_voices,
             groups,
-            tail,
+            history,
             voices: vec![Voice::default(); pool],
-            tails: vec![0.0; pool * tail],
+            histories: vec![0.0; pool * history],
             targets: vec![F32x8::ZERO; pool * 2 * groups],
             growths: vec![F32x8::ZERO; pool * 2 * groups],
-            living: Vec::with_capacity(max_voices),
-            next_living: Vec::with_capacity(max_voices),
+            active: Vec::with_capacity(max_voices),
+            next_active: Vec::with_capacity(max_voices),
             fading: Vec::with_capacity(pool),
             order: Vec::with_capacity(pool),
-            places: Vec::with_capacity(pool),
+            sort_keys: Vec::with_capacity(pool),
             free: (0..pool as u32).rev().collect(),
             plan: FramePlan::new(max_voices, max_fine, groups),
-            starts: Starts::new(max_voices),
-            most_sounding: 0,
-            mixture: vec![0.0; tail + MAX_FRESH + SLACK],
+            pending: PendingVoices::new(max_voices),
+            max_sounding: 0,
+            mixture: vec![0.0; history + MAX_FRESH + SLACK],
             intervals: Intervals::new(),
             ears: std::array::from_fn(|_| ear_ramps::ear_pairs()),
             set: LaneSet::best(),
         }
     }
 
-    /// Voices that live or fade.
+    /// Active and fading voices.
     pub(crate) fn count(&self) -> usize {
-        self.living.len() - self.starts.len() + self.fading.len()
+        self.active.len() - self.pending.len() + self.fading.len()
     }
 
     /// Paths that wait for [`Self::start`].
     pub(crate) fn waiting(&self) -> usize {
-        self.starts.len()
+        self.pending.len()
     }
 
-    /// Leaves a frame whose paths have been looked at.
-    pub(crate) fn forget_paths(&mut self) {
+    /// Discards a prepared frame and the pending voices.
+    pub(crate) fn discard_paths(&mut self) {
         self.plan.clear();
-        if self.starts.len() > 0 {
-            self.living.retain(|voice| voice.index != NONE);
-            self.starts.clear();
+        if self.pending.len() > 0 {
+            self.active.retain(|voice| voice.index != NONE);
+            self.pending.clear();
         }
     }
 
-    /// Looks at so many more of a frame's paths, sorted by identity, before [`Self::set_paths`] takes them over; gives
-    /// whether all have been looked at.
+    /// Plans up to `most` further paths of a frame, sorted by identity, for [`Self::set_paths`]; returns whether all are
+    /// planned.
     pub(crate) fn prepare_paths(
         &mut self,
         paths: &[FramePath],
-        tenants: &[Tenant],
-        around: &Surroundings,
+        owners: &[SlotOwner],
+        context: &RenderContext,
         most: usize,
     ) -> bool {
-        if self.starts.len() > 0 {
-            self.forget_paths();
+        if self.pending.len() > 0 {
+            self.discard_paths();
         }
-        self.plan.go_on(paths, tenants.len(), around, most)
+        self.plan.resume(paths, owners.len(), context, most)
     }
 
-    /// Takes over a frame's paths, all at once.
+    /// Applies a frame's paths, all at once.
     pub(crate) fn set_paths(
         &mut self,
         paths: &[FramePath],
-        tenants: &[Tenant],
-        around: &Surroundings,
+        owners: &[SlotOwner],
+        context: &RenderContext,
     ) -> Dropped {
         let sounding = self.count();
-        let mut dropped = self.merge(paths, tenants, around);
-        let waiting = self.starts.len();
-        let longest_s = around.max_delay / around.rate_hz;
-        let first = self.first_to_start(paths, tenants.len(), longest_s, sounding);
-        self.starts.in_order();
+        let mut dropped = self.merge(paths, owners, context);
+        let waiting = self.pending.len();
+        let longest_s = context.max_delay / context.rate_hz;
+        let first = self.start_threshold(paths, owners.len(), longest_s, sounding);
+        self.pending.in_order();
         let mut started = 0;
-        while let Some(start) = self.starts.pop() {
-            started += u32::from(start.rank >= first && self.begin(start, tenants, around));
+        while let Some(start) = self.pending.pop() {
+            started += u32::from(start.rank >= first && self.start_voice(start, owners, context));
         }
-        dropped.starts += waiting as u32 - started;
+        dropped.late_starts += waiting as u32 - started;
         if started < waiting as u32 {
-            self.living.retain(|voice| voice.index != NONE);
+            self.active.retain(|voice| voice.index != NONE);
         }
         self.plan.clear();
-        self.arrange();
+        self.sort_voices();
         dropped
     }
 
-    /// Takes over a frame's paths as far as they have voices; the others wait for [`Self::start`].
+    /// Applies a frame's paths that have voices; the others wait for [`Self::start`].
     pub(crate) fn take_paths(
         &mut self,
         paths: &[FramePath],
-        tenants: &[Tenant],
-        around: &Surroundings,
+        owners: &[SlotOwner],
+        context: &RenderContext,
     ) -> Dropped {
-        let living = self.living.len();
-        let dropped = self.merge(paths, tenants, around);
-        self.most_sounding = living.max(self.living.len()) + ALWAYS_STARTS;
-        self.starts.loudest_first();
-        if self.starts.len() == 0 {
+        let active = self.active.len();
+        let dropped = self.merge(paths, owners, context);
+        self.max_sounding = active.max(self.active.len()) + MIN_STARTS;
+        self.pending.loudest_first();
+        if self.pending.len() == 0 {
             self.plan.clear();
         }
-        self.arrange();
+        self.sort_voices();
         dropped
     }
 
-    /// Starts up to so many of the voices that wait, the loudest first; gives how many still wait.
+    /// Starts up to `most` pending voices, the loudest first; returns the number still pending.
     pub(crate) fn start(
         &mut self,
         most: usize,
-        tenants: &[Tenant],
-        around: &Surroundings,
+        owners: &[SlotOwner],
+        context: &RenderContext,
     ) -> usize {
-        if self.starts.len() == 0 {
+        if self.pending.len() == 0 {
             return 0;
         }
-        let room = self.most_sounding.saturating_sub(self.count());
+        let room = self.max_sounding.saturating_sub(self.count());
         let mut started = 0;
         while started < most.min(room)
             && !self.free.is_empty()
-            && let Some(start) = self.starts.pop()
+            && let Some(start) = self.pending.pop()
         {
-            self.begin(start, tenants, around);
+            self.start_voice(start, owners, context);
             started += 1;
         }
         if started > 0 {
-            self.arrange();
+            self.sort_voices();
         }
-        if self.starts.len() == 0 {
+        if self.pending.len() == 0 {
             self.plan.clear();
         }
-        self.starts.len()
+        self.pending.len()
     }
 
-    /// Points voices to what the frame asks of them, fades those whose paths are gone, and lists the paths that have none.
-    fn merge(&mut self, paths: &[FramePath], tenants: &[Tenant], around: &Surroundings) -> Dropped {
-        if self.starts.len() > 0 {
-            self.forget_paths();
+    /// Retargets voices to the frame, fades those without a path, and lists the paths without a voice.
+    fn merge(
+        &mut self,
+        paths: &[FramePath],
+        owners: &[SlotOwner],
+        context: &RenderContext,
+    ) -> Dropped {
+        if self.pending.len() > 0 {
+            self.discard_paths();
         }
-        self.plan.go_on(paths, tenants.len(), around, usize::MAX);
-        self.next_living.clear();
+        self.plan.resume(paths, owners.len(), context, usize::MAX);
+        self.next_active.clear();
         let mut old = 0;
         for number in 0..self.plan.len() {
-            let (wanted, _) = self.plan.get(number);
-            let id = wanted.id;
-            while let Some(voice) = self.living.get(old)
+            let (request, _) = self.plan.get(number);
+            let id = request.id;
+            while let Some(voice) = self.active.get(old)
                 && voice.id < id
             {
-                self.fade(voice.index, around);
+                self.fade(voice.index, context);
                 old += 1;
             }
-            let held = self.living.get(old).filter(|voice| voice.id == id);
+            let held = self.active.get(old).filter(|voice| voice.id == id);
             let held = held.map(|voice| voice.index);
             old += usize::from(held.is_some());
-            self.ask_for(old + ASKED_AHEAD);
-            let went_on = held.filter(|&index| self.go_on(index, number, tenants, around));
+            self.prefetch_active(old + PREFETCH_DISTANCE);
+            let went_on = held.filter(|&index| self.retarget(index, number, owners, context));
             if went_on.is_none() {
-                let place = self.next_living.len() as u32;
-                self.starts.push(Start {
-                    rank: held.map_or(wanted.rank, |_| GOES_ON),
-                    number: number as u32,
-                    place,
+                let position = self.next_active.len() as u32;
+                self.pending.push(PendingVoice {
+                    rank: held.map_or(request.rank, |_| CONTINUES),
+                    index: number as u32,
+                    position,
                 });
             }
             let index = went_on.unwrap_or(NONE);
-            self.next_living.push(Living { id, index });
+            self.next_active.push(ActiveVoice { id, index });
         }
-        while let Some(voice) = self.living.get(old) {
-            self.fade(voice.index, around);
+        while let Some(voice) = self.active.get(old) {
+            self.fade(voice.index, context);
             old += 1;
         }
-        std::mem::swap(&mut self.living, &mut self.next_living);
+        std::mem::swap(&mut self.active, &mut self.next_active);
         self.plan.dropped()
     }
 
-    /// Puts all voices in the order in which they are rendered.
-    fn arrange(&mut self) {
+    /// Sorts all voices for rendering.
+    fn sort_voices(&mut self) {
         let voices = &self.voices;
-        let living = self.living.iter().map(|voice| voice.index);
-        let living = living.filter(|&index| index != NONE);
-        let all = living.chain(self.fading.iter().copied());
-        self.places.clear();
-        self.places
-            .extend(all.map(|index| voices[index as usize].place() | u64::from(index)));
-        self.places.sort_unstable();
+        let active = self.active.iter().map(|voice| voice.index);
+        let active = active.filter(|&index| index != NONE);
+        let all = active.chain(self.fading.iter().copied());
+        self.sort_keys.clear();
+        self.sort_keys
+            .extend(all.map(|index| voices[index as usize].sort_key() | u64::from(index)));
+        self.sort_keys.sort_unstable();
         self.order.clear();
-        let index = |place: &u64| (place % (1 << INDEX_BITS)) as u32;
-        self.order.extend(self.places.iter().map(index));
+        let index = |key: &u64| (key % (1 << INDEX_BITS)) as u32;
+        self.order.extend(self.sort_keys.iter().map(index));
     }
 
-    /// Asks for the memory of a living voice that will be pointed to new values soon.
-    fn ask_for(&self, place: usize) {
-        if let Some(voice) = self.living.get(place) {
-            self.ask_for_voice(voice.index);
+    /// Prefetches an active voice.
+    fn prefetch_active(&self, position: usize) {
+        if let Some(voice) = self.active.get(position) {
+            self.prefetch_voice(voice.index);
         }
     }
 
-    /// Asks for a voice and its weights.
-    fn ask_for_voice(&self, index: u32) {
-        self.voices[index as usize].ask_for();
+    /// Prefetches a voice and its weights.
+    fn prefetch_voice(&self, index: u32) {
+        self.voices[index as usize].prefetch();
         let width = 2 * self.groups;
         let first = index as usize * width;
         for pool in [&self.targets, &self.growths] {
@@ -285,22 +290,22 @@ impl VoiceSet {
         }
     }
 
-    /// The rank from which on a path without voice may start one in this frame, of which `sounding` voices were there
-    /// before it. Where a whole set changes, the quieter of the new ones wait until the old ones have faded, so that no
-    /// block has to render twice as many as the others.
-    fn first_to_start(
+    /// The least rank of a path that may start a voice in this frame; `sounding` voices were active or fading before it.
+    /// Where a whole set changes, the quieter new paths wait until the old ones have faded: no block renders twice as many
+    /// voices as the others.
+    fn start_threshold(
         &mut self,
         paths: &[FramePath],
         slots: usize,
         longest_s: f64,
         sounding: usize,
     ) -> u64 {
-        let wanted = paths.len().min(self.max_voices);
-        let before = &self.next_living;
-        let most = wanted.max(before.len());
-        let free = (most + most / 4 + ALWAYS_STARTS).saturating_sub(sounding);
-        let went_on = self.living.len() - self.starts.len();
-        if wanted <= went_on + free {
+        let requested = paths.len().min(self.max_voices);
+        let before = &self.next_active;
+        let most = requested.max(before.len());
+        let free = (most + most / 4 + MIN_STARTS).saturating_sub(sounding);
+        let went_on = self.active.len() - self.pending.len();
+        if requested <= went_on + free {
             return 0;
         }
         let ids = before.iter().map(|voice| voice.id);
@@ -309,7 +314,7 @@ impl VoiceSet {
             while old.next_if(|&id| id < path.id.0).is_some() {}
             kept += usize::from(old.next_if_eq(&path.id.0).is_some());
         }
-        if wanted <= kept + free {
+        if requested <= kept + free {
             return 0;
         }
         self.plan
@@ -317,112 +322,111 @@ impl VoiceSet {
             .threshold(paths, slots, longest_s, kept + free)
     }
 
-    /// Points the voice that a path has to what the plan has of it under a number; or fades it and gives false, if that is
-    /// no motion.
-    fn go_on(
+    /// Retargets a path's voice to the plan; where the delay jumps, fades it and returns false.
+    fn retarget(
         &mut self,
         index: u32,
         number: usize,
-        tenants: &[Tenant],
-        around: &Surroundings,
+        owners: &[SlotOwner],
+        context: &RenderContext,
     ) -> bool {
-        let (wanted, looked_up) = self.plan.get(number);
-        let slot = wanted.slot;
-        let tenant = tenants.get(slot).copied().unwrap_or(Tenant::NONE);
+        let (request, lookup) = self.plan.get(number);
+        let slot = request.slot;
+        let owner = owners.get(slot).copied().unwrap_or(SlotOwner::NONE);
         let voice = &mut self.voices[index as usize];
-        let is_same = voice.slot == slot && voice.tenant == tenant.bits;
-        if !is_same || !voice.can_glide_to(wanted.delay, around.left, around.ramp) {
-            self.fade(index, around);
+        let is_same = voice.slot == slot && voice.owner == owner.bits;
+        if !is_same || !voice.can_ramp_to(request.delay, context.left, context.ramp) {
+            self.fade(index, context);
             return false;
         }
-        voice.retarget(&aim(&wanted), around.now, around.left, around.ramp);
-        voice.groups = [wanted.groups.max(voice.groups[1]), wanted.groups];
-        let mut weights = Weights {
-            target: of_voice(&mut self.targets, index, 2 * self.groups),
-            growth: of_voice(&mut self.growths, index, 2 * self.groups),
-        };
-        voice.motion = weights.retarget(self.set, looked_up, around.left, around.ramp);
+        voice.retarget(&request, context.now, context.left, context.ramp);
+        voice.groups = [request.groups.max(voice.groups[1]), request.groups];
+        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, 2 * self.groups);
+        voice.rate = weights.retarget(self.set, lookup, context.left, context.ramp);
         true
     }
 
-    /// Starts a voice; gives whether one was free.
-    fn begin(&mut self, start: Start, tenants: &[Tenant], around: &Surroundings) -> bool {
+    /// Starts a voice; returns whether one was free.
+    fn start_voice(
+        &mut self,
+        start: PendingVoice,
+        owners: &[SlotOwner],
+        context: &RenderContext,
+    ) -> bool {
         let Some(index) = self.free.pop() else {
             return false;
         };
-        if let (Some(&next), Some(_)) = (self.free.last(), self.starts.following()) {
-            self.ask_for_voice(next);
-            self.ask_for_tail(next);
+        if let (Some(&next), Some(_)) = (self.free.last(), self.pending.following()) {
+            self.prefetch_voice(next);
+            self.prefetch_history(next);
         }
-        let (wanted, looked_up) = self.plan.get(start.number as usize);
-        let tenant = tenants.get(wanted.slot).copied().unwrap_or(Tenant::NONE);
+        let (request, lookup) = self.plan.get(start.index as usize);
+        let owner = owners.get(request.slot).copied().unwrap_or(SlotOwner::NONE);
         let voice = &mut self.voices[index as usize];
-        voice.start(wanted.slot, tenant, &aim(&wanted), around.now, around.ramp);
-        voice.groups = [wanted.groups; 2];
-        of_voice(&mut self.tails, index, self.tail).fill(0.0);
-        let mut weights = Weights {
-            target: of_voice(&mut self.targets, index, 2 * self.groups),
-            growth: of_voice(&mut self.growths, index, 2 * self.groups),
-        };
-        weights.rest_at(looked_up);
-        self.living[start.place as usize].index = index;
+        voice.start(request.slot, owner, &request, context.now, context.ramp);
+        voice.groups = [request.groups; 2];
+        of_voice(&mut self.histories, index, self.history).fill(0.0);
+        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, 2 * self.groups);
+        weights.rest_at(lookup);
+        self.active[start.position as usize].index = index;
         true
     }
 
-    fn ask_for_tail(&self, index: u32) {
-        for line in self.tails[index as usize * self.tail..][..self.tail].chunks(16) {
+    fn prefetch_history(&self, index: u32) {
+        for line in self.histories[index as usize * self.history..][..self.history].chunks(16) {
             prefetch(&line[0]);
         }
     }
 
-    fn fade(&mut self, index: u32, around: &Surroundings) {
-        self.voices[index as usize].fade(around.now, around.left, around.ramp, self.tail);
-        let mut weights = Weights {
-            target: of_voice(&mut self.targets, index, 2 * self.groups),
-            growth: of_voice(&mut self.growths, index, 2 * self.groups),
-        };
-        weights.stop(around.left);
+    fn fade(&mut self, index: u32, context: &RenderContext) {
+        self.voices[index as usize].fade(context.now, context.left, context.ramp, self.history);
+        let mut weights = weights_of(&mut self.targets, &mut self.growths, index, 2 * self.groups);
+        weights.stop(context.left);
         self.fading.push(index);
     }
 
-    /// Adds a chunk of every voice to the buses: all of them in one walk through the delay lines, those of a kind by
-    /// eights.
-    pub(crate) fn render(&mut self, lines: &[DelayLine], moment: Moment, binaural: &mut Binaural) {
-        let resting = usize::from(moment.left == 0);
-        let mut waiting = [[0; TOGETHER]; KINDS];
+    /// Adds a chunk of every voice to the buses, in one pass over the delay lines, in batches of one kind.
+    pub(crate) fn render(
+        &mut self,
+        lines: &[DelayLine],
+        chunk: ChunkSpan,
+        binaural: &mut Binaural,
+    ) {
+        let resting = usize::from(chunk.left == 0);
+        let mut waiting = [[0; BATCH]; KINDS];
         let mut counts = [0; KINDS];
-        for place in 0..self.order.len() {
-            let index = self.order[place];
-            let ahead = self.look_ahead(place + 1, lines, moment.frames);
+        for position in 0..self.order.len() {
+            let index = self.order[position];
+            let prefetch_window = self.prefetch_next(position + 1, lines, chunk.frames);
             let voice = &mut self.voices[index as usize];
             let Some(line) = lines.get(voice.slot) else {
                 continue;
             };
             let is_fine = voice.groups[resting] == self.groups;
-            let is_fast = voice.motion == Motion::Fast && moment.left > 0;
+            let is_fast = voice.rate == RampRate::Fast && chunk.left > 0;
             let kind = usize::from(is_fine) + 2 * usize::from(is_fast);
             let count = &mut counts[kind];
-            let bench = Bench {
-                tail: of_voice(&mut self.tails, index, self.tail),
+            let scratch = VoiceScratch {
+                history: of_voice(&mut self.histories, index, self.history),
                 mixture: &mut self.mixture,
                 intervals: &mut self.intervals,
                 ears: &mut self.ears[kind][*count],
-                ahead,
+                prefetch_window,
             };
-            if !voice.render(self.set, line, moment, bench) {
+            if !voice.render(self.set, line, chunk, scratch) {
                 continue;
             }
             waiting[kind][*count] = index;
             *count += 1;
-            if *count == TOGETHER {
+            if *count == BATCH {
                 *count = 0;
-                self.add(&waiting[kind], kind, moment, binaural);
+                self.add(&waiting[kind], kind, chunk, binaural);
             }
         }
         for kind in 0..KINDS {
             let rest = &waiting[kind][..counts[kind]];
             if !rest.is_empty() {
-                self.add(rest, kind, moment, binaural);
+                self.add(rest, kind, chunk, binaural);
             }
         }
         if self.fading.is_empty() {
@@ -432,7 +436,7 @@ impl VoiceSet {
         let before = self.fading.len();
         self.fading.retain(|&index| {
             let fade_left = &mut voices[index as usize].fade_left;
-            *fade_left = fade_left.saturating_sub(moment.frames as u32);
+            *fade_left = fade_left.saturating_sub(chunk.frames as u32);
             if *fade_left == 0 {
                 free.push(index);
             }
@@ -444,52 +448,53 @@ impl VoiceSet {
         }
     }
 
-    /// Asks for what belongs to the voice that is rendered at a place, and gives what that will read.
-    fn look_ahead<'a>(&self, place: usize, lines: &'a [DelayLine], frames: usize) -> Ahead<'a> {
-        if let Some(&after) = self.order.get(place + 1) {
-            self.ask_for_voice(after);
-            self.ask_for_tail(after);
+    /// Prefetches the voice after the one at `position`, and returns what the latter will read.
+    fn prefetch_next<'a>(
+        &self,
+        position: usize,
+        lines: &'a [DelayLine],
+        frames: usize,
+    ) -> PrefetchWindow<'a> {
+        if let Some(&after) = self.order.get(position + 1) {
+            self.prefetch_voice(after);
+            self.prefetch_history(after);
         }
-        let Some(&index) = self.order.get(place) else {
-            return Ahead::default();
+        let Some(&index) = self.order.get(position) else {
+            return PrefetchWindow::default();
         };
-        let before = place.checked_sub(1).map(|before| self.order[before]);
+        let before = position.checked_sub(1).map(|before| self.order[before]);
         let before = before.map(|before| &self.voices[before as usize]);
-        self.voices[index as usize].ahead(lines, frames, before)
+        self.voices[index as usize].prefetch_window(lines, frames, before)
     }
 
     /// Adds rendered voices of a kind, whose ear signals lie in its first buffers.
-    fn add(&self, waiting: &[u32], kind: usize, moment: Moment, binaural: &mut Binaural) {
+    fn add(&self, waiting: &[u32], kind: usize, chunk: ChunkSpan, binaural: &mut Binaural) {
         let is_fine = kind % 2 == 1;
         let groups = if is_fine { self.groups } else { 1 };
         let arrivals = std::array::from_fn(|n| {
             let index = *waiting.get(n)? as usize;
-            let place = index * 2 * self.groups;
-            Some(Ready {
+            let position = index * 2 * self.groups;
+            Some(Arrival {
                 ears: &self.ears[kind][n],
-                target: &self.targets[place..][..2 * self.groups],
-                growth: &self.growths[place..][..2 * self.groups],
-                motion: self.voices[index].motion,
+                target: &self.targets[position..][..2 * self.groups],
+                growth: &self.growths[position..][..2 * self.groups],
+                rate: self.voices[index].rate,
             })
         });
-        ear_ramps::add(binaural, &arrivals, groups, moment);
+        ear_ramps::add(binaural, &arrivals, groups, chunk);
     }
 }
 
-/// Frames of its mixture that a voice keeps: the longest ear delay, the interpolator and rounding, and enough for the
-/// shortest stretch mixed in a chunk.
-pub(crate) fn tail_frames(hrtf: &Hrtf) -> usize {
-    (hrtf.max_delay().ceil() as usize + 12)
-        .max(CHUNK / 4 + 16)
-        .next_multiple_of(8)
-}
-
-/// What the plan asks of a voice.
-fn aim(wanted: &Wanted) -> Aim {
-    Aim {
-        gain: wanted.gain,
-        delay: wanted.delay,
-        ears: wanted.ears,
+/// One voice's part of the pools of weights.
+fn weights_of<'a>(
+    targets: &'a mut [F32x8],
+    growths: &'a mut [F32x8],
+    index: u32,
+    width: usize,
+) -> Weights<'a> {
+    Weights {
+        target: of_voice(targets, index, width),
+        growth: of_voice(growths, index, width),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The mixing kernel against a slow specification.
 
 use super::*;
-use crate::generation::delay::delay_line::place_of;
+use crate::generation::delay::delay_line::band_index;
 
 /// Whole numbers' sines: bounded by one, no two alike.
 fn draw(n: usize) -> f32 {
@@ -19,8 +19,8 @@ fn tiles(count: usize) -> Vec<Tile> {
     (0..count).map(tile).collect()
 }
 
-fn gains(to_come: i64) -> Gains {
-    Gains {
+fn gains(to_come: i64) -> RampedGains {
+    RampedGains {
         gain: F32x8(std::array::from_fn(|band| draw(1000 + band))),
         growth: F32x8(std::array::from_fn(|band| 1e-3 * draw(2000 + band))),
         to_come,
@@ -43,7 +43,7 @@ fn a_mixture_is_the_sum_of_bands_at_gains_that_stop_growing_at_the_ramps_end() {
                 .map(|band| {
                     let gain =
                         f64::from(gains.gain.0[band]) - f64::from(gains.growth.0[band]) * left;
-                    gain * f64::from(tiles[place / TILE][place_of(band)].0[place % TILE])
+                    gain * f64::from(tiles[place / TILE][band_index(band)].0[place % TILE])
                 })
                 .sum();
             // Seventeen roundings of sums below 8 by the gains and 8 by the ramp of at most 1000 steps of 1e-3.

@@ -53,7 +53,7 @@ impl SurfaceBoundaries {
     }
 
     fn of(&self, surface: u32) -> &[BoundaryEdge] {
-        let bound = |place: u32| self.first.get(place as usize).map(|&first| first as usize);
+        let bound = |index: u32| self.first.get(index as usize).map(|&first| first as usize);
         match (bound(surface), bound(surface.saturating_add(1))) {
             (Some(first), Some(end)) => &self.boundaries[first..end],
             _ => &[],

@@ -43,9 +43,9 @@ pub(crate) fn choose<'a>(
         }
         let size = size(&points, surface);
         if size > least && !edge.faces.contains(&index) && !holds(surface, points[1]) {
-            let place = best.partition_point(|b| b.0 >= size);
-            best[place..].rotate_right(1);
-            best[place] = (size, index);
+            let rank_index = best.partition_point(|b| b.0 >= size);
+            best[rank_index..].rotate_right(1);
+            best[rank_index] = (size, index);
         }
     }
     EdgeMirrors {

@@ -73,13 +73,13 @@ impl DiffractingEdges {
 
     pub(super) fn insert(&mut self, new: DiffractingEdge) {
         let rank = |e: &DiffractingEdge| (e.length_m, e.edge);
-        let place = self.as_slice().partition_point(|e| rank(e) < rank(&new));
-        if place == MAX_DIFFRACTING_EDGES || self.as_slice().get(place) == Some(&new) {
+        let rank_index = self.as_slice().partition_point(|e| rank(e) < rank(&new));
+        if rank_index == MAX_DIFFRACTING_EDGES || self.as_slice().get(rank_index) == Some(&new) {
             return;
         }
         self.count = (self.count + 1).min(MAX_DIFFRACTING_EDGES);
-        self.found[place..self.count].rotate_right(1);
-        self.found[place] = new;
+        self.found[rank_index..self.count].rotate_right(1);
+        self.found[rank_index] = new;
     }
 }
 

@@ -57,13 +57,13 @@ impl EdgeVisibilityGraph {
                     let apart_m = edge.at(s).distance(edges[other as usize].at(t));
                     let rank =
                         |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
-                    let place = near.partition_point(rank);
-                    if place < MOST_LOOKED_AT
+                    let rank_index = near.partition_point(rank);
+                    if rank_index < MOST_LOOKED_AT
                         && apart_m < REACH_M
                         && outside(edge, &edges[other as usize])
                     {
                         near.truncate(MOST_LOOKED_AT - 1);
-                        near.insert(place, (apart_m, other));
+                        near.insert(rank_index, (apart_m, other));
                     }
                 }
                 true
@@ -127,9 +127,9 @@ mod tests {
     fn heap(count: u32) -> TriangleMesh {
         let mut mesh = TriangleMesh::default();
         let material = mesh.material("concrete");
-        let place = |n: u32| (n.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
+        let random = |n: u32| (n.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
         for n in 0..3 * count {
-            let at = Vec3::new(place(3 * n), place(3 * n + 1), place(3 * n + 2));
+            let at = Vec3::new(random(3 * n), random(3 * n + 1), random(3 * n + 2));
             mesh.vertices.push(8.0 * at);
         }
         for n in 0..count {

@@ -1,6 +1,6 @@
 //! TOML files with errors that name file, line and key.
 //!
-//! Control side. Values are checked by the types of this module while `serde` reads them, so that an error has the place
+//! Control side. Values are checked by the types of this module while `serde` reads them, which gives errors the line
 //! of the value. Their messages have the form `problem; advice`.
 
 use std::io::Read;
@@ -80,7 +80,7 @@ impl TomlFile<'_> {
         })
     }
 
-    /// An error at a place of the text.
+    /// An error at a span of the text.
     pub(super) fn error(&self, span: Range<usize>, problem: impl ToString, advice: &str) -> Error {
         let line = line_at(self.text.as_bytes(), span.start);
         let problem = problem.to_string().replace(char::is_control, " ");

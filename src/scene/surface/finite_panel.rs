@@ -91,7 +91,7 @@ impl FinitePanels {
             .filter(|&t| set.is_panel(t))
             .collect();
         members.sort_unstable_by_key(|&t| (set.triangle_surface[t as usize], roots[t as usize], t));
-        let mut place = vec![u32::MAX; triangles.len()];
+        let mut piece_index = vec![u32::MAX; triangles.len()];
         let mut pieces: Vec<Panel> = Vec::new();
         for same in members.chunk_by(|&a, &b| roots[a as usize] == roots[b as usize]) {
             let corners = |t: &u32| triangles[*t as usize].map(|v| vertices[v as usize]);
@@ -103,7 +103,7 @@ impl FinitePanels {
             let all = same.iter().flat_map(corners).map(Vec3::as_dvec3);
             let bound = |of: fn(DVec3, DVec3) -> DVec3| all.clone().reduce(of).unwrap_or_default();
             for &t in same {
-                place[t as usize] = pieces.len() as u32;
+                piece_index[t as usize] = pieces.len() as u32;
             }
             pieces.push(Panel {
                 surface: set.triangle_surface[same[0] as usize],
@@ -130,7 +130,7 @@ impl FinitePanels {
             meeting.sort_unstable();
             for &(_, edge) in same {
                 let (triangle, side) = (edge / 3, edge as usize % 3);
-                let Some(piece) = pieces.get_mut(place[triangle as usize] as usize) else {
+                let Some(piece) = pieces.get_mut(piece_index[triangle as usize] as usize) else {
                     continue;
                 };
                 let own = meeting.partition_point(|&surface| surface < piece.surface);
@@ -236,8 +236,8 @@ fn sides(piece: &Panel, normal: Vec3) -> [Vec3; 2] {
     let along = along.normalize_or(normal.any_orthonormal_vector());
     let across = normal.cross(along);
     let span_m = [along, across].map(|axis| {
-        let places = piece.boundary.iter().flat_map(|segment| segment.ends);
-        let (low, high) = places.fold((f32::MAX, f32::MIN), |(low, high), at| {
+        let corners = piece.boundary.iter().flat_map(|segment| segment.ends);
+        let (low, high) = corners.fold((f32::MAX, f32::MIN), |(low, high), at| {
             (low.min(axis.dot(at)), high.max(axis.dot(at)))
         });
         (high - low).max(1e-3)

@@ -48,7 +48,7 @@ const MOST_CELLS: f64 = 4096.0;
 
 const NO_GRID: u32 = u32::MAX;
 
-/// In place of a grid: two triangles that are a rectangle along the axes, whose bounds say all.
+/// Instead of a grid: two triangles that are a rectangle along the axes, whose bounds say all.
 const RECTANGLE: u32 = u32::MAX - 1;
 
 /// A triangle in two dimensions, counter-clockwise.
@@ -190,9 +190,9 @@ impl Grids {
             let entries = &mut self.entries;
             grid.cover(triangle, |cell| {
                 if !whole[cell as usize] {
-                    let place = &mut counts[cell as usize];
-                    entries[*place as usize] = slot;
-                    *place += 1;
+                    let next = &mut counts[cell as usize];
+                    entries[*next as usize] = slot;
+                    *next += 1;
                 }
             });
         }
@@ -211,18 +211,18 @@ impl Grids {
 
     #[inline]
     pub(super) fn contains(&self, index: u32, surface: &Surface, point: DVec3) -> bool {
-        let place = flat(point, main_axis(surface.normal));
+        let position = flat(point, main_axis(surface.normal));
         let grid = self.grid_of[index as usize];
         let first = surface.first_triangle as usize;
         if grid == RECTANGLE {
-            return self.flat[first].bounds_hold(place);
+            return self.flat[first].bounds_hold(position);
         }
         if grid == NO_GRID {
             let members = &self.flat[first..first + surface.panel_triangle_count as usize];
-            return members.iter().any(|triangle| triangle.holds(place));
+            return members.iter().any(|triangle| triangle.holds(position));
         }
         let grid = &self.grids[grid as usize];
-        let Some(cell) = grid.cell(place) else {
+        let Some(cell) = grid.cell(position) else {
             return false;
         };
         let cell = (grid.first_cell + cell) as usize;
@@ -233,7 +233,7 @@ impl Grids {
         let end = self.cells[cell + 1] & !WHOLE;
         self.entries[self.cells[cell] as usize..end as usize]
             .iter()
-            .any(|&slot| self.flat[slot as usize].holds(place))
+            .any(|&slot| self.flat[slot as usize].holds(position))
     }
 }
 
@@ -286,7 +286,7 @@ impl FlatTriangle {
         (a.min(b).min(c), a.max(b).max(c))
     }
 
-    /// From which corner to which each edge leads, as bits that are the same for the same places.
+    /// From which corner to which each edge leads, as bits that are equal for equal positions.
     fn edges(&self) -> [[u32; 4]; 3] {
         // A zero has two signs.
         let [a, b, c] = self
@@ -343,8 +343,8 @@ impl FlatTriangle {
 
 impl Grid {
     #[inline]
-    fn cell(&self, place: DVec2) -> Option<u32> {
-        let at = (place - self.origin) * self.cells_a_metre;
+    fn cell(&self, position: DVec2) -> Option<u32> {
+        let at = (position - self.origin) * self.cells_a_metre;
         let inside = at.x >= 0.0
             && at.y >= 0.0
             && at.x < f64::from(self.columns)
@@ -358,7 +358,7 @@ impl Grid {
             f64::from(cell / self.columns),
         );
         [low, low + DVec2::X, low + DVec2::Y, low + DVec2::ONE]
-            .map(|place| self.origin + place / self.cells_a_metre)
+            .map(|position| self.origin + position / self.cells_a_metre)
     }
 
     fn column(&self, x: f64) -> u32 {

@@ -21,7 +21,7 @@ pub use group::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M};
 /// [`super::commit::CommittedMesh::vertices`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {
-    /// Name across commits: a hash of plane, place and material name, unique in its set. It does not depend on the order
+    /// Name across commits: a hash of plane, position and material name, unique in its set. It does not depend on the order
     /// of triangles, vertices or materials, nor on what else is in the scene unless another surface has the same hash.
     pub key: u64,
     /// Unit normal of the area-weighted mean plane. Its first component of y, x, z beyond 1e-6 is positive.
@@ -104,16 +104,16 @@ impl SurfaceSet {
         }
         let mut order: Vec<u32> = (0..surfaces.len() as u32).collect();
         order.sort_unstable_by_key(|&index| surfaces[index as usize].key);
-        let mut place = vec![0u32; order.len()];
+        let mut new_index = vec![0u32; order.len()];
         for (new, &old) in order.iter().enumerate() {
-            place[old as usize] = new as u32;
+            new_index[old as usize] = new as u32;
         }
         surfaces.sort_unstable_by_key(|surface| surface.key);
 
         let triangle_surface: Vec<u32> = groups
             .triangle_surface
             .iter()
-            .map(|&old| place[old as usize])
+            .map(|&old| new_index[old as usize])
             .collect();
         for (triangle, &index) in mesh.triangles.iter().zip(&triangle_surface) {
             let surface = &mut surfaces[index as usize];

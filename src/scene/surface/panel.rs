@@ -28,11 +28,11 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
     let mut pieces = DisjointSets::new(triangles.len());
     for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
         // Rarely more than two; of those of one surface each is united with the first.
-        for (place, (_, edge)) in same.iter().enumerate() {
+        for (position, (_, edge)) in same.iter().enumerate() {
             let alike = |other: &&(u64, u32)| {
                 triangle_surface[(other.1 / 3) as usize] == triangle_surface[(edge / 3) as usize]
             };
-            if let Some((_, first)) = same[..place].iter().find(alike) {
+            if let Some((_, first)) = same[..position].iter().find(alike) {
                 pieces.union(first / 3, edge / 3);
             }
         }

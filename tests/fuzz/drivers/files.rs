@@ -33,7 +33,7 @@ fn written(name: &str, bytes: &[u8]) -> PathBuf {
 }
 
 /// An error says something, on one line.
-fn told(error: &Error) {
+fn check_text(error: &Error) {
     let text = error.to_string();
     assert!(text.len() > 10 && text.lines().count() == 1, "{text:?}");
     assert!(!text.contains('\u{1b}'), "{text:?} would steer a terminal");
@@ -63,7 +63,7 @@ pub(crate) fn obj(data: &[u8]) {
             let lines = |text: &String| text.lines().count() == 1;
             assert!(object.warnings.iter().all(lines));
         }
-        Err(error) => told(&error),
+        Err(error) => check_text(&error),
     }
 }
 
@@ -83,7 +83,7 @@ fn good_materials(table: &MaterialTable) {
 pub(crate) fn materials(data: &[u8]) {
     match MaterialTable::load(&written("m.toml", data)) {
         Ok(table) => good_materials(&table),
-        Err(error) => told(&error),
+        Err(error) => check_text(&error),
     }
 }
 
@@ -104,7 +104,7 @@ pub(crate) fn layout(data: &[u8]) {
                 }
             }
         }
-        Err(error) => told(&error),
+        Err(error) => check_text(&error),
     }
 }
 
@@ -120,7 +120,7 @@ pub(crate) fn listener(data: &[u8]) {
                 assert!(pose.orientation.is_finite(), "{pose:?}");
             }
         }
-        Err(error) => told(&error),
+        Err(error) => check_text(&error),
     }
 }
 
@@ -132,10 +132,10 @@ pub(crate) fn wav(data: &[u8]) {
             assert!(!clip.samples.is_empty() && clip.rate_hz == 44_100);
             assert!(clip.samples.iter().all(|s| s.is_finite()));
         }
-        Err(error) => told(&error),
+        Err(error) => check_text(&error),
     }
     if let Err(error) = load_recording(&path, 44_100) {
-        told(&error);
+        check_text(&error);
     }
     // The bridges' converter is a sum for each sample: only files that are short at their rate.
     if data.len() < 4096

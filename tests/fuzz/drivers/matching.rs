@@ -24,7 +24,7 @@ thread_local! {
     static HEAD: Arc<Hrtf> = Arc::new(Hrtf::omnidirectional(16_000).expect("a head"));
 }
 
-/// The number of a surface or an edge: mostly the scene's, at times another scene's or nobody's.
+/// The index of a surface or an edge: mostly valid, at times of another scene or of none.
 fn number(bytes: &mut Bytes, most: usize) -> u32 {
     match bytes.byte() {
         255 => bytes.word(),
@@ -32,7 +32,7 @@ fn number(bytes: &mut Bytes, most: usize) -> u32 {
     }
 }
 
-/// A count of reflections or bends, of which no path has that many at times.
+/// A count of reflections or diffractions, at times more than any path has.
 fn count(bytes: &mut Bytes, most: usize) -> u8 {
     match bytes.byte() {
         wild @ 250.. => wild,
@@ -63,7 +63,7 @@ fn update(
     listener: ListenerPose,
 ) -> PathSet {
     let mut paths: Vec<Path> = (0..bytes.below(24)).map(|_| path(bytes, edges)).collect();
-    // An update is sorted; names may stand twice.
+    // An update is sorted; identifiers may occur twice.
     paths.sort_by_key(|path| path.id);
     let mut nearby: Vec<Path> = (0..bytes.below(6)).map(|_| path(bytes, edges)).collect();
     nearby.sort_by_key(|path| path.id);

@@ -51,7 +51,7 @@ pub(crate) fn commit(data: &[u8]) {
     };
     let mut propagator = Propagator::new(Arc::new(scene), SETTINGS).expect("settings");
     let [ear, a, b] = places;
-    // One of the sources may stand on a corner.
+    // One of the sources may lie at a corner.
     let corner = Vec3::from_array(positions[0]);
     let sources: Vec<SourcePose> = (0..)
         .zip([a, b, corner])

@@ -26,7 +26,7 @@ const GRAPHICS_RATE_HZ: f64 = 74.6;
 const LEVEL: u32 = 12;
 const PREDICTOR: PredictorKind = PredictorKind::Geometric(GeometricSettings::FULL);
 
-/// Height at which the top view cuts the hall open: above the last row of seats.
+/// Height in metres of the top view's cut: above the last row of seats.
 const HALL_CUT_M: f32 = 3.2;
 
 /// Number of speaking sources.
@@ -34,7 +34,7 @@ const SOURCES: usize = 4;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder for what is written.
+    /// Output folder.
     #[arg(long, default_value = "out/demo")]
     out: PathBuf,
     /// Length of the walk in seconds.
@@ -55,7 +55,7 @@ impl Default for Arguments {
     }
 }
 
-/// One schedule's rendering with its sound.
+/// One schedule's rendering.
 struct Walked {
     file: PathBuf,
     rendered: Rendered,

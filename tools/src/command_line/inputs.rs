@@ -1,4 +1,4 @@
-//! What a command line names: scenes, materials, places, sounds.
+//! Inputs that a command line names: scenes, materials, positions, sounds.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -13,21 +13,21 @@ use foresound_tools::clip::{Clip, load_clip};
 use foresound_tools::listener_path::parse_place;
 use glam::Vec3;
 
-/// How a mesh is to be read.
+/// How to read a mesh.
 #[derive(clap::Args, Clone, Default)]
 pub(crate) struct SceneArguments {
-    /// Materials by name (TOML), over the built-in table and the scene's own.
+    /// Materials by name (TOML), in addition to the built-in table and the scene's own.
     #[arg(long, value_name = "FILE")]
     pub(crate) materials: Option<PathBuf>,
-    /// Metres of one unit of the file.
+    /// Length of the file's unit in metres.
     #[arg(long, value_name = "FACTOR")]
     pub(crate) scale: Option<f32>,
-    /// The file's upward axis: y or z.
+    /// Upward axis of the file: y or z.
     #[arg(long, value_name = "AXIS")]
     pub(crate) up: Option<String>,
 }
 
-/// A scene with everything that came with it.
+/// A scene with its layout and notes from loading.
 pub(crate) struct LoadedScene {
     pub(crate) scene: Arc<Scene>,
     pub(crate) layout: Option<SceneLayout>,
@@ -153,15 +153,15 @@ pub(crate) fn asset(name: &str) -> Result<PathBuf> {
         })
 }
 
-/// A source and the sound that comes from it.
+/// A source and its sound.
 pub(crate) struct SourceArgument {
     pub(crate) place: SourcePlace,
     pub(crate) file: PathBuf,
 }
 
-/// Where a sound comes from.
+/// Position of a source.
 pub(crate) enum SourcePlace {
-    /// A place in metres.
+    /// A position in metres.
     At(Vec3),
     /// A source of the scene's layout, with all its settings.
     Named(String),
@@ -249,7 +249,7 @@ pub(crate) fn voice(number: usize, rate_hz: u32) -> Result<Clip> {
     load_sound(&file, rate_hz)
 }
 
-/// Loads a sound; what had to be changed goes to standard error.
+/// Loads a sound and prints notes on its conversion.
 pub(crate) fn load_sound(file: &Path, rate_hz: u32) -> Result<Clip> {
     let (clip, notes) = load_clip(file, rate_hz)?;
     print_notes(&notes);

@@ -1,4 +1,4 @@
-//! `inspect`: what a mesh is made of.
+//! `inspect`: triangles, surfaces, materials, edges and bounds of a mesh.
 
 use std::path::PathBuf;
 
@@ -55,13 +55,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     );
     println!("  surfaces    {}", scene.surfaces().len());
     println!("  materials   {}", names.join(", "));
-    let closed = if report.watertight {
-        "closed"
+    let watertight = if report.watertight {
+        "watertight"
     } else {
-        "not closed"
+        "not watertight"
     };
     println!(
-        "  edges       {}: {} open, {} shared by more than two; {closed}",
+        "  edges       {}: {} at a boundary, {} shared by more than two; {watertight}",
         report.edges, report.boundary_edges, report.non_manifold_edges
     );
     println!("  diffracting {} edges", scene.edges().len());

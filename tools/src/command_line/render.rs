@@ -59,7 +59,7 @@ pub(crate) struct Arguments {
     /// Use each result at once instead of L + 1 graphics frames later.
     #[arg(long)]
     no_latency: bool,
-    /// Sample rate: 44100 or 48000.
+    /// Sample rate in Hz: 44100 or 48000.
     #[arg(long, default_value_t = 44_100, value_name = "HZ")]
     rate: u32,
     /// Graphics frames a second.

@@ -1,4 +1,4 @@
-//! `rir`: an impulse response and what it says of the room.
+//! `rir`: an impulse response and its room-acoustic parameters.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use serde_json::json;
 use crate::inputs::{SceneArguments, load_scene, print_notes, within};
 use crate::session::{Session, Sound};
 
-/// Graphics frames, and updates, a second of the standing listener: nothing moves, so more of them decide nothing.
+/// Graphics frames, and updates, a second; nothing moves.
 const GRAPHICS_RATE_HZ: f64 = 10.0;
 
 #[derive(clap::Args)]
@@ -28,10 +28,10 @@ pub(crate) struct Arguments {
     scene: PathBuf,
     #[command(flatten)]
     intake: SceneArguments,
-    /// The source's place in metres.
+    /// Position of the source in metres.
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
     source: String,
-    /// The listener's place in metres.
+    /// Position of the listener in metres.
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
     listener: String,
     /// The WAV file to write, 32-bit float.
@@ -40,10 +40,10 @@ pub(crate) struct Arguments {
     /// Two ears (looking along −z) instead of one omnidirectional channel.
     #[arg(long)]
     binaural: bool,
-    /// Sample rate: 44100 or 48000.
+    /// Sample rate in Hz: 44100 or 48000.
     #[arg(long, default_value_t = 48_000, value_name = "HZ")]
     rate: u32,
-    /// Length.
+    /// Length in seconds.
     #[arg(long, default_value_t = 3.0)]
     seconds: f64,
     /// Print one JSON object.
@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     settings.generation.rate_hz = arguments.rate;
     settings.generation.max_sources = 1;
     settings.generation.limiter = false;
-    // The first graphics frame fades paths in, so the impulse waits for the second.
+    // Paths fade in during the first graphics frame; the impulse is in the second.
     let lead = (f64::from(arguments.rate) / GRAPHICS_RATE_HZ).round() as usize;
     let mut samples = vec![0.0; lead + 1];
     samples[lead] = 1.0;

@@ -1,4 +1,4 @@
-//! Traces of a run, to a file that Perfetto opens.
+//! Traces of a run in a file for Perfetto.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -7,7 +7,7 @@ use std::path::Path;
 use foresound::runtime::TraceLog;
 use foresound::{Error, Result};
 
-/// Writes a log; what was lost goes to standard error.
+/// Writes a log and reports lost spans on standard error.
 pub(crate) fn write_trace(file: &Path, log: &TraceLog) -> Result<()> {
     let failed = |error| Error::file(file, error, "give a file in a folder that is there");
     let mut out = BufWriter::new(File::create(file).map_err(failed)?);

@@ -1,4 +1,4 @@
-//! `validate`: every law with its figure and bound.
+//! `validate`: the figures of every law and their bounds.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -12,7 +12,7 @@ use crate::progress::Progress;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Only this law.
+    /// Measure only this law.
     #[arg(long)]
     law: Option<String>,
     /// Also write pictures of the laws into this folder.
@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Success if all laws hold, 1 if one does not.
+/// Success if all laws hold, exit code 1 otherwise.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let laws = match &arguments.law {
         Some(law) => vec![law.as_str()],
@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     })
 }
 
-/// Writes the pictures of all laws that have some, and says where.
+/// Writes the pictures of the laws and prints their files.
 fn write_figures(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder)
         .map_err(|error| Error::file(folder, error, "choose a folder that can be written"))?;

@@ -1,4 +1,4 @@
-//! A picture of a scene from above: plan, sources, listener, walk and the paths found.
+//! A picture of a scene from above: plan, sources, listener, walk and paths.
 
 mod marks;
 

@@ -80,7 +80,10 @@ fn parts(errors: &mut Errors) {
     let fine = committed(&tiles(MOST_IN_A_PART + 1));
     errors.of("a fine part", scene.add_instance(fine, &at));
     let scaled = Mat4::from_scale(Vec3::splat(2.0));
-    errors.of("a scale", InstancePose::from_matrix(id, &scaled));
+    errors.of(
+        "a scale",
+        InstancePose::from_matrix(id, scaled.to_cols_array_2d()),
+    );
     let nowhere = InstancePose::at(id, DVec3::NAN);
     errors.of("no place", scene.set_instance_pose(&nowhere));
     let turned = InstancePose {

@@ -101,7 +101,7 @@ impl Cell<'_> {
         settings.schedule = schedule;
         settings.predictor = self.predictor;
         settings.budget = self.budget;
-        // Pinned, one thread could be held up by another program for a whole round.
+        // A pinned thread can be delayed by another program for a whole round.
         settings.affinity = AffinityPolicy::None;
         settings.trace_spans = if self.trace { SPANS } else { 0 };
         let rate_hz = settings.generation.rate_hz;

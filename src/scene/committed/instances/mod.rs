@@ -21,15 +21,15 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Scene;
-use super::edges::MOST_MIRRORS;
-use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, AabbTree, Hit, Ray};
+use crate::scene::edges::MOST_MIRRORS;
+use crate::scene::surface::Surface;
 use materials::InstanceMaterials;
 use placed::PlacedInstance;
 
-pub use crate::scene::instances::changes::{SceneChange, SceneSnapshot};
-pub use crate::scene::instances::numbering::{MOST_IN_A_PART, MOST_INSTANCES};
+pub use crate::scene::committed::instances::changes::{SceneChange, SceneSnapshot};
+pub use crate::scene::committed::instances::numbering::{MOST_IN_A_PART, MOST_INSTANCES};
 pub use pose::{InstanceId, InstancePose};
 
 #[derive(Debug, Clone, Default)]

@@ -76,11 +76,12 @@ impl InstancePose {
         }
     }
 
-    /// From a rigid matrix.
+    /// From a rigid matrix of four columns of four rows.
     ///
     /// # Errors
     /// [`Error::Setting`] for a matrix that scales, shears, mirrors or is not finite.
-    pub fn from_matrix(id: InstanceId, matrix: &Mat4) -> Result<Self> {
+    pub fn from_matrix(id: InstanceId, columns: [[f32; 4]; 4]) -> Result<Self> {
+        let matrix = Mat4::from_cols_array_2d(&columns);
         let axes = DMat3::from_mat4(matrix.as_dmat4());
         let products = axes.transpose() * axes - DMat3::IDENTITY;
         let off = products.to_cols_array().map(f64::abs);
@@ -146,35 +147,48 @@ mod tests {
         assert_eq!((id.slot(), id.generation()), (3, 7));
         let good = InstancePose::at(id, DVec3::ONE);
         assert!(good.check().is_ok());
-        let place = |position| InstancePose { position, ..good };
-        assert!(place(DVec3::NAN).check().is_err());
-        assert!(place(DVec3::INFINITY).check().is_err());
-        assert!(place(DVec3::X * 2e6).check().is_err());
-        let turn = |rotation| InstancePose { rotation, ..good };
+        let at = |position| InstancePose { position, ..good };
+        assert!(at(DVec3::NAN).check().is_err());
+        assert!(at(DVec3::INFINITY).check().is_err());
+        assert!(at(DVec3::X * 2e6).check().is_err());
+        let rotated = |rotation| InstancePose { rotation, ..good };
         assert!(
-            turn(Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0))
+            rotated(Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0))
                 .check()
                 .is_err()
         );
-        assert!(turn(Quat::from_xyzw(0.0, 0.0, 0.0, 0.0)).check().is_err());
-        assert!(turn(Quat::from_xyzw(0.0, 0.0, 0.0, 1.01)).check().is_err());
+        assert!(
+            rotated(Quat::from_xyzw(0.0, 0.0, 0.0, 0.0))
+                .check()
+                .is_err()
+        );
+        assert!(
+            rotated(Quat::from_xyzw(0.0, 0.0, 0.0, 1.01))
+                .check()
+                .is_err()
+        );
     }
 
     #[test]
     fn a_matrix_that_turns_and_moves_passes() {
         let id = InstanceId::default();
-        let (turn, way) = (Quat::from_rotation_y(0.7), Vec3::new(1.0, 2.0, 3.0));
-        let good = Mat4::from_rotation_translation(turn, way);
-        let pose = InstancePose::from_matrix(id, &good).expect("rigid");
-        assert!(pose.rotation.abs_diff_eq(turn, 1e-6) && pose.position == way.as_dvec3());
+        let (rotation, translation) = (Quat::from_rotation_y(0.7), Vec3::new(1.0, 2.0, 3.0));
+        let good = Mat4::from_rotation_translation(rotation, translation);
+        let pose = InstancePose::from_matrix(id, good.to_cols_array_2d()).expect("rigid");
+        assert!(
+            pose.rotation.abs_diff_eq(rotation, 1e-6) && pose.position == translation.as_dvec3()
+        );
         for scale in [
             Vec3::splat(2.0),
             Vec3::new(1.0, 1.0, -1.0),
             Vec3::new(1.0, 1.1, 1.0),
         ] {
             let bad = good * Mat4::from_scale(scale);
-            assert!(InstancePose::from_matrix(id, &bad).is_err(), "{scale}");
+            assert!(
+                InstancePose::from_matrix(id, bad.to_cols_array_2d()).is_err(),
+                "{scale}"
+            );
         }
-        assert!(InstancePose::from_matrix(id, &Mat4::NAN).is_err());
+        assert!(InstancePose::from_matrix(id, Mat4::NAN.to_cols_array_2d()).is_err());
     }
 }

@@ -1,8 +1,10 @@
 //! A committed scene: a welded mesh, its surfaces, edges and a BVH over its triangles. The fixed part does not change;
-//! parts that move are [`super::instances`].
+//! parts that move are [`instances`].
 //!
 //! [`Scene::commit`] is control side and allocates. All queries take `&self`, neither allocate nor block, and may run on
 //! several threads at once.
+
+pub mod instances;
 
 use std::sync::Arc;
 
@@ -10,7 +12,6 @@ use glam::{DVec3, Vec3};
 
 use super::commit::{CommittedMesh, commit_mesh};
 use super::edges::EdgeSet;
-use super::instances::Instances;
 use super::materials::MaterialTable;
 use super::mesh::{MOST_TRIANGLES, TriangleMesh};
 use super::surface::finite_panel::{FinitePanel, FinitePanels};
@@ -22,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::geometry::bvh::RayObserver;
 use crate::geometry::triangle::PreparedRay;
 use crate::geometry::{Bvh, Ray};
+use instances::Instances;
 
 /// Settings of [`Scene::commit`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,7 +67,7 @@ pub struct Scene {
     air_np_per_m: BandArray,
     diagonal_m: f32,
     finite_panels: Arc<FinitePanels>,
-    pub(super) instances: Instances,
+    instances: Instances,
 }
 
 impl Scene {

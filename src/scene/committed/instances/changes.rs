@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::scene::instances::pose::InstancePose;
+use crate::scene::committed::instances::pose::InstancePose;
 use crate::scene::{CommittedMesh, Scene};
 
 /// Change of a scene.

@@ -9,8 +9,8 @@ use crate::acoustics::{BandArray, Material};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
 use crate::scene::Scene;
+use crate::scene::committed::instances::numbering;
 use crate::scene::edges::{DiffractingEdge, DiffractingEdges, Edge, EdgeMirrors, choose};
-use crate::scene::instances::numbering;
 use crate::scene::surface::Surface;
 use crate::scene::surface::finite_panel::FinitePanel;
 

@@ -1,0 +1,84 @@
+//! Linear ramps from one graphics frame's values to the next's.
+//!
+//! Audio side; arithmetic. A ramp keeps its target and its growth a frame; its present value is
+//! `target − growth × frames left`: a render call may stop anywhere in a ramp, nothing drifts, and at the end the value is
+//! the target bit for bit.
+
+use crate::simd::F32x8;
+
+/// The chunk that is being rendered.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ChunkSpan {
+    /// Time of its first frame.
+    pub(crate) now: i64,
+    /// Frames of the ramp left before it.
+    pub(crate) left: u32,
+    /// Its frames, at most [`CHUNK`](crate::generation::CHUNK).
+    pub(crate) frames: usize,
+}
+
+/// A value that moves linearly to its target.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct LinearRamp {
+    target: f64,
+    growth: f64,
+}
+
+impl LinearRamp {
+    pub(crate) fn at_rest(value: f64) -> Self {
+        Self {
+            target: value,
+            growth: 0.0,
+        }
+    }
+
+    /// The value with `left` frames of the ramp left.
+    pub(crate) fn value(&self, left: u32) -> f64 {
+        self.target - self.growth_now(left) * f64::from(left)
+    }
+
+    /// The growth a frame with `left` frames of the ramp left.
+    pub(crate) fn growth_now(&self, left: u32) -> f64 {
+        if left > 0 { self.growth } else { 0.0 }
+    }
+
+    /// From the value with `left` frames left to `target` within `ramp` frames.
+    pub(crate) fn retarget(&mut self, target: f64, left: u32, ramp: u32) {
+        self.growth = (target - self.value(left)) / f64::from(ramp);
+        self.target = target;
+    }
+
+    pub(crate) fn stop(&mut self, left: u32) {
+        *self = Self::at_rest(self.value(left));
+    }
+}
+
+/// Gains of eight bands that move linearly to their targets.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct BandRamp {
+    pub(crate) target: F32x8,
+    growth: F32x8,
+}
+
+impl BandRamp {
+    /// The gains with `left` frames of the ramp left.
+    pub(crate) fn value(&self, left: u32) -> F32x8 {
+        self.target - self.growth_now(left) * F32x8::splat(left as f32)
+    }
+
+    /// The growth a frame with `left` frames of the ramp left.
+    pub(crate) fn growth_now(&self, left: u32) -> F32x8 {
+        if left > 0 { self.growth } else { F32x8::ZERO }
+    }
+
+    /// From the gains with `left` frames left to `target` within `ramp` frames.
+    pub(crate) fn retarget(&mut self, target: F32x8, left: u32, ramp: u32) {
+        self.growth = (target - self.value(left)) * F32x8::splat(1.0 / ramp as f32);
+        self.target = target;
+    }
+
+    /// Whether the gains are zero now and until the end of the ramp.
+    pub(crate) fn is_silent(&self, left: u32) -> bool {
+        self.target == F32x8::ZERO && self.growth_now(left) == F32x8::ZERO
+    }
+}
