@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::acoustics::bands::fading;
+use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::image_source::finite_panel;
 use crate::propagation::image_source::image_path::ImagePath;
@@ -17,7 +17,7 @@ pub fn free_field(scene: &Scene, distance_m: f64, min_distance_m: f64) -> BandAr
     for value in &mut amplitude {
         *value *= distance_m as f32;
     }
-    amplitude = fading(&amplitude);
+    amplitude = exp_neg(&amplitude);
     for value in &mut amplitude {
         *value *= spreading;
     }

@@ -80,7 +80,7 @@ pub struct LateEnergy {
     /// The source.
     pub source: SourceId,
     /// Energy of the diffuse impulse response in each step of time, relative to the free field at 1 m, one a band. Steps
-    /// start at [`crate::propagation::diffuse::envelope::LATE_STEPS_FREE_TIMES`]; the last one has no end.
+    /// start at [`crate::propagation::diffuse::envelope::LATE_SEGMENT_STARTS`]; the last one has no end.
     pub energy: [BandArray; LATE_SEGMENTS],
     /// Reverberation time T60 in seconds around this source, one a band.
     pub decay_time_s: BandArray,

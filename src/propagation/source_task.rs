@@ -9,7 +9,7 @@ use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
 use crate::acoustics::BandArray;
 use crate::propagation::diffuse::{
-    LateEstimator, RayScratch, SourceRays, VisibilityCells, still_place,
+    LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::{ImagePath, Unfolded};
 use crate::propagation::image_source::occluder_cache::{Blocked, Occluders};
@@ -299,7 +299,7 @@ impl SourceTask {
                 let rays = &mut self.rays;
                 let source_rays = SourceRays {
                     origin: match moves {
-                        true => still_place(scene, source, turn, rays),
+                        true => stable_viewpoint(scene, source, turn, rays),
                         false => source,
                     },
                     listener: ear,
@@ -314,14 +314,14 @@ impl SourceTask {
                     poses_since: moment.poses_since,
                     fixed_since: moment.fixed_since,
                 };
-                let is_new = self.late.cast(scene, &source_rays, scratch, rays);
+                let is_new = self.late.cast_rays(scene, &source_rays, scratch, rays);
                 left -= usize::from(is_new || !moves);
                 if left == 0 {
                     break;
                 }
             }
             self.late
-                .look(scene, [source, ear], viewpoints, &mut self.rays);
+                .test_visibility(scene, [source, ear], viewpoints, &mut self.rays);
             estimate(&mut self.late)
         };
         self.predicted_late.clear();

@@ -195,7 +195,7 @@ impl Candidate {
             Course::Bends(_) if !place.is_shadowed => return Standing::Out,
             Course::Bends(_) if !settings.exact_geometry => return shapes.path(self.held(now)),
             Course::Bends(course) => {
-                return match course.way(now.scene, &place.spot) {
+                return match course.between(now.scene, &place.spot) {
                     Some(way) => shapes.bent(way),
                     None => Standing::Out,
                 };

@@ -31,7 +31,7 @@ use crate::extrapolation::frame_steps::Part;
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::PathSet;
-use crate::propagation::diffraction::{Endpoints, MOST_DOUBLE, MOST_MIRRORED};
+use crate::propagation::diffraction::{Endpoints, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 pub(crate) use crate::extrapolation::geometric::late_energy::late_now;
@@ -292,7 +292,9 @@ impl GeometricPredictor {
             }
             effort.spend(cost::HEARD);
             effort.spend(match (standing, candidate.course) {
-                (Standing::Bent(_), Course::Bends(course)) if course.is_double() => 2 * cost::WAVE,
+                (Standing::Bent(_), Course::Bends(course)) if course.has_two_edges() => {
+                    2 * cost::WAVE
+                }
                 (Standing::Bent(_), _) => cost::WAVE,
                 (Standing::Image(_), _) => cost::REFLECTED,
                 _ => 0,
@@ -307,7 +309,7 @@ impl GeometricPredictor {
             };
             mark.note_level(&path.amplitude);
             match candidate.course {
-                Course::Bends(course) => self.bent.push((course.is_double(), path)),
+                Course::Bends(course) => self.bent.push((course.has_two_edges(), path)),
                 Course::Mirrors(_) | Course::Unknown => paths.push(path),
             }
         }
@@ -327,9 +329,9 @@ impl GeometricPredictor {
         });
         for same in self.bent.chunk_by(|a, b| group(a) == group(b)) {
             let most = if same[0].0 {
-                MOST_DOUBLE
+                MAX_TWO_EDGE_PATHS
             } else {
-                MOST_MIRRORED
+                MAX_REFLECTED_EDGE_PATHS
             };
             paths.extend(same.iter().take(most).map(|(_, path)| *path));
         }

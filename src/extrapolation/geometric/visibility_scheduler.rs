@@ -194,7 +194,7 @@ fn most_rays(standing: Standing, shapes: &Shapes) -> u64 {
     match standing {
         Standing::Legs => shapes.unfolded.legs().order as u64 + 1,
         Standing::Image(number) => shapes.image_of(number).order as u64 + 1,
-        Standing::Bent(_) => revalidate::MOST_RAYS,
+        Standing::Bent(_) => revalidate::MAX_RAYS,
         Standing::Path(_) | Standing::Continued(_) | Standing::Out | Standing::Unasked => 0,
     }
 }
@@ -212,7 +212,9 @@ fn is_open(
         Standing::Image(number) => {
             are_clear(shapes.image_of(number), place, scene, blocked_leg, rays)
         }
-        Standing::Bent(number) => shapes.way_of(number).is_clear(scene, &place.spot, rays),
+        Standing::Bent(number) => shapes
+            .way_of(number)
+            .is_unoccluded(scene, &place.spot, rays),
         Standing::Path(_) | Standing::Continued(_) | Standing::Out | Standing::Unasked => true,
     }
 }

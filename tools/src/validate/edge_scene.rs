@@ -121,7 +121,7 @@ impl EdgeScene {
             // Without air, which the exact solution has not.
             let dry = (f64::from(self.scene.air_np_per_m()[band]) * length_m).exp();
             let size = f64::from(path.amplitude[band]) * dry;
-            sum += Complex::turn(-wavenumber * length_m) * size;
+            sum += Complex::cis(-wavenumber * length_m) * size;
         }
         sum.abs()
     }
