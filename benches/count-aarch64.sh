@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Executed aarch64 instructions: a ray, by scene and set, and a whole propagation update in the hall.
-# Arguments: scenes (all three if none are given), or --updates for the updates alone. Needs qemu-aarch64, gcc,
-# aarch64-linux-gnu-gcc and a rustc with a standard library for aarch64-unknown-linux-gnu (RUSTC names it). Twice the
-# work less once the work is what is counted, on one thread, so figures repeat exactly.
-# TARGET_DIR names a folder where the library has been built with these features before.
+# Counts executed aarch64 instructions: per ray, by scene and set, and per propagation update in the hall.
+# Arguments: scenes (default: all three), or --updates for the updates alone. Needs qemu-aarch64, gcc,
+# aarch64-linux-gnu-gcc and a rustc with a standard library for aarch64-unknown-linux-gnu (RUSTC). The count is the
+# difference between twice the work and once the work, on one thread: it repeats exactly.
+# TARGET_DIR: an existing build folder with these features.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scenes=("$@")
@@ -20,14 +20,14 @@ export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=${LINKER:-aarch64-linux-gnu
 cargo build --quiet --release --locked --no-default-features --features builtin-hrtf,capi --target "$target" \
     --target-dir "$target_dir" --example count_work
 gcc -O2 -shared -fPIC -o "$out/icount.so" benches/icount.c
-# With the cross package alone qemu has to be told where the C library is; with the real one it must not be.
+# The cross package needs the path of the C library; a native C library must not have it.
 qemu=(qemu-aarch64)
 [ -e /lib/ld-linux-aarch64.so.1 ] || qemu+=(-L /usr/aarch64-linux-gnu)
 instructions() {
-    local told
-    told=$(env -i "$(command -v "${qemu[0]}")" "${qemu[@]:1}" -plugin "$PWD/$out/icount.so" \
-        "$target_dir/$target/release/examples/count_work" "$@" 2>&1) || { echo "$told" >&2 && return 1; }
-    sed -n 's/^instructions //p' <<<"$told"
+    local output
+    output=$(env -i "$(command -v "${qemu[0]}")" "${qemu[@]:1}" -plugin "$PWD/$out/icount.so" \
+        "$target_dir/$target/release/examples/count_work" "$@" 2>&1) || { echo "$output" >&2 && return 1; }
+    sed -n 's/^instructions //p' <<<"$output"
 }
 [ ${#scenes[@]} = 0 ] || printf '%-14s %-11s %s\n' scene set 'instructions a ray'
 for scene in "${scenes[@]}"; do
@@ -38,10 +38,10 @@ for scene in "${scenes[@]}"; do
         printf '%-14s %-11s %d\n' "$scene" "$set" $(((twice - once) / rays))
     done
 done
-for sources in 1 16; do
+for sources in 1 4 16; do
     few=$(instructions update concert_hall "$sources" 4)
     many=$(instructions update concert_hall "$sources" 20)
-    # The mean of sixteen, all ray rotations once; in tenths of a million.
+    # The mean of sixteen updates, one per ray rotation, in tenths of a million.
     tenths=$(((many - few) / 1600000))
     printf 'concert_hall, %d sources: %d.%d million instructions an update\n' "$sources" $((tenths / 10)) $((tenths % 10))
 done

@@ -1,14 +1,11 @@
-//! The audio side of the bridges leaves memory alone, in success and in failure; sources come through as they were meant.
-#![cfg(feature = "capi")]
+//! The audio functions do not allocate, in success and in failure; options of sources persist.
 
-use foresound::bridge::capi::engine::{foresound_engine_create, foresound_engine_tick};
-use foresound::bridge::capi::sound::{foresound_render, foresound_stream_write};
-use foresound::bridge::capi::source::{
-    foresound_clip_from_samples, foresound_source_add, foresound_source_play,
-    foresound_source_stream,
+use foresound::bridge::capi::{
+    foresound_clip_from_samples, foresound_close, foresound_engine_create, foresound_engine_tick,
+    foresound_last_error, foresound_render, foresound_source_add, foresound_source_play,
+    foresound_source_stream, foresound_stream_write,
 };
-use foresound::bridge::capi::{foresound_close, foresound_last_error};
-use foresound::bridge::session::{ENGINES, SourceOptions};
+use foresound::bridge::engine::{ENGINES, SourceOptions};
 use foresound::bridge::sound::{RENDERERS, RenderInfo};
 use foresound::bridge::{Options, Pose, Status};
 
@@ -28,7 +25,7 @@ fn pose(source: u32, z_m: f32) -> Pose {
     }
 }
 
-/// An engine and its renderer, synchronous, so that a frame is a frame.
+/// A synchronous engine and its renderer.
 fn engine() -> (u64, u64) {
     let options = Options {
         guide_rays: 1,
@@ -36,12 +33,12 @@ fn engine() -> (u64, u64) {
         depth: 0,
         schedule: 1,
         frame_s: 0.01,
-        late: 0,
-        head: 1,
+        late_reverb: 0,
+        hrtf: 1,
         ..Options::default()
     };
     let (mut engine, mut renderer) = (0, 0);
-    // SAFETY: the addresses are those of variables that live on; no head-related set is none.
+    // SAFETY: the addresses of variables; a null pointer for no HRTF set.
     let status = unsafe {
         foresound_engine_create(
             &raw const options,
@@ -78,7 +75,7 @@ fn render(renderer: u64, block: &mut [f32]) -> Status {
 
 fn write(stream: u64, samples: &[f32]) -> (Status, usize) {
     let mut written = 0;
-    // SAFETY: the slice has as many samples as it has; the other is a variable.
+    // SAFETY: the address and length of a slice; the other is a variable.
     let status = unsafe {
         foresound_stream_write(stream, samples.as_ptr(), samples.len(), &raw mut written)
     };
@@ -86,7 +83,7 @@ fn write(stream: u64, samples: &[f32]) -> (Status, usize) {
 }
 
 #[test]
-fn sound_calls_neither_allocate_nor_free_nor_leave_words() {
+fn audio_functions_neither_allocate_nor_leave_a_message() {
     let (engine, renderer) = engine();
     let source = add(engine);
     let mut stream = 0;
@@ -114,7 +111,7 @@ fn sound_calls_neither_allocate_nor_free_nor_leave_words() {
     assert_eq!(render(renderer ^ 1 << 20, &mut block), Status::Closed);
     assert_eq!(render(7, &mut block), Status::Closed);
     assert_eq!(write(renderer, &samples).0, Status::WrongKind);
-    // SAFETY: null is what is tried; nothing is written to it.
+    // SAFETY: null pointers are valid arguments that cause an error.
     let null = unsafe { foresound_render(renderer, std::ptr::null_mut(), 9, std::ptr::null_mut()) };
     assert_eq!(null, Status::Null);
     operations += counting::operations() - started;
@@ -127,7 +124,7 @@ fn sound_calls_neither_allocate_nor_free_nor_leave_words() {
 }
 
 #[test]
-fn a_renderer_in_use_is_busy_and_not_waited_for() {
+fn a_renderer_in_use_is_busy() {
     let (engine, renderer) = engine();
     let held = RENDERERS.with(renderer, |_| {
         let mut block = [1.0; 64];
@@ -139,9 +136,9 @@ fn a_renderer_in_use_is_busy_and_not_waited_for() {
     assert_eq!(foresound_close(engine), Status::Ok);
 }
 
-/// What is said of a source stays said, whoever moves it afterwards and whoever does not.
+/// Options persist for sources with and without new poses.
 #[test]
-fn a_sources_options_survive_its_poses() {
+fn options_of_a_source_persist() {
     let (engine, renderer) = engine();
     let source = add(engine);
     let mut clip = 0;
@@ -168,18 +165,18 @@ fn a_sources_options_survive_its_poses() {
         effects: 0,
         ..SourceOptions::default()
     };
-    let configured = ENGINES.with(engine, |session| session.configure(source, &silent));
+    let configured = ENGINES.with(engine, |engine| engine.configure(source, &silent));
     assert_eq!(configured, Ok(()));
     // A source that does not move, then one that does.
     assert!(loudest(&[]) < 1e-4);
     assert!(loudest(&[pose(source, -1.0)]) < 1e-4);
-    let stale = ENGINES.with(engine, |session| session.configure(source + 9, &silent));
+    let stale = ENGINES.with(engine, |engine| engine.configure(source + 9, &silent));
     assert_eq!(
-        stale.map_err(|fault| fault.status),
+        stale.map_err(|error| error.status),
         Err(Status::StaleSource)
     );
     let all = SourceOptions::default();
-    let configured = ENGINES.with(engine, |session| session.configure(source, &all));
+    let configured = ENGINES.with(engine, |engine| engine.configure(source, &all));
     assert_eq!(configured, Ok(()));
     assert!(loudest(&[pose(source, -1.0)]) > 0.01);
     assert_eq!(foresound_close(engine), Status::Ok);

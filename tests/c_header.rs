@@ -1,6 +1,6 @@
-//! The C header is made of the sources, and `include/foresound.h` is what they make today.
-#![cfg(feature = "capi")]
+//! `include/foresound.h` and `Native.java` are written from the tables of `src/bridge`, and are up to date.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -8,34 +8,73 @@ use cbindgen::{
     Builder, Config, DocumentationStyle, EnumConfig, ExportConfig, ItemType, Language, RenameRule,
     Style,
 };
+use foresound::bridge::interface::{Function, Parameter, camel_case, functions, structures};
+use foresound::bridge::pose::POSE_BYTES;
 
-const HEAD: &str = "\
-/* Foresound: real-time ray-traced sound. The C interface, for C, C++ and engines that speak either.
+const PREAMBLE: &str = "\
+/* Foresound: real-time ray-traced sound. The C interface, for C, C++ and engines with C bindings.
  *
- * Made from src/bridge by `FORESOUND_WRITE_HEADER=1 cargo test --test c_header`; do not edit.
+ * Written from src/bridge by `FORESOUND_WRITE_HEADER=1 cargo test --test c_header`; do not edit.
  *
  * Handles. Engines, renderers, scenes, clips, streams and outputs are 64-bit numbers, never 0, closed with
- * foresound_close. A closed handle, another kind's, or any number at all is an error and never a crash.
+ * foresound_close. A closed handle, another kind's or an arbitrary number is an error and never undefined behaviour.
  *
- * Threads. Each function says which threads may call it; \"the audio thread\" is whichever makes sound. Calls on one
- * handle from several threads wait for each other, but for foresound_render and foresound_stream_write, which never
+ * Threads. The audio thread is the one that renders. Any other thread is a control thread; control functions wait for
+ * each other if they use the same handle. foresound_render and foresound_stream_write are for the audio thread: they never
  * wait and never allocate.
  *
- * Units. Metres, seconds, Hz, pressure ratios; right-handed, +y up. An audio frame is one sample a channel; a graphics
- * frame is the app's tick.
+ * Units. Metres, seconds, Hz, linear gain; right-handed coordinates, +y up. An audio frame is one sample a channel; a
+ * graphics frame is the app's tick. Sources and instances have 32-bit ids.
  *
- * Errors. Every call returns a ForesoundStatus; foresound_last_error has the words. What a call was to give is 0 if it
- * fails.
+ * Pointers. A pointer is the address of a variable of its type, or of an array with the length of the parameter after it.
+ * It need not be valid after the call. Texts are UTF-8 with a terminating zero. Null is an error (FORESOUND_STATUS_NULL)
+ * except for an array of length 0 and where the function's description allows it.
  *
- * Options. Structures begin with their size: fill them with the defaults (foresound_..._default), then change fields.
- * A library that is newer than its caller keeps the defaults of what the caller does not know.
+ * Errors. Functions return a ForesoundStatus; foresound_last_error has the message. After a failure, results are 0 (handles,
+ * counts) or UINT32_MAX (ids).
+ *
+ * Options. Structures begin with their size: fill them with the defaults (foresound_..._default), then change fields. A
+ * newer library uses the defaults for fields that an older caller's header lacks.
  */";
 
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The shared functions and the structures as Rust declarations, which cbindgen reads: it does not expand macros.
+fn declarations() -> String {
+    let mut text = String::from("use std::ffi::c_char;\n");
+    for structure in structures() {
+        let _ = writeln!(text, "{}", structure.source);
+    }
+    let [shared, _] = functions();
+    for function in shared {
+        for line in function.docs {
+            let _ = writeln!(text, "///{line}");
+        }
+        let mut parameters = String::new();
+        for Parameter { name, count, c, .. } in &function.parameters {
+            let _ = write!(parameters, "{name}: {c}, ");
+            if let Some(count) = count {
+                let _ = write!(parameters, "{count}: usize, ");
+            }
+        }
+        if let Some(Parameter { name, c, .. }) = &function.result {
+            let _ = write!(parameters, "{name}: *mut {c}");
+        }
+        let name = function.name;
+        let _ = writeln!(
+            text,
+            "#[unsafe(no_mangle)] pub extern \"C\" fn {name}({parameters}) -> Status {{}}"
+        );
+    }
+    text
+}
+
 fn header() -> String {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = Config {
         language: Language::C,
-        header: Some(HEAD.into()),
+        header: Some(PREAMBLE.into()),
         include_guard: Some("FORESOUND_H".into()),
         cpp_compat: true,
         documentation_style: DocumentationStyle::C99,
@@ -44,7 +83,7 @@ fn header() -> String {
         no_includes: true,
         sys_includes: vec!["stddef.h".into(), "stdint.h".into()],
         after_includes: Some(format!(
-            "\n/* The interface that this header describes, as foresound_version gives it. */\n#define FORESOUND_API_VERSION {:#010x}u",
+            "\n/* The version of this header; compare with foresound_version. */\n#define FORESOUND_API_VERSION {:#010x}u",
             foresound::bridge::VERSION
         )),
         line_length: 120,
@@ -60,66 +99,144 @@ fn header() -> String {
         },
         ..Config::default()
     };
-    let mut builder = Builder::new().with_config(config);
-    let mut files: Vec<PathBuf> = [
-        "fault",
-        "health",
-        "options",
-        "picture",
-        "pose",
-        "scenes",
-        "session",
-        "sound",
-        "statistics",
-    ]
-    .iter()
-    .map(|name| root.join(format!("src/bridge/{name}.rs")))
-    .collect();
-    // Its modules are followed.
-    files.push(root.join("src/bridge/capi/mod.rs"));
-    for file in files {
-        builder = builder.with_src(file);
-    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let declared = folder.path().join("declarations.rs");
+    fs::write(&declared, declarations()).expect("is written");
+    let bridge = root().join("src/bridge");
     let mut bytes = Vec::new();
-    builder
+    Builder::new()
+        .with_config(config)
+        .with_src(bridge.join("error.rs"))
+        .with_src(bridge.join("pose.rs"))
+        .with_src(declared)
+        // Its modules are followed.
+        .with_src(bridge.join("capi/mod.rs"))
         .generate()
         .expect("the sources parse")
         .write(&mut bytes);
     let text = String::from_utf8(bytes).expect("is text");
-    // The sections for Rust's readers are the caller's word, which the rest says already.
-    text.replace("// # Safety\n", "// Pointers:\n")
+    // The section for readers of the Rust code: the preamble has its content.
+    let unsafety = "//\n// # Safety\n// Pointers are null or valid as the header says";
+    text.replace(&format!("{unsafety}.\n"), "")
+        .replace(&format!("{unsafety}; "), "//\n// ")
 }
 
-#[test]
-fn the_header_is_what_the_sources_make() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("include/foresound.h");
-    let made = header();
-    if std::env::var_os("FORESOUND_WRITE_HEADER").is_some() {
-        fs::write(&path, &made).expect("include is there");
+fn native(function: &Function, documented: bool) -> String {
+    let mut text = String::new();
+    if documented {
+        let docs: String = function.docs.concat();
+        let _ = writeln!(text, "\n    /**{docs} */");
     }
-    let kept = fs::read_to_string(&path).unwrap_or_default();
+    let result = function.result.as_ref().map_or("void", |r| r.java[0]);
+    let parameters = function.parameters.iter();
+    let parameters: Vec<String> = parameters
+        .map(|p| format!("{} {}", p.java[0], camel_case(p.name)))
+        .collect();
+    let name = function.java_name();
+    let line = format!(
+        "    static native {result} {name}({});",
+        parameters.join(", ")
+    );
+    let broken = line.replace('(', "(\n            ");
+    let _ = writeln!(text, "{}", if line.len() > 120 { broken } else { line });
+    text
+}
+
+fn native_java() -> String {
+    let mut text = format!(
+        "\
+package dev.foresound;
+
+import java.nio.ByteBuffer;
+
+/**
+ * The natives of libforesound, registered by its JNI_OnLoad; the Kotlin classes of this package are the public interface.
+ * Written from src/bridge by `FORESOUND_WRITE_HEADER=1 cargo test --test c_header`; do not edit.
+ *
+ * <p>Functions without a comment are those of foresound.h. A failed call throws. Structures are lists of doubles, indexed
+ * by the constants of the nested classes; null options are the defaults. Buffers are direct, in native order.
+ */
+final class Native {{
+    /** Bytes of a pose in a frame: the source's id, three floats of position, four of orientation. */
+    static final int POSE_BYTES = {POSE_BYTES};
+
+    /** Why the library is missing; null if it is loaded. */
+    private static final Throwable MISSING = NativeLibrary.load();
+
+    private Native() {{}}
+
+    /** Throws {{@link UnavailableException}} if the library is missing. */
+    static void require() {{
+        NativeLibrary.require(MISSING);
+    }}
+
+"
+    );
+    let [shared, java] = functions();
+    for function in &shared {
+        text += &native(function, false);
+    }
+    for function in &java {
+        text += &native(function, true);
+    }
+    for structure in structures() {
+        let _ = write!(
+            text,
+            "\n    static final class {} {{\n        static final int LENGTH = {};\n",
+            structure.name, structure.length
+        );
+        for (field, index) in structure.fields {
+            let field = field.to_uppercase();
+            let _ = writeln!(text, "        static final int {field} = {index};");
+        }
+        text += "    }\n";
+    }
+    text + "}\n"
+}
+
+fn is_up_to_date(file: PathBuf, made: &str) {
+    if std::env::var_os("FORESOUND_WRITE_HEADER").is_some() {
+        fs::write(&file, made).expect("its folder exists");
+    }
+    let kept = fs::read_to_string(&file).unwrap_or_default();
     assert!(
         made == kept,
-        "include/foresound.h is old: run FORESOUND_WRITE_HEADER=1 cargo test --test c_header"
+        "{} is out of date: run FORESOUND_WRITE_HEADER=1 cargo test --test c_header",
+        file.display()
     );
 }
 
-/// Every exported function stands in the header, whatever file it is in.
+#[test]
+fn the_header_is_up_to_date() {
+    is_up_to_date(root().join("include/foresound.h"), &header());
+}
+
+#[test]
+fn the_natives_are_up_to_date() {
+    let file = "android/foresound/src/main/java/dev/foresound/Native.java";
+    is_up_to_date(root().join(file), &native_java());
+}
+
+/// The header declares every function of the table and of the folder `capi`.
 #[test]
 fn the_header_has_every_exported_function() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/bridge/capi");
-    let made = header();
-    let mut count = 0;
-    for entry in fs::read_dir(folder).expect("is there") {
+    let [shared, _] = functions();
+    let mut names: Vec<String> = shared.iter().map(|f| f.name.to_owned()).collect();
+    assert!(names.len() > 25, "{} functions in the table", names.len());
+    for entry in fs::read_dir(root().join("src/bridge/capi")).expect("exists") {
         let text = fs::read_to_string(entry.expect("readable").path()).expect("text");
-        for part in text.split("extern \"C\" fn ").skip(1) {
-            let name = part.split('(').next().unwrap_or_default();
-            assert!(
-                made.contains(&format!(" {name}(")) || made.contains(&format!("*{name}(")),
-                "{name} is missing"
-            );
-            count += 1;
-        }
+        let parts = text.split("extern \"C\" fn foresound_").skip(1);
+        names.extend(parts.map(|part| {
+            let end = part.split('(').next().unwrap_or_default();
+            format!("foresound_{end}")
+        }));
     }
-    assert!(count > 20, "{count} functions");
+    assert!(names.len() > 35, "{} functions", names.len());
+    let made = header();
+    for name in names {
+        assert!(
+            made.contains(&format!(" {name}(")) || made.contains(&format!("*{name}(")),
+            "{name} is missing"
+        );
+    }
 }

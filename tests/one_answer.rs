@@ -1,4 +1,4 @@
-//! Every tree and instruction set gives the answer of the specification, to the bit: `PreparedRay::meet` on every
+//! Every tree and instruction set gives the answer of the specification, to the bit: `PreparedRay::intersect` on every
 //! triangle, the smallest parameter first and the lowest index of equals.
 
 use foresound::geometry::bvh::{InstructionSet, NO_GROUP};
@@ -17,11 +17,11 @@ fn draw(counter: u64) -> f32 {
 
 /// The specification itself: no tree.
 fn specified(bvh: &Bvh, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-    let prepared = PreparedRay::of(ray, bvh.margin_m())?;
+    let prepared = PreparedRay::new(ray, bvh.margin_m())?;
     bvh.triangles()
         .filter(|(_, _, group)| !ignored.contains(group))
         .filter_map(|(corners, triangle, group)| {
-            let t = prepared.meet(&corners)?;
+            let t = prepared.intersect(&corners)?;
             Some(Hit { t, triangle, group })
         })
         .min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
-use foresound::bridge::session::{self, ENGINES};
+use foresound::bridge::engine::{self, ENGINES};
 use foresound::bridge::sound::{RENDERERS, STREAMS, render, write_stream};
 use foresound::bridge::{Options, Pose, Status, clip, scenes};
 use foresound::generation::{GeneratorSettings, Hrtf};
@@ -80,10 +80,11 @@ fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Stat
     let number = dice(state);
     let source = sources.first().copied().unwrap_or(number as u32);
     let x = 0.5 + (number >> 32) as f32 / u32::MAX as f32 * 3.0;
-    let with =
-        |act: &mut dyn FnMut(&mut session::Session) -> Result<(), foresound::bridge::Fault>| {
-            ENGINES.with(engine, |session| act(session))
-        };
+    let with = |act: &mut dyn FnMut(
+        &mut engine::EngineControl,
+    ) -> Result<(), foresound::bridge::CallError>| {
+        ENGINES.with(engine, |engine| act(engine))
+    };
     let done = match number % 12 {
         0 => with(&mut |s| {
             sources.push(s.add_source([x, 1.0, 1.0])?);
@@ -94,11 +95,11 @@ fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Stat
             with(&mut |s| s.remove_source(source))
         }
         2 => clip::from_samples(&hum(), 16_000, 16_000).and_then(|clip| {
-            let played = session::play(engine, source, clip, true);
+            let played = engine::play(engine, source, clip, true);
             drop(clip::CLIPS.remove(clip));
             played
         }),
-        3 => session::stream(engine, source, 100).and_then(|stream| {
+        3 => engine::stream(engine, source, 100).and_then(|stream| {
             let wrote = write_stream(stream, &[0.1; 50]);
             drop(STREAMS.remove(stream));
             wrote.map(drop)
@@ -125,13 +126,13 @@ fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Stat
             &scenes::SceneOptions::default(),
         )
         .and_then(|scene| {
-            let set = session::set_scene(engine, scene);
+            let set = engine::set_scene(engine, scene);
             drop(scenes::SCENES.remove(scene));
             set
         }),
         _ => with(&mut |s| s.tick(pose(0, x).listener(), [pose(source, x)].into_iter())),
     };
-    done.map_err(|fault| fault.status)
+    done.map_err(|error| error.status)
 }
 
 #[test]
@@ -147,12 +148,12 @@ fn eight_control_threads_share_an_engine() {
             guide_rays: 16,
             source_rays: 8,
             max_delay_s: 0.05,
-            head: 1,
+            hrtf: 1,
             schedule,
             frame_s: 0.01,
             ..Options::default()
         };
-        let (engine, renderer) = session::create(&options, None).expect("an engine");
+        let (engine, renderer) = engine::create(&options, None).expect("an engine");
         let running = AtomicBool::new(true);
         let [calls, failures] = [0, 0].map(|zero| Arc::new(AtomicU64::new(zero)));
         thread::scope(|scope| {

@@ -1,5 +1,5 @@
-/* Every function of foresound.h with nulls, closed and foreign handles, numbers that are none, huge sizes: each is
- * refused with a status and, but on the audio side, with words; nothing crashes. Prints how many were refused. */
+/* Calls every function of foresound.h with null pointers, closed and foreign handles, NaN, and huge sizes. Each call
+ * returns an error status and, except for audio functions, leaves a message. Prints the number of errors. */
 #include <foresound.h>
 
 #include <math.h>
@@ -9,13 +9,13 @@
 
 static int refused;
 
-static void refuses(const char *what, int line, ForesoundStatus status, int has_words) {
+static void refuses(const char *what, int line, ForesoundStatus status, int has_message) {
     if (status == FORESOUND_STATUS_OK || status == FORESOUND_STATUS_PANIC) {
         fprintf(stderr, "line %d: %s gave %d\n", line, what, (int)status);
         exit(1);
     }
-    if (has_words && strlen(foresound_last_error()) < 6) {
-        fprintf(stderr, "line %d: %s has no words\n", line, what);
+    if (has_message && strlen(foresound_last_error()) < 6) {
+        fprintf(stderr, "line %d: %s has no message\n", line, what);
         exit(1);
     }
     refused++;
@@ -34,7 +34,7 @@ static void works(const char *what, int line, ForesoundStatus status) {
 
 #define HUGE_COUNT ((size_t)-1 / 8)
 
-/* Everything that takes an engine, with one that is none. */
+/* Every function with an engine handle, with an invalid one. */
 static void no_engine(uint64_t engine, uint64_t scene, uint64_t clip) {
     ForesoundPose pose = {0, {0, 1, 0}, {0, 0, 0, 1}};
     ForesoundEngineStatistics statistics;
@@ -68,7 +68,7 @@ static void no_engine(uint64_t engine, uint64_t scene, uint64_t clip) {
 
 int main(void) {
     const float corners[9] = {0, 0, 0, 1, 0, 0, 0, 0, 1};
-    const float askew_corners[9] = {0, NAN, 0, 1, INFINITY, 0, 0, 0, 1};
+    const float invalid_corners[9] = {0, NAN, 0, 1, INFINITY, 0, 0, 0, 1};
     const uint32_t triangle[3] = {0, 1, 2};
     const uint32_t beyond[3] = {0, 1, 3};
     const char *names[1] = {NULL};
@@ -127,15 +127,15 @@ int main(void) {
     WRONG(schedule, 2);
     WRONG(predictor, 3);
     WRONG(affinity, 3);
-    WRONG(head, 2);
-    WRONG(late, 2);
+    WRONG(hrtf, 2);
+    WRONG(late_reverb, 2);
     WRONG(limiter, 2);
-    WRONG(nearest_m, NAN);
+    WRONG(min_distance_m, NAN);
     WRONG(ceiling_db, 1);
     WRONG(frame_s, NAN);
     WRONG(frame_s, -1);
     WRONG(max_delay_s, INFINITY);
-    WRONG(manners, 4);
+    WRONG(device_hints, 4);
     WRONG(shown_paths, 0xffffffffu);
     YES(foresound_engine_create(&options, NULL, 0, &engine, &renderer));
 
@@ -149,7 +149,7 @@ int main(void) {
     NO(MESH(corners, HUGE_COUNT, triangle, 3, NULL, NULL, 0, NULL));
     NO(MESH(corners, 3, triangle, (size_t)-1, NULL, NULL, 0, NULL));
     NO(MESH((const float *)((const char *)corners + 1), 2, triangle, 3, NULL, NULL, 0, NULL));
-    NO(MESH(askew_corners, 3, triangle, 3, NULL, NULL, 0, NULL));
+    NO(MESH(invalid_corners, 3, triangle, 3, NULL, NULL, 0, NULL));
     NO(MESH(corners, 3, triangle, 3, materials, names, 1, NULL));
     NO(MESH(corners, 3, triangle, 3, materials, name, 1, NULL));
     NO(MESH(corners, 3, triangle, 3, NULL, name, 1, NULL));
@@ -228,9 +228,9 @@ int main(void) {
     NO(foresound_engine_paths(engine, NULL, 1, &count));
     NO(foresound_engine_paths(engine, &path, HUGE_COUNT, &count));
     NO(foresound_engine_paths(engine, &path, 1, NULL));
-    budget.least_tier = 6;
+    budget.quality_level = 6;
     NO(foresound_engine_set_budget(engine, &budget));
-    budget.least_tier = 0;
+    budget.quality_level = 0;
     budget.fixed = 2;
     NO(foresound_engine_set_budget(engine, &budget));
     budget.fixed = 0;
@@ -245,7 +245,7 @@ int main(void) {
     YES(foresound_engine_health(engine, &health));
     YES(foresound_engine_paths(engine, NULL, 0, &count));
 
-    /* The audio side, which has no words. */
+    /* Audio functions, which leave no message. */
     QUIET_NO(foresound_render(renderer, NULL, 1, NULL));
     QUIET_NO(foresound_render(renderer, block, HUGE_COUNT, NULL));
     QUIET_NO(foresound_render(renderer, (float *)((char *)block + 1), 1, NULL));
@@ -264,7 +264,7 @@ int main(void) {
     NO(foresound_output_info(engine, &played));
     YES(foresound_output_info(output, &played));
 
-    /* Handles that are none, foreign, and closed. */
+    /* Invented, foreign and closed handles. */
     const uint64_t handles[] = {0, 1, UINT64_MAX, 1ull << 63, engine ^ 1, engine ^ 1ull << 40, scene, clip, stream, renderer};
     for (size_t i = 0; i < sizeof handles / sizeof *handles; i++) no_engine(handles[i], scene, clip);
     for (size_t i = 0; i < 4; i++) {

@@ -1,8 +1,7 @@
-/* The walk of android/jvm/reference.rs through the C interface: an example of how it is used, and a proof that it gives
- * the same bits. Usage: walk SCENE.obj OUT.raw
+/* An example of the C interface: the walk of android/jvm/reference.rs, with the same bits. Usage: walk SCENE.obj OUT.raw
  *
- * A game would call foresound_engine_tick from its frame loop, and hand the renderer to foresound_output_start or call
- * foresound_render from its own audio callback.
+ * A game calls foresound_engine_tick from its frame loop, and passes the renderer to foresound_output_start or calls
+ * foresound_render from its audio callback.
  */
 #include "foresound.h"
 
@@ -74,10 +73,10 @@ int main(int count, char **arguments) {
     FILE *out = fopen(arguments[2], "wb");
     if (!out) return 4;
     for (int tick = 0; tick < TICKS; tick++) {
-        float way = (float)tick / (float)TICKS;
-        ForesoundPose listener = {0, {12.5f - 6.0f * way, 1.65f, 0.5f + 4.0f * way}, {0, 0.5f * way, 0, 1}};
-        ForesoundPose moving = {near_source, {5.0f, 1.5f, 3.25f - way}, {0, 0, 0, 1}};
-        swing.position_m[2] = 1.0f + way;
+        float progress = (float)tick / (float)TICKS;
+        ForesoundPose listener = {0, {12.5f - 6.0f * progress, 1.65f, 0.5f + 4.0f * progress}, {0, 0.5f * progress, 0, 1}};
+        ForesoundPose moving = {near_source, {5.0f, 1.5f, 3.25f - progress}, {0, 0, 0, 1}};
+        swing.position_m[2] = 1.0f + progress;
         must(foresound_instance_move(engine, door, &swing), "door");
         must(foresound_engine_tick(engine, &listener, &moving, 1), "tick");
         ForesoundRenderInfo info;
@@ -90,7 +89,7 @@ int main(int count, char **arguments) {
     must(foresound_engine_statistics(engine, &statistics), "statistics");
     printf("c updates %" PRIu64 " paths %" PRIu32 "\n", statistics.updates, statistics.paths);
 
-    /* What must not be is refused, and nothing else. */
+    /* Errors. */
     ForesoundPose bad = {77, {0, 0, 0}, {0, 0, 0, 1}};
     refused(foresound_engine_tick(engine, NULL, NULL, 0), FORESOUND_STATUS_NULL, "no listener");
     refused(foresound_engine_tick(engine, &bad, &bad, 1), FORESOUND_STATUS_STALE_SOURCE, "no source");
@@ -105,7 +104,7 @@ int main(int count, char **arguments) {
     if (scene != 0 || foresound_last_error()[0] == 0) return 8;
     options.size = 0;
     refused(foresound_engine_create(&options, NULL, 0, &engine, &renderer), FORESOUND_STATUS_BAD_ARGUMENT, "no size");
-    options.size = 8; /* A caller that knows the rate alone. */
+    options.size = 8; /* A caller whose header ends after the rate. */
     options.rate_hz = 44100;
     options.guide_rays = 0;
     uint64_t engine2, renderer2;

@@ -19,7 +19,7 @@ final class Bridge {
             missing();
             return;
         }
-        if (Native.version() >> 16 != 1) throw new AssertionError("version " + Native.version());
+        if (Native.version() >> 16 != 2) throw new AssertionError("version " + Native.version());
         switch (arguments[0]) {
             case "walk" -> walk(arguments[1], Path.of(arguments[2]));
             case "abuse" -> abuse();
@@ -31,14 +31,14 @@ final class Bridge {
         if (Native.openHandles() != 0) throw new AssertionError(Native.openHandles() + " handles are left open");
     }
 
-    /** Without the library: the reason in words, whatever the device lacks. */
+    /** Without the library: the message has the reason. */
     static void missing() {
         refuses(UnavailableException.class, Native::require);
         var cause = new UnsatisfiedLinkError("no foresound in library path");
         String[] reasons = {
-            Native.reason(24, java.util.List.of("arm64-v8a"), cause),
-            Native.reason(34, java.util.List.of("armeabi-v7a", "armeabi"), cause),
-            Native.reason(34, java.util.List.of("arm64-v8a"), cause),
+            NativeLibrary.reason(24, java.util.List.of("arm64-v8a"), cause),
+            NativeLibrary.reason(34, java.util.List.of("armeabi-v7a", "armeabi"), cause),
+            NativeLibrary.reason(34, java.util.List.of("arm64-v8a"), cause),
         };
         String[] words = {"API 26", "armeabi-v7a", "no foresound in library path"};
         for (int i = 0; i < 3; i++) if (!reasons[i].contains(words[i])) throw new AssertionError(reasons[i]);
@@ -50,27 +50,27 @@ final class Bridge {
     }
 
     static double[] options() {
-        double[] options = new double[Native.OPTIONS];
-        Native.optionDefaults(options);
-        options[0] = RATE_HZ;
+        double[] options = new double[Native.Options.LENGTH];
+        Native.optionsDefault(options);
+        options[Native.Options.RATE_HZ] = RATE_HZ;
         return options;
     }
 
-    /** Small and without propagation's thread: for what is not about sound. */
+    /** A small engine without a propagation thread. */
     static double[] light() {
         double[] options = options();
-        options[1] = 64;
-        options[2] = 1;
-        options[3] = 8;
-        options[4] = 1;
-        options[5] = 16;
-        options[6] = 1;
-        options[7] = 1;
-        options[8] = 0;
-        options[10] = 1;
-        options[15] = 1;
-        options[16] = 0;
-        options[21] = 0.01;
+        options[Native.Options.BLOCK_FRAMES] = 64;
+        options[Native.Options.MAX_SOURCES] = 1;
+        options[Native.Options.MAX_VOICES] = 8;
+        options[Native.Options.FINE_VOICES] = 1;
+        options[Native.Options.MAX_PATHS] = 16;
+        options[Native.Options.GUIDE_RAYS] = 1;
+        options[Native.Options.SOURCE_RAYS] = 1;
+        options[Native.Options.DEPTH] = 0;
+        options[Native.Options.SCHEDULE] = 1;
+        options[Native.Options.HRTF] = 1;
+        options[Native.Options.LATE_REVERB] = 0;
+        options[Native.Options.MAX_DELAY_S] = 0.01;
         return options;
     }
 
@@ -80,20 +80,24 @@ final class Bridge {
         frame.putFloat(0).putFloat(turn).putFloat(0).putFloat(1);
     }
 
+    /** Position and orientation of an instance without rotation. */
+    static float[] at(float x, float y, float z) {
+        return new float[] {x, y, z, 0, 0, 0, 1};
+    }
+
     /** The walk of reference.rs. */
     static void walk(String sceneFile, Path out) throws Exception {
         final int frames = 800, ticks = 90;
         double[] options = options();
-        options[6] = 256;
-        options[10] = 1;
-        options[20] = 1.0 / 60.0;
-        long[] handles = new long[2];
-        Native.create(options, null, handles);
-        long engine = handles[0], renderer = handles[1];
+        options[Native.Options.GUIDE_RAYS] = 256;
+        options[Native.Options.SCHEDULE] = 1;
+        options[Native.Options.FRAME_S] = 1.0 / 60.0;
+        long[] handle = new long[1];
+        long renderer = Native.engineCreate(options, null, handle), engine = handle[0];
         long scene = Native.sceneFromFile(sceneFile, null, null);
-        double[] info = new double[Native.SCENE_INFO];
+        double[] info = new double[Native.SceneInfo.LENGTH];
         Native.sceneInfo(scene, info);
-        Native.setScene(engine, scene);
+        Native.engineSetScene(engine, scene);
         Native.close(scene);
         float[] signal = new float[2 * RATE_HZ];
         int state = 12_345;
@@ -103,15 +107,15 @@ final class Bridge {
             signal[n] = n % 9600 < 8 ? 0.5f : noise;
         }
         long clip = Native.clipFromSamples(signal, RATE_HZ, RATE_HZ);
-        int near = Native.addSource(engine, 5.0f, 1.5f, 3.2f);
-        int far = Native.addSource(engine, 10.0f, 1.5f, 2.0f);
-        Native.play(engine, near, clip, true);
-        Native.play(engine, far, clip, false);
+        int near = Native.sourceAdd(engine, 5.0f, 1.5f, 3.2f);
+        int far = Native.sourceAdd(engine, 10.0f, 1.5f, 2.0f);
+        Native.sourcePlay(engine, near, clip, true);
+        Native.sourcePlay(engine, far, clip, false);
         Native.close(clip);
-        Native.setGain(engine, far, 0.5f);
+        Native.sourceSetGain(engine, far, 0.5f);
         float[] panel = {0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0};
         long door = Native.sceneFromMesh(panel, new int[] {0, 1, 2, 0, 2, 3}, null, null, null, null);
-        int instance = Native.addInstance(engine, door, 9.0f, 0, 1.0f);
+        int instance = Native.instanceAdd(engine, door, at(9.0f, 0, 1.0f));
         Native.close(door);
         ByteBuffer frame = direct(2 * Native.POSE_BYTES);
         ByteBuffer block = direct(2 * frames * 4);
@@ -122,19 +126,19 @@ final class Bridge {
                 float part = (float) tick / (float) ticks;
                 pose(frame, 0, 1, 12.5f - 6.0f * part, 1.65f, 0.5f + 4.0f * part, 0.5f * part);
                 pose(frame, 1, near, 5.0f, 1.5f, 3.25f - part, 0);
-                Native.moveInstance(engine, instance, 9.0f, 0, 1.0f + part, 0, 0.6f, 0, 0.8f);
-                Native.tick(engine, frame, 1);
+                Native.instanceMove(engine, instance, new float[] {9.0f, 0, 1.0f + part, 0, 0.6f, 0, 0.8f});
+                Native.engineTick(engine, frame, 1);
                 voices = Math.max(voices, Native.render(renderer, block, frames));
                 block.get(0, copy);
                 file.write(copy);
             }
         }
-        double[] statistics = new double[Native.STATISTICS];
-        Native.statistics(engine, statistics);
+        double[] statistics = new double[Native.EngineStatistics.LENGTH];
+        Native.engineStatistics(engine, statistics);
         Native.close(engine);
         Native.close(renderer);
-        System.out.printf("walk triangles %.0f voices %d updates %.0f%n", info[1], voices, statistics[26]);
-        if (voices < 10 || statistics[26] != ticks) throw new AssertionError("too quiet a walk");
+        System.out.printf("walk triangles %.0f voices %d updates %.0f%n", info[Native.SceneInfo.TRIANGLES], voices, statistics[Native.EngineStatistics.UPDATES]);
+        if (voices < 10 || statistics[Native.EngineStatistics.UPDATES] != ticks) throw new AssertionError("too quiet a walk");
     }
 
     interface Call {
@@ -159,36 +163,38 @@ final class Bridge {
         final var argument = IllegalArgumentException.class;
         final var state = IllegalStateException.class;
         final var none = NullPointerException.class;
-        long[] handles = new long[2];
-        Native.create(light(), null, handles);
-        final long engine = handles[0], renderer = handles[1];
-        final int source = Native.addSource(engine, 0, 0, 0);
+        long[] handle = new long[1];
+        final long renderer = Native.engineCreate(light(), null, handle), engine = handle[0];
+        final int source = Native.sourceAdd(engine, 0, 0, 0);
         final ByteBuffer frame = direct(2 * Native.POSE_BYTES);
         pose(frame, 0, 0, 0, 1, 0, 0);
         pose(frame, 1, source, 1, 1, 0, 0);
-        Native.tick(engine, frame, 1);
+        Native.engineTick(engine, frame, 1);
         final ByteBuffer block = direct(512);
         Native.render(renderer, block, 64);
         // Creation.
-        refuses(none, () -> Native.create(null, null, handles));
-        refuses(none, () -> Native.create(light(), null, null));
-        refuses(argument, () -> Native.create(light(), null, new long[1]));
-        refuses(argument, () -> Native.create(new double[3], null, handles));
+        refuses(none, () -> Native.engineCreate(light(), null, null));
+        refuses(argument, () -> Native.engineCreate(light(), null, new long[2]));
+        refuses(argument, () -> Native.engineCreate(new double[3], null, handle));
+        // Null options are the defaults.
+        Native.close(Native.engineCreate(null, null, handle));
+        Native.close(handle[0]);
+        handle[0] = engine;
         double[] headed = light();
-        headed[15] = 0;
-        refuses(argument, () -> Native.create(headed, new byte[10], handles));
-        for (int field = 0; field < Native.OPTIONS; field++) {
+        headed[Native.Options.HRTF] = 0;
+        refuses(argument, () -> Native.engineCreate(headed, new byte[10], handle));
+        for (int field = 0; field < Native.Options.LENGTH; field++) {
             for (double wrong : new double[] {Double.NaN, -1e300, Double.POSITIVE_INFINITY}) {
                 double[] options = light();
                 options[field] = wrong;
-                refuses(argument, () -> Native.create(options, null, new long[2]));
+                refuses(argument, () -> Native.engineCreate(options, null, new long[1]));
             }
         }
         // Handles of every wrong kind, for every method.
         final long scene = Native.sceneFromMesh(
                 new float[] {0, 0, 0, 1, 0, 0, 0, 0, 1}, new int[] {0, 1, 2}, null, null, null, null);
         final long clip = Native.clipFromSamples(new float[100], RATE_HZ, RATE_HZ);
-        final long stream = Native.stream(engine, source, 64);
+        final long stream = Native.sourceStream(engine, source, 64);
         for (long wrong : new long[] {0, 1, -1, Long.MIN_VALUE, Long.MAX_VALUE, engine ^ 1L << 50}) {
             for (Call call : calls(wrong, source, scene, clip, frame, block)) refuses(state, call);
         }
@@ -198,81 +204,83 @@ final class Bridge {
         for (long wrong : new long[] {scene, clip, stream}) {
             for (Call call : engineCalls(wrong, source, scene, clip, frame)) refuses(argument, call);
         }
-        refuses(argument, () -> Native.setScene(engine, clip));
-        refuses(argument, () -> Native.play(engine, source, scene, false));
+        refuses(argument, () -> Native.engineSetScene(engine, clip));
+        refuses(argument, () -> Native.sourcePlay(engine, source, scene, false));
         refuses(argument, () -> Native.render(engine, block, 64));
-        refuses(argument, () -> Native.startOutput(engine, 2));
-        refuses(argument, () -> Native.outputInfo(renderer, new double[Native.OUTPUT_INFO]));
+        refuses(argument, () -> Native.outputStart(engine, 2));
+        refuses(argument, () -> Native.outputInfo(renderer, new double[Native.OutputInfo.LENGTH]));
         // Frames.
-        refuses(none, () -> Native.tick(engine, null, 0));
-        refuses(argument, () -> Native.tick(engine, ByteBuffer.allocate(64), 1));
-        refuses(argument, () -> Native.tick(engine, direct(31), 0));
-        refuses(argument, () -> Native.tick(engine, frame, 2));
-        refuses(argument, () -> Native.tick(engine, frame, -1));
-        refuses(argument, () -> Native.tick(engine, frame, Integer.MAX_VALUE));
+        refuses(none, () -> Native.engineTick(engine, null, 0));
+        refuses(argument, () -> Native.engineTick(engine, ByteBuffer.allocate(64), 1));
+        refuses(argument, () -> Native.engineTick(engine, direct(31), 0));
+        refuses(argument, () -> Native.engineTick(engine, frame, 2));
+        refuses(argument, () -> Native.engineTick(engine, frame, -1));
+        refuses(argument, () -> Native.engineTick(engine, frame, Integer.MAX_VALUE));
         for (float wrong : new float[] {Float.NaN, Float.POSITIVE_INFINITY, -1e30f}) {
             pose(frame, 0, 0, wrong, 0, 0, 0);
-            refuses(argument, () -> Native.tick(engine, frame, 0));
+            refuses(argument, () -> Native.engineTick(engine, frame, 0));
             pose(frame, 0, 0, 0, 1, 0, 0);
             pose(frame, 1, source, 0, wrong, 0, 0);
-            refuses(argument, () -> Native.tick(engine, frame, 1));
+            refuses(argument, () -> Native.engineTick(engine, frame, 1));
         }
         pose(frame, 1, source + 7, 0, 0, 0, 0);
-        refuses(argument, () -> Native.tick(engine, frame, 1));
+        refuses(argument, () -> Native.engineTick(engine, frame, 1));
         pose(frame, 1, source, 0, 0, 0, 0);
-        // A buffer that lies askew in its parent is read all the same.
+        // A misaligned slice of a buffer is valid.
         ByteBuffer askew = direct(100).position(3).slice().order(ByteOrder.nativeOrder());
         pose(askew, 0, 0, 0, 1, 0, 0);
         pose(askew, 1, source, 1, 1, 0, 0);
-        Native.tick(engine, askew, 1);
+        Native.engineTick(engine, askew, 1);
         Native.render(renderer, direct(515).position(3).slice(), 64);
         // Sound.
         refuses(none, () -> Native.render(renderer, null, 1));
         refuses(argument, () -> Native.render(renderer, block, 65));
         refuses(argument, () -> Native.render(renderer, block, -5));
         refuses(argument, () -> Native.render(renderer, ByteBuffer.allocate(512), 1));
-        refuses(argument, () -> Native.writeStream(stream, block, 129));
-        refuses(none, () -> Native.writeStream(stream, null, 1));
-        if (Native.writeStream(stream, block, 128) != 64) throw new AssertionError("a ring of 64");
-        if (Native.writeStream(stream, block, 1) != 0) throw new AssertionError("a full ring");
-        refuses(argument, () -> Native.stream(engine, source, 0));
-        refuses(argument, () -> Native.stream(engine, source, -1));
-        refuses(argument, () -> Native.startOutput(renderer, 0));
+        refuses(argument, () -> Native.streamWrite(stream, block, 129));
+        refuses(none, () -> Native.streamWrite(stream, null, 1));
+        if (Native.streamWrite(stream, block, 128) != 64) throw new AssertionError("a ring of 64");
+        if (Native.streamWrite(stream, block, 1) != 0) throw new AssertionError("a full ring");
+        refuses(argument, () -> Native.sourceStream(engine, source, 0));
+        refuses(argument, () -> Native.sourceStream(engine, source, -1));
+        refuses(argument, () -> Native.outputStart(renderer, 0));
         // Sources and clips.
-        refuses(argument, () -> Native.setGain(engine, source, Float.NaN));
-        refuses(argument, () -> Native.setGain(engine, source, -1));
-        refuses(argument, () -> Native.setGain(engine, source + 1, 1));
-        refuses(argument, () -> Native.addSource(engine, Float.NaN, 0, 0));
-        refuses(state, () -> Native.addSource(engine, 0, 0, 0));
-        refuses(none, () -> Native.configureSource(engine, source, null));
-        refuses(argument, () -> Native.configureSource(engine, source, new double[10]));
-        for (int field = 0; field < Native.SOURCE_OPTIONS; field++) {
+        refuses(argument, () -> Native.sourceSetGain(engine, source, Float.NaN));
+        refuses(argument, () -> Native.sourceSetGain(engine, source, -1));
+        refuses(argument, () -> Native.sourceSetGain(engine, source + 1, 1));
+        refuses(argument, () -> Native.sourceAdd(engine, Float.NaN, 0, 0));
+        refuses(state, () -> Native.sourceAdd(engine, 0, 0, 0));
+        Native.sourceConfigure(engine, source, null);
+        refuses(argument, () -> Native.sourceConfigure(engine, source, new double[10]));
+        for (int field = 0; field < Native.SourceOptions.LENGTH; field++) {
             double[] options = {31, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0};
-            Native.configureSource(engine, source, options);
+            Native.sourceConfigure(engine, source, options);
             options[field] = field == 0 ? 32 : Double.NaN;
-            refuses(argument, () -> Native.configureSource(engine, source, options));
+            refuses(argument, () -> Native.sourceConfigure(engine, source, options));
         }
         // Instances.
-        int instance = Native.addInstance(engine, scene, 0, 0, 0);
-        refuses(argument, () -> Native.addInstance(engine, scene, Float.NaN, 0, 0));
-        refuses(argument, () -> Native.addInstance(engine, scene, 0, 1e30f, 0));
-        refuses(state, () -> Native.addInstance(engine, 77, 0, 0, 0));
-        refuses(argument, () -> Native.addInstance(engine, clip, 0, 0, 0));
-        refuses(argument, () -> Native.moveInstance(engine, instance + 1, 0, 0, 0, 0, 0, 0, 1));
-        refuses(argument, () -> Native.moveInstance(engine, -1, 0, 0, 0, 0, 0, 0, 1));
-        refuses(argument, () -> Native.moveInstance(engine, instance, Float.NaN, 0, 0, 0, 0, 0, 1));
-        refuses(argument, () -> Native.moveInstance(engine, instance, 0, 0, 0, 0, 0, 0, 0));
-        refuses(argument, () -> Native.moveInstance(engine, instance, 0, 0, 0, 0, 0, 3, 4));
-        refuses(argument, () -> Native.removeInstance(engine, instance + 0x10000));
-        Native.removeInstance(engine, instance);
-        refuses(argument, () -> Native.removeInstance(engine, instance));
+        int instance = Native.instanceAdd(engine, scene, at(0, 0, 0));
+        refuses(argument, () -> Native.instanceAdd(engine, scene, at(Float.NaN, 0, 0)));
+        refuses(argument, () -> Native.instanceAdd(engine, scene, at(0, 1e30f, 0)));
+        refuses(state, () -> Native.instanceAdd(engine, 77, at(0, 0, 0)));
+        refuses(argument, () -> Native.instanceAdd(engine, clip, at(0, 0, 0)));
+        refuses(argument, () -> Native.instanceMove(engine, instance + 1, new float[] {0, 0, 0, 0, 0, 0, 1}));
+        refuses(argument, () -> Native.instanceMove(engine, -1, new float[] {0, 0, 0, 0, 0, 0, 1}));
+        refuses(argument, () -> Native.instanceMove(engine, instance, new float[] {Float.NaN, 0, 0, 0, 0, 0, 1}));
+        refuses(argument, () -> Native.instanceMove(engine, instance, new float[] {0, 0, 0, 0, 0, 0, 0}));
+        refuses(argument, () -> Native.instanceMove(engine, instance, new float[] {0, 0, 0, 0, 0, 3, 4}));
+        refuses(none, () -> Native.instanceMove(engine, instance, null));
+        refuses(argument, () -> Native.instanceMove(engine, instance, new float[6]));
+        refuses(argument, () -> Native.instanceRemove(engine, instance + 0x10000));
+        Native.instanceRemove(engine, instance);
+        refuses(argument, () -> Native.instanceRemove(engine, instance));
         refuses(none, () -> Native.clipFromSamples(null, 48_000, 48_000));
         refuses(argument, () -> Native.clipFromSamples(new float[] {Float.NaN}, 48_000, 48_000));
         refuses(argument, () -> Native.clipFromSamples(new float[1], -1, 48_000));
         refuses(none, () -> Native.clipFromWav(null, 48_000));
         refuses(argument, () -> Native.clipFromWav(new byte[100], 48_000));
         final long slow = Native.clipFromSamples(new float[9], 1000, 44_100);
-        refuses(argument, () -> Native.play(engine, source, slow, true));
+        refuses(argument, () -> Native.sourcePlay(engine, source, slow, true));
         Native.close(slow);
         // Scenes.
         float[] corners = {0, 0, 0, 1, 0, 0, 0, 0, 1};
@@ -294,29 +302,30 @@ final class Bridge {
         refuses(java.io.IOException.class, () -> Native.sceneFromFile("/no/such\u0000 file \ud83d\ude00.obj", null, null));
         refuses(argument, () -> Native.sceneInfo(scene, new double[1]));
         refuses(none, () -> Native.sceneInfo(scene, null));
-        refuses(argument, () -> Native.setPropagation(engine, 0, 1, 0));
-        refuses(argument, () -> Native.setPropagation(engine, 1, 1, -1));
-        // Budget, health and pictures.
-        refuses(none, () -> Native.setBudget(engine, null));
-        refuses(argument, () -> Native.setBudget(engine, new double[3]));
+        refuses(argument, () -> Native.engineSetPropagation(engine, 0, 1, 0));
+        refuses(argument, () -> Native.engineSetPropagation(engine, 1, 1, -1));
+        // Budget, health and paths.
+        Native.engineSetBudget(engine, null);
+        refuses(argument, () -> Native.engineSetBudget(engine, new double[3]));
         for (double[] wrong : new double[][] {
             {6, 0, 0, 0}, {300, 0, 0, 0}, {-1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, Double.NaN, 0}, {0, 0, -1, 0},
             {0, 0, 1e300, 0}, {0, 0, 0, Double.NaN}, {0, 0, 0, -0.5}, {0, 0, 0, Double.POSITIVE_INFINITY},
-        }) refuses(argument, () -> Native.setBudget(engine, wrong));
-        Native.setBudget(engine, new double[] {5, 1, 0.02, 0.5});
-        refuses(none, () -> Native.health(engine, null));
-        refuses(argument, () -> Native.health(engine, new double[1]));
-        refuses(none, () -> Native.paths(engine, null));
-        if (Native.paths(engine, new float[3 * Native.PATH_FLOATS - 1]) != 0) throw new AssertionError("none was asked for");
-        // The device, which nobody hears here.
-        long output = Native.startOutput(renderer, 2);
+        }) refuses(argument, () -> Native.engineSetBudget(engine, wrong));
+        Native.engineSetBudget(engine, new double[] {5, 1, 0.02, 0.5});
+        refuses(none, () -> Native.engineHealth(engine, null));
+        refuses(argument, () -> Native.engineHealth(engine, new double[1]));
+        refuses(none, () -> Native.enginePaths(engine, null));
+        if (Native.enginePaths(engine, new double[Native.ShownPath.LENGTH - 1]) != 0) throw new AssertionError("none was asked for");
+        // The host's silent device.
+        long output = Native.outputStart(renderer, 2);
         refuses(state, () -> Native.render(renderer, block, 1));
-        double[] info = new double[Native.OUTPUT_INFO];
-        for (int i = 0; i < 100 && info[15] == 0; i++) {
+        double[] info = new double[Native.OutputInfo.LENGTH];
+        for (int i = 0; i < 100 && info[Native.OutputInfo.CALLBACKS] == 0; i++) {
             Thread.sleep(50);
             Native.outputInfo(output, info);
         }
-        if (info[0] != 1 || info[1] != RATE_HZ || info[8] != 1) throw new AssertionError(Arrays.toString(info));
+        boolean plays = info[Native.OutputInfo.PLAYING] == 1 && info[Native.OutputInfo.RATE_HZ] == RATE_HZ;
+        if (!plays || info[Native.OutputInfo.OPENED] != 1) throw new AssertionError(Arrays.toString(info));
         for (long handle : new long[] {output, stream, clip, scene, engine}) {
             Native.close(handle);
             refuses(state, () -> Native.close(handle));
@@ -328,27 +337,27 @@ final class Bridge {
     /** Every method that takes an engine. */
     static Call[] engineCalls(long engine, int source, long scene, long clip, ByteBuffer frame) {
         return new Call[] {
-            () -> Native.tick(engine, frame, 0),
-            () -> Native.setScene(engine, scene),
-            () -> Native.setPropagation(engine, 1, 1, 1),
-            () -> Native.pause(engine),
-            () -> Native.resume(engine),
-            () -> Native.restart(engine),
-            () -> Native.statistics(engine, new double[Native.STATISTICS]),
-            () -> Native.setBudget(engine, new double[Native.BUDGET]),
-            () -> Native.health(engine, new double[Native.HEALTH]),
-            () -> Native.paths(engine, new float[Native.PATH_FLOATS]),
-            () -> Native.addSource(engine, 0, 0, 0),
-            () -> Native.removeSource(engine, source),
-            () -> Native.configureSource(engine, source, new double[Native.SOURCE_OPTIONS]),
-            () -> Native.addInstance(engine, scene, 0, 0, 0),
-            () -> Native.moveInstance(engine, 0, 0, 0, 0, 0, 0, 0, 1),
-            () -> Native.removeInstance(engine, 0),
-            () -> Native.setGain(engine, source, 1),
-            () -> Native.mute(engine, source, true),
-            () -> Native.play(engine, source, clip, true),
-            () -> Native.stop(engine, source),
-            () -> Native.stream(engine, source, 10),
+            () -> Native.engineTick(engine, frame, 0),
+            () -> Native.engineSetScene(engine, scene),
+            () -> Native.engineSetPropagation(engine, 1, 1, 1),
+            () -> Native.enginePause(engine),
+            () -> Native.engineResume(engine),
+            () -> Native.engineRestart(engine),
+            () -> Native.engineStatistics(engine, new double[Native.EngineStatistics.LENGTH]),
+            () -> Native.engineSetBudget(engine, new double[Native.BudgetOptions.LENGTH]),
+            () -> Native.engineHealth(engine, new double[Native.EngineHealth.LENGTH]),
+            () -> Native.enginePaths(engine, new double[Native.ShownPath.LENGTH]),
+            () -> Native.sourceAdd(engine, 0, 0, 0),
+            () -> Native.sourceRemove(engine, source),
+            () -> Native.sourceConfigure(engine, source, new double[Native.SourceOptions.LENGTH]),
+            () -> Native.instanceAdd(engine, scene, at(0, 0, 0)),
+            () -> Native.instanceMove(engine, 0, at(0, 0, 0)),
+            () -> Native.instanceRemove(engine, 0),
+            () -> Native.sourceSetGain(engine, source, 1),
+            () -> Native.sourceMute(engine, source, true),
+            () -> Native.sourcePlay(engine, source, clip, true),
+            () -> Native.sourceStop(engine, source),
+            () -> Native.sourceStream(engine, source, 10),
         };
     }
 
@@ -357,12 +366,12 @@ final class Bridge {
         Call[] engine = engineCalls(wrong, source, scene, clip, frame);
         Call[] rest = {
             () -> Native.close(wrong),
-            () -> Native.sceneInfo(wrong, new double[Native.SCENE_INFO]),
-            () -> Native.writeStream(wrong, block, 1),
+            () -> Native.sceneInfo(wrong, new double[Native.SceneInfo.LENGTH]),
+            () -> Native.streamWrite(wrong, block, 1),
             () -> Native.render(wrong, block, 1),
-            () -> Native.latency(wrong),
-            () -> Native.startOutput(wrong, 2),
-            () -> Native.outputInfo(wrong, new double[Native.OUTPUT_INFO]),
+            () -> Native.rendererLatency(wrong),
+            () -> Native.outputStart(wrong, 2),
+            () -> Native.outputInfo(wrong, new double[Native.OutputInfo.LENGTH]),
         };
         Call[] all = Arrays.copyOf(engine, engine.length + rest.length);
         System.arraycopy(rest, 0, all, engine.length, rest.length);
@@ -381,7 +390,7 @@ final class Bridge {
         float[] samples = new float[64];
         float[] corners = {0, 0, 0, 1, 0, 0, 0, 0, 1};
         int[] indices = {0, 1, 2};
-        long[] handles = new long[2];
+        long[] handle = new long[1];
         long before = 0;
         int engines = 0, scenes = 0;
         for (int n = 0; n < count; n++) {
@@ -400,9 +409,9 @@ final class Bridge {
                 scenes++;
             }
             if (n % 500 == 0) {
-                Native.create(light(), null, handles);
-                Native.close(handles[n % 1000 == 0 ? 0 : 1]);
-                Native.close(handles[n % 1000 == 0 ? 1 : 0]);
+                long renderer = Native.engineCreate(light(), null, handle);
+                Native.close(n % 1000 == 0 ? handle[0] : renderer);
+                Native.close(n % 1000 == 0 ? renderer : handle[0]);
                 engines++;
             }
         }
@@ -416,31 +425,30 @@ final class Bridge {
     static void threads() throws Exception {
         for (int round = 0; round < 10; round++) {
             double[] options = light();
-            options[2] = 16;
-            options[10] = round % 2;
-            long[] handles = new long[2];
-            Native.create(options, null, handles);
-            long engine = handles[0], renderer = handles[1];
-            int source = Native.addSource(engine, 0, 1, 0);
+            options[Native.Options.MAX_SOURCES] = 16;
+            options[Native.Options.SCHEDULE] = round % 2;
+            long[] handle = new long[1];
+            long renderer = Native.engineCreate(options, null, handle), engine = handle[0];
+            int source = Native.sourceAdd(engine, 0, 1, 0);
             AtomicInteger done = new AtomicInteger(), refusals = new AtomicInteger();
             Thread[] threads = new Thread[8];
             for (int t = 0; t < threads.length; t++) {
                 final int own = t;
                 threads[t] = new Thread(() -> {
                     ByteBuffer frame = direct(64), block = direct(512);
-                    double[] numbers = new double[Native.STATISTICS];
+                    double[] numbers = new double[Native.EngineStatistics.LENGTH];
                     for (int n = 0; n < 300; n++) {
                         try {
                             switch ((own + n) % 6) {
                                 case 0, 1 -> {
                                     pose(frame, 0, 0, n * 0.01f, 1, 0, 0);
                                     pose(frame, 1, source, 0, 1, 0, 0);
-                                    Native.tick(engine, frame, 1);
+                                    Native.engineTick(engine, frame, 1);
                                 }
                                 case 2 -> Native.render(renderer, block, 64);
-                                case 3 -> Native.statistics(engine, numbers);
-                                case 4 -> Native.removeSource(engine, Native.addSource(engine, 1, 1, 1));
-                                default -> Native.setGain(engine, source, 0.5f);
+                                case 3 -> Native.engineStatistics(engine, numbers);
+                                case 4 -> Native.sourceRemove(engine, Native.sourceAdd(engine, 1, 1, 1));
+                                default -> Native.sourceSetGain(engine, source, 0.5f);
                             }
                             done.incrementAndGet();
                         } catch (IllegalStateException busyOrClosed) {
@@ -462,15 +470,14 @@ final class Bridge {
     /** Sixteen sources a frame: time of a tick, and what Java allocates for it. */
     static void tick() throws Exception {
         double[] options = options();
-        options[6] = 64;
-        options[7] = 16;
-        long[] handles = new long[2];
-        Native.create(options, null, handles);
-        long engine = handles[0], renderer = handles[1];
+        options[Native.Options.GUIDE_RAYS] = 64;
+        options[Native.Options.SOURCE_RAYS] = 16;
+        long[] handle = new long[1];
+        long renderer = Native.engineCreate(options, null, handle), engine = handle[0];
         final int sources = 16;
         ByteBuffer frame = direct((sources + 1) * Native.POSE_BYTES);
         int[] ids = new int[sources];
-        for (int i = 0; i < sources; i++) ids[i] = Native.addSource(engine, i, 1.5f, -5);
+        for (int i = 0; i < sources; i++) ids[i] = Native.sourceAdd(engine, i, 1.5f, -5);
         final int warm = 30_000, count = 20_000;
         long[] times = new long[count];
         var threads = (com.sun.management.ThreadMXBean) java.lang.management.ManagementFactory.getThreadMXBean();
@@ -481,7 +488,7 @@ final class Bridge {
             long started = System.nanoTime();
             pose(frame, 0, 0, 0.001f * (n & 1023), 1.6f, 0, 0);
             for (int i = 0; i < sources; i++) pose(frame, i + 1, ids[i], i, 1.5f, -5 + 0.001f * (n & 1023), 0);
-            Native.tick(engine, frame, sources);
+            Native.engineTick(engine, frame, sources);
             if (n >= 0) times[n] = System.nanoTime() - started;
         }
         allocated = threads.getCurrentThreadAllocatedBytes() - allocated;

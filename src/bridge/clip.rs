@@ -1,8 +1,7 @@
-//! Clips: mono samples at an engine's rate, made of the app's samples or of WAV bytes.
+//! Clips: mono samples at an engine's rate, from the app's samples or from the bytes of a WAV file.
 //!
-//! Control side, any thread; allocates. Channels are averaged. Another rate is converted with a Kaiser-windowed sinc of 32
-//! zero crossings a side, of which the pass band ends at 0.93 of the lower rate's half;
-//! literal sum, own choice of window.
+//! Any control thread; allocates. Channels are averaged. Sample rates are converted by a Kaiser-windowed sinc with 32 zero
+//! crossings a side, evaluated directly, whose pass band ends at 0.93 of the lower Nyquist frequency.
 
 use std::f64::consts::PI;
 use std::io::Cursor;
@@ -10,56 +9,54 @@ use std::sync::Arc;
 
 use hound::{SampleFormat, WavReader};
 
-use super::fault::{Fault, Status};
-use super::table::{Kind, Table};
+use super::error::{CallError, Status};
+use super::handles::{HandleTable, Kind};
 
 /// A clip's samples.
 pub struct Clip {
-    /// Mono, at the rate it was made for.
+    /// Mono.
     pub samples: Arc<[f32]>,
-    /// That rate in Hz.
+    /// Sample rate in Hz.
     pub rate_hz: u32,
 }
 
-/// All clips.
-pub static CLIPS: Table<Clip> = Table::new(Kind::Clip);
+/// Clips.
+pub static CLIPS: HandleTable<Clip> = HandleTable::new(Kind::Clip);
 
 /// Zero crossings of the sinc on each side.
 const CROSSINGS: f64 = 32.0;
-/// Shape of the Kaiser window: side lobes of the spectrum lie below -80 dB.
+/// Shape of the Kaiser window: side lobes below -80 dB.
 const KAISER_BETA: f64 = 8.0;
-/// End of the pass band, as a part of half the lower rate: the window's transition fills the rest.
+/// End of the pass band re the lower Nyquist frequency: the window's transition band fills the rest.
 const PASS: f64 = 0.93;
-/// Most samples of a clip: an hour and a half at 48 kHz.
+/// Maximum samples of a clip: an hour and a half at 48 kHz.
 const MOST_SAMPLES: usize = 1 << 28;
-/// Loudest sample: whole numbers of 32 bits that somebody wrote as floats. Of louder ones converters make infinity.
+/// Maximum magnitude of a sample: 32-bit integers stored as floats. The conversion of larger ones may overflow.
 const LOUDEST_SAMPLE: f32 = 2_147_483_648.0;
 
 /// Makes a clip of samples at `rate_hz` for an engine at `engine_rate_hz`.
 ///
 /// # Errors
-/// [`Status::BadArgument`] for a rate outside 1,000 to 384,000 Hz or a sample that is no number or above 2^31; [`Status::Full`].
-pub fn from_samples(samples: &[f32], rate_hz: u32, engine_rate_hz: u32) -> Result<u64, Fault> {
+/// [`Status::BadArgument`] for a rate outside 1,000 to 384,000 Hz, a sample that is NaN or beyond ±2^31, or a clip of more
+/// than 2^28 samples; [`Status::Full`].
+pub fn from_samples(samples: &[f32], rate_hz: u32, engine_rate_hz: u32) -> Result<u64, CallError> {
     for rate in [rate_hz, engine_rate_hz] {
         if !(1_000..=384_000).contains(&rate) {
-            let text = format!("rate: {rate} Hz is outside 1000 to 384000; give the clip's rate");
-            return Err(Fault::new(Status::BadArgument, text));
+            let text = format!("rate: {rate} Hz is outside 1000 to 384000");
+            return Err(CallError::bad(text));
         }
     }
     if let Some(at) = samples
         .iter()
         .position(|s| s.is_nan() || s.abs() > LOUDEST_SAMPLE)
     {
-        let text = format!(
-            "sample {at} is {}, no number of a sound; give samples around 1",
-            samples[at]
-        );
-        return Err(Fault::new(Status::BadArgument, text));
+        let text = format!("sample {at} is {}, outside ±2^31", samples[at]);
+        return Err(CallError::bad(text));
     }
     let length = samples.len() as u64 * u64::from(engine_rate_hz) / u64::from(rate_hz);
     if length > MOST_SAMPLES as u64 {
-        let text = format!("{length} samples are too many for a clip; use a stream");
-        return Err(Fault::new(Status::BadArgument, text));
+        let text = format!("{length} samples are more than {MOST_SAMPLES}; use a stream");
+        return Err(CallError::bad(text));
     }
     let samples = if rate_hz == engine_rate_hz {
         samples.into()
@@ -75,11 +72,11 @@ pub fn from_samples(samples: &[f32], rate_hz: u32, engine_rate_hz: u32) -> Resul
 /// Makes a clip of the bytes of a WAV file: 8 to 32 bits or float, any number of channels.
 ///
 /// # Errors
-/// [`Status::Format`] for what is no such file, and as [`from_samples`].
-pub fn from_wav(bytes: &[u8], engine_rate_hz: u32) -> Result<u64, Fault> {
+/// [`Status::Format`] for another file format; those of [`from_samples`].
+pub fn from_wav(bytes: &[u8], engine_rate_hz: u32) -> Result<u64, CallError> {
     let wrong = |error: hound::Error| {
-        let text = format!("WAV: {error}; give a file of PCM or float samples");
-        Fault::new(Status::Format, text)
+        let text = format!("WAV: {error}; pass a file of PCM or float samples");
+        CallError::new(Status::Format, text)
     };
     let mut reader = WavReader::new(Cursor::new(bytes)).map_err(wrong)?;
     let spec = reader.spec();
@@ -183,8 +180,8 @@ mod tests {
     #[test]
     fn bytes_that_are_no_sound_are_refused() {
         for bytes in [&b""[..], b"RIFF", b"not a wav file at all, but long enough"] {
-            let fault = from_wav(bytes, 48_000).expect_err("no WAV");
-            assert_eq!(fault.status, Status::Format);
+            let error = from_wav(bytes, 48_000).expect_err("no WAV");
+            assert_eq!(error.status, Status::Format);
         }
         assert!(from_samples(&[0.0, f32::NAN], 48_000, 48_000).is_err());
         assert!(from_samples(&[0.0], 0, 48_000).is_err());

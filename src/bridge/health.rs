@@ -1,39 +1,29 @@
-//! What an engine may spend, and how it and the phone bear it, as plain numbers.
+//! The budget of an engine, and how its load and the phone's temperature keep to it.
 
-use super::fault::{Fault, Status};
-use super::numbers::Numbers;
+use super::error::CallError;
+use super::record::record;
 use crate::runtime::{Budget, EngineState, QualityChoice, QualityLevel, Statistics};
 
-/// How many numbers [`BudgetOptions`] is as a list.
-pub const BUDGET_NUMBERS: usize = 4;
-/// How many numbers [`EngineHealth`] is as a list.
-pub const HEALTH_NUMBERS: usize = 11;
-
-/// What an engine may spend. Fill it with the defaults first, then change what is to differ.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BudgetOptions {
-    /// Bytes of this structure, as the caller knows it: what lies beyond takes its default.
-    pub size: u32,
-    /// Most detail: 0 everything to 5 the least.
-    pub least_tier: u32,
-    /// 1 holds that tier exactly, whatever the budget and the phone's heat say; else 0.
-    pub fixed: u32,
-    /// Not used; 0.
-    pub reserved: u32,
-    /// Longest time of a propagation update in seconds, 0.0001 to 10; 0 is no limit.
-    pub update_s: f64,
-    /// Share of one core for propagation and sound together, 0.05 to 2; 0 is no limit.
-    pub core_share: f64,
+record! {
+    /// Budget of an engine. Fill it with the defaults, then change fields.
+    pub struct BudgetOptions[size] {
+        /// Finest quality level in use: 0 full detail to 5 the coarsest.
+        pub quality_level: u32,
+        /// 1: that level exactly, regardless of load and temperature; else 0.
+        pub fixed: u32,
+        /// Maximum duration of a propagation update in seconds, 0.0001 to 10; 0: no limit.
+        pub update_s: f64,
+        /// Maximum share of one core for propagation and sound together, 0.05 to 2; 0: no limit.
+        pub core_share: f64,
+    }
 }
 
 impl Default for BudgetOptions {
     fn default() -> Self {
         Self {
             size: size_of::<Self>() as u32,
-            least_tier: 0,
+            quality_level: 0,
             fixed: 0,
-            reserved: 0,
             update_s: 0.0,
             core_share: 0.0,
         }
@@ -41,27 +31,23 @@ impl Default for BudgetOptions {
 }
 
 impl BudgetOptions {
-    /// The engine's own budget; ranges are the engine's to check.
+    /// The engine's budget.
     ///
     /// # Errors
-    /// [`Status::BadArgument`] for a tier or choice that is none.
-    pub fn budget(&self) -> Result<Budget, Fault> {
-        let bad = |text: String| Fault::new(Status::BadArgument, text);
-        let tier = u8::try_from(self.least_tier)
+    /// `Status::BadArgument` for a level or choice out of range. The engine checks the other
+    /// ranges.
+    pub fn budget(&self) -> Result<Budget, CallError> {
+        let level = self.quality_level;
+        let finest = u8::try_from(level)
             .map(QualityLevel)
-            .map_err(|_| {
-                bad(format!(
-                    "least_tier: {} is no tier; give 0 to 5",
-                    self.least_tier
-                ))
-            })?;
-        let tiers = match (self.fixed, tier) {
+            .map_err(|_| CallError::bad(format!("quality_level: {level} is outside 0 to 5")))?;
+        let tiers = match (self.fixed, finest) {
             (0, QualityLevel(0)) => QualityChoice::Free,
-            (0, tier) => QualityChoice::AtLeast(tier),
-            (1, tier) => QualityChoice::Exactly(tier),
-            (other, _) => return Err(bad(format!("fixed: {other} is no choice; give 0 or 1"))),
+            (0, level) => QualityChoice::AtLeast(level),
+            (1, level) => QualityChoice::Exactly(level),
+            (other, _) => return Err(CallError::bad(format!("fixed: {other} is not 0 or 1"))),
         };
-        // What is not a number is not zero, and the engine refuses it.
+        // The engine refuses NaN.
         let limit = |value: f64| (value != 0.0).then_some(value);
         Ok(Budget {
             update_s: limit(self.update_s),
@@ -69,60 +55,46 @@ impl BudgetOptions {
             tiers,
         })
     }
+}
 
-    /// From numbers in the order of the fields, without `size` and what is not used: how Java gives them.
-    ///
-    /// # Errors
-    /// [`Status::BadArgument`] for another number of numbers, and for one that its field cannot hold.
-    pub fn from_numbers(numbers: &[f64]) -> Result<Self, Fault> {
-        let mut next = Numbers::new("budget", numbers, BUDGET_NUMBERS)?;
-        Ok(Self {
-            least_tier: next.count()?,
-            fixed: next.count()?,
-            update_s: next.number()?,
-            core_share: next.number()?,
-            ..Self::default()
-        })
+record! {
+    /// Load of an engine and temperature of the phone.
+    #[derive(Default)]
+    pub struct EngineHealth {
+        /// 0 running, 1 paused, 2 propagation failed (restart), 3 the renderer was closed (create another engine).
+        pub state: u32,
+        /// Quality level in use, 0 full detail to 5 the coarsest.
+        pub quality_level: u32,
+        /// Finest quality level allowed by the temperature; 0 if unknown.
+        pub thermal_quality_level: u32,
+        /// The system's thermal status: 0 none, 1 light, 2 moderate, 3 severe, 4 critical, 5 emergency, 6 shutdown; -1 if
+        /// unknown.
+        pub thermal_status: i32,
+        /// The system's thermal headroom: 1 is severe throttling; -1 if unknown.
+        pub thermal_headroom: f32,
+        /// Threads with a performance hint session, a sum of bits: 1 propagation, 2 sound.
+        pub hinted: u32,
+        /// Sources that louder ones mask, if there are more sources than slots.
+        pub unheard_sources: u32,
+        /// Rays cast by the newest update.
+        pub rays: u32,
+        /// Share of one core used by sound.
+        pub sound_share: f64,
+        /// Duration of the newest update in seconds.
+        pub propagation_s: f64,
+        /// Time between graphics frames in seconds.
+        pub graphics_frame_s: f64,
     }
 }
 
-/// How an engine bears its load, and the phone its heat.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct EngineHealth {
-    /// 0 running, 1 paused, 2 propagation has failed (restart), 3 the renderer was closed (make another engine).
-    pub state: u32,
-    /// Tier of detail in force, 0 everything to 5 the least.
-    pub tier: u32,
-    /// Least tier because of heat, 0 where the system says nothing.
-    pub thermal_tier: u32,
-    /// The system's thermal status: 0 none, 1 light, 2 moderate, 3 severe, 4 critical, 5 emergency, 6 shutdown; -1 where it
-    /// says nothing.
-    pub thermal_status: i32,
-    /// The system's forecast of heat: 1 is severe throttling; -1 where it says nothing.
-    pub thermal_headroom: f32,
-    /// Threads whose work the system is told of (performance hints), a sum of bits: 1 propagation, 2 sound.
-    pub hinted: u32,
-    /// Sources that others mask, where there are more than slots.
-    pub unheard_sources: u32,
-    /// Most rays of the newest update, as they were cast.
-    pub rays: u32,
-    /// Share of a core that sound takes lately.
-    pub sound_share: f64,
-    /// Time of the newest update in seconds.
-    pub propagation_s: f64,
-    /// Time between the graphics frames that are heard, in seconds.
-    pub graphics_frame_s: f64,
-}
-
 impl EngineHealth {
-    /// From what the engine says.
+    /// From the engine's statistics.
     pub fn new(from: &Statistics, state: EngineState) -> Self {
         let manners = &from.manners;
         Self {
             state: state as u32,
-            tier: from.tier.0.into(),
-            thermal_tier: manners.tier.0.into(),
+            quality_level: from.tier.0.into(),
+            thermal_quality_level: manners.tier.0.into(),
             thermal_status: manners.reading.status.map_or(-1, i32::from),
             thermal_headroom: manners.reading.headroom.unwrap_or(-1.0),
             hinted: u32::from(manners.hints_updates) | u32::from(manners.hints_sound) << 1,
@@ -133,55 +105,38 @@ impl EngineHealth {
             graphics_frame_s: from.graphics_frame_s,
         }
     }
-
-    /// All fields in their order, as numbers: how Java gets them.
-    pub fn numbers(&self) -> [f64; HEALTH_NUMBERS] {
-        [
-            self.state.into(),
-            self.tier.into(),
-            self.thermal_tier.into(),
-            self.thermal_status.into(),
-            self.thermal_headroom.into(),
-            self.hinted.into(),
-            self.unheard_sources.into(),
-            self.rays.into(),
-            self.sound_share,
-            self.propagation_s,
-            self.graphics_frame_s,
-        ]
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Status, record::Record};
     use super::*;
 
+    fn budget(list: [f64; 4]) -> Result<Budget, CallError> {
+        BudgetOptions::from_list("budget", &list)?.budget()
+    }
+
     #[test]
-    fn a_budget_that_says_nothing_is_no_limit() {
+    fn zeros_are_no_limit() {
         assert_eq!(BudgetOptions::default().budget(), Ok(Budget::default()));
-        let numbers = [3.0, 0.0, 0.02, 0.5];
-        let budget = BudgetOptions::from_numbers(&numbers).and_then(|o| o.budget());
         let wanted = Budget {
             update_s: Some(0.02),
             core_share: Some(0.5),
             tiers: QualityChoice::AtLeast(QualityLevel(3)),
         };
-        assert_eq!(budget, Ok(wanted));
+        assert_eq!(budget([3.0, 0.0, 0.02, 0.5]), Ok(wanted));
     }
 
     #[test]
-    fn tiers_and_choices_that_are_none_are_refused() {
-        for numbers in [[300.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0]] {
-            let budget = BudgetOptions::from_numbers(&numbers).and_then(|o| o.budget());
-            assert_eq!(budget.expect_err("is none").status, Status::BadArgument);
+    fn levels_and_limits_out_of_range_are_refused() {
+        for list in [[300.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0]] {
+            let error = budget(list).expect_err("out of range");
+            assert_eq!(error.status, Status::BadArgument);
         }
         for wrong in [f64::NAN, -1.0, f64::INFINITY] {
-            let options = BudgetOptions {
-                update_s: wrong,
-                ..BudgetOptions::default()
-            };
-            assert!(options.budget().expect("has numbers").check().is_err());
-            assert!(BudgetOptions::from_numbers(&[wrong, 0.0, 0.0, 0.0]).is_err());
+            let limited = budget([0.0, 0.0, wrong, 0.0]).expect("numbers");
+            assert!(limited.check().is_err());
+            assert!(budget([wrong, 0.0, 0.0, 0.0]).is_err());
         }
     }
 }

@@ -1,48 +1,49 @@
-//! The street door: the engine under handles, for Java and C.
+//! The engine for C and Java: objects behind handles, one table of functions, structures of plain numbers.
 //!
-//! A handle is a number. Behind it stands a table slot with a generation, so a handle that was closed, or is another
-//! kind's, or never was one, is an error and nothing else. Whoever uses a handle has its object to itself for the call
-//! ([`table`]); control calls wait for each other, sound calls never wait. Every call catches panics: the object that
-//! panicked answers nothing but *close* from then on.
+//! A handle is a number with a generation ([`handles`]): a closed, foreign or invented one is an error and nothing else. A
+//! call has the handle's object exclusively. Control calls wait for each other, audio calls never wait. Every call catches
+//! panics; the object of a call that panicked accepts only *close*. Functions common to C and Java are declared in
+//! [`interface`], structures with [`record`].
 //!
-//! Control side, any thread: everything but two. Audio side, wait-free: [`sound::render`] and [`sound::write_stream`],
-//! which neither allocate nor lock and touch no thread-local variable.
+//! Threads: any control thread, except [`sound::render`] and [`sound::write_stream`], which are for the audio thread:
+//! wait-free, without allocation, locks or thread-local variables.
 
 pub mod clip;
-pub mod fault;
+pub mod engine;
+pub mod error;
+pub mod handles;
 pub mod health;
 pub mod instances;
-pub mod numbers;
+pub mod interface;
 pub mod options;
-pub mod picture;
 pub mod pose;
+pub mod record;
 pub mod scenes;
-pub mod session;
+pub mod shown_paths;
 pub mod sound;
 pub mod statistics;
-pub mod table;
 
 #[cfg(feature = "capi")]
 pub mod capi;
 #[cfg(feature = "jni")]
 pub mod jni;
 
-pub use fault::{Fault, Status};
+pub use error::{CallError, Status};
 pub use options::Options;
 pub use pose::Pose;
 pub use statistics::EngineStatistics;
 
 /// Version of this interface: 65,536 × major + 256 × minor + patch. Another major number breaks callers.
-pub const VERSION: u32 = 0x0001_0200;
+pub const VERSION: u32 = 0x0002_0000;
 
-/// Closes any handle: ends what it stands for. An engine waits for the update under way.
+/// Closes a handle of any kind and destroys its object. An engine waits for its running update.
 ///
 /// # Errors
-/// [`Status::Closed`] and [`Status::WrongKind`] as for every use of a handle.
-pub fn close(handle: u64) -> Result<(), Fault> {
-    use table::Kind;
-    match table::kind_of(handle)? {
-        Kind::Engine => session::ENGINES.remove(handle).map(drop),
+/// [`Status::Closed`] and [`Status::WrongKind`].
+pub fn close(handle: u64) -> Result<(), CallError> {
+    use handles::Kind;
+    match handles::kind_of(handle)? {
+        Kind::Engine => engine::ENGINES.remove(handle).map(drop),
         Kind::Renderer => sound::RENDERERS.remove(handle).map(drop),
         Kind::Scene => scenes::SCENES.remove(handle).map(drop),
         Kind::Clip => clip::CLIPS.remove(handle).map(drop),
@@ -51,9 +52,9 @@ pub fn close(handle: u64) -> Result<(), Fault> {
     }
 }
 
-/// Handles that are open, of all kinds: for tests that look for leaks.
+/// Open handles of all kinds, for leak tests.
 pub fn open_handles() -> usize {
-    session::ENGINES.len()
+    engine::ENGINES.len()
         + sound::RENDERERS.len()
         + scenes::SCENES.len()
         + clip::CLIPS.len()

@@ -1,72 +1,67 @@
-//! What an engine is made for, as plain numbers.
+//! Settings of an engine as plain numbers.
 
 use std::sync::Arc;
 
-use super::fault::{Fault, Status};
-use super::numbers::Numbers;
+use super::error::CallError;
+use super::record::record;
 use crate::extrapolation::PredictorKind;
 use crate::extrapolation::geometric::GeometricSettings;
 use crate::generation::Hrtf;
 use crate::runtime::{AffinityPolicy, EngineSchedule, EngineSettings, FrameTime};
 
-/// How many numbers the structure is as a list.
-pub const OPTION_NUMBERS: usize = 24;
-
-/// What an engine is made for. Fill it with the defaults first, then change what is to differ.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
-    /// Bytes of this structure, as the caller knows it: what lies beyond takes its default.
-    pub size: u32,
-    /// Sample rate in Hz: 44,100 or 48,000 with the built-in head.
-    pub rate_hz: u32,
-    /// Audio frames a block, 32 to 4,096.
-    pub block_frames: u32,
-    /// Most sources, 1 to 256.
-    pub max_sources: u32,
-    /// Most paths that sound at once, 1 to 16,384.
-    pub max_voices: u32,
-    /// Of those, the loudest that are rendered in full detail.
-    pub fine_voices: u32,
-    /// Most paths of one update, 1 to 16,384.
-    pub max_paths: u32,
-    /// Rays from the listener an update, 1 to 65,536.
-    pub guide_rays: u32,
-    /// Rays from each source an update, 1 to 65,536.
-    pub source_rays: u32,
-    /// Highest reflection order, 0 to 4.
-    pub depth: u32,
-    /// Seed of the rays.
-    pub seed: u32,
-    /// 0: propagation on a thread of its own; 1: within every tick.
-    pub schedule: u32,
-    /// Paths between updates: 0 held, 1 linear (the paper's), 2 best.
-    pub predictor: u32,
-    /// Cores: 0 as the system likes, 1 the fastest two, 2 those of the next two fields.
-    pub affinity: u32,
-    /// Core of the propagation thread, where `affinity` is 2.
-    pub propagation_core: u32,
-    /// Core of the sound thread, where `affinity` is 2.
-    pub sound_core: u32,
-    /// 0: the given head-related set, else the built-in one; 1: none, both ears hear alike.
-    pub head: u32,
-    /// Whether the late reverb runs: 0 or 1.
-    pub late: u32,
-    /// Whether the output is limited: 0 or 1.
-    pub limiter: u32,
-    /// Distance in metres below which a source gets no louder.
-    pub nearest_m: f32,
-    /// Ceiling of the limiter in dB re full scale, -60 to 0.
-    pub ceiling_db: f32,
-    /// Seconds of a graphics frame, 0.001 to 1; 0 measures the ticks.
-    pub frame_s: f64,
-    /// Longest path delay in seconds, 0.01 to 10.
-    pub max_delay_s: f64,
-    /// What is asked of a phone's system and told to it, a sum of bits: 1 heat lowers detail, 2 performance hints. Nothing
-    /// where the system has no such functions.
-    pub manners: u32,
-    /// Most paths that foresound_engine_paths gives, 0 to 16,384.
-    pub shown_paths: u32,
+record! {
+    /// Settings of an engine. Fill it with the defaults, then change fields.
+    pub struct Options[size] {
+        /// Sample rate in Hz: 44,100 or 48,000 with the built-in HRTF set.
+        pub rate_hz: u32,
+        /// Audio frames a block, 32 to 4,096.
+        pub block_frames: u32,
+        /// Maximum number of sources, 1 to 256.
+        pub max_sources: u32,
+        /// Maximum number of paths rendered at once, 1 to 16,384.
+        pub max_voices: u32,
+        /// The loudest of them are rendered in full detail: their number.
+        pub fine_voices: u32,
+        /// Maximum number of paths of one update, 1 to 16,384.
+        pub max_paths: u32,
+        /// Rays from the listener an update, 1 to 65,536.
+        pub guide_rays: u32,
+        /// Rays from each source an update, 1 to 65,536.
+        pub source_rays: u32,
+        /// Maximum reflection order, 0 to 4.
+        pub depth: u32,
+        /// Seed of the ray directions.
+        pub seed: u32,
+        /// 0: propagation on its own thread; 1: within every tick.
+        pub schedule: u32,
+        /// Extrapolation of paths between updates: 0 hold, 1 linear, 2 geometric.
+        pub predictor: u32,
+        /// Cores: 0 chosen by the system, 1 the two fastest, 2 those of the next two fields.
+        pub affinity: u32,
+        /// Core of the propagation thread, if `affinity` is 2.
+        pub propagation_core: u32,
+        /// Core of the audio thread, if `affinity` is 2.
+        pub sound_core: u32,
+        /// 0: the HRTF set passed at creation, else the built-in one; 1: none, both ears receive the same signal.
+        pub hrtf: u32,
+        /// 1: with late reverb; 0: without.
+        pub late_reverb: u32,
+        /// 1: with limiter; 0: without.
+        pub limiter: u32,
+        /// Distance in metres below which a source gets no louder.
+        pub min_distance_m: f32,
+        /// Ceiling of the limiter in dB re full scale, -60 to 0.
+        pub ceiling_db: f32,
+        /// Duration of a graphics frame in seconds, 0.001 to 1; 0: measured from the ticks.
+        pub frame_s: f64,
+        /// Maximum path delay in seconds, 0.01 to 10.
+        pub max_delay_s: f64,
+        /// Exchange with a phone's system, a sum of bits: 1 heat lowers the quality level, 2 performance hints. Without
+        /// effect where the system lacks the functions.
+        pub device_hints: u32,
+        /// Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.
+        pub shown_paths: u32,
+    }
 }
 
 impl Default for Options {
@@ -90,46 +85,46 @@ impl Default for Options {
                 .iter()
                 .position(|kind| kind.name() == engine.predictor.name())
                 .unwrap_or(0) as u32,
-            // A library in somebody's app leaves threads where the system puts them.
+            // A library in an app leaves its threads to the system's scheduler.
             affinity: 0,
             propagation_core: 0,
             sound_core: 0,
-            head: 0,
-            late: generation.late.into(),
+            hrtf: 0,
+            late_reverb: generation.late.into(),
             limiter: generation.limiter.into(),
-            nearest_m: propagation.min_distance_m,
+            min_distance_m: propagation.min_distance_m,
             ceiling_db: generation.ceiling_db,
             frame_s: 0.0,
             max_delay_s: generation.max_delay_s,
-            manners: 3,
+            device_hints: 3,
             shown_paths: engine.shown_paths as u32,
         }
     }
 }
 
-/// Predictors by their number.
+/// Predictors by their index.
 const PREDICTORS: [PredictorKind; 3] = [
     PredictorKind::Hold,
     PredictorKind::Linear,
     PredictorKind::Geometric(GeometricSettings::FULL),
 ];
 
-/// One of a list by its number.
-fn choice<T: Copy>(name: &str, value: u32, choices: &[T]) -> Result<T, Fault> {
-    let most = choices.len() - 1;
-    choices.get(value as usize).copied().ok_or_else(|| {
-        let text = format!("{name}: {value} is no choice; give 0 to {most}");
-        Fault::new(Status::BadArgument, text)
-    })
+/// An element of a list by its index.
+fn choice<T: Copy>(name: &str, value: u32, choices: &[T]) -> Result<T, CallError> {
+    let last = choices.len() - 1;
+    choices
+        .get(value as usize)
+        .copied()
+        .ok_or_else(|| CallError::bad(format!("{name}: {value} is outside 0 to {last}")))
 }
 
 impl Options {
-    /// The engine's own settings, with a head-related set as the file has it, or none.
+    /// The engine's settings. `hrtf` is the content of an HRTF set's file.
     ///
     /// # Errors
-    /// [`Status::BadArgument`] for a choice that is none, [`Status::Format`] for a head-related set that cannot be read.
-    /// Ranges are the engine's to check.
-    pub fn settings(&self, hrtf: Option<&[u8]>) -> Result<EngineSettings, Fault> {
+    /// `Status::BadArgument` for an enumeration out of range,
+    /// `Status::Format` for an invalid HRTF set. The engine checks the other ranges.
+    pub fn settings(&self, hrtf: Option<&[u8]>) -> Result<EngineSettings, CallError> {
         let mut settings = EngineSettings {
             block_frames: self.block_frames as usize,
             max_paths: self.max_paths as usize,
@@ -151,7 +146,7 @@ impl Options {
                     },
                 ],
             )?,
-            // Not a number is not zero, and the engine refuses it.
+            // The engine refuses NaN.
             frame_time: if self.frame_s == 0.0 {
                 FrameTime::Measured
             } else {
@@ -159,107 +154,40 @@ impl Options {
             },
             ..EngineSettings::default()
         };
-        if self.manners > 3 {
-            let text = format!("manners: {} has unknown bits; give 0 to 3", self.manners);
-            return Err(Fault::new(Status::BadArgument, text));
+        let hints = self.device_hints;
+        if hints > 3 {
+            return Err(CallError::bad(format!(
+                "device_hints: {hints} is outside 0 to 3"
+            )));
         }
-        settings.manners.thermal = self.manners & 1 != 0;
-        settings.manners.hints = self.manners & 2 != 0;
+        settings.manners.thermal = hints & 1 != 0;
+        settings.manners.hints = hints & 2 != 0;
         settings.shown_paths = self.shown_paths as usize;
         settings.generation.rate_hz = self.rate_hz;
         settings.generation.max_sources = self.max_sources as usize;
         settings.generation.max_voices = self.max_voices as usize;
         settings.generation.fine_voices = self.fine_voices as usize;
         settings.generation.max_delay_s = self.max_delay_s;
-        settings.generation.late = choice("late", self.late, &[false, true])?;
+        settings.generation.late = choice("late_reverb", self.late_reverb, &[false, true])?;
         settings.generation.limiter = choice("limiter", self.limiter, &[false, true])?;
         settings.generation.ceiling_db = self.ceiling_db;
         settings.propagation.guide_rays = self.guide_rays;
         settings.propagation.source_rays = self.source_rays;
         settings.propagation.depth = self.depth as usize;
         settings.propagation.seed = self.seed.into();
-        settings.propagation.min_distance_m = self.nearest_m;
-        settings.hrtf = match (choice("head", self.head, &[false, true])?, hrtf) {
+        settings.propagation.min_distance_m = self.min_distance_m;
+        settings.hrtf = match (choice("hrtf", self.hrtf, &[false, true])?, hrtf) {
             (true, _) => Some(Arc::new(Hrtf::omnidirectional(self.rate_hz)?)),
-            (false, Some(bytes)) => Some(Arc::new(Hrtf::parse(bytes, "the given head")?)),
+            (false, Some(bytes)) => Some(Arc::new(Hrtf::parse(bytes, "the HRTF set")?)),
             (false, None) => None,
         };
         Ok(settings)
-    }
-
-    /// From numbers in the order of the fields, without `size`: how Java gives them.
-    ///
-    /// # Errors
-    /// [`Status::BadArgument`] for another number of numbers, and for one that its field cannot hold.
-    pub fn from_numbers(numbers: &[f64]) -> Result<Self, Fault> {
-        let mut next = Numbers::new("options", numbers, OPTION_NUMBERS)?;
-        Ok(Self {
-            size: size_of::<Self>() as u32,
-            rate_hz: next.count()?,
-            block_frames: next.count()?,
-            max_sources: next.count()?,
-            max_voices: next.count()?,
-            fine_voices: next.count()?,
-            max_paths: next.count()?,
-            guide_rays: next.count()?,
-            source_rays: next.count()?,
-            depth: next.count()?,
-            seed: next.count()?,
-            schedule: next.count()?,
-            predictor: next.count()?,
-            affinity: next.count()?,
-            propagation_core: next.count()?,
-            sound_core: next.count()?,
-            head: next.count()?,
-            late: next.count()?,
-            limiter: next.count()?,
-            nearest_m: next.number()? as f32,
-            ceiling_db: next.number()? as f32,
-            frame_s: next.number()?,
-            max_delay_s: next.number()?,
-            manners: next.count()?,
-            shown_paths: next.count()?,
-        })
-    }
-
-    /// The other way round.
-    pub fn numbers(&self) -> [f64; OPTION_NUMBERS] {
-        let counts = [
-            self.rate_hz,
-            self.block_frames,
-            self.max_sources,
-            self.max_voices,
-            self.fine_voices,
-            self.max_paths,
-            self.guide_rays,
-            self.source_rays,
-            self.depth,
-            self.seed,
-            self.schedule,
-            self.predictor,
-            self.affinity,
-            self.propagation_core,
-            self.sound_core,
-            self.head,
-            self.late,
-            self.limiter,
-        ];
-        let mut numbers = [0.0; OPTION_NUMBERS];
-        for (number, count) in numbers.iter_mut().zip(counts) {
-            *number = count.into();
-        }
-        numbers[18] = self.nearest_m.into();
-        numbers[19] = self.ceiling_db.into();
-        numbers[20] = self.frame_s;
-        numbers[21] = self.max_delay_s;
-        numbers[22] = self.manners.into();
-        numbers[23] = self.shown_paths.into();
-        numbers
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::record::Record;
     use super::*;
 
     #[test]
@@ -271,22 +199,18 @@ mod tests {
             ..EngineSettings::default()
         };
         assert_eq!(format!("{ours:?}"), format!("{theirs:?}"));
-        assert_eq!(Options::from_numbers(&options.numbers()), Ok(options));
+        assert_eq!(
+            Options::from_list("options", &options.to_list()),
+            Ok(options)
+        );
     }
 
     #[test]
-    fn numbers_that_cannot_be_are_refused() {
-        let mut numbers = Options::default().numbers();
-        assert!(Options::from_numbers(&numbers[1..]).is_err());
-        for wrong in [-1.0, 0.5, f64::NAN, f64::INFINITY, 1e10] {
-            numbers[0] = wrong;
-            let fault = Options::from_numbers(&numbers).expect_err("is no rate");
-            assert_eq!(fault.status, Status::BadArgument);
-        }
-        let head = Options {
-            head: 7,
+    fn unknown_choices_are_refused() {
+        let options = Options {
+            hrtf: 7,
             ..Options::default()
         };
-        assert!(head.settings(None).is_err());
+        assert!(options.settings(None).is_err());
     }
 }

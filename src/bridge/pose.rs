@@ -1,4 +1,4 @@
-//! Poses as they cross the bridge: 32 bytes each, the same for C and Java.
+//! Poses: 32 bytes each, the same for C and Java.
 
 use glam::{Quat, Vec3};
 
@@ -7,14 +7,14 @@ use crate::scene::{InstanceId, InstancePose, ListenerPose, SourceId, SourcePose,
 /// Bytes of a pose.
 pub const POSE_BYTES: usize = 32;
 
-/// Where something is, and which way it faces.
+/// Position and orientation of a listener, a source or an instance.
 ///
-/// Metres, right-handed, +y up. The orientation turns the thing's own coordinates (+x right, +y up, -z ahead) into the
-/// world's: a quaternion as x, y, z, w of about length 1.
+/// Metres, right-handed, +y up. The orientation rotates local coordinates (+x right, +y up, -z ahead) into the world's: a
+/// quaternion x, y, z, w of length 1.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
-    /// Which source; not looked at for the listener and for instances.
+    /// Id of the source; ignored for listeners and instances.
     pub source: u32,
     /// Position in metres.
     pub position_m: [f32; 3],
@@ -23,7 +23,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// A listener's.
+    /// As a listener's pose.
     pub fn listener(&self) -> ListenerPose {
         ListenerPose {
             position: Vec3::from_array(self.position_m),
@@ -31,7 +31,7 @@ impl Pose {
         }
     }
 
-    /// A source's.
+    /// As a source's pose.
     pub fn source(&self, settings: SourceSettings) -> SourcePose {
         SourcePose {
             id: source_id(self.source),
@@ -41,7 +41,7 @@ impl Pose {
         }
     }
 
-    /// An instance's, by its number.
+    /// As the pose of an instance.
     pub fn instance(&self, instance: u32) -> InstancePose {
         InstancePose {
             id: instance_id(instance),
@@ -50,28 +50,33 @@ impl Pose {
         }
     }
 
-    /// From 32 bytes in the machine's order: the number, then seven floats in the order of the fields.
-    pub fn from_bytes(bytes: &[u8; POSE_BYTES]) -> Self {
-        let word = |i: usize| -> [u8; 4] {
-            let mut word = [0; 4];
-            word.copy_from_slice(&bytes[4 * i..4 * i + 4]);
-            word
-        };
-        let float = |i| f32::from_ne_bytes(word(i));
+    /// From position and orientation, in the order of the fields.
+    pub fn from_floats([x, y, z, qx, qy, qz, qw]: [f32; 7]) -> Self {
         Self {
-            source: u32::from_ne_bytes(word(0)),
-            position_m: [float(1), float(2), float(3)],
-            orientation: [float(4), float(5), float(6), float(7)],
+            source: 0,
+            position_m: [x, y, z],
+            orientation: [qx, qy, qz, qw],
+        }
+    }
+
+    /// From 32 bytes in native order: the id, then seven floats.
+    pub fn from_bytes(bytes: &[u8; POSE_BYTES]) -> Self {
+        let (words, _) = bytes.as_chunks::<4>();
+        let source = u32::from_ne_bytes(words[0]);
+        let floats = std::array::from_fn(|i| f32::from_ne_bytes(words[i + 1]));
+        Self {
+            source,
+            ..Self::from_floats(floats)
         }
     }
 }
 
-/// The engine's name of a source.
+/// The engine's id of a source.
 pub(super) fn source_id(bits: u32) -> SourceId {
     SourceId::new(bits as u16, (bits >> 16) as u16)
 }
 
-/// The engine's name of an instance.
+/// The engine's id of an instance.
 pub(super) fn instance_id(bits: u32) -> InstanceId {
     InstanceId::new(bits as u16, (bits >> 16) as u16)
 }

@@ -1,34 +1,33 @@
-//! Scenes: from an app's buffers or from a file.
+//! Scenes, from arrays or from a file.
 //!
-//! Control side, any thread; takes as long as building a tree does, so not the thread that draws.
+//! Any control thread. Building the BVH takes milliseconds to seconds: not for the thread that draws.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use super::fault::{Fault, Status};
-use super::table::{Kind, Table};
+use super::error::CallError;
+use super::handles::{HandleTable, Kind};
+use super::record::record;
 use crate::scene::io::obj::{ObjOptions, UpAxis, load_obj};
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
-/// All scenes.
-pub static SCENES: Table<Arc<Scene>> = Table::new(Kind::Scene);
+/// Scenes.
+pub static SCENES: HandleTable<Arc<Scene>> = HandleTable::new(Kind::Scene);
 
-/// How a scene is made. Fill it with the defaults first, then change what is to differ.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SceneOptions {
-    /// Bytes of this structure, as the caller knows it: what lies beyond takes its default.
-    pub size: u32,
-    /// Upward axis of a file: 0 for +y, 1 for +z.
-    pub up: u32,
-    /// Metres a unit of a file, above zero.
-    pub scale: f32,
-    /// Temperature of the air in degrees Celsius.
-    pub temperature_c: f32,
-    /// Relative humidity in percent.
-    pub humidity_percent: f32,
-    /// Static pressure in kPa.
-    pub pressure_kpa: f32,
+record! {
+    /// Settings of a scene. Fill it with the defaults, then change fields.
+    pub struct SceneOptions[size] {
+        /// Up axis of a file: 0 for +y, 1 for +z.
+        pub up: u32,
+        /// Metres a unit of a file, above zero.
+        pub scale: f32,
+        /// Air temperature in degrees Celsius.
+        pub temperature_c: f32,
+        /// Relative humidity in percent.
+        pub humidity_percent: f32,
+        /// Static pressure in kPa.
+        pub pressure_kpa: f32,
+    }
 }
 
 impl Default for SceneOptions {
@@ -48,7 +47,7 @@ impl Default for SceneOptions {
 impl SceneOptions {
     fn settings(&self) -> SceneSettings {
         let mut settings = SceneSettings::default();
-        // A number that is the default's means the default, not its rounding.
+        // The default in single precision stands for the default in double precision.
         let change = |value: f32, target: &mut f64| {
             if value != *target as f32 {
                 *target = f64::from(value);
@@ -60,13 +59,13 @@ impl SceneOptions {
         settings
     }
 
-    fn obj(&self) -> Result<ObjOptions, Fault> {
+    fn obj(&self) -> Result<ObjOptions, CallError> {
         let up = match self.up {
             0 => UpAxis::Y,
             1 => UpAxis::Z,
             other => {
-                let text = format!("up: {other} is no axis; give 0 for +y or 1 for +z");
-                return Err(Fault::new(Status::BadArgument, text));
+                let text = format!("up: {other} is not 0 (+y) or 1 (+z)");
+                return Err(CallError::bad(text));
             }
         };
         Ok(ObjOptions {
@@ -77,55 +76,31 @@ impl SceneOptions {
     }
 }
 
-/// How many numbers the structure is as a list.
-pub const SCENE_NUMBERS: usize = 12;
-
-/// What became of a mesh.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SceneInfo {
-    /// Triangles that came.
-    pub triangles_in: u64,
-    /// Triangles that stay.
-    pub triangles: u64,
-    /// Plane surfaces that they make up.
-    pub surfaces: u64,
-    /// Materials whose name no table knows.
-    pub unknown_materials: u64,
-    /// Memory that the scene occupies, in bytes.
-    pub memory_bytes: u64,
-    /// Speed of sound in m/s.
-    pub speed_of_sound_m_s: f64,
-    /// Least coordinates in metres.
-    pub bounds_min_m: [f32; 3],
-    /// Greatest coordinates in metres.
-    pub bounds_max_m: [f32; 3],
-}
-
-impl SceneInfo {
-    /// All fields in their order, as numbers: how Java gets them.
-    pub fn numbers(&self) -> [f64; SCENE_NUMBERS] {
-        let [a, b, c] = self.bounds_min_m.map(f64::from);
-        let [d, e, f] = self.bounds_max_m.map(f64::from);
-        [
-            self.triangles_in as f64,
-            self.triangles as f64,
-            self.surfaces as f64,
-            self.unknown_materials as f64,
-            self.memory_bytes as f64,
-            self.speed_of_sound_m_s,
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-        ]
+record! {
+    /// Properties of a scene.
+    #[derive(Default)]
+    pub struct SceneInfo {
+        /// Triangles of the mesh.
+        pub triangles_in: u64,
+        /// Triangles kept: finite, with an area.
+        pub triangles: u64,
+        /// Plane surfaces that they form.
+        pub surfaces: u64,
+        /// Materials that no table defines; they have the default's properties.
+        pub unknown_materials: u64,
+        /// Memory of the scene in bytes.
+        pub memory_bytes: u64,
+        /// Speed of sound in m/s.
+        pub speed_of_sound_m_s: f64,
+        /// Minimum coordinates in metres.
+        pub bounds_min_m: [f32; 3],
+        /// Maximum coordinates in metres.
+        pub bounds_max_m: [f32; 3],
     }
 }
 
-/// The built-in materials and those of a TOML text, which win.
-fn materials(text: Option<&str>) -> Result<MaterialTable, Fault> {
+/// The built-in materials, overridden by those of a TOML text.
+fn materials(text: Option<&str>) -> Result<MaterialTable, CallError> {
     let mut table = MaterialTable::built_in();
     if let Some(text) = text {
         table.extend(MaterialTable::parse(Path::new("materials"), text)?);
@@ -133,16 +108,21 @@ fn materials(text: Option<&str>) -> Result<MaterialTable, Fault> {
     Ok(table)
 }
 
-fn commit(mesh: &TriangleMesh, text: Option<&str>, options: &SceneOptions) -> Result<u64, Fault> {
+fn commit(
+    mesh: &TriangleMesh,
+    text: Option<&str>,
+    options: &SceneOptions,
+) -> Result<u64, CallError> {
     let scene = Scene::commit(mesh, &materials(text)?, &options.settings())?;
     SCENES.insert(Arc::new(scene))
 }
 
 /// Builds a scene from triangles in metres, +y up. Both material lists may be empty: then every triangle has the
-/// material `default`. `materials` is a TOML text of materials.
+/// material `default`. `materials` is the text of a materials file (TOML).
 ///
 /// # Errors
-/// [`Status::Format`] for a mesh or materials of which no scene can be made, [`Status::BadArgument`] for air that is none.
+/// `Status::Format` for an invalid mesh or materials,
+/// `Status::BadArgument` for a property of air out of range.
 pub fn from_mesh(
     positions: &[[f32; 3]],
     indices: &[u32],
@@ -150,29 +130,29 @@ pub fn from_mesh(
     triangle_materials: &[u32],
     materials: Option<&str>,
     options: &SceneOptions,
-) -> Result<u64, Fault> {
+) -> Result<u64, CallError> {
     let mesh = TriangleMesh::from_slices(positions, indices, names, triangle_materials)?;
     commit(&mesh, materials, options)
 }
 
-/// Builds a scene from an OBJ file. `materials` is a TOML text of materials.
+/// Builds a scene from an OBJ file. `materials` is the text of a materials file (TOML).
 ///
 /// # Errors
-/// [`Status::File`] where it cannot be read; as [`from_mesh`].
+/// `Status::File` for an unreadable file; those of [`from_mesh`].
 pub fn from_file(
     path: &str,
     materials: Option<&str>,
     options: &SceneOptions,
-) -> Result<u64, Fault> {
+) -> Result<u64, CallError> {
     let file = load_obj(Path::new(path), &options.obj()?)?;
     commit(&file.mesh, materials, options)
 }
 
-/// What became of a scene's mesh.
+/// Properties of a scene.
 ///
 /// # Errors
-/// The handle's.
-pub fn describe(scene: u64) -> Result<SceneInfo, Fault> {
+/// Those of [`HandleTable::with`].
+pub fn info(scene: u64) -> Result<SceneInfo, CallError> {
     SCENES.with(scene, |scene| {
         let report = scene.report();
         Ok(SceneInfo {

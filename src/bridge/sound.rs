@@ -1,56 +1,58 @@
-//! The audio side of the bridge: rendering, streams, and devices that play a renderer.
+//! Rendering, streams, and devices that play a renderer.
 //!
-//! [`render`] and [`write_stream`] are wait-free, allocate nothing, and fail with texts that were there before. One thread
-//! at a time a handle; another one that comes meanwhile gets [`Status::Busy`] and silence.
+//! [`render`] and [`write_stream`] are wait-free and do not allocate; their errors have static messages. A handle serves one
+//! thread at a time; a second concurrent call gets [`Status::Busy`] and silence.
 
-use super::fault::{Fault, Status};
-use super::table::{Kind, Table};
+use super::error::{CallError, Status};
+use super::handles::{HandleTable, Kind};
+use super::record::record;
 use crate::runtime::device::output::{DeviceOutput, DeviceReport};
 use crate::runtime::{RenderReport, Renderer, StreamWriter};
 
-/// A renderer, with a block to render into where the caller's memory is not its own.
-pub struct Voice {
+/// A renderer with a private block, for callers whose memory other threads may access.
+pub struct BlockRenderer {
     /// The engine's audio half.
     pub renderer: Renderer,
     block: Box<[f32]>,
 }
 
-impl From<Renderer> for Voice {
+impl From<Renderer> for BlockRenderer {
     fn from(renderer: Renderer) -> Self {
         let block = vec![0.0; 2 * renderer.block_frames()].into();
         Self { renderer, block }
     }
 }
 
-/// All renderers that no device plays.
-pub static RENDERERS: Table<Voice> = Table::new(Kind::Renderer);
-/// All streams.
-pub static STREAMS: Table<StreamWriter> = Table::new(Kind::Stream);
-/// All devices.
-pub static OUTPUTS: Table<DeviceOutput> = Table::new(Kind::Output);
+/// Renderers without a device.
+pub static RENDERERS: HandleTable<BlockRenderer> = HandleTable::new(Kind::Renderer);
+/// Streams.
+pub static STREAMS: HandleTable<StreamWriter> = HandleTable::new(Kind::Stream);
+/// Devices.
+pub static OUTPUTS: HandleTable<DeviceOutput> = HandleTable::new(Kind::Output);
 
-/// What one call of [`render`] did.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct RenderInfo {
-    /// Audio frames written.
-    pub frames: u32,
-    /// Graphics frames taken.
-    pub graphics_frames: u32,
-    /// Propagation updates taken.
-    pub updates: u32,
-    /// Extrapolation level L in force.
-    pub level: u32,
-    /// Voices that live or fade.
-    pub voices: u32,
-    /// Paths without a voice.
-    pub dropped_paths: u32,
-    /// Samples that streams were late with.
-    pub starved_samples: u32,
-    /// 1 if it took longer than what it rendered lasts.
-    pub missed_deadline: u32,
-    /// 1 if the engine was closed: sound goes on with the last poses.
-    pub engine_gone: u32,
+record! {
+    /// Result of one foresound_render.
+    #[derive(Default)]
+    pub struct RenderInfo {
+        /// Audio frames written.
+        pub frames: u32,
+        /// Graphics frames consumed.
+        pub graphics_frames: u32,
+        /// Propagation updates consumed.
+        pub updates: u32,
+        /// Extrapolation level L in use.
+        pub extrapolation_level: u32,
+        /// Voices, fading ones included.
+        pub voices: u32,
+        /// Paths without a voice.
+        pub dropped_paths: u32,
+        /// Samples missing from streams at their time.
+        pub underrun_samples: u32,
+        /// 1 if the call took longer than the duration of its sound.
+        pub missed_deadline: u32,
+        /// 1 if the engine was closed: sound continues with the last poses.
+        pub engine_gone: u32,
+    }
 }
 
 impl From<RenderReport> for RenderInfo {
@@ -59,51 +61,51 @@ impl From<RenderReport> for RenderInfo {
             frames: from.frames,
             graphics_frames: from.graphics_frames,
             updates: from.updates,
-            level: from.level,
+            extrapolation_level: from.level,
             voices: from.voices,
             dropped_paths: from.dropped_paths,
-            starved_samples: from.starved_samples,
+            underrun_samples: from.starved_samples,
             missed_deadline: from.missed_deadline.into(),
             engine_gone: from.controller_gone.into(),
         }
     }
 }
 
-/// Renders interleaved stereo over all of `output`; silence if it fails.
+/// Renders interleaved stereo into `output`; silence on failure. Audio thread.
 ///
 /// # Errors
-/// The handle's, [`Status::Busy`] among them.
-pub fn render(renderer: u64, output: &mut [f32]) -> Result<RenderInfo, Fault> {
-    let result = RENDERERS.try_with(renderer, |voice| Ok(voice.renderer.render(output).into()));
+/// Those of [`HandleTable::try_with`].
+pub fn render(renderer: u64, output: &mut [f32]) -> Result<RenderInfo, CallError> {
+    let result = RENDERERS.try_with(renderer, |entry| Ok(entry.renderer.render(output).into()));
     if result.is_err() {
         output.fill(0.0);
     }
     result
 }
 
-/// Renders interleaved stereo block by block and gives each to `take`: for memory that others may look at meanwhile.
-/// What is more than a block takes several graphics frames.
+/// Renders interleaved stereo block by block and passes each to `take` with its index in samples: for memory that other
+/// threads may access. Several blocks consume several graphics frames. Audio thread.
 ///
 /// # Errors
-/// The handle's, [`Status::Busy`] among them, and `take`'s.
+/// Those of [`HandleTable::try_with`], and `take`'s.
 pub fn render_blocks(
     renderer: u64,
     frames: usize,
-    mut take: impl FnMut(usize, &[f32]) -> Result<(), Fault>,
-) -> Result<RenderInfo, Fault> {
-    RENDERERS.try_with(renderer, |voice| {
+    mut take: impl FnMut(usize, &[f32]) -> Result<(), CallError>,
+) -> Result<RenderInfo, CallError> {
+    RENDERERS.try_with(renderer, |entry| {
         let mut total = RenderInfo::default();
         let mut done = 0;
         while done < frames {
-            let count = (frames - done).min(voice.block.len() / 2);
-            let block = &mut voice.block[..2 * count];
-            let made = RenderInfo::from(voice.renderer.render(block));
+            let count = (frames - done).min(entry.block.len() / 2);
+            let block = &mut entry.block[..2 * count];
+            let made = RenderInfo::from(entry.renderer.render(block));
             total = RenderInfo {
                 frames: total.frames + made.frames,
                 graphics_frames: total.graphics_frames + made.graphics_frames,
                 updates: total.updates + made.updates,
                 dropped_paths: total.dropped_paths + made.dropped_paths,
-                starved_samples: total.starved_samples + made.starved_samples,
+                underrun_samples: total.underrun_samples + made.underrun_samples,
                 missed_deadline: total.missed_deadline | made.missed_deadline,
                 ..made
             };
@@ -114,114 +116,82 @@ pub fn render_blocks(
     })
 }
 
-/// Audio frames by which sound is late against the geometry, without the device's own buffer.
+/// Latency from geometry to sound in audio frames, without the device's buffer. Control thread.
 ///
 /// # Errors
-/// The handle's. Control side.
-pub fn latency_frames(renderer: u64) -> Result<u32, Fault> {
-    RENDERERS.with(renderer, |voice| Ok(voice.renderer.latency_frames() as u32))
+/// Those of [`HandleTable::with`].
+pub fn latency_frames(renderer: u64) -> Result<u32, CallError> {
+    RENDERERS.with(renderer, |entry| Ok(entry.renderer.latency_frames() as u32))
 }
 
-/// Appends as many samples to a stream as fit, gives their number.
+/// Appends as many samples to a stream as fit; returns their number. Any one thread, the audio thread included.
 ///
 /// # Errors
-/// The handle's; [`Status::State`] once nobody reads the stream any more.
-pub fn write_stream(stream: u64, samples: &[f32]) -> Result<usize, Fault> {
+/// Those of [`HandleTable::try_with`]; [`Status::State`] once the stream has no reader.
+pub fn write_stream(stream: u64, samples: &[f32]) -> Result<usize, CallError> {
     STREAMS.try_with(stream, |writer| {
         if writer.is_abandoned() {
-            const GONE: &str = "the source has other sound or is gone; close the stream";
-            return Err(Fault::fixed(Status::State, GONE));
+            const GONE: &str = "the source was removed or plays another signal; close the stream";
+            return Err(CallError::fixed(Status::State, GONE));
         }
         Ok(writer.write(samples))
     })
 }
 
-/// Plays a renderer on the system's device, through a thread that renders `blocks_ahead` blocks ahead; gives the output's
-/// handle. The renderer's handle is closed by it. On Android the device is Oboe's; elsewhere nobody hears it. Control side.
+/// Plays a renderer on the system's device, through a thread that renders `blocks_ahead` blocks ahead; returns the output's
+/// handle and closes the renderer's. The device is Oboe's on Android and silent elsewhere. Control thread.
 ///
 /// # Errors
-/// The handle's; [`Status::BadArgument`] for a number outside 1 to 64, and the renderer stays; [`Status::State`] if no thread
-/// can be started. A device that does not open is tried again and reported by [`report_output`].
-pub fn start_output(renderer: u64, blocks_ahead: usize) -> Result<u64, Fault> {
+/// Those of [`HandleTable::remove`]; [`Status::BadArgument`] outside 1 to 64, and the renderer stays open; [`Status::State`]
+/// if no thread can be started. A device that does not open is tried again and reported by [`output_info`].
+pub fn start_output(renderer: u64, blocks_ahead: usize) -> Result<u64, CallError> {
     if !(1..=64).contains(&blocks_ahead) {
         let text = format!("blocks_ahead: {blocks_ahead} is outside 1 to 64");
-        return Err(Fault::new(Status::BadArgument, text));
+        return Err(CallError::bad(text));
     }
-    let voice = RENDERERS.remove(renderer)?;
+    let entry = RENDERERS.remove(renderer)?;
     let device = crate::runtime::device::output::system_device();
-    OUTPUTS.insert(DeviceOutput::start(voice.renderer, blocks_ahead, device)?)
+    OUTPUTS.insert(DeviceOutput::start(entry.renderer, blocks_ahead, device)?)
 }
 
-/// How many numbers the structure is as a list.
-pub const OUTPUT_NUMBERS: usize = 17;
-
-/// What a device granted, and how it goes.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct OutputInfo {
-    /// 0 closed and to be tried again, 1 playing.
-    pub playing: u32,
-    /// Granted rate in Hz.
-    pub rate_hz: u32,
-    /// Audio frames that the device takes at once.
-    pub burst_frames: u32,
-    /// Audio frames of the device's buffer.
-    pub buffer_frames: u32,
-    /// 1 if nobody else uses the device.
-    pub exclusive: u32,
-    /// 1 if the low-latency way was granted.
-    pub low_latency: u32,
-    /// 1 AAudio, 2 OpenSL ES, 0 neither.
-    pub interface: u32,
-    /// Audio frames that the ring adds to the latency.
-    pub ring_frames: u32,
-    /// Times that a device was opened.
-    pub opened: u32,
-    /// Times that opening failed.
-    pub refused: u32,
-    /// Times that the device was lost: unplugged, taken, died.
-    pub lost: u32,
-    /// Times that the device stopped asking and was closed for it.
-    pub stalled: u32,
-    /// Gaps that the device itself has counted since it was opened.
-    pub xruns: u32,
-    /// Least audio frames that the device has asked for at once.
-    pub least_frames: u32,
-    /// Most audio frames that the device has asked for at once.
-    pub most_frames: u32,
-    /// Calls of the device.
-    pub callbacks: u64,
-    /// Audio frames that were not ready in time.
-    pub starved_frames: u64,
-}
-
-impl OutputInfo {
-    /// All fields in their order, as numbers: how Java gets them.
-    pub fn numbers(&self) -> [f64; OUTPUT_NUMBERS] {
-        let counts = [
-            self.playing,
-            self.rate_hz,
-            self.burst_frames,
-            self.buffer_frames,
-            self.exclusive,
-            self.low_latency,
-            self.interface,
-            self.ring_frames,
-            self.opened,
-            self.refused,
-            self.lost,
-            self.stalled,
-            self.xruns,
-            self.least_frames,
-            self.most_frames,
-        ];
-        let mut numbers = [0.0; OUTPUT_NUMBERS];
-        for (number, count) in numbers.iter_mut().zip(counts) {
-            *number = count.into();
-        }
-        numbers[15] = self.callbacks as f64;
-        numbers[16] = self.starved_frames as f64;
-        numbers
+record! {
+    /// Properties and state of a device.
+    #[derive(Default)]
+    pub struct OutputInfo {
+        /// 1 playing, 0 closed and to be opened again.
+        pub playing: u32,
+        /// Granted sample rate in Hz.
+        pub rate_hz: u32,
+        /// Audio frames of the device's burst.
+        pub burst_frames: u32,
+        /// Audio frames of the device's buffer.
+        pub buffer_frames: u32,
+        /// 1 in exclusive mode.
+        pub exclusive: u32,
+        /// 1 in low-latency mode.
+        pub low_latency: u32,
+        /// 1 AAudio, 2 OpenSL ES, 0 neither.
+        pub interface: u32,
+        /// Latency of the ring buffer in audio frames.
+        pub ring_frames: u32,
+        /// Successful attempts to open a device.
+        pub opened: u32,
+        /// Failed attempts to open a device.
+        pub refused: u32,
+        /// Disconnections of the device.
+        pub lost: u32,
+        /// Times that the device stopped its callbacks and was closed.
+        pub stalled: u32,
+        /// Underruns counted by the device since it was opened.
+        pub xruns: u32,
+        /// Minimum audio frames of a callback.
+        pub least_frames: u32,
+        /// Maximum audio frames of a callback.
+        pub most_frames: u32,
+        /// Callbacks.
+        pub callbacks: u64,
+        /// Audio frames that were not rendered in time.
+        pub underrun_frames: u64,
     }
 }
 
@@ -245,15 +215,15 @@ impl From<DeviceReport> for OutputInfo {
             least_frames: from.least_frames,
             most_frames: from.most_frames,
             callbacks: from.callbacks,
-            starved_frames: from.starved_frames,
+            underrun_frames: from.starved_frames,
         }
     }
 }
 
-/// What a device granted, and how it goes. Control side.
+/// Properties and state of a device. Control thread.
 ///
 /// # Errors
-/// The handle's.
-pub fn report_output(output: u64) -> Result<OutputInfo, Fault> {
+/// Those of [`HandleTable::with`].
+pub fn output_info(output: u64) -> Result<OutputInfo, CallError> {
     OUTPUTS.with(output, |output| Ok(output.report().into()))
 }

@@ -1,8 +1,7 @@
-//! Follows paths from update to update and from graphics frame to graphics frame.
+//! The state of extrapolation: the last updates, the predictor and the present graphics frame.
 
 use std::sync::Arc;
 
-use super::frame_steps::Step;
 use super::hold::Hold;
 use super::linear::Linear;
 use super::predictor::{Predictor, PredictorKind};
@@ -13,15 +12,33 @@ use crate::extrapolation::scene_pair::ScenePair;
 use crate::propagation::{LateEnergy, PathSet};
 use crate::scene::{InstancePose, Scene};
 
-/// How paths are continued that are not part of the direct field.
+/// Continues the paths that are not part of the direct field.
 pub(super) enum Rule {
     /// Each path of the newest update by itself.
     PathByPath(Box<dyn Predictor>),
-    /// Paths of several updates, together.
-    Together(Box<GeometricPredictor>),
+    /// Paths of several updates together.
+    Geometric(Box<GeometricPredictor>),
 }
 
-/// A predictor at work, with what it remembers. Made on the control side; the audio side only swaps it.
+/// Progress of a graphics frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    /// Direct field of the sources from this one on.
+    Direct(usize),
+    /// The other paths; those that are continued one by one from this one on.
+    Continued(usize),
+    /// Order of the paths, and late energy.
+    Finish,
+}
+
+impl Default for Step {
+    /// A new frame.
+    fn default() -> Self {
+        Self::Direct(0)
+    }
+}
+
+/// A predictor and its state. Made on the control side; the audio side only swaps it.
 pub struct PredictorState(pub(super) Rule);
 
 impl PredictorState {
@@ -31,64 +48,88 @@ impl PredictorState {
             PredictorKind::Hold => Rule::PathByPath(Box::new(Hold)),
             PredictorKind::Linear => Rule::PathByPath(Box::new(Linear)),
             PredictorKind::Geometric(settings) => {
-                Rule::Together(Box::new(GeometricPredictor::new(settings)))
+                Rule::Geometric(Box::new(GeometricPredictor::new(settings)))
             }
         })
     }
 
-    /// The same with room for updates of this many paths and for this many sources, so that the audio side need not
-    /// allocate.
+    /// The same with room for updates of this many paths and for this many sources: the audio side does not allocate.
     pub fn with_room(kind: PredictorKind, paths: usize, sources: usize) -> Self {
-        let mut continuation = Self::of(kind);
-        continuation.reserve(paths, sources);
-        continuation
+        let mut predictor = Self::of(kind);
+        predictor.reserve(paths, sources);
+        predictor
     }
 
     fn reserve(&mut self, paths: usize, sources: usize) {
-        if let Rule::Together(best) = &mut self.0 {
-            best.bound(CANDIDATES_A_PATH * paths, sources);
+        if let Rule::Geometric(predictor) = &mut self.0 {
+            predictor.set_capacity(Self::most_paths(paths), sources);
         }
     }
 
-    /// Most paths of a graphics frame besides direct ones, if updates have this many.
+    /// Most paths of a graphics frame besides direct ones, if updates have at most `paths`.
     pub const fn most_paths(paths: usize) -> usize {
         CANDIDATES_A_PATH * paths
     }
 }
 
 /// Updates kept besides the last two.
-const OLDER: usize = 2;
+const OLDER_UPDATES: usize = 2;
 
-/// Candidates that [`PredictorKind::Geometric`] may keep for each path that an update may have.
+/// Candidates of [`PredictorKind::Geometric`] for each path of an update.
 const CANDIDATES_A_PATH: usize = 3;
 
-/// The extrapolation stage's state. Owned by the sound thread.
+/// The extrapolation stage. Owned by the sound thread.
 ///
 /// # Real-time
-/// [`Self::store_update`], [`Self::frame`] and the parts of a frame allocate only while the number of paths or of sources exceeds everything
-/// seen before and what [`Self::reserve`] was told.
+/// [`Self::store_update`], [`Self::frame`] and the parts of a frame allocate only while the number of paths or sources
+/// exceeds everything before and the room of [`Self::reserve`].
+///
+/// ```
+/// # use std::sync::Arc;
+/// use foresound::extrapolation::{Extrapolator, FramePaths, PredictorKind};
+/// use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+/// use foresound::scene::{SourceId, procedural};
+/// use foresound::{ListenerPose, MaterialTable, Scene, SceneSettings, SourcePose};
+///
+/// # fn main() -> foresound::Result<()> {
+/// let room = procedural::shoebox([6.0, 3.0, 4.0].into(), "concrete");
+/// let scene = Scene::commit(&room, &MaterialTable::built_in(), &SceneSettings::default())?;
+/// let scene = Arc::new(scene);
+/// let sources = [SourcePose::at(SourceId::new(0, 0), [1.0, 1.5, 1.0])];
+/// let mut propagator = Propagator::new(Arc::clone(&scene), PropagationSettings::default())?;
+/// let mut extrapolator = Extrapolator::new(scene, PredictorKind::default(), 0.3);
+///
+/// let mut update = PathSet::default();
+/// propagator.update(&ListenerPose::facing([4.0, 1.7, 2.0], 0.0), &sources, 0.0, &mut update);
+/// extrapolator.store_update(update, 4);
+///
+/// // The listener of the next graphics frame:
+/// let mut frame = FramePaths::default();
+/// extrapolator.frame(&ListenerPose::facing([4.02, 1.7, 2.0], 0.0), &sources, &mut frame);
+/// assert!(frame.paths.len() > 6);
+/// # Ok(())
+/// # }
+/// ```
 pub struct Extrapolator {
     pub(super) scenes: ScenePair,
-    pub(super) continuation: PredictorState,
+    pub(super) predictor: PredictorState,
     pub(super) min_distance_m: f64,
     pub(super) current: PathSet,
-    /// What has been worked out of it.
-    pub(super) groundwork: PreparedUpdate,
+    pub(super) prepared: PreparedUpdate,
     pub(super) previous: PathSet,
-    /// Those before, the newest first, whose late fields a listener who comes back may hear again: kept for
-    /// [`PredictorKind::Geometric`], who asks.
-    pub(super) older: [PathSet; OLDER],
+    /// The updates before those, the newest first, for the late energy of [`PredictorKind::Geometric`].
+    pub(super) older: [PathSet; OLDER_UPDATES],
+    /// For each path of `current` its index in `previous`.
     pub(super) matches: Vec<Option<u32>>,
-    /// Of each source of the present graphics frame whether the listener does not see it.
-    pub(super) shadowed: Vec<bool>,
-    /// The late fields of the present graphics frame.
+    /// For each source of the present graphics frame whether its direct path is blocked.
+    pub(super) occluded: Vec<bool>,
+    /// The late energy of the present graphics frame.
     pub(super) late: Vec<LateEnergy>,
-    /// The tail's decay as last heard.
+    /// Reverberation time as last emitted.
     pub(super) decay_time_s: BandArray,
     pub(super) level: u32,
     pub(super) frames_since_update: u32,
     pub(super) updates: u64,
-    /// How far the present graphics frame has got.
     pub(super) step: Step,
 }
 
@@ -98,14 +139,14 @@ impl Extrapolator {
     pub fn new(scene: Arc<Scene>, kind: PredictorKind, min_distance_m: f32) -> Self {
         Self {
             scenes: ScenePair::of(&scene),
-            continuation: PredictorState::of(kind),
+            predictor: PredictorState::of(kind),
             min_distance_m: f64::from(min_distance_m),
             current: PathSet::default(),
-            groundwork: PreparedUpdate::default(),
+            prepared: PreparedUpdate::default(),
             previous: PathSet::default(),
             older: Default::default(),
             matches: Vec::new(),
-            shadowed: Vec::new(),
+            occluded: Vec::new(),
             late: Vec::new(),
             decay_time_s: [0.0; BANDS],
             level: 0,
@@ -115,32 +156,30 @@ impl Extrapolator {
         }
     }
 
-    /// Takes the newest update and the level L of the interval that begins with it; gives an old set back whose memory
-    /// may be used again.
+    /// Stores the newest update, with the level L of the interval that begins with it; returns an old update for reuse.
     pub fn store_update(&mut self, update: PathSet, level: u32) -> PathSet {
-        self.groundwork.clear();
-        self.take(update, level)
+        self.prepared.clear();
+        self.store(update, level)
     }
 
-    /// The same with what has been worked out of the update, which takes less time for the same result; an old one comes
-    /// back in its place.
+    /// The same with a prepared update: less work for the same result. An old one is returned in its place.
     pub fn store_prepared_update(
         &mut self,
         update: PathSet,
-        groundwork: &mut PreparedUpdate,
+        prepared: &mut PreparedUpdate,
         level: u32,
     ) -> PathSet {
-        std::mem::swap(&mut self.groundwork, groundwork);
-        self.take(update, level)
+        std::mem::swap(&mut self.prepared, prepared);
+        self.store(update, level)
     }
 
-    fn take(&mut self, update: PathSet, level: u32) -> PathSet {
-        self.begin_anew();
+    fn store(&mut self, update: PathSet, level: u32) -> PathSet {
+        self.restart_frame();
         let newest = std::mem::replace(&mut self.current, update);
         let previous = std::mem::replace(&mut self.previous, newest);
-        let retired = match self.continuation.0 {
+        let retired = match self.predictor.0 {
             Rule::PathByPath(_) => previous,
-            Rule::Together(_) => {
+            Rule::Geometric(_) => {
                 self.older.rotate_right(1);
                 std::mem::replace(&mut self.older[0], previous)
             }
@@ -149,52 +188,50 @@ impl Extrapolator {
         self.level = level;
         self.frames_since_update = 0;
         self.updates += 1;
-        self.scenes.update_is_of(&self.current.instances);
+        self.scenes.set_update_poses(&self.current.instances);
         retired
     }
 
-    /// Moves the scene's instances, as they stand from the next frame on; those that the scene does not have are left
-    /// out.
+    /// Sets the poses of the scene's instances from the next frame on; ignores poses of other instances.
     pub fn set_instance_poses(&mut self, poses: &[InstancePose]) {
-        self.scenes.stand_at(poses);
+        self.scenes.set_current_poses(poses);
     }
 
-    /// Goes on in a scene with other instances, whose paths are followed from the next update on; gives the old one
-    /// back in its place. What is fixed must be the same: another scene is another extrapolator's.
+    /// Replaces the scene by one with other instances; their paths are heard from the next update on. The fixed mesh must
+    /// be the same: another scene needs another extrapolator. The old pair is returned in place.
     pub fn swap_scene(&mut self, scenes: &mut ScenePair) {
-        self.begin_anew();
+        self.restart_frame();
         std::mem::swap(&mut self.scenes, scenes);
     }
 
-    /// Makes room for updates of this many paths and for this many sources, so that [`Self::store_update`] and
-    /// [`Self::frame`] need not. Control side; allocates.
+    /// Reserves room for updates of this many paths and for this many sources. Control side; allocates.
     pub fn reserve(&mut self, paths: usize, sources: usize) {
         self.matches.reserve(paths);
-        self.shadowed.reserve(sources);
+        self.occluded.reserve(sources);
         self.late.reserve(sources);
-        self.continuation.reserve(paths, sources);
+        self.predictor.reserve(paths, sources);
     }
 
-    /// Continues with another predictor from the next frame on; gives the old one back.
+    /// Replaces the predictor from the next frame on; returns the old one.
     pub fn set_predictor(&mut self, predictor: PredictorState) -> PredictorState {
-        self.begin_anew();
-        // Only one of the predictors keeps these up to date.
+        self.restart_frame();
+        // Only the geometric predictor keeps these up to date.
         for update in &mut self.older {
             update.late.clear();
         }
-        std::mem::replace(&mut self.continuation, predictor)
+        std::mem::replace(&mut self.predictor, predictor)
     }
 
-    /// The newest update taken.
+    /// The newest update.
     pub fn current(&self) -> &PathSet {
         &self.current
     }
 
-    /// Leaves a graphics frame that is under way.
-    fn begin_anew(&mut self) {
+    /// Abandons a graphics frame that is under way.
+    fn restart_frame(&mut self) {
         self.step = Step::default();
-        if let Rule::Together(best) = &mut self.continuation.0 {
-            best.begin_anew();
+        if let Rule::Geometric(predictor) = &mut self.predictor.0 {
+            predictor.restart_frame();
         }
     }
 }

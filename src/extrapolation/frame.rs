@@ -1,31 +1,77 @@
-//! What extrapolation gives for one graphics frame, and generation takes.
+//! The paths of one graphics frame: the output of extrapolation and the input of generation.
 
 use glam::{Quat, Vec3};
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::PathId;
-use crate::scene::SourceId;
+use crate::propagation::{Path, PathId};
+use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
-/// One path as it is to sound at the end of the present graphics frame.
+pub use crate::propagation::LATE_SEGMENTS;
+
+/// One path at the end of a graphics frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FramePath {
     /// Identity across frames.
     pub id: PathId,
-    /// The source it carries.
+    /// The source.
     pub source: SourceId,
-    /// Number of reflections; 0 is the direct path.
+    /// Number of reflections; 0 for the direct field.
     pub order: u8,
-    /// Signed pressure ratio a band, relative to the free field at 1 m.
+    /// Signed pressure factor a band, relative to the free field at 1 m.
     pub amplitude: BandArray,
     /// Propagation delay in seconds.
     pub delay_s: f64,
-    /// Unit vector in world coordinates from the listener towards where the sound comes from.
+    /// Unit vector in world coordinates from the listener towards the last image source, edge or source.
     pub arrival: Vec3,
 }
 
-pub use crate::propagation::LATE_SEGMENTS;
+impl FramePath {
+    /// A path as its update has it, for a listener at `listener`.
+    pub(super) fn of(path: &Path, listener: &ListenerPose, scene: &Scene) -> Self {
+        Self::from_image(path.image, path.length_m, path, listener, scene)
+    }
 
-/// One start of the tail that a source sends to the late reverb.
+    /// A path of an update with its image source moved to `image` and this length in metres. The direction is ahead where
+    /// image and listener coincide.
+    #[inline]
+    pub(super) fn from_image(
+        image: Vec3,
+        length_m: f32,
+        path: &Path,
+        listener: &ListenerPose,
+        scene: &Scene,
+    ) -> Self {
+        let ahead = || listener.orientation * Vec3::NEG_Z;
+        Self {
+            id: path.id,
+            source: path.source,
+            order: path.order,
+            amplitude: path.amplitude,
+            delay_s: f64::from(length_m) / scene.speed_of_sound_m_s(),
+            arrival: (image - listener.position)
+                .try_normalize()
+                .unwrap_or_else(ahead),
+        }
+    }
+
+    /// Energy over all bands.
+    pub(crate) fn energy(&self) -> f32 {
+        energy(&self.amplitude)
+    }
+}
+
+/// Energy over all bands.
+pub(crate) fn energy(amplitude: &BandArray) -> f32 {
+    amplitude.iter().map(|a| a * a).sum()
+}
+
+/// Whether the effects of a source allow a path: the last update may have paths that have just been turned off.
+pub(super) fn allows(source: &SourcePose, path: &Path) -> bool {
+    let effects = source.settings.effects;
+    (path.order == 0 || effects.reflections) && (path.diffraction_order == 0 || effects.diffraction)
+}
+
+/// One segment of the late energy that a source sends to the late reverb.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateSend {
     /// The source.
@@ -33,25 +79,31 @@ pub struct LateSend {
     /// Energy a second of the diffuse impulse response, extrapolated back to emission, in 1/s; see
     /// [`crate::propagation::diffuse::LateSegment::energy_per_s`].
     pub energy_per_s: BandArray,
-    /// Seconds from emission to this start.
+    /// Seconds from emission to the segment's start.
     pub start_s: f32,
 }
 
-/// Everything generation needs to know about one graphics frame.
+/// One graphics frame for generation. The default is silence: no paths, no late reverb.
+///
+/// ```
+/// use foresound::diagnostics::FramePaths;
+///
+/// let silence = FramePaths::default();
+/// assert!(silence.paths.is_empty() && silence.late.is_empty());
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FramePaths {
-    /// Head orientation: turns head coordinates (+x right, +y up, −z ahead) into world coordinates.
+    /// Head orientation: from head coordinates (+x right, +y up, −z ahead) to world coordinates.
     pub orientation: Quat,
     /// Paths, sorted by [`FramePath::id`].
     pub paths: Vec<FramePath>,
-    /// Late reverb sends, at most [`LATE_SEGMENTS`] a source; a source's are told apart by their order, so it stays.
+    /// Late reverb sends, at most [`LATE_SEGMENTS`] a source, each source's in the order of its segments.
     pub late: Vec<LateSend>,
-    /// Reverberation time T60 of the tail in seconds, one a band.
+    /// Reverberation time T60 of the late reverb in seconds, one a band.
     pub decay_time_s: BandArray,
 }
 
 impl Default for FramePaths {
-    /// Silence: no paths, no tail.
     fn default() -> Self {
         Self {
             orientation: Quat::IDENTITY,

@@ -1,14 +1,14 @@
 //! Zero-order hold, the paper's comparison (section IV-D-5).
 
 use super::frame::FramePath;
-use super::predictor::{FrameContext, Predictor, TrackedPath, as_of_update};
+use super::predictor::{FrameContext, Predictor, TrackedPath};
 
-/// Keeps amplitude, delay and direction as the newest update has them.
+/// Holds amplitude, delay and direction of the newest update.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Hold;
 
 impl Predictor for Hold {
     fn predict(&mut self, path: &TrackedPath<'_>, at: &FrameContext<'_>) -> FramePath {
-        as_of_update(path.current, path.listener, at.scene)
+        FramePath::of(path.current, path.listener, at.scene)
     }
 }

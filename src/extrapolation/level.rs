@@ -1,9 +1,9 @@
-//! How many graphics frames lie between two updates.
+//! The extrapolation level: graphics frames between two updates.
 
-/// The target extrapolation level L: graphics frames after an update that are heard before the next one arrives.
+/// The target extrapolation level L: graphics frames between the arrivals of two updates that have no update of their own.
 ///
-/// `propagation_s` is the time one update took, `graphics_frame_s` the time between two graphics frames, both in
-/// seconds. 0 where an update fits in a frame; 0 also for times that are no times.
+/// `propagation_s` is the duration of an update, `graphics_frame_s` that of a graphics frame, both in seconds. 0 where an
+/// update fits in a frame, and for durations that are not a number.
 ///
 /// # References
 /// The paper's Eq. 1, literal: L = max(0, ⌈T_SPS / T_g⌉ − 1).
@@ -26,7 +26,7 @@ mod tests {
     }
 
     #[test]
-    fn no_time_is_no_level() {
+    fn invalid_durations_give_level_zero() {
         assert_eq!(extrapolation_level(f64::NAN, 0.01), 0);
         assert_eq!(extrapolation_level(0.0, 0.0), 0);
         assert_eq!(extrapolation_level(1.0, 0.0), u32::MAX);

@@ -1,17 +1,17 @@
 //! The paper's predictor: linear in the amplitude, clamped (Eq. 2 to 4).
 
 use super::frame::FramePath;
-use super::predictor::{FrameContext, Predictor, TrackedPath, as_of_update};
+use super::predictor::{FrameContext, Predictor, TrackedPath};
 use crate::acoustics::{BANDS, BandArray};
 
-/// Continues each band's amplitude along the line through the last two updates. Delay and direction stay as the newest
-/// update has them, which is how the paper's text reads; its direct path is the only one that follows the listener.
+/// Continues each band's amplitude along the line through the last two updates. Delay and direction are held, as in the
+/// paper, where the direct path alone follows the listener.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Linear;
 
 impl Predictor for Linear {
     fn predict(&mut self, path: &TrackedPath<'_>, at: &FrameContext<'_>) -> FramePath {
-        let mut frame = as_of_update(path.current, path.listener, at.scene);
+        let mut frame = FramePath::of(path.current, path.listener, at.scene);
         if let Some(previous) = path.previous {
             frame.amplitude = extrapolate(
                 &path.current.amplitude,
@@ -26,10 +26,9 @@ impl Predictor for Linear {
 
 /// Amplitudes `frames` graphics frames after the update of `current`, at level L = `level`.
 ///
-/// Eq. 2 in frame k = `frames` − 1, then Eq. 3 and 4. In the frame the update arrives in, its amplitudes stand as they
-/// are; beyond the last frame of the interval the value of frame L − 1 stays, since the paper names no later one. An
-/// amplitude here has a sign, which the paper's has not: the sign of `current` is carried and the equations apply to
-/// what remains.
+/// Eq. 2 in frame k = `frames` − 1, then Eq. 3 and 4. The frame of the update's arrival has its amplitudes unchanged; after
+/// the interval's last frame the value of frame L − 1 is held, since the paper defines no later one. Amplitudes are signed,
+/// unlike the paper's: the equations apply to amplitudes times the sign of `current`.
 pub fn extrapolate(
     current: &BandArray,
     previous: &BandArray,
@@ -68,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arriving_update_stands_as_it_is() {
+    fn an_arriving_update_is_unchanged() {
         assert_eq!(extrapolate(&bands(0.5), &bands(0.4), 0, 3), bands(0.5));
         assert_eq!(extrapolate(&bands(0.5), &bands(0.4), 0, 0), bands(0.5));
     }

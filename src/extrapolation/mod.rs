@@ -1,7 +1,7 @@
-//! EPS: the extrapolation stage. For every graphics frame it says how loud, how late and from where each path is now.
+//! EPS, the extrapolation stage: amplitude, delay and direction of every path in every graphics frame.
 //!
-//! Runs on the sound thread: bounded by the number of paths, and by one ray cast a source for the direct path. Takes
-//! [`crate::propagation::PathSet`]s as they arrive, gives [`FramePaths`]. Follows the paper's sections III-C to III-E.
+//! Runs on the sound thread, bounded by the number of paths and of rays. Takes [`crate::propagation::PathSet`]s as they
+//! arrive, gives [`FramePaths`]. After the paper's sections III-C to III-E.
 
 pub mod extrapolator;
 pub mod frame;
@@ -17,9 +17,8 @@ pub mod work_budget;
 
 pub use crate::extrapolation::geometric::{GeometricSettings, PredictionTarget, PreparedUpdate};
 pub use crate::extrapolation::scene_pair::ScenePair;
-pub use crate::extrapolation::work_budget::WorkBudget;
+pub use crate::extrapolation::work_budget::{Progress, WorkBudget};
 pub use extrapolator::{Extrapolator, PredictorState};
 pub use frame::{FramePath, FramePaths, LATE_SEGMENTS, LateSend};
-pub use frame_steps::Part;
 pub use level::extrapolation_level;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

@@ -1,60 +1,60 @@
-//! The scene as it stands now and as it stood for the newest update.
+//! The scene with the instance poses of this graphics frame, and with those of the newest update.
 //!
-//! Made on the control side; the sound thread moves instances in it and swaps it, which allocates nothing, since nobody
-//! else has these copies. A scene without instances is not copied.
+//! Made on the control side. The sound thread moves instances and swaps pairs without allocation: it holds the only
+//! reference to these copies. A scene without instances is shared, not copied.
 
 use std::sync::Arc;
 
 use crate::scene::{InstancePose, Scene};
 
-/// A scene twice, with its instances at two poses.
+/// A scene with two sets of instance poses.
 #[derive(Debug, Clone)]
 pub struct ScenePair {
-    now: Arc<Scene>,
-    then: Arc<Scene>,
+    current: Arc<Scene>,
+    at_update: Arc<Scene>,
 }
 
 impl ScenePair {
-    /// Of a scene, both as it stands. Control side; allocates.
+    /// Both with the scene's own poses. Control side; allocates.
     pub fn of(scene: &Arc<Scene>) -> Self {
         let copy = || match scene.has_instances() {
             true => Arc::new(Scene::clone(scene)),
             false => Arc::clone(scene),
         };
         Self {
-            now: copy(),
-            then: copy(),
+            current: copy(),
+            at_update: copy(),
         }
     }
 
-    /// As it stands in this graphics frame.
+    /// With the poses of this graphics frame.
     #[inline]
-    pub(crate) fn now(&self) -> &Scene {
-        &self.now
+    pub(crate) fn current(&self) -> &Scene {
+        &self.current
     }
 
-    /// As it stood for the newest update.
+    /// With the poses of the newest update.
     #[inline]
-    pub(crate) fn then(&self) -> &Scene {
-        &self.then
+    pub(crate) fn at_update(&self) -> &Scene {
+        &self.at_update
     }
 
-    pub(crate) fn stand_at(&mut self, poses: &[InstancePose]) {
-        set(&mut self.now, poses);
+    pub(crate) fn set_current_poses(&mut self, poses: &[InstancePose]) {
+        set_poses(&mut self.current, poses);
     }
 
-    pub(crate) fn update_is_of(&mut self, poses: &[InstancePose]) {
-        set(&mut self.then, poses);
+    pub(crate) fn set_update_poses(&mut self, poses: &[InstancePose]) {
+        set_poses(&mut self.at_update, poses);
     }
 }
 
-/// Whether instances of two copies of a scene stand at other poses.
-pub(crate) fn has_moved(now: &Scene, then: &Scene) -> bool {
-    now.has_instances() && !now.instance_poses().eq(then.instance_poses())
+/// Whether two copies of a scene differ in instance poses.
+pub(crate) fn has_moved(current: &Scene, at_update: &Scene) -> bool {
+    current.has_instances() && !current.instance_poses().eq(at_update.instance_poses())
 }
 
-fn set(scene: &mut Arc<Scene>, poses: &[InstancePose]) {
-    // Unshared since it has instances, so nothing is copied here.
+fn set_poses(scene: &mut Arc<Scene>, poses: &[InstancePose]) {
+    // A scene with instances is not shared: nothing is copied here.
     if scene.has_instances() && !poses.is_empty() {
         Arc::make_mut(scene).set_instance_poses(poses);
     }

@@ -1,18 +1,18 @@
-//! Which path of this update is which path of the last.
+//! Matches the paths of two updates.
 
 use crate::propagation::Path;
 
 /// Fills `matches` with the index in `previous` of each path of `current`, both sorted by their identity
-/// (the paper's section III-D). A path that is only in `previous` is left behind.
+/// (the paper's section III-D). A path that is only in `previous` has no match.
 pub fn match_by_id(current: &[Path], previous: &[Path], matches: &mut Vec<Option<u32>>) {
     matches.clear();
-    let mut old = 0;
+    let mut index = 0;
     for path in current {
-        while old < previous.len() && previous[old].id < path.id {
-            old += 1;
+        while index < previous.len() && previous[index].id < path.id {
+            index += 1;
         }
-        let found = previous.get(old).is_some_and(|p| p.id == path.id);
-        matches.push(found.then_some(old as u32));
+        let is_match = previous.get(index).is_some_and(|p| p.id == path.id);
+        matches.push(is_match.then_some(index as u32));
     }
 }
 

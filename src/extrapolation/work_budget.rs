@@ -1,23 +1,31 @@
-//! How much of a graphics frame is worked out at a time.
+//! A budget of work, for graphics frames that are computed in parts.
 //!
-//! Audio side; a number. A graphics frame's work may be done in portions, so that the sound thread's blocks take alike
-//! time: what a portion may take is counted, never timed, so that the same portions come of the same numbers.
-//! How a frame is cut changes nothing of what it says.
+//! Audio side; arithmetic. The sound thread computes a part of a graphics frame in each block, to even out the blocks' times.
+//! Work is counted, not timed: the same budgets give the same parts. The parts do not change a bit of the frame.
 
 /// Work in units of about a hundred nanoseconds of a desktop's core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkBudget {
-    most: u32,
+    limit: u32,
     spent: u32,
 }
 
+/// The result of one part of a graphics frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Progress {
+    /// Rays cast.
+    pub rays: u64,
+    /// Whether the frame is complete.
+    pub is_done: bool,
+}
+
 impl WorkBudget {
-    /// Until this much is spent.
-    pub const fn of(most: u32) -> Self {
-        Self { most, spent: 0 }
+    /// A budget of so many units.
+    pub const fn of(limit: u32) -> Self {
+        Self { limit, spent: 0 }
     }
 
-    /// Until the frame is done.
+    /// A budget that no frame exceeds.
     pub const fn boundless() -> Self {
         Self::of(u32::MAX)
     }
@@ -28,48 +36,48 @@ impl WorkBudget {
         self.spent = self.spent.saturating_add(work);
     }
 
-    /// What has been spent; the last piece of work may have gone beyond the bound.
+    /// Units spent; the last piece of work may exceed the limit.
     pub fn spent(&self) -> u32 {
         self.spent
     }
 
-    /// What is left.
+    /// Units left.
     pub fn left(&self) -> u32 {
-        self.most.saturating_sub(self.spent)
+        self.limit.saturating_sub(self.spent)
     }
 
-    /// Whether to stop here.
+    /// Whether nothing is left.
     pub fn is_spent(&self) -> bool {
-        self.spent >= self.most
+        self.spent >= self.limit
     }
 }
 
-/// What pieces of work cost, as measured with sixteen sources in the concert hall.
+/// Costs in units, measured with sixteen sources in the concert hall.
 pub(crate) mod cost {
     /// A ray.
     pub(crate) const RAY: usize = 2;
-    /// Where the points of a reflected path lie.
+    /// The points of a reflected path.
     pub(crate) const UNFOLDED: usize = 2;
-    /// How such a path is heard.
+    /// Amplitude and direction of a reflected path.
     pub(crate) const REFLECTED: usize = 4;
-    /// The way of a bent path.
-    pub(crate) const BENT_WAY: usize = 15;
-    /// The wave around one edge.
+    /// The points of a diffracted path.
+    pub(crate) const DIFFRACTED: usize = 15;
+    /// The diffracted wave of one edge.
     pub(crate) const WAVE: usize = 22;
     /// A source's direct path, without rays and waves.
     pub(crate) const DIRECT: usize = 20;
-    /// A path that is continued as it is, or taken over from an update.
+    /// A path that is held, extrapolated or merged from an update.
     pub(crate) const CONTINUED: usize = 1;
-    /// A candidate of which it is told what is heard.
-    pub(crate) const HEARD: usize = 2;
-    /// Paths put in order for one unit.
+    /// Emission of one audible candidate.
+    pub(crate) const EMITTED: usize = 2;
+    /// Paths sorted for one unit.
     pub(crate) const SORTED: usize = 4;
-    /// The late field of a source.
+    /// The late energy of a source.
     pub(crate) const LATE: usize = 10;
-    /// A path of which generation works out what it asks of a voice.
+    /// A path that generation plans.
     pub(crate) const PREPARED: usize = 2;
     /// A path that generation takes over.
     pub(crate) const TAKEN: usize = 2;
-    /// A path that gets a voice.
+    /// A voice that starts.
     pub(crate) const STARTED: usize = 3;
 }

@@ -1,12 +1,17 @@
-//! Rays and triangles. Deaf: knows nothing of sound.
+//! Rays, triangles and the trees over them. Pure geometry without acoustics.
 //!
-//! Pure data and `&self` queries, usable from any thread at once; nothing here allocates after a tree is built.
+//! Queries take `&self`, may come from any thread at once, and neither allocate nor block. Lengths are metres in one
+//! coordinate system, which the caller chooses.
 
-pub mod box_tree;
+pub mod aabb;
+pub mod aabb_tree;
 pub mod bvh;
+mod intersect;
 pub mod ray;
+mod stack;
 pub mod triangle;
 
-pub use box_tree::{Bounds, BoxTree};
+pub use aabb::Aabb;
+pub use aabb_tree::AabbTree;
 pub use bvh::Bvh;
 pub use ray::{Hit, Ray};

@@ -19,8 +19,7 @@ use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material, Medium};
 use crate::error::{Error, Result};
-#[cfg(feature = "testing")]
-use crate::geometry::bvh::record::Record;
+use crate::geometry::bvh::RayObserver;
 use crate::geometry::triangle::PreparedRay;
 use crate::geometry::{Bvh, Ray};
 
@@ -161,16 +160,13 @@ impl Scene {
         &self.bvh
     }
 
-    /// The same scene, and a record of all that is asked of its fixed part's tree from now on: for measurements. Control
-    /// side; allocates.
-    #[cfg(feature = "testing")]
-    pub fn recorded(&self) -> (Self, Record) {
-        let (bvh, record) = self.bvh.recorded();
-        let scene = Self {
-            bvh: Arc::new(bvh),
+    /// The same scene, which reports every ray against its fixed part to an observer: for measurements. Control side;
+    /// allocates.
+    pub fn with_observer(&self, observer: Arc<dyn RayObserver>) -> Self {
+        Self {
+            bvh: Arc::new(self.bvh.with_observer(observer)),
             ..self.clone()
-        };
-        (scene, record)
+        }
     }
 
     /// The fixed part's edges that sound bends around, in local coordinates.
@@ -279,7 +275,7 @@ impl Scene {
         }
         let corners = self.corners_of(triangle);
         let margin_m = self.bvh.margin_m();
-        PreparedRay::of(ray, margin_m).is_some_and(|ray| ray.meet(&corners).is_some())
+        PreparedRay::new(ray, margin_m).is_some_and(|ray| ray.intersect(&corners).is_some())
     }
 
     /// A triangle's normal by its winding, of any length: from the side on which its corners run counter-clockwise.

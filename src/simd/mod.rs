@@ -1,119 +1,29 @@
-//! Lane arithmetic: eight lanes at once, scalar as the specification.
+//! Eight-lane `f32` arithmetic and memory prefetch.
 //!
-//! Mindless: knows neither bands nor samples. The only home of `core::arch`; this file uses none of it and is what
-//! every later instruction set is tested against.
+//! - [`F32x8`]: eight numbers in an array, the storage format everywhere;
+//! - `Lanes`: the same eight numbers in vector registers, and `Lanes16`, two of them;
+//! - `kernel!`: a function written once over `Lanes` and compiled for every instruction set;
+//! - `x86`, `neon`: the registers of each instruction set, by `core::arch`.
+//!
+//! Any thread; nothing here allocates or blocks.
 
+mod f32x8;
+pub(crate) mod kernel;
 pub(crate) mod lanes;
 #[cfg(target_arch = "aarch64")]
 pub(crate) mod neon;
-pub(crate) mod stack;
-pub(crate) mod tracing;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
 
-pub(crate) use lanes::{LaneSet, Lanes, NUMBERS, Vector, Wide, kernel};
+pub use f32x8::F32x8;
+pub(crate) use kernel::{LaneSet, kernel};
+pub(crate) use lanes::{LANE_INDICES, Lanes, Lanes16};
 #[cfg(target_arch = "aarch64")]
 pub(crate) use neon::prefetch;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::prefetch;
 
-/// Asks for the line of memory that a value begins in; nothing where that is not known how.
+/// Prefetches the cache line at the start of a value. This architecture has no implementation: no effect.
 #[cfg(not(any(target_arch = "aarch64", target_arch = "x86_64")))]
 #[inline(always)]
 pub(crate) fn prefetch<T>(_value: &T) {}
-
-use std::ops::{Add, AddAssign, Mul, MulAssign, Sub};
-
-/// Eight `f32` lanes. Plain arrays: the compiler maps them to whatever the target has.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C, align(32))]
-pub struct F32x8(pub [f32; 8]);
-
-impl F32x8 {
-    /// All lanes zero.
-    pub const ZERO: Self = Self([0.0; 8]);
-
-    /// The same value in every lane.
-    #[inline(always)]
-    pub fn splat(value: f32) -> Self {
-        Self([value; 8])
-    }
-
-    /// The first eight values of a slice.
-    ///
-    /// # Panics
-    /// If the slice is shorter.
-    #[inline(always)]
-    pub fn load(values: &[f32]) -> Self {
-        let mut lanes = [0.0; 8];
-        lanes.copy_from_slice(&values[..8]);
-        Self(lanes)
-    }
-
-    /// Writes the lanes to the first eight places of a slice.
-    ///
-    /// # Panics
-    /// If the slice is shorter.
-    #[inline(always)]
-    pub fn store(self, values: &mut [f32]) {
-        values[..8].copy_from_slice(&self.0);
-    }
-
-    /// Sum of the lanes, in the fixed order ((0+4)+(2+6)) + ((1+5)+(3+7)).
-    #[inline(always)]
-    pub fn sum(self) -> f32 {
-        let l = self.0;
-        ((l[0] + l[4]) + (l[2] + l[6])) + ((l[1] + l[5]) + (l[3] + l[7]))
-    }
-}
-
-macro_rules! lanewise {
-    ($trait:ident, $method:ident, $op:tt) => {
-        impl $trait for F32x8 {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                let mut lanes = [0.0; 8];
-                for i in 0..8 {
-                    lanes[i] = self.0[i] $op other.0[i];
-                }
-                Self(lanes)
-            }
-        }
-    };
-}
-
-lanewise!(Add, add, +);
-lanewise!(Sub, sub, -);
-lanewise!(Mul, mul, *);
-
-impl AddAssign for F32x8 {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl MulAssign for F32x8 {
-    #[inline(always)]
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lanes_do_what_scalars_do() {
-        let a = F32x8([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
-        let b = F32x8::splat(0.5);
-        assert_eq!((a * b).0[7], 4.0);
-        assert_eq!((a - b).0[0], 0.5);
-        assert_eq!(a.sum(), 36.0);
-        let mut out = [0.0; 9];
-        F32x8::load(&a.0).store(&mut out[1..]);
-        assert_eq!(out[8], 8.0);
-    }
-}

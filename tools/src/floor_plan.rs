@@ -1,20 +1,18 @@
-//! A scene from above as an architect draws it: cut open a little above the ears, what lies below shaded by height,
-//! what is cut outlined.
+//! The floor plan of a scene: cut open a little above the ears, surfaces below shaded by height, walls outlined where
+//! the cut meets them.
 //!
-//! The cut follows the ground, so that a hill is not cut off. Where all is above the cut, as on a knoll, the lowest
-//! surface is shown. The cost is that of one look at every triangle, so 130,000 are as readable as ten.
+//! The cut follows the ground, which keeps hills whole. Where all surfaces are above the cut, as on a knoll, the lowest
+//! is shown. The cost is one pass over all triangles.
 
 use glam::{Vec2, Vec3, vec2};
+use plotters::prelude::*;
 
-use super::canvas::{Canvas, line_cover};
-use super::colormap::Colour;
-use super::plan_ground::{Ground, rasterise};
+use super::chart::{Area, Drawn, INK, mixed, px};
+use super::plan_ground::{Ground, PlanFrame, rasterise};
 
-/// Sub-pixels a pixel side.
-const FINENESS: usize = 2;
 /// Height range shown, at least, in metres: a floor's unevenness stays pale.
 const LEAST_RANGE_M: f32 = 2.5;
-/// A step between neighbouring sub-pixels from which an edge is drawn, in metres.
+/// A step between neighbouring fine pixels from which an edge is drawn, in metres.
 const EDGE_STEP_M: f32 = 0.12;
 /// Surfaces steeper than this (cosine between normal and up) are outlined where the cut meets them.
 const WALL_COSINE: f32 = 0.5;
@@ -23,84 +21,41 @@ const WALL_PX: f32 = 1.8;
 /// Where the light comes from: top left, as maps have it.
 const LIGHT: Vec3 = Vec3::new(-0.45, 0.78, -0.43);
 
-const LOW_COLOUR: Colour = Colour(240, 242, 245);
-const HIGH_COLOUR: Colour = Colour(184, 188, 194);
-const EDGE_COLOUR: Colour = Colour(104, 110, 122);
-const WALL_COLOUR: Colour = Colour(52, 58, 70);
+const LOW_COLOUR: RGBColor = RGBColor(240, 242, 245);
+const HIGH_COLOUR: RGBColor = RGBColor(184, 188, 194);
+const EDGE_COLOUR: RGBColor = RGBColor(104, 110, 122);
+const WALL_COLOUR: RGBColor = RGBColor(52, 58, 70);
 
-/// Where world places lie in the picture: +x to the right, +z downwards, one scale for both.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlanFrame {
-    /// World (x, z) at the upper left corner, in metres.
-    pub corner_m: Vec2,
-    /// Pixels of that corner.
-    pub corner_px: Vec2,
-    /// Width and height of the plan, in pixels.
-    pub size_px: Vec2,
-    /// Scale in pixels a metre.
-    pub px_per_m: f32,
-}
-
-impl PlanFrame {
-    /// The pixel above which a place lies.
-    pub fn place(&self, at: Vec3) -> Vec2 {
-        self.corner_px + (vec2(at.x, at.z) - self.corner_m) * self.px_per_m
-    }
-}
-
-/// Draws the plan. With a cut, `cut_height_m` is the height in metres that it has at `cut_place`; without, all is
-/// seen from above. Triangles with a coordinate that is no number are left out.
+/// Draws the plan. `cut` is a position and the height in metres of the cut there; without it nothing is cut away.
+/// Triangles with a coordinate that is no number are left out.
+///
+/// # Errors
+/// Those of drawing.
 pub fn draw_plan(
-    canvas: &mut Canvas,
+    area: &Area<'_>,
     frame: &PlanFrame,
     triangles: &[[Vec3; 3]],
     cut: Option<(Vec3, f32)>,
-) {
+) -> Drawn {
     let ground = Ground::below(frame, triangles);
-    let clearance_m = cut.map_or(f32::INFINITY, |(place, height_m)| {
-        height_m - ground.at(vec2(place.x, place.z)).unwrap_or(place.y)
+    let clearance_m = cut.map_or(f32::INFINITY, |(at, height_m)| {
+        height_m - ground.at(vec2(at.x, at.z)).unwrap_or(at.y)
     });
     let cut_at = |at: Vec2| ground.at(at).map_or(f32::INFINITY, |g| g + clearance_m);
-    let surface = Surface::of(frame, triangles, cut_at);
-    surface.paint(canvas, frame);
-    draw_sections(canvas, frame, triangles, cut_at);
-}
-
-/// Outlines what the cut goes through. Neighbouring pieces of a wall share their ends, so coverage is collected
-/// first and drawn once.
-fn draw_sections(
-    canvas: &mut Canvas,
-    frame: &PlanFrame,
-    triangles: &[[Vec3; 3]],
-    cut_at: impl Fn(Vec2) -> f32,
-) {
-    let size = (canvas.width(), canvas.height());
-    let mut covers = vec![0.0f32; size.0 * size.1];
+    Surface::of(frame, triangles, cut_at).draw(area, frame)?;
+    let wall = WALL_COLOUR.stroke_width(px(WALL_PX) as u32);
     for corners in triangles.iter().filter(|t| t.iter().all(|c| c.is_finite())) {
         let is_steep = normal(corners).is_some_and(|n| n.y.abs() < WALL_COSINE);
-        if !is_steep {
-            continue;
-        }
         let above_m = corners.map(|c| c.y - cut_at(vec2(c.x, c.z)));
-        if let Some([a, b]) = section(corners, above_m) {
-            line_cover(
-                size,
-                frame.place(a),
-                frame.place(b),
-                WALL_PX,
-                |x, y, cover| {
-                    let pixel = &mut covers[y * size.0 + x];
-                    *pixel = pixel.max(cover);
-                },
-            );
+        if let Some(ends) = section(corners, above_m).filter(|_| is_steep) {
+            let ends = ends.map(|end| frame.pixel(end).round().as_ivec2().into());
+            area.draw(&PathElement::new(ends, wall))?;
         }
     }
-    for (i, cover) in covers.into_iter().enumerate() {
-        canvas.blend((i % size.0) as i64, (i / size.0) as i64, WALL_COLOUR, cover);
-    }
+    Ok(())
 }
 
-/// What is seen from above, a sub-pixel each: height in metres (NaN where nothing is) and brightness.
+/// The visible surfaces, for each fine pixel: height in metres (NaN where nothing is) and brightness.
 struct Surface {
     columns: usize,
     heights_m: Vec<f32>,
@@ -109,9 +64,8 @@ struct Surface {
 
 impl Surface {
     fn of(frame: &PlanFrame, triangles: &[[Vec3; 3]], cut_at: impl Fn(Vec2) -> f32) -> Self {
-        let scale = frame.px_per_m * FINENESS as f32;
-        let columns = frame.size_px.x as usize * FINENESS;
-        let rows = frame.size_px.y as usize * FINENESS;
+        let scale = frame.px_per_m;
+        let (columns, rows) = (frame.size_px.x as usize, frame.size_px.y as usize);
         let cuts_m: Vec<f32> = (0..columns * rows)
             .map(|i| vec2((i % columns) as f32 + 0.5, (i / columns) as f32 + 0.5))
             .map(|at| cut_at(frame.corner_m + at / scale))
@@ -145,57 +99,25 @@ impl Surface {
         }
     }
 
-    fn paint(&self, canvas: &mut Canvas, frame: &PlanFrame) {
+    fn draw(&self, area: &Area<'_>, frame: &PlanFrame) -> Drawn {
         let (low_m, range_m) = self.height_range_m();
-        let sub_pixel_m = 1.0 / (frame.px_per_m * FINENESS as f32);
-        let share = 1.0 / (FINENESS * FINENESS) as f32;
-        let colour = |x: usize, y: usize| -> Colour {
-            let i = y * self.columns + x;
-            let height_m = self.heights_m[i];
+        for (i, (height_m, light)) in self.heights_m.iter().zip(&self.light).enumerate() {
+            let (x, y) = (i % self.columns, i / self.columns);
             let step_m = self.step_m(x, y);
-            let ground = if height_m.is_nan() {
-                Colour::WHITE
-            } else {
-                let level = ((height_m - low_m) / range_m).clamp(0.0, 1.0);
-                let flat = LOW_COLOUR.mixed(HIGH_COLOUR, level);
-                let light = self.light[i];
-                flat.mixed(
-                    if light < 1.0 {
-                        Colour::INK
-                    } else {
-                        Colour::WHITE
-                    },
-                    (light - 1.0).abs(),
-                )
-            };
+            let mut colour = WHITE;
+            if height_m.is_finite() {
+                let flat = mixed(LOW_COLOUR, HIGH_COLOUR, (height_m - low_m) / range_m);
+                let towards = if *light < 1.0 { INK } else { WHITE };
+                colour = mixed(flat, towards, (light - 1.0).abs());
+            }
             // A slope of 60 degrees is no edge.
-            if step_m > EDGE_STEP_M.max(1.8 * sub_pixel_m) {
-                ground.mixed(EDGE_COLOUR, (0.35 + 0.25 * step_m).min(0.8))
-            } else {
-                ground
+            if step_m > EDGE_STEP_M.max(1.8 / frame.px_per_m) {
+                colour = mixed(colour, EDGE_COLOUR, (0.35 + 0.25 * step_m).min(0.8));
             }
-        };
-        for y in 0..frame.size_px.y as usize {
-            for x in 0..frame.size_px.x as usize {
-                let mut sum = [0.0f32; 3];
-                for (dx, dy) in (0..FINENESS * FINENESS).map(|k| (k % FINENESS, k / FINENESS)) {
-                    let Colour(r, g, b) = colour(x * FINENESS + dx, y * FINENESS + dy);
-                    sum = [
-                        sum[0] + f32::from(r),
-                        sum[1] + f32::from(g),
-                        sum[2] + f32::from(b),
-                    ];
-                }
-                let [r, g, b] = sum.map(|c| (c * share).round() as u8);
-                let corner = frame.corner_px;
-                canvas.blend(
-                    corner.x as i64 + x as i64,
-                    corner.y as i64 + y as i64,
-                    Colour(r, g, b),
-                    1.0,
-                );
-            }
+            let at = frame.corner_px.as_ivec2();
+            area.draw_pixel((at.x + x as i32, at.y + y as i32), &colour)?;
         }
+        Ok(())
     }
 
     /// Largest step in height to the right and lower neighbours; where a surface ends, a metre.
@@ -215,7 +137,7 @@ impl Surface {
             .fold(0.0, f32::max)
     }
 
-    /// Low end and width of the range that holds 96 of 100 sub-pixels.
+    /// Low end and width of the range that holds 96 of 100 fine pixels.
     fn height_range_m(&self) -> (f32, f32) {
         let mut heights_m: Vec<f32> = self
             .heights_m
@@ -251,6 +173,7 @@ fn section(corners: &[Vec3; 3], above_m: [f32; 3]) -> Option<[Vec3; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chart::Picture;
     use glam::vec3;
 
     const FRAME: PlanFrame = PlanFrame {
@@ -311,7 +234,7 @@ mod tests {
         let surface = seen(&plate(1.0, vec2(2.0, 3.0), vec2(7.0, 5.0)), 9.0);
         let covered = surface.heights_m.iter().filter(|h| !h.is_nan()).count();
         // 50 by 20 pixels.
-        assert_eq!(covered, 1000 * FINENESS * FINENESS);
+        assert_eq!(covered, 1000);
     }
 
     #[test]
@@ -328,7 +251,7 @@ mod tests {
         let ground = Ground::below(&FRAME, &triangles);
         let surface = Surface::of(&FRAME, &triangles, |at| ground.at(at).unwrap() + 2.0);
         for (i, height_m) in surface.heights_m.iter().enumerate() {
-            let x_m = ((i % surface.columns) as f32 + 0.5) / 20.0;
+            let x_m = ((i % surface.columns) as f32 + 0.5) / 10.0;
             assert!((height_m - x_m).abs() < 1e-3);
         }
     }
@@ -351,13 +274,13 @@ mod tests {
 
     #[test]
     fn broken_triangles_are_left_out() {
-        let mut canvas = Canvas::new(100, 100).unwrap();
         let broken = [
             [Vec3::NAN; 3],
             [Vec3::ONE; 3],
             [Vec3::INFINITY, Vec3::ZERO, Vec3::ONE],
         ];
-        draw_plan(&mut canvas, &FRAME, &broken, Some((Vec3::ONE, 2.0)));
-        assert_eq!(canvas, Canvas::new(100, 100).unwrap());
+        let cut = Some((Vec3::ONE, 2.0));
+        let drawn = Picture::draw(100, 100, |area| draw_plan(area, &FRAME, &broken, cut));
+        assert_eq!(drawn, Picture::draw(100, 100, |_| Ok(())));
     }
 }

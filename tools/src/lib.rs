@@ -1,23 +1,19 @@
-//! Stands outside and measures; nothing inside knows of it.
-//!
-//! Host only. Sound in ([`clip`]), figures of merit ([`si_snr`], [`ssim`] on [`mel`] spectrograms) and pictures
-//! ([`spectrogram_figure`], [`top_view`]) on a [`canvas`] of our own.
+//! Measuring the library: sounds ([`clip`]), figures of merit ([`si_snr`], [`ssim`] on [`mel`] spectrograms), laws
+//! ([`validate`]), pictures ([`spectrogram_figure`], [`top_view`]) and the report. Host only.
 
-pub mod axis;
-pub mod canvas;
 pub mod cells;
+pub mod chart;
 pub mod clicks;
 pub mod clip;
-pub mod colormap;
 pub mod edge_figure;
 pub mod floor_plan;
-pub mod lettering;
 pub mod listener_path;
 pub mod mel;
+pub mod mel_map;
 pub mod open_space;
 pub mod paper;
 pub mod pesq;
-mod plan_ground;
+pub mod plan_ground;
 pub mod playback;
 pub mod report;
 pub mod room_parameters;
@@ -29,9 +25,8 @@ pub mod talk;
 pub mod top_view;
 pub mod validate;
 
-pub use canvas::Canvas;
+pub use chart::Picture;
 pub use clip::{Clip, load_clip};
-pub use colormap::{Colormap, Colour};
 pub use mel::{LogMel, MelAnalyser};
 pub use spectrogram_figure::SpectrogramFigure;
 pub use top_view::TopView;

@@ -1,14 +1,33 @@
-//! The ground of a scene, for [`super::floor_plan`]: how low things lie around a place.
+//! The scale of a plan and the ground of a scene below it, for [`super::floor_plan`].
 
 use glam::{Vec2, Vec3, vec2};
-
-use super::floor_plan::PlanFrame;
 
 /// Cells of the ground grid along the longer side, at most, and their least size in metres: wider than a wall, so
 /// that the ground beside a wall is found under it too.
 const GROUND_CELLS: f32 = 256.0;
 const GROUND_CELL_M: f32 = 1.0;
-/// Height of the lowest surface around a place, on a coarse grid.
+
+/// Scale of a plan: world +x to the right, +z downwards, in fine pixels ([`super::chart::px`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanFrame {
+    /// World (x, z) at the upper left corner, in metres.
+    pub corner_m: Vec2,
+    /// Fine pixels of that corner.
+    pub corner_px: Vec2,
+    /// Width and height of the plan, in fine pixels.
+    pub size_px: Vec2,
+    /// Fine pixels a metre.
+    pub px_per_m: f32,
+}
+
+impl PlanFrame {
+    /// Fine pixels of a world position.
+    pub fn pixel(&self, at: Vec3) -> Vec2 {
+        self.corner_px + (vec2(at.x, at.z) - self.corner_m) * self.px_per_m
+    }
+}
+
+/// Height of the lowest surface around a position, on a coarse grid.
 pub(super) struct Ground {
     corner_m: Vec2,
     cell_m: f32,
@@ -58,11 +77,11 @@ impl Ground {
         }
     }
 
-    /// Height at a world place in metres, between cell centres by straight lines; none where nothing is near.
-    pub(super) fn at(&self, place_m: Vec2) -> Option<f32> {
+    /// Height at a world (x, z) in metres, interpolated between cell centres; none where nothing is near.
+    pub(super) fn at(&self, at_m: Vec2) -> Option<f32> {
         let last = vec2((self.columns - 1) as f32, (self.rows - 1) as f32);
-        let place = ((place_m - self.corner_m) / self.cell_m - 0.5).clamp(Vec2::ZERO, last);
-        let (low, share) = (place.floor(), place.fract());
+        let cell = ((at_m - self.corner_m) / self.cell_m - 0.5).clamp(Vec2::ZERO, last);
+        let (low, share) = (cell.floor(), cell.fract());
         let (mut sum, mut weights) = (0.0, 0.0);
         for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
             let cell = (low + vec2(dx, dy)).min(last);

@@ -1,27 +1,16 @@
 //! A picture of two sounds: log-mel spectrograms of the reference and the estimate, and their difference.
 
-use glam::{Vec2, vec2};
-
-use super::axis::{hz_text, round_step, tick_text, ticks};
-use super::canvas::Canvas;
-use super::colormap::{Colormap, Colour};
-use super::lettering::{Align, Font};
-use super::mel::{FFT_LENGTH, HOP_LENGTH, LogMel, MEL_BANDS, MelAnalyser, RANGE_DB};
+use super::chart::{Picture, diverging, head, px, sequential};
+use super::mel::{FFT_LENGTH, HOP_LENGTH, LogMel, MEL_BANDS, MelAnalyser, RANGE_DB, mel_of_hz};
+use super::mel_map::{ABOVE_PX, BELOW_PX, LEFT_PX, MelMap};
 use foresound::{Error, Result};
 
 /// Width of the picture in pixels.
-const WIDTH_PX: f32 = 1400.0;
-/// Left and right ends of the panels in pixels.
-const LEFT_PX: f32 = 104.0;
-const RIGHT_PX: f32 = WIDTH_PX - 118.0;
-/// First panel's top edge, every panel's height, and from one panel's top edge to the next.
-const TOP_PX: f32 = 118.0;
-const PANEL_PX: f32 = 250.0;
-const PITCH_PX: f32 = PANEL_PX + 58.0;
-/// Room for the last panel's time axis.
-const BOTTOM_PX: f32 = 62.0;
-/// Labelled frequencies in Hz; those too close to the last one are left out.
-const TICKS_HZ: [f64; 7] = [250.0, 500.0, 1e3, 2e3, 4e3, 8e3, 16e3];
+const WIDTH_PX: usize = 1400;
+/// First panel's top edge, the height of a map, and from one panel's top edge to the next.
+const TOP_PX: f32 = 84.0;
+const MAP_PX: f32 = 250.0;
+const PITCH_PX: f32 = ABOVE_PX + MAP_PX + BELOW_PX;
 /// Ranges of the difference panel in dB; the narrowest that holds 99 points of 100 is taken.
 const DIFFERENCE_RANGES_DB: [f64; 5] = [4.0, 8.0, 16.0, 32.0, 64.0];
 
@@ -48,7 +37,7 @@ impl SpectrogramFigure<'_> {
     ///
     /// # Errors
     /// [`Error::Setting`] if a sound is shorter than one window.
-    pub fn draw(&self) -> Result<Canvas> {
+    pub fn draw(&self) -> Result<Picture> {
         let both = self.reference.iter().chain(self.estimate);
         let length = both.map(|c| c.len()).min().unwrap_or(0);
         let analyser = MelAnalyser::new(self.rate_hz);
@@ -76,230 +65,80 @@ impl SpectrogramFigure<'_> {
             .map(|(e, r)| e - r)
             .collect();
         let range_db = difference_range_db(&difference_db);
-        let (levels, differences) = (Colormap::sequential(), Colormap::diverging());
-        let rows = [
+        let (levels, differences) = (sequential(), diverging());
+        let difference_label = format!(
+            "difference ({} − {})",
+            self.estimate_label, self.reference_label
+        );
+        let panels = [
+            (self.reference_label, &reference_db, -RANGE_DB..0.0, &levels),
+            (self.estimate_label, &estimate_db, -RANGE_DB..0.0, &levels),
             (
-                self.reference_label.to_owned(),
-                reference_db,
-                (-RANGE_DB, 0.0),
-                &levels,
-            ),
-            (
-                self.estimate_label.to_owned(),
-                estimate_db,
-                (-RANGE_DB, 0.0),
-                &levels,
-            ),
-            (
-                format!(
-                    "difference ({} − {})",
-                    self.estimate_label, self.reference_label
-                ),
-                difference_db,
-                (-range_db, range_db),
+                &difference_label,
+                &difference_db,
+                -range_db..range_db,
                 &differences,
             ),
         ];
-        let height = TOP_PX + 2.0 * PITCH_PX + PANEL_PX + BOTTOM_PX;
-        let mut canvas = Canvas::new(WIDTH_PX as usize, height as usize)?;
-        let room = RIGHT_PX - LEFT_PX;
-        let title = Font::Title.fitted(self.title, room);
-        canvas.text(
-            vec2(LEFT_PX, 30.0),
-            Align::Left,
-            Font::Title,
-            Colour::INK,
-            &title,
-        );
-        let caption = Font::Label.fitted(self.caption, room);
-        canvas.text(
-            vec2(LEFT_PX, 58.0),
-            Align::Left,
-            Font::Label,
-            Colour::TEXT,
-            &caption,
-        );
-        for (index, (label, values, range, map)) in rows.iter().enumerate() {
-            let panel = Panel {
-                label,
-                values,
-                range: *range,
-                map,
-                mel: &reference,
-                length,
-                top_px: TOP_PX + index as f32 * PITCH_PX,
-            };
-            panel.draw(&mut canvas, index + 1 == rows.len());
-        }
-        Ok(canvas)
+        let (columns, rate_hz) = (reference.columns, f64::from(self.rate_hz));
+        let duration_s = length as f64 / rate_hz;
+        let top_mel = mel_of_hz(rate_hz / 2.0);
+        let height = TOP_PX + 3.0 * PITCH_PX;
+        Picture::draw(WIDTH_PX, height as usize, |area| {
+            head(area, px(LEFT_PX), self.title, self.caption)?;
+            let (_, below) = area.split_vertically(px(TOP_PX));
+            for (area, (label, values, range, colours)) in
+                below.split_evenly((3, 1)).iter().zip(panels)
+            {
+                let value = |time_s: f64, mel: f64| {
+                    let column = (time_s * rate_hz - FFT_LENGTH as f64 / 2.0) / HOP_LENGTH as f64;
+                    between(
+                        values,
+                        columns,
+                        mel / top_mel * (MEL_BANDS + 1) as f64 - 1.0,
+                        column,
+                    )
+                };
+                let has_sign = range.end > 0.0;
+                MelMap {
+                    label,
+                    duration_s,
+                    mels: 0.0..top_mel,
+                    range,
+                    text: &|db| {
+                        if has_sign && *db > 0.0 {
+                            format!("+{db:.0} dB")
+                        } else {
+                            format!("{db:.0} dB")
+                        }
+                    },
+                    colours,
+                    value: &value,
+                }
+                .draw(area)?;
+            }
+            Ok(())
+        })
     }
 }
 
-/// One spectrogram with its axes.
-struct Panel<'a> {
-    label: &'a str,
-    /// [`MEL_BANDS`] rows of values.
-    values: &'a [f64],
-    range: (f64, f64),
-    map: &'a Colormap,
-    /// For the axes only.
-    mel: &'a LogMel,
-    length: usize,
-    top_px: f32,
-}
-
-impl Panel<'_> {
-    fn draw(&self, canvas: &mut Canvas, is_last: bool) {
-        let label_at = vec2(LEFT_PX, self.top_px - 16.0);
-        let label = Font::Bold.fitted(self.label, RIGHT_PX - LEFT_PX);
-        canvas.text(label_at, Align::Left, Font::Bold, Colour::INK, &label);
-        self.draw_values(canvas);
-        let (low, high) = (vec2(LEFT_PX, self.top_px), vec2(RIGHT_PX, self.bottom_px()));
-        canvas.frame(low - 1.0, high + 1.0, Colour::AXIS);
-        self.draw_frequency_axis(canvas);
-        self.draw_time_axis(canvas, is_last);
-        self.draw_colour_bar(canvas);
-    }
-
-    fn bottom_px(&self) -> f32 {
-        self.top_px + PANEL_PX
-    }
-
-    fn draw_values(&self, canvas: &mut Canvas) {
-        let (columns, width) = (self.mel.columns as f64, f64::from(RIGHT_PX - LEFT_PX));
-        let rate_hop = self.length as f64 / HOP_LENGTH as f64 / width;
-        let half_window = FFT_LENGTH as f64 / 2.0 / HOP_LENGTH as f64;
-        for x in 0..width as usize {
-            // Centre of the pixel in columns; a pixel that spans several columns shows their mean.
-            let centre = (x as f64 + 0.5) * rate_hop - half_window;
-            let steps = rate_hop.ceil().max(1.0) as usize;
-            for y in 0..PANEL_PX as usize {
-                let from_bottom = f64::from(PANEL_PX) - y as f64 - 0.5;
-                let band = from_bottom / f64::from(PANEL_PX) * (MEL_BANDS + 1) as f64 - 1.0;
-                let sum: f64 = (0..steps)
-                    .map(|k| centre + ((k as f64 + 0.5) / steps as f64 - 0.5) * rate_hop)
-                    .map(|column| self.between(band, column.clamp(0.0, columns - 1.0)))
-                    .sum();
-                let share = (sum / steps as f64 - self.range.0) / (self.range.1 - self.range.0);
-                let (x, y) = (LEFT_PX as i64 + x as i64, self.top_px as i64 + y as i64);
-                canvas.blend(x, y, self.map.at(share), 1.0);
-            }
-        }
-    }
-
-    /// Value between bands and columns, joined by straight lines.
-    fn between(&self, band: f64, column: f64) -> f64 {
-        let columns = self.mel.columns;
-        let band = band.clamp(0.0, (MEL_BANDS - 1) as f64);
-        let (low_band, low_column) = (band as usize, column as usize);
-        let (high_band, high_column) = (
-            (low_band + 1).min(MEL_BANDS - 1),
-            (low_column + 1).min(columns - 1),
+/// Value between bands and columns, joined by straight lines.
+fn between(values: &[f64], columns: usize, band: f64, column: f64) -> f64 {
+    let band = band.clamp(0.0, (MEL_BANDS - 1) as f64);
+    let column = column.clamp(0.0, (columns - 1) as f64);
+    let (low_band, low_column) = (band as usize, column as usize);
+    let (high_band, high_column) = (
+        (low_band + 1).min(MEL_BANDS - 1),
+        (low_column + 1).min(columns - 1),
+    );
+    let row = |band: usize| {
+        let (a, b) = (
+            values[band * columns + low_column],
+            values[band * columns + high_column],
         );
-        let row = |band: usize| {
-            let (a, b) = (
-                self.values[band * columns + low_column],
-                self.values[band * columns + high_column],
-            );
-            a + (b - a) * (column - low_column as f64)
-        };
-        let (below, above) = (row(low_band), row(high_band));
-        below + (above - below) * (band - low_band as f64)
-    }
-
-    fn draw_frequency_axis(&self, canvas: &mut Canvas) {
-        let mut last_y = f32::MAX;
-        let half_rate_hz = f64::from(self.mel.rate_hz) / 2.0;
-        for hz in TICKS_HZ.into_iter().filter(|&hz| hz <= half_rate_hz) {
-            let share = (self.mel.band_of_hz(hz) + 1.0) / (MEL_BANDS + 1) as f64;
-            let y = self.bottom_px() - PANEL_PX * share as f32;
-            if last_y - y < Font::Small.height_px() + 2.0 || self.bottom_px() - y < 8.0 {
-                continue;
-            }
-            last_y = y;
-            tick(canvas, vec2(LEFT_PX, y), vec2(-6.0, 0.0));
-            let at = vec2(LEFT_PX - 11.0, y);
-            canvas.text(at, Align::Right, Font::Small, Colour::TEXT, &hz_text(hz));
-        }
-        let middle = vec2(20.0, self.top_px + PANEL_PX / 2.0);
-        canvas.text_up(middle, Font::Small, Colour::TEXT, "frequency (mel)");
-    }
-
-    fn draw_time_axis(&self, canvas: &mut Canvas, is_last: bool) {
-        let duration_s = self.length as f64 / f64::from(self.mel.rate_hz);
-        let step_s = round_step(duration_s, 12);
-        for time_s in ticks(0.0, duration_s, 12) {
-            let x = LEFT_PX + (RIGHT_PX - LEFT_PX) * (time_s / duration_s) as f32;
-            tick(canvas, vec2(x, self.bottom_px()), vec2(0.0, 6.0));
-            if is_last {
-                let text = tick_text(time_s, step_s);
-                canvas.text(
-                    vec2(x, self.bottom_px() + 17.0),
-                    Align::Centre,
-                    Font::Small,
-                    Colour::TEXT,
-                    &text,
-                );
-            }
-        }
-        if is_last {
-            let at = vec2((LEFT_PX + RIGHT_PX) / 2.0, self.bottom_px() + 42.0);
-            canvas.text(at, Align::Centre, Font::Label, Colour::TEXT, "time (s)");
-        }
-    }
-
-    fn draw_colour_bar(&self, canvas: &mut Canvas) {
-        let (left, right) = (RIGHT_PX + 24.0, RIGHT_PX + 44.0);
-        for y in 0..PANEL_PX as usize {
-            let share = 1.0 - (y as f64 + 0.5) / f64::from(PANEL_PX);
-            let top = self.top_px + y as f32;
-            canvas.fill_rect(
-                vec2(left, top),
-                vec2(right, top + 1.0),
-                self.map.at(share),
-                1.0,
-            );
-        }
-        canvas.frame(
-            vec2(left - 1.0, self.top_px - 1.0),
-            vec2(right + 1.0, self.bottom_px() + 1.0),
-            Colour::AXIS,
-        );
-        let (low, high) = self.range;
-        // A symmetric range in quarters has whole labels and one at zero.
-        let step = if low < 0.0 && high > 0.0 {
-            high / 2.0
-        } else {
-            round_step(high - low, 4)
-        };
-        let count = ((high - low) / step).round() as usize;
-        for k in 0..=count {
-            let value = low + k as f64 * step;
-            let y = self.bottom_px() - PANEL_PX * (k as f32 / count as f32);
-            tick(
-                canvas,
-                vec2(right, y.clamp(self.top_px + 0.5, self.bottom_px() - 0.5)),
-                vec2(5.0, 0.0),
-            );
-            let sign = if low < 0.0 && high > 0.0 && value > 0.0 {
-                "+"
-            } else {
-                ""
-            };
-            let text = format!("{sign}{} dB", tick_text(value, step));
-            canvas.text(
-                vec2(right + 10.0, y),
-                Align::Left,
-                Font::Small,
-                Colour::TEXT,
-                &text,
-            );
-        }
-    }
-}
-
-fn tick(canvas: &mut Canvas, from: Vec2, along: Vec2) {
-    canvas.line(from, from + along, 1.0, Colour::AXIS, 1.0);
+        a + (b - a) * (column - low_column as f64)
+    };
+    row(low_band) + (row(high_band) - row(low_band)) * (band - low_band as f64)
 }
 
 fn difference_range_db(difference_db: &[f64]) -> f64 {
@@ -315,6 +154,7 @@ fn difference_range_db(difference_db: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mel_map::RIGHT_PX;
     use std::f64::consts::TAU;
 
     /// Ten seconds of gliding voices, and the same with one voice louder for a while.
@@ -350,7 +190,7 @@ mod tests {
     }
 
     /// Folder for pictures that a human wants to see: set FORESOUND_FIGURES to keep them.
-    fn keep(canvas: &Canvas, name: &str) {
+    fn keep(canvas: &Picture, name: &str) {
         if let Some(folder) = std::env::var_os("FORESOUND_FIGURES") {
             canvas
                 .save_png(std::path::Path::new(&folder).join(name))
@@ -373,13 +213,14 @@ mod tests {
         };
         let canvas = figure.draw().unwrap();
         keep(&canvas, "spectrogram.png");
-        assert_eq!(canvas.width(), 1400);
+        assert_eq!(canvas.size().0, 1400);
         // Redness of the difference panel, in the second with the louder voice and in one without.
         let redness = |time_s: f32| -> i64 {
-            let x = (LEFT_PX + (RIGHT_PX - LEFT_PX) * time_s / 10.0) as usize;
-            let top = (TOP_PX + 2.0 * PITCH_PX) as usize;
+            let width = WIDTH_PX as f32 - LEFT_PX - RIGHT_PX;
+            let x = (LEFT_PX + width * time_s / 10.0) as usize;
+            let top = (TOP_PX + 2.0 * PITCH_PX + ABOVE_PX) as usize;
             let columns =
-                (x..x + 100).flat_map(|x| (top..top + PANEL_PX as usize).map(move |y| (x, y)));
+                (x..x + 100).flat_map(|x| (top..top + MAP_PX as usize).map(move |y| (x, y)));
             columns
                 .map(|(x, y)| canvas.pixel(x, y))
                 .map(|c| i64::from(c.0) - i64::from(c.2))

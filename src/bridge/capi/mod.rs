@@ -1,58 +1,113 @@
-//! The C interface: `include/foresound.h`, made from the files of this folder.
+//! The C interface: `include/foresound.h`.
 //!
-//! `unsafe` because C gives pointers: each is checked for null and alignment here, that it points to what the header says
-//! is its caller's word. Nothing else in the bridge trusts anybody.
+//! Most functions are made from the table of [`super::interface`]; those with arrays in the caller's memory are in `arrays`. `unsafe` because C passes
+//! pointers: null and alignment are checked, validity is the caller's obligation.
 
-pub mod engine;
-pub mod instance;
+mod arrays;
 mod memory;
-pub mod scene;
-pub mod sound;
-pub mod source;
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 
-use super::fault::{Fault, Status, guarded};
+pub use arrays::*;
+
+use super::engine::{self, ENGINES, SourceOptions};
+use super::error::{CallError, Status, catch_panic};
+use super::health::{BudgetOptions, EngineHealth};
+use super::interface::{
+    Bytes, Count, Flag, Handle, HandleOut, Id, In, Kind, OptionalBytes, OptionalText, Out, PoseIn,
+    Real, Samples, Size, Text, result, shared_functions,
+};
+use super::pose::source_id;
+use super::scenes::{SceneInfo, SceneOptions};
+use super::sound::OutputInfo;
+use super::{EngineStatistics, Options, clip, instances, scenes, sound};
+use memory::{FromC, Returned, store};
 
 thread_local! {
-    static LAST: RefCell<CString> = RefCell::default();
+    static LAST_ERROR: RefCell<CString> = RefCell::default();
 }
 
-/// Runs a control call and keeps the text of its error.
-fn answer(call: impl FnOnce() -> Result<(), Fault>) -> Status {
-    match guarded(call) {
+/// Runs a control call and keeps its error's message.
+fn answer(call: impl FnOnce() -> Result<(), CallError>) -> Status {
+    match catch_panic(call) {
         Ok(()) => Status::Ok,
-        Err(fault) => {
-            // A text with a zero in it would end there; none of ours has one, but names of files may.
-            let text = fault.text.replace('\0', "?");
+        Err(error) => {
+            // File names may contain zeros, which would end the text.
+            let text = error.message.replace('\0', "?");
             let text = CString::new(text).unwrap_or_default();
-            // No text at the very end of a thread, when its variables are gone.
-            let _ = LAST.try_with(|last| last.replace(text));
-            fault.status
+            // Fails at the end of a thread, after its variables.
+            let _ = LAST_ERROR.try_with(|last| last.replace(text));
+            error.status
         }
     }
 }
 
 /// Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than
-/// FORESOUND_API_VERSION's is another interface. Any thread.
+/// FORESOUND_API_VERSION's is incompatible. Any thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn foresound_version() -> u32 {
     super::VERSION
 }
 
-/// What the last call on this thread that failed had to say: one line in UTF-8, what is wrong and what to do.
-/// Stays until the next failure on the same thread; empty before the first. Never null, not to be freed.
-/// The audio calls foresound_render and foresound_stream_write leave no text.
+/// Message of this thread's last failed call: one line in UTF-8, the cause and the remedy. Valid until the thread's next
+/// failure; empty before the first. Never null; not to be freed. foresound_render and foresound_stream_write leave no
+/// message. Any thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn foresound_last_error() -> *const c_char {
-    LAST.try_with(|last| last.borrow().as_ptr())
+    LAST_ERROR
+        .try_with(|last| last.borrow().as_ptr())
         .unwrap_or(c"".as_ptr())
 }
 
-/// Closes any handle and ends what it stands for. An engine waits for the update under way, an output for its
-/// threads. Any thread but the audio thread; waits for a call that is using the handle.
-#[unsafe(no_mangle)]
-pub extern "C" fn foresound_close(handle: u64) -> Status {
-    answer(|| super::close(handle))
+macro_rules! c_function {
+    (safe $(#[$attribute:meta])* fn $($rest:tt)*) => { $(#[$attribute])* pub extern "C" fn $($rest)* };
+    (unsafe $(#[$attribute:meta])* fn $($rest:tt)*) => {
+        $(#[$attribute])*
+        ///
+        /// # Safety
+        /// Pointers are null or valid as the header says.
+        pub unsafe extern "C" fn $($rest)*
+    };
 }
+
+macro_rules! c_functions {
+    ($($(#[doc = $doc:literal])* $safety:ident fn $name:ident(
+        $($parameter:ident $([$count:ident])?: $kind:ty),*
+    ) $(-> $result:ident: $result_kind:ty)? $body:block)*) => {$(
+        c_function! {
+            $safety
+            $(#[doc = $doc])*
+            #[unsafe(no_mangle)]
+            fn $name(
+                $($parameter: <$kind as Kind>::C, $($count: usize,)?)*
+                $($result: *mut <$result_kind as Kind>::C)?
+            ) -> Status {
+                answer(|| {
+                    // SAFETY: the caller's obligation.
+                    $(unsafe { store(stringify!($result), $result, <$result_kind as Returned>::NONE) }?;)?
+                    $(
+                        // SAFETY: the caller's obligation.
+                        let $parameter = unsafe {
+                            <$kind as FromC>::from_c(stringify!($parameter), ($parameter $(, $count)?))
+                        }?;
+                    )*
+                    c_result!($body $($result)?)
+                })
+            }
+        }
+    )*};
+}
+
+macro_rules! c_result {
+    ($body:block) => {
+        result($body)
+    };
+    ($body:block $result:ident) => {{
+        let value = result($body)?;
+        // SAFETY: the caller's obligation.
+        unsafe { store(stringify!($result), $result, value) }
+    }};
+}
+
+shared_functions!(c_functions);

@@ -1,48 +1,43 @@
-//! The Java interface: static methods of `dev.foresound.Native`, registered when the library is loaded.
+//! The Java interface: static natives of `dev.foresound.Native`, made from the tables of [`super::interface`] and registered
+//! when the library is loaded.
 //!
-//! Calls come on Java's threads and end there: no thread of ours ever meets the virtual machine, so propagation and sound
-//! cannot be stopped by it. What a call fails with becomes a Java exception with its text ([`throw`]). Java's memory is
-//! copied and never kept: a direct buffer may be written by others at any time.
+//! Calls run on Java's threads: the library's own threads are not attached to the virtual machine, whose pauses therefore
+//! cannot stop propagation or sound. A failed call throws an exception with the error's message ([`throw`]). Java's memory
+//! is copied during a call, because other threads may write it at any time.
 //!
-//! `unsafe` because the virtual machine gives pointers ([`memory`]) and takes them ([`JNI_OnLoad`]).
+//! `unsafe` because the virtual machine passes pointers ([`memory`]) and takes them ([`JNI_OnLoad`]).
 
-mod engine;
-mod instance;
 mod memory;
-mod scene;
-mod sound;
-mod source;
 mod throw;
 
 use std::ffi::c_void;
 
 use ::jni::objects::JClass;
-use ::jni::sys::{JNI_ERR, JNI_VERSION_1_6, jint, jlong};
+use ::jni::strings::JNIString;
+use ::jni::sys::{JNI_ERR, JNI_VERSION_1_6, jint};
 use ::jni::{Env, EnvUnowned, JavaVM, NativeMethod, jni_str};
 
-use super::fault::{Fault, guarded};
-use super::session::{ENGINES, Session};
+use super::engine::{self, ENGINES, SourceOptions};
+use super::error::{CallError, catch_panic};
+use super::health::{BudgetOptions, EngineHealth};
+use super::interface::{
+    Buffer, Bytes, Count, Flag, Handle, HandleOut, Id, In, Indices, List, OptionalBytes,
+    OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts, functions, java_functions, result,
+    shared_functions,
+};
+use super::pose::{POSE_BYTES, Pose, source_id};
+use super::record::Field;
+use super::scenes::{SceneInfo, SceneOptions};
+use super::shown_paths::ShownPath;
+use super::sound::OutputInfo;
+use super::{EngineStatistics, Options, VERSION, clip, instances, scenes, sound};
+use memory::{FromJava, Returned};
 use throw::Throw;
 
-/// A method of `Native`: name, signature, function.
-macro_rules! native {
-    ($name:literal, $signature:literal, $function:path) => {
-        // SAFETY: the function is static to Java, takes environment and class first, then what the signature says; that
-        // it does is kept by the tests of android/jvm, which call every one.
-        unsafe {
-            NativeMethod::from_raw_parts(
-                jni_str!($name),
-                jni_str!($signature),
-                $function as *mut c_void,
-            )
-        }
-    };
-}
-
-/// Registers the natives. The virtual machine calls it, once, on the thread that loads the library.
+/// Registers the natives. Called by the virtual machine, once, on the thread that loads the library.
 ///
 /// # Safety
-/// `vm` is the virtual machine's.
+/// `vm` is null or the virtual machine.
 #[unsafe(no_mangle)]
 pub unsafe extern "system" fn JNI_OnLoad(vm: *mut ::jni::sys::JavaVM, _: *mut c_void) -> jint {
     if vm.is_null() {
@@ -54,106 +49,84 @@ pub unsafe extern "system" fn JNI_OnLoad(vm: *mut ::jni::sys::JavaVM, _: *mut c_
             .with_max_level(log::LevelFilter::Info)
             .with_tag("foresound"),
     );
-    // SAFETY: not null, and a virtual machine by the caller's word.
+    // SAFETY: not null; a virtual machine by the caller's obligation.
     let vm = unsafe { JavaVM::from_raw(vm) };
-    match guarded(|| vm.attach_current_thread(register)) {
+    match catch_panic(|| vm.attach_current_thread(register)) {
         Ok(()) => JNI_VERSION_1_6,
-        Err(fault) => {
-            log::error!("dev.foresound.Native does not fit this library: {fault}");
+        Err(error) => {
+            log::error!("dev.foresound.Native does not match this library: {error}");
             JNI_ERR
         }
     }
 }
 
-fn register(env: &mut Env<'_>) -> Result<(), Fault> {
+fn register(env: &mut Env<'_>) -> Result<(), CallError> {
     let class = env.find_class(jni_str!("dev/foresound/Native"))?;
-    let methods = [
-        native!("version", "()I", version),
-        native!("openHandles", "()I", open_handles),
-        native!("close", "(J)V", close),
-        native!("optionDefaults", "([D)V", engine::option_defaults),
-        native!("create", "([D[B[J)V", engine::create),
-        native!("tick", "(JLjava/nio/ByteBuffer;I)V", engine::tick),
-        native!("setScene", "(JJ)V", engine::set_scene),
-        native!("setPropagation", "(JIII)V", engine::set_propagation),
-        native!("pause", "(J)V", engine::pause),
-        native!("resume", "(J)V", engine::resume),
-        native!("restart", "(J)V", engine::restart),
-        native!("statistics", "(J[D)V", engine::statistics),
-        native!("setBudget", "(J[D)V", engine::set_budget),
-        native!("health", "(J[D)V", engine::health),
-        native!("paths", "(J[F)I", engine::paths),
-        native!(
-            "sceneFromMesh",
-            "([F[I[I[Ljava/lang/String;Ljava/lang/String;[D)J",
-            scene::from_mesh
-        ),
-        native!(
-            "sceneFromFile",
-            "(Ljava/lang/String;Ljava/lang/String;[D)J",
-            scene::from_file
-        ),
-        native!("sceneInfo", "(J[D)V", scene::info),
-        native!("addSource", "(JFFF)I", source::add),
-        native!("removeSource", "(JI)V", source::remove),
-        native!("configureSource", "(JI[D)V", source::configure),
-        native!("addInstance", "(JJFFF)I", instance::add),
-        native!("moveInstance", "(JIFFFFFFF)V", instance::place),
-        native!("removeInstance", "(JI)V", instance::remove),
-        native!("setGain", "(JIF)V", source::set_gain),
-        native!("mute", "(JIZ)V", source::mute),
-        native!("play", "(JIJZ)V", source::play),
-        native!("stop", "(JI)V", source::stop),
-        native!("stream", "(JII)J", source::stream),
-        native!("clipFromSamples", "([FII)J", source::clip_from_samples),
-        native!("clipFromWav", "([BI)J", source::clip_from_wav),
-        native!(
-            "writeStream",
-            "(JLjava/nio/ByteBuffer;I)I",
-            sound::write_stream
-        ),
-        native!("render", "(JLjava/nio/ByteBuffer;I)I", sound::render),
-        native!("latency", "(J)I", sound::latency),
-        native!("startOutput", "(JI)J", sound::start_output),
-        native!("outputInfo", "(J[D)V", sound::output_info),
-    ];
-    // SAFETY: every method is static and fits its signature, see `native`.
+    let functions = functions().into_iter().flatten();
+    let texts = |f: super::interface::Function| [f.java_name(), f.java_signature()];
+    let texts: Vec<[JNIString; 2]> = functions.map(|f| texts(f).map(JNIString::new)).collect();
+    let pointers = [shared::pointers(), java::pointers()].concat();
+    let methods = texts
+        .iter()
+        .zip(pointers)
+        .map(|([name, signature], pointer)| {
+            // SAFETY: signature and function are made from the same entry of the table.
+            unsafe { NativeMethod::from_raw_parts(name, signature, pointer) }
+        });
+    let methods: Vec<NativeMethod<'_>> = methods.collect();
+    // SAFETY: every method is static and has its signature, see above.
     Ok(unsafe { env.register_native_methods(&class, &methods) }?)
 }
 
-/// Runs a call; a fault or a panic becomes an exception, and the result a default that nobody sees.
+/// Runs a call; an error or a panic becomes an exception, with a default result that Java discards.
 fn answer<'local, R: Default>(
     mut env: EnvUnowned<'local>,
-    call: impl FnOnce(&mut Env<'local>) -> Result<R, Fault>,
+    call: impl FnOnce(&mut Env<'local>) -> Result<R, CallError>,
 ) -> R {
     env.with_env(call).resolve::<Throw>()
 }
 
-/// Runs a call that is about one engine.
-fn ask_engine<'local, R: Default>(
-    env: EnvUnowned<'local>,
-    engine: jlong,
-    call: impl FnOnce(&mut Session) -> Result<R, Fault>,
-) -> R {
-    answer(env, |_| ENGINES.with(engine as u64, call))
+macro_rules! natives {
+    ($($(#[doc = $doc:literal])* $safety:ident fn $name:ident(
+        $($parameter:ident $([$count:ident])?: $kind:ty),*
+    ) $(-> $result:ident: $result_kind:ty)? $body:block)*) => {
+        /// The natives in the table's order.
+        pub(super) fn pointers() -> Vec<*mut c_void> {
+            vec![$($name as *mut c_void),*]
+        }
+
+        $(
+            extern "system" fn $name<'l>(
+                env: EnvUnowned<'l>,
+                _: JClass<'l>,
+                $($parameter: <$kind as FromJava>::Raw<'l>,)*
+            ) $(-> <$result_kind as Returned>::Java)? {
+                answer(env, |env| {
+                    let _env: &Env<'_> = env;
+                    $(let $parameter = <$kind as FromJava>::from_java(_env, stringify!($parameter), &$parameter)?;)*
+                    let value = result($body)?;
+                    Ok(native_result!(value $(, $result_kind)?))
+                })
+            }
+        )*
+    };
 }
 
-/// Java has no unsigned numbers; below zero nothing here makes sense.
-fn count(name: &str, value: jint) -> Result<u32, Fault> {
-    u32::try_from(value).map_err(|_| {
-        let text = format!("{name}: {value} is below zero");
-        Fault::new(super::fault::Status::BadArgument, text)
-    })
+macro_rules! native_result {
+    ($value:ident) => {{
+        let () = $value;
+    }};
+    ($value:ident, $kind:ty) => {
+        <$kind as Returned>::to_java($value)
+    };
 }
 
-extern "system" fn version<'l>(_: EnvUnowned<'l>, _: JClass<'l>) -> jint {
-    super::VERSION as jint
+mod shared {
+    use super::*;
+    shared_functions!(natives);
 }
 
-extern "system" fn open_handles<'l>(_: EnvUnowned<'l>, _: JClass<'l>) -> jint {
-    super::open_handles() as jint
-}
-
-extern "system" fn close<'l>(env: EnvUnowned<'l>, _: JClass<'l>, handle: jlong) {
-    answer(env, |_| super::close(handle as u64));
+mod java {
+    use super::*;
+    java_functions!(natives);
 }

@@ -1,4 +1,4 @@
-//! Faults as Java exceptions, all of the platform's own classes, so that nothing has to be kept from a shrinker.
+//! Errors as Java exceptions, all of the platform's classes: a shrinker needs no rules for them.
 
 use std::any::Any;
 
@@ -6,12 +6,12 @@ use ::jni::errors::{Error, ErrorPolicy, Result};
 use ::jni::strings::{JNIStr, JNIString};
 use ::jni::{Env, jni_str};
 
-use crate::bridge::fault::{Fault, Status, panic_fault};
+use crate::bridge::error::{CallError, Status, panic_error};
 
-/// Throws what went wrong.
+/// Throws the error of a call.
 pub(super) struct Throw;
 
-/// The class for a fault.
+/// The exception class for a status.
 fn class_of(status: Status) -> &'static JNIStr {
     match status {
         Status::Null => jni_str!("java/lang/NullPointerException"),
@@ -30,27 +30,27 @@ fn class_of(status: Status) -> &'static JNIStr {
     }
 }
 
-fn throw<T: Default>(env: &mut Env<'_>, fault: &Fault) -> Result<T> {
-    // One that Java has thrown already says more.
+fn throw<T: Default>(env: &mut Env<'_>, error: &CallError) -> Result<T> {
+    // A pending exception of Java is more specific.
     if env.exception_check() {
         return Ok(T::default());
     }
-    match env.throw_new(class_of(fault.status), JNIString::new(&*fault.text)) {
-        // That is how throwing succeeds.
+    match env.throw_new(class_of(error.status), JNIString::new(&*error.message)) {
+        // The result of a successful throw.
         Err(Error::JavaException) | Ok(()) => Ok(T::default()),
         Err(error) => Err(error),
     }
 }
 
-impl<T: Default> ErrorPolicy<T, Fault> for Throw {
+impl<T: Default> ErrorPolicy<T, CallError> for Throw {
     type Captures<'unowned_env_local: 'native_method, 'native_method> = ();
 
     fn on_error<'unowned_env_local: 'native_method, 'native_method>(
         env: &mut Env<'unowned_env_local>,
         (): &mut (),
-        fault: Fault,
+        error: CallError,
     ) -> Result<T> {
-        throw(env, &fault)
+        throw(env, &error)
     }
 
     fn on_panic<'unowned_env_local: 'native_method, 'native_method>(
@@ -58,11 +58,11 @@ impl<T: Default> ErrorPolicy<T, Fault> for Throw {
         (): &mut (),
         payload: Box<dyn Any + Send>,
     ) -> Result<T> {
-        throw(env, &panic_fault(payload))
+        throw(env, &panic_error(payload))
     }
 }
 
-impl From<Error> for Fault {
+impl From<Error> for CallError {
     fn from(error: Error) -> Self {
         let status = match error {
             Error::NullPtr(_) => Status::Null,

@@ -1,336 +1,297 @@
-//! One path that is or may soon be heard, and how it stands in the present graphics frame.
+//! One path that is or may soon be audible, and its evaluation in the present graphics frame.
 
 use crate::acoustics::BandArray;
-use crate::extrapolation::frame::FramePath;
-use crate::extrapolation::geometric::frame_geometry::{Shapes, Standing};
-use crate::extrapolation::geometric::line_extrapolation::Trend;
-use crate::extrapolation::geometric::source_poses::Place;
-use crate::extrapolation::geometric::{GeometricSettings, Now};
-use crate::extrapolation::predictor::{as_of_update, heard_from};
-use crate::propagation::amplitude::{direct_by_source, free_field, reflected};
+use crate::extrapolation::frame::{FramePath, energy};
+use crate::extrapolation::geometric::FrameInputs;
+use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
+use crate::extrapolation::geometric::line_extrapolation::PathLine;
+use crate::extrapolation::geometric::source_poses::FrameSource;
+use crate::propagation::amplitude::{direct_by_source, reflected};
 use crate::propagation::diffraction::DiffractionSequence;
 use crate::propagation::image_source::image_path::{ImagePath, mirror_listener, unfold};
 use crate::propagation::image_source::sequence::{Order, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
 use crate::scene::{ListenerPose, Scene};
-use glam::DVec3;
 
-/// Difference in metres between a path's length and what its surfaces give, above which it is no image-source path.
-const FOREIGN_M: f64 = 1e-3;
+/// Difference in metres between the length of a path and of its unfolded image above which the path is no image-source
+/// path.
+const LENGTH_TOLERANCE_M: f64 = 1e-3;
 
-/// A path known from one of the last updates: what it can be computed from.
+/// A path of one of the last updates, and what it is computed from.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
-    /// The path as the last update that had it gives it.
+    /// The path as of the last update that had it.
     pub path: Path,
     /// The listener of that update.
     pub listener: ListenerPose,
-    /// What the path can be computed from.
-    pub course: Course,
-    /// Which of its surfaces change places, in a scene in which nothing moves.
+    /// Its surfaces and edges.
+    pub geometry: PathGeometry,
+    /// For each reflection the earlier ones that must precede it, in a scene without instances.
     order: Order,
     /// The number of the update in or after which it was last valid.
     pub valid_in: u64,
-    /// What was heard of it when that was worked out last; `None` where every frame works it out.
-    pub trend: Option<Trend>,
+    /// The line through its last evaluations; `None` where every frame evaluates it.
+    pub line: Option<PathLine>,
 }
 
-/// What is known of a candidate's visibility and level. Every graphics frame looks at all of these, and at few candidates
-/// besides.
+/// A candidate's visibility and level, apart from [`Candidate`] because every graphics frame walks all of these and few
+/// candidates.
 #[derive(Debug, Clone, Copy)]
-pub struct Mark {
+pub struct VisibilityState {
     /// Whether nothing blocks it, as of frame [`Self::tested`].
-    pub open: bool,
+    pub is_visible: bool,
     /// Whether the newest update has it.
-    pub named: bool,
-    /// The leg of a reflected path that was blocked last.
-    pub blocked_leg: u8,
-    /// Rays that a look along the whole of it takes.
-    pub legs: u8,
-    /// The graphics frame whose visibility is known; `None` before the first test.
+    pub in_update: bool,
+    /// The segment of a reflected path that was blocked last.
+    pub blocked_segment: u8,
+    /// Rays of a test of the whole path.
+    pub segments: u8,
+    /// The graphics frame of the last test; `None` before the first.
     pub tested: Option<u64>,
-    /// The graphics frame since which it is open, or closed, as far as is known.
-    pub since: u64,
-    /// Pressure squared over all bands as last heard, or as an update gives it.
+    /// The graphics frame of the last change of [`Self::is_visible`].
+    pub changed: u64,
+    /// Energy over all bands as last emitted, or as of an update.
     pub energy: f32,
-    /// The most of that so far: what fades at a surface's end comes back this loud.
-    pub most_energy: f32,
+    /// Largest energy so far: a path that fades at a surface's end may come back this loud.
+    pub peak_energy: f32,
 }
 
-/// What a path can be computed from anew.
+/// What a path is computed from.
 #[derive(Debug, Clone, Copy)]
-pub enum Course {
+pub enum PathGeometry {
     /// Surfaces alone, in canonical order.
-    Mirrors(Sequence),
+    Reflection(Sequence),
     /// Edges, and surfaces before or behind them.
-    Bends(DiffractionSequence),
-    /// Nothing that is known here: it is held as the update has it.
+    Diffraction(DiffractionSequence),
+    /// Unknown: the path is held as its update has it.
     Unknown,
 }
 
-/// What can be said of a path of an update apart from any graphics frame.
+/// What follows from a path of an update, independent of the graphics frame.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Grounds {
+pub(crate) struct PathRecipe {
     pub(crate) id: PathId,
-    course: Course,
+    geometry: PathGeometry,
     order: Order,
 }
 
-impl Grounds {
-    /// Of a path of which nothing is known.
-    pub(crate) fn unknown(id: PathId) -> Self {
-        Self {
-            id,
-            course: Course::Unknown,
-            order: Order::default(),
-        }
-    }
-
-    fn diffraction_order(id: PathId, course: DiffractionSequence) -> Self {
-        Self {
-            course: Course::Bends(course),
-            ..Self::unknown(id)
-        }
-    }
-
-    fn mirrors(id: PathId, sequence: Sequence, scene: &Scene) -> Self {
-        Self {
-            id,
-            course: Course::Mirrors(sequence),
-            order: Order::of(scene, &sequence),
-        }
-    }
-
-    /// Of a path of an update; `scene` is as it stood for that update.
-    pub(crate) fn of(path: &Path, update: &PathSet, scene: &Scene) -> Self {
-        if let Some(bent) = DiffractionSequence::of(scene, path) {
-            return Self::diffraction_order(path.id, bent);
-        }
-        let source = update.sources.iter().find(|pose| pose.id == path.source);
-        let Some(source) = source else {
-            return Self::unknown(path.id);
+impl PathRecipe {
+    fn new(id: PathId, geometry: PathGeometry, scene: &Scene) -> Self {
+        let order = match &geometry {
+            PathGeometry::Reflection(sequence) => Order::of(scene, sequence),
+            PathGeometry::Diffraction(_) | PathGeometry::Unknown => Order::default(),
         };
-        let (from, ear) = (
-            scene.to_local(source.position),
-            scene.to_local(update.listener.position),
-        );
-        let sequence = Sequence::canonical(scene, path.surfaces());
-        let image_of_ear = mirror_listener(scene, &sequence, ear);
-        let image = unfold(scene, &sequence, from, ear, image_of_ear);
-        let same = |found: ImagePath| (found.length_m - f64::from(path.length_m)).abs() < FOREIGN_M;
-        match image.is_some_and(same) {
-            true => Self::mirrors(path.id, sequence, scene),
-            false => Self::unknown(path.id),
+        Self {
+            id,
+            geometry,
+            order,
         }
     }
 
-    /// Of a path that an update names as one nearby; `scene` is as it stood for that update.
-    pub(crate) fn nearby(path: &Path, scene: &Scene) -> Self {
-        match DiffractionSequence::of(scene, path) {
-            Some(bent) => Self::diffraction_order(path.id, bent),
-            None => {
-                let sequence = Sequence::canonical(scene, path.surfaces());
-                Self::mirrors(path.id, sequence, scene)
-            }
+    /// Of a path of an update; `scene` has that update's instance poses.
+    pub(crate) fn of(path: &Path, update: &PathSet, scene: &Scene) -> Self {
+        let recipe = Self::nearby(path, scene);
+        let PathGeometry::Reflection(sequence) = recipe.geometry else {
+            return recipe;
+        };
+        let source = update.sources.iter().find(|pose| pose.id == path.source);
+        let image = source.and_then(|source| {
+            let from = scene.to_local(source.position);
+            let ear = scene.to_local(update.listener.position);
+            let image_of_ear = mirror_listener(scene, &sequence, ear);
+            unfold(scene, &sequence, from, ear, image_of_ear)
+        });
+        let is_same = |found: ImagePath| {
+            (found.length_m - f64::from(path.length_m)).abs() < LENGTH_TOLERANCE_M
+        };
+        match image.is_some_and(is_same) {
+            true => recipe,
+            false => Self::new(path.id, PathGeometry::Unknown, scene),
         }
+    }
+
+    /// Of a nearby path of an update, without a test of its length.
+    pub(crate) fn nearby(path: &Path, scene: &Scene) -> Self {
+        let geometry = match DiffractionSequence::of(scene, path) {
+            Some(sequence) => PathGeometry::Diffraction(sequence),
+            None => PathGeometry::Reflection(Sequence::canonical(scene, path.surfaces())),
+        };
+        Self::new(path.id, geometry, scene)
     }
 }
 
 impl Candidate {
     /// From a path of an update.
-    pub(crate) fn new(path: &Path, update: &PathSet, grounds: &Grounds) -> Self {
+    pub(crate) fn new(path: &Path, update: &PathSet, recipe: &PathRecipe) -> Self {
         Self {
             path: *path,
             listener: update.listener,
-            course: grounds.course,
-            order: grounds.order,
+            geometry: recipe.geometry,
+            order: recipe.order,
             valid_in: 0,
-            trend: None,
+            line: None,
         }
     }
 
-    /// How an open one goes on along its trend, if its turn to be worked out is in another frame.
-    pub(crate) fn continued(
+    /// A visible candidate continued along its line; `None` where this frame evaluates it.
+    pub(crate) fn extrapolate(
         &self,
-        now: &Now<'_>,
-        place: Option<&Place>,
+        inputs: &FrameInputs<'_>,
+        source: Option<&FrameSource>,
         (frame, every): (u64, u32),
     ) -> Option<FramePath> {
-        let path = self.trend.as_ref()?.at(frame, every.into())?;
-        let diffraction_order = match self.course {
-            // As the update has it, which is no line from one update to the next.
-            Course::Unknown => return None,
-            Course::Bends(_) => true,
-            Course::Mirrors(_) => false,
+        let path = self.line.as_ref()?.at(frame, every.into())?;
+        let is_diffracted = match self.geometry {
+            // A held path jumps from one update to the next.
+            PathGeometry::Unknown => return None,
+            PathGeometry::Diffraction(_) => true,
+            PathGeometry::Reflection(_) => false,
         };
-        let is_shadowed = place.is_some_and(|place| place.is_shadowed);
-        let is_out = self.has_gone(now.scene) || diffraction_order && !is_shadowed;
+        let is_occluded = source.is_some_and(|source| source.is_occluded);
+        let is_out = self.is_gone(inputs.scene) || is_diffracted && !is_occluded;
         (!is_out).then_some(path)
     }
 
-    /// Keeps what is heard of it in a frame that has worked it out.
-    pub(crate) fn remember(&mut self, heard: Option<&FramePath>, frame: u64, every: u32) {
-        let before = self.trend.take();
-        let heard = heard.filter(|_| !matches!(self.course, Course::Unknown));
-        self.trend = heard.map(|path| Trend::of(path, frame, before.as_ref(), every.into()));
+    /// Continues the line through the path of a frame that has evaluated it.
+    pub(crate) fn update_line(&mut self, path: Option<&FramePath>, frame: u64, every: u32) {
+        let before = self.line.take();
+        let path = path.filter(|_| !matches!(self.geometry, PathGeometry::Unknown));
+        self.line = path.map(|path| PathLine::through(path, frame, before.as_ref(), every.into()));
     }
 
-    /// How it stands in the graphics frame `now`, whatever may block it. Of a reflected path the points alone.
-    pub(crate) fn stand(
+    /// Its geometry in this graphics frame, without visibility; of a reflected path the points alone.
+    pub(crate) fn evaluate(
         &self,
-        now: &Now<'_>,
-        place: Option<&Place>,
-        settings: &GeometricSettings,
-        shapes: &mut Shapes,
-    ) -> Standing {
-        let Some(place) = place.filter(|place| place.is_somewhere) else {
-            return Standing::Out;
+        inputs: &FrameInputs<'_>,
+        source: Option<&FrameSource>,
+        arena: &mut GeometryArena,
+    ) -> FrameGeometry {
+        let Some(source) = source.filter(|source| source.is_finite) else {
+            return FrameGeometry::Invalid;
         };
-        if self.has_gone(now.scene) {
-            return Standing::Out;
+        let scene = inputs.scene;
+        if self.is_gone(scene) {
+            return FrameGeometry::Invalid;
         }
-        let sequence = match &self.course {
-            Course::Unknown => return shapes.path(self.held(now)),
-            // An update leaves these out where the direct path is seen.
-            Course::Bends(_) if !place.is_shadowed => return Standing::Out,
-            Course::Bends(_) if !settings.exact_geometry => return shapes.path(self.held(now)),
-            Course::Bends(course) => {
-                return match course.between(now.scene, &place.spot) {
-                    Some(way) => shapes.bent(way),
-                    None => Standing::Out,
-                };
+        let sequence = match &self.geometry {
+            PathGeometry::Unknown => {
+                return arena.push_held(FramePath::of(&self.path, &self.listener, scene));
             }
-            Course::Mirrors(sequence) => sequence,
+            // Updates omit these where the direct path is visible.
+            PathGeometry::Diffraction(_) if !source.is_occluded => return FrameGeometry::Invalid,
+            PathGeometry::Diffraction(sequence) => {
+                let path = sequence.between(scene, &source.endpoints);
+                return path.map_or(FrameGeometry::Invalid, |path| arena.push_diffracted(path));
+            }
+            PathGeometry::Reflection(sequence) => sequence,
         };
-        let [from, ear] = place.ends;
-        let order = match now.scene.has_instances() {
-            true => &Order::of(now.scene, sequence),
+        let [from, ear] = source.local;
+        let order = match scene.has_instances() {
+            true => &Order::of(scene, sequence),
             false => &self.order,
         };
-        let line = [from, mirror_listener(now.scene, sequence, ear)];
-        if shapes.unfolded.along(now.scene, sequence, order, line) {
-            shapes.line = line;
-            return Standing::Legs;
+        let line = [from, mirror_listener(scene, sequence, ear)];
+        if !arena.unfolded.along(scene, sequence, order, line) {
+            return FrameGeometry::Invalid;
         }
-        match (settings.drop_outside, settings.exact_geometry) {
-            (true, _) => Standing::Out,
-            (false, false) => shapes.path(self.held(now)),
-            (false, true) => shapes.path(self.unbounded(from, ear, now)),
-        }
+        arena.line = line;
+        FrameGeometry::Unfolded
     }
 
-    /// What is heard of it while it is open.
-    pub(crate) fn heard(
+    /// The audible path of a visible candidate.
+    pub(crate) fn frame_path(
         &self,
-        standing: Standing,
-        now: &Now<'_>,
-        place: &Place,
-        settings: &GeometricSettings,
-        shapes: &Shapes,
+        geometry: FrameGeometry,
+        inputs: &FrameInputs<'_>,
+        source: &FrameSource,
+        arena: &GeometryArena,
     ) -> Option<FramePath> {
-        match standing {
-            Standing::Unasked | Standing::Out | Standing::Legs => None,
-            Standing::Path(number) | Standing::Continued(number) => Some(*shapes.path_of(number)),
-            Standing::Image(_) if !settings.exact_geometry => Some(self.held(now)),
-            Standing::Image(number) => Some(self.exact(shapes.image_of(number), place, now)),
-            Standing::Bent(number) => {
-                let path = shapes.way_of(number).path(now.scene, &place.spot)?;
-                Some(as_of_update(&path, now.listener, now.scene))
+        match geometry {
+            FrameGeometry::Unevaluated | FrameGeometry::Invalid | FrameGeometry::Unfolded => None,
+            FrameGeometry::Held(index) | FrameGeometry::Extrapolated(index) => {
+                Some(*arena.path(index))
+            }
+            FrameGeometry::Image(index) => Some(self.reflected(arena.image(index), source, inputs)),
+            FrameGeometry::Diffracted(index) => {
+                let diffracted = arena.diffracted(index);
+                let path = diffracted.path(inputs.scene, &source.endpoints)?;
+                Some(FramePath::of(&path, inputs.listener, inputs.scene))
             }
         }
     }
 
-    /// As the update has it.
-    fn held(&self, now: &Now<'_>) -> FramePath {
-        as_of_update(&self.path, &self.listener, now.scene)
-    }
-
-    /// Exact for an image-source path: length, air, spreading, angles, directivity and direction of this frame, by the
-    /// update's own functions.
-    fn exact(&self, image: &ImagePath, place: &Place, now: &Now<'_>) -> FramePath {
-        let mut amplitude = reflected(now.scene, image, place.spot.min_distance_m);
-        let departure = (image.points[0] - place.ends[0]).as_vec3();
-        direct_by_source(&mut amplitude, &place.spot.source, departure);
-        // Rounded the way an update's paths are, so that a path at rest has the same bits either way.
-        let (seen_at, length_m) = (now.scene.to_world(image.image), image.length_m as f32);
+    /// A reflected path with this frame's length, air absorption, spreading, angles, directivity and direction, by the
+    /// functions of propagation.
+    fn reflected(
+        &self,
+        image: &ImagePath,
+        source: &FrameSource,
+        inputs: &FrameInputs<'_>,
+    ) -> FramePath {
+        let scene = inputs.scene;
+        let mut amplitude = reflected(scene, image, source.endpoints.min_distance_m);
+        let departure = (image.points[0] - source.local[0]).as_vec3();
+        direct_by_source(&mut amplitude, &source.endpoints.source, departure);
+        // Rounded as in an update: a path at rest has the same bits either way.
+        let (position, length_m) = (scene.to_world(image.image), image.length_m as f32);
         FramePath {
             amplitude,
-            ..heard_from(seen_at, length_m, &self.path, now.listener, now.scene)
+            ..FramePath::from_image(position, length_m, &self.path, inputs.listener, scene)
         }
     }
 
-    /// As if its surfaces had no ends: the level follows the distance alone.
-    fn unbounded(&self, from: DVec3, ear: DVec3, now: &Now<'_>) -> FramePath {
-        let scene = now.scene;
-        let surfaces = self.path.surfaces().iter();
-        let image = surfaces.fold(from, |point, &surface| scene.surface(surface).mirror(point));
-        let length_m = image.distance(ear);
-        let then = free_field(scene, f64::from(self.path.length_m), now.min_distance_m);
-        let today = free_field(scene, length_m, now.min_distance_m);
-        let path = Path {
-            image: scene.to_world(image),
-            length_m: length_m as f32,
-            amplitude: std::array::from_fn(|b| self.path.amplitude[b] * today[b] / then[b]),
-            ..self.path
-        };
-        as_of_update(&path, now.listener, scene)
-    }
-
-    /// Whether one of its surfaces was an instance's that is there no more, or whose number is another's now.
-    fn has_gone(&self, scene: &Scene) -> bool {
+    /// Whether one of its surfaces belonged to an instance that has been removed or replaced.
+    fn is_gone(&self, scene: &Scene) -> bool {
         if !scene.has_instances() {
             return false;
         }
         let exists = |surface: &u32| scene.has_surface(*surface);
-        let another = match self.course {
-            Course::Mirrors(sequence) => sequence.path_id(scene, self.path.source) != self.path.id,
-            Course::Bends(_) | Course::Unknown => false,
+        let is_replaced = match self.geometry {
+            PathGeometry::Reflection(sequence) => {
+                sequence.path_id(scene, self.path.source) != self.path.id
+            }
+            PathGeometry::Diffraction(_) | PathGeometry::Unknown => false,
         };
-        another || !self.path.surfaces().iter().all(exists)
+        is_replaced || !self.path.surfaces().iter().all(exists)
     }
 }
 
-impl Mark {
-    /// Of a path of an update, open.
+impl VisibilityState {
+    /// Of a valid path of an update.
     pub(crate) fn new(path: &Path, frame: u64) -> Self {
         let energy = energy(&path.amplitude);
         Self {
-            open: true,
-            named: true,
-            blocked_leg: 0,
-            legs: path.order + path.diffraction_order + 1,
+            is_visible: true,
+            in_update: true,
+            blocked_segment: 0,
+            segments: path.order + path.diffraction_order + 1,
             tested: None,
-            since: frame,
+            changed: frame,
             energy,
-            most_energy: energy,
+            peak_energy: energy,
         }
     }
 
-    /// Of a path that an update names as one nearby, closed.
+    /// Of a nearby path of an update.
     pub(crate) fn nearby(path: &Path, frame: u64) -> Self {
         Self {
-            open: false,
-            named: false,
+            is_visible: false,
+            in_update: false,
             ..Self::new(path, frame)
         }
     }
 
-    /// Keeps how loud it is.
-    pub(crate) fn note_level(&mut self, amplitude: &BandArray) {
+    /// Records the amplitude that is emitted.
+    pub(crate) fn record_amplitude(&mut self, amplitude: &BandArray) {
         self.energy = energy(amplitude);
-        self.most_energy = self.most_energy.max(self.energy);
+        self.peak_energy = self.peak_energy.max(self.energy);
     }
 
-    /// Keeps whether it is open in a graphics frame that has asked.
-    pub(crate) fn note_visibility(&mut self, open: bool, frame: u64) {
-        if open != self.open {
-            self.since = frame;
+    /// Records the result of a visibility test.
+    pub(crate) fn record_visibility(&mut self, is_visible: bool, frame: u64) {
+        if is_visible != self.is_visible {
+            self.changed = frame;
         }
-        (self.open, self.tested) = (open, Some(frame));
+        (self.is_visible, self.tested) = (is_visible, Some(frame));
     }
-}
-
-/// Pressure squared over all bands.
-pub(crate) fn energy(amplitude: &BandArray) -> f32 {
-    amplitude.iter().map(|a| a * a).sum()
 }

@@ -1,313 +1,283 @@
-//! Candidates from update to update.
+//! The candidates, merged with every update.
 //!
-//! An update names the paths that were valid at its poses. What it says of a candidate's visibility counts if it speaks
-//! of a later graphics frame than the candidate's own last test; what it says for a pose where the listener never was
-//! is a hint. Paths that it names as nearby are kept, closed, until a ray finds them open or it names them no more.
-//! Candidates that it does not name are kept for some updates, closed or open. A long update is taken over in parts.
+//! An update lists the paths that are valid at its poses. Its visibility replaces a candidate's own if it describes a later
+//! graphics frame than the candidate's last test; visibility for a position that the listener never reached is a hint.
+//! Paths that an update lists as nearby are kept, silent, until a ray finds them visible or an update omits them.
+//! Candidates that an update omits are kept for some updates. A long update is merged in parts.
 
-use crate::extrapolation::geometric::candidate::{Candidate, Course, Grounds, Mark, energy};
+use crate::extrapolation::frame::energy;
+use crate::extrapolation::geometric::FrameInputs;
+use crate::extrapolation::geometric::candidate::{
+    Candidate, PathGeometry, PathRecipe, VisibilityState,
+};
 use crate::extrapolation::geometric::prepared_update::PreparedUpdate;
-use crate::extrapolation::geometric::update_dating::Word;
-use crate::extrapolation::geometric::{GeometricSettings, Now};
+use crate::extrapolation::geometric::update_dating::UpdateEpoch;
 use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::{Path, PathSet};
 
-/// Candidates kept at most, over all sources: a full memory drops what comes last by identity.
+/// Most candidates over all sources; a full set drops the last by identity.
 const CAPACITY: usize = 32_768;
+
+/// Updates for which a reflected path is kept that was valid before, so that a ray can find it visible again.
+const REMEMBERED_UPDATES: u64 = 8;
+
+/// The same of a diffracted path: an update lists the loudest, and the others are not to be heard.
+const REMEMBERED_UPDATES_DIFFRACTED: u64 = 1;
 
 /// All candidates, sorted by identity.
 #[derive(Debug, Default)]
-pub struct Memory {
+pub struct CandidateSet {
     /// The candidates.
     pub candidates: Vec<Candidate>,
-    /// What is known of each.
-    pub marks: Vec<Mark>,
-    next: Next,
-    /// How far an update has been taken over, into `next`.
-    taken: Taken,
-    /// Updates taken so far.
+    /// The visibility of each.
+    pub states: Vec<VisibilityState>,
+    next: NextSet,
+    progress: MergeProgress,
+    /// Updates merged so far.
     pub updates: u64,
 }
 
-impl Memory {
-    /// Makes room for this many candidates, and keeps to it.
-    pub(crate) fn bound(&mut self, candidates: usize) {
+impl CandidateSet {
+    /// Reserves room for this many candidates and drops what exceeds it.
+    pub(crate) fn set_capacity(&mut self, candidates: usize) {
         let capacity = candidates.min(CAPACITY);
         self.next.capacity = capacity;
         for list in [&mut self.candidates, &mut self.next.candidates] {
             list.reserve_exact(capacity);
         }
-        for list in [&mut self.marks, &mut self.next.marks] {
+        for list in [&mut self.states, &mut self.next.states] {
             list.reserve_exact(capacity);
         }
     }
 
-    /// An update is to be taken over in a graphics frame, from its first path on; `word` is what it is worth.
-    pub(crate) fn begin_update(&mut self, frame: u64, word: Word) {
-        self.taken = Taken {
+    /// Begins to merge an update, in a graphics frame.
+    pub(crate) fn begin_update(&mut self, frame: u64, epoch: UpdateEpoch) {
+        self.progress = MergeProgress {
             frame,
-            word,
-            ..Taken::default()
+            epoch,
+            ..MergeProgress::default()
         };
         self.next.candidates.clear();
-        self.next.marks.clear();
+        self.next.states.clear();
     }
 
-    /// Goes on taking that update over, with what has been worked out of it, until the effort is spent; gives whether it
-    /// has been. Until then the candidates are those from before it.
-    pub(crate) fn take_part(
+    /// Merges that update until the budget is spent; returns whether it is merged. Until then the candidates are those from
+    /// before it.
+    pub(crate) fn merge_part(
         &mut self,
-        (update, groundwork): (&PathSet, &PreparedUpdate),
-        now: &Now<'_>,
-        settings: &GeometricSettings,
-        effort: &mut WorkBudget,
+        (update, prepared): (&PathSet, &PreparedUpdate),
+        inputs: &FrameInputs<'_>,
+        budget: &mut WorkBudget,
     ) -> bool {
-        let mut taken = self.taken;
-        let named = Named {
+        let mut merge = Merge {
             update,
-            now,
-            frame: taken.frame,
-            word: taken.word,
+            prepared,
+            inputs,
             updates: self.updates + 1,
-            settings,
+            old: (&self.candidates, &self.states),
+            next: &mut self.next,
+            progress: self.progress,
         };
         loop {
-            if effort.is_spent() {
-                self.taken = taken;
+            if budget.is_spent() {
+                self.progress = merge.progress;
                 return false;
             }
-            let old = (&self.candidates[..], &self.marks[..]);
-            if !named.following(&mut taken, groundwork, old, &mut self.next) {
+            if !merge.step() {
                 break;
             }
-            effort.spend(cost::CONTINUED);
+            budget.spend(cost::CONTINUED);
         }
         std::mem::swap(&mut self.candidates, &mut self.next.candidates);
-        std::mem::swap(&mut self.marks, &mut self.next.marks);
+        std::mem::swap(&mut self.states, &mut self.next.states);
         self.updates += 1;
         true
     }
 }
 
-/// The candidates that an update leaves.
+/// The candidates after an update.
 #[derive(Debug)]
-struct Next {
+struct NextSet {
     candidates: Vec<Candidate>,
-    marks: Vec<Mark>,
+    states: Vec<VisibilityState>,
     capacity: usize,
 }
 
-impl Default for Next {
+impl Default for NextSet {
     fn default() -> Self {
         Self {
             candidates: Vec::new(),
-            marks: Vec::new(),
+            states: Vec::new(),
             capacity: CAPACITY,
         }
     }
 }
 
-impl Next {
-    /// Keeps one more, if there is room.
-    fn keep(&mut self, candidate: &Candidate, mark: &Mark) -> Option<(&mut Candidate, &mut Mark)> {
+impl NextSet {
+    /// Adds one if there is room.
+    fn push(
+        &mut self,
+        candidate: &Candidate,
+        state: &VisibilityState,
+    ) -> Option<(&mut Candidate, &mut VisibilityState)> {
         if self.candidates.len() >= self.capacity {
             return None;
         }
         self.candidates.push(*candidate);
-        self.marks.push(*mark);
-        self.candidates.last_mut().zip(self.marks.last_mut())
+        self.states.push(*state);
+        self.candidates.last_mut().zip(self.states.last_mut())
     }
 }
 
-/// How far an update has been taken over.
-#[derive(Debug, Clone, Copy)]
-struct Taken {
-    /// The graphics frame in which that began.
+/// Progress of a merge.
+#[derive(Debug, Clone, Copy, Default)]
+struct MergeProgress {
+    /// The graphics frame in which it began.
     frame: u64,
-    word: Word,
-    /// The next of its paths, and how many before it are continued.
+    epoch: UpdateEpoch,
+    /// The next path of the update, and the number of extrapolated ones before it.
     path: usize,
-    place: usize,
-    /// The next of those nearby.
+    recipe: usize,
+    /// The next nearby path.
     nearby: usize,
     /// The next candidate from before.
     old: usize,
 }
 
-impl Default for Taken {
-    fn default() -> Self {
-        Self {
-            frame: 0,
-            word: Word {
-                frame: 0,
-                binding: false,
-            },
-            path: 0,
-            place: 0,
-            nearby: 0,
-            old: 0,
-        }
-    }
-}
-
-/// An update as it is taken over, and what its word is worth.
-struct Named<'a> {
+/// A merge of an update, its nearby paths and the candidates from before, all sorted by identity.
+struct Merge<'a> {
     update: &'a PathSet,
-    now: &'a Now<'a>,
-    frame: u64,
-    word: Word,
+    prepared: &'a PreparedUpdate,
+    inputs: &'a FrameInputs<'a>,
     updates: u64,
-    settings: &'a GeometricSettings,
+    old: (&'a [Candidate], &'a [VisibilityState]),
+    next: &'a mut NextSet,
+    progress: MergeProgress,
 }
 
-/// What was known of a candidate.
-type Known<'a> = (&'a Candidate, &'a Mark);
+/// A candidate from before the update.
+type Known<'a> = (&'a Candidate, &'a VisibilityState);
 
-impl Named<'_> {
-    /// Keeps the next candidate of the update and of those from before, all by identity, or forgets it; moves on by one.
-    /// Gives whether there was one.
-    fn following(
-        &self,
-        taken: &mut Taken,
-        groundwork: &PreparedUpdate,
-        (old, marks): (&[Candidate], &[Mark]),
-        kept: &mut Next,
-    ) -> bool {
+impl Merge<'_> {
+    /// Keeps or drops the next candidate by identity; returns whether there was one.
+    fn step(&mut self) -> bool {
+        let progress = &mut self.progress;
         let paths = &self.update.paths;
-        while paths.get(taken.path).is_some_and(Path::is_frame_validated) {
-            taken.path += 1;
+        while paths
+            .get(progress.path)
+            .is_some_and(Path::is_frame_validated)
+        {
+            progress.path += 1;
         }
-        let valid = paths.get(taken.path);
-        let beside = self.update.nearby.get(taken.nearby);
-        let beside = beside.filter(|beside| valid.is_none_or(|path| beside.id < path.id));
-        let next = beside.or(valid);
-        let known = old.get(taken.old).zip(marks.get(taken.old));
+        let valid = paths.get(progress.path);
+        let nearby = self.update.nearby.get(progress.nearby);
+        let nearby = nearby.filter(|nearby| valid.is_none_or(|path| nearby.id < path.id));
+        let next = nearby.or(valid);
+        let known = self.old.0.get(progress.old);
+        let known = known.zip(self.old.1.get(progress.old));
         let known = known.filter(|(known, _)| next.is_none_or(|next| known.path.id <= next.id));
-        taken.old += usize::from(known.is_some());
+        progress.old += usize::from(known.is_some());
         match (next, known) {
             (None, None) => return false,
             (None, Some(known)) => {
-                self.absent(known, kept);
+                self.merge_absent(known);
             }
             (Some(next), Some(known)) if known.0.path.id < next.id => {
-                self.absent(known, kept);
+                self.merge_absent(known);
             }
-            (Some(next), known) if beside.is_some() => {
-                let grounds = groundwork.of_nearby(taken.nearby, next);
-                taken.nearby += 1;
-                self.nearby(next, grounds, known, kept);
+            (Some(next), known) if nearby.is_some() => {
+                let recipe = self.prepared.get_nearby(progress.nearby, next);
+                progress.nearby += 1;
+                self.merge_nearby(next, recipe, known);
             }
             (Some(next), known) => {
-                let grounds = groundwork.of(taken.place, next);
-                taken.path += 1;
-                taken.place += 1;
-                self.valid(next, grounds, known, kept);
+                let recipe = self.prepared.get(progress.recipe, next);
+                progress.path += 1;
+                progress.recipe += 1;
+                self.merge_valid(next, recipe, known);
             }
         }
         true
     }
 
-    /// A path that is valid there, and what was known of it.
-    fn valid(
-        &self,
-        path: &Path,
-        grounds: Option<&Grounds>,
-        known: Option<Known<'_>>,
-        kept: &mut Next,
-    ) {
-        let own;
-        let grounds = match grounds {
-            Some(grounds) => grounds,
-            None => {
-                own = Grounds::of(path, self.update, self.now.then);
-                &own
-            }
-        };
-        let new = Candidate::new(path, self.update, grounds);
-        let Some((candidate, mark)) = kept.keep(&new, &Mark::new(path, self.frame)) else {
+    /// A path that is valid in the update.
+    fn merge_valid(&mut self, path: &Path, recipe: Option<&PathRecipe>, known: Option<Known<'_>>) {
+        let own = || PathRecipe::of(path, self.update, self.inputs.update_scene);
+        let recipe = recipe.copied().unwrap_or_else(own);
+        let new = Candidate::new(path, self.update, &recipe);
+        let MergeProgress { frame, epoch, .. } = self.progress;
+        let pushed = self.next.push(&new, &VisibilityState::new(path, frame));
+        let Some((candidate, state)) = pushed else {
             return;
         };
         candidate.valid_in = self.updates;
-        mark.tested = self.word.binding.then_some(self.word.frame);
+        state.tested = epoch.is_reached.then_some(epoch.frame);
         let Some((before, known)) = known else {
             return;
         };
-        candidate.trend = before.trend;
-        if (!self.word.binding || known.tested > mark.tested) && known.tested.is_some() {
-            (mark.open, mark.tested) = (known.open, known.tested);
-            mark.blocked_leg = known.blocked_leg;
+        candidate.line = before.line;
+        if (!epoch.is_reached || known.tested > state.tested) && known.tested.is_some() {
+            (state.is_visible, state.tested) = (known.is_visible, known.tested);
+            state.blocked_segment = known.blocked_segment;
         }
-        mark.most_energy = mark.most_energy.max(known.most_energy);
-        if known.open == mark.open {
-            mark.since = known.since;
+        state.peak_energy = state.peak_energy.max(known.peak_energy);
+        if known.is_visible == state.is_visible {
+            state.changed = known.changed;
         }
-        if known.open {
-            mark.energy = known.energy;
+        if known.is_visible {
+            state.energy = known.energy;
         }
     }
 
-    /// One that is not, but named: it stays until the next update, and for as long as one that was valid not long ago.
-    fn nearby(
-        &self,
-        path: &Path,
-        grounds: Option<&Grounds>,
-        known: Option<Known<'_>>,
-        kept: &mut Next,
-    ) {
-        let found = match known.filter(|(known, _)| self.is_remembered(known)) {
-            Some(known) => self.absent(known, kept),
+    /// A nearby path: kept until the next update, and as long as a candidate that was valid before.
+    fn merge_nearby(&mut self, path: &Path, recipe: Option<&PathRecipe>, known: Option<Known<'_>>) {
+        let updates = self.updates;
+        let pushed = match known.filter(|(known, _)| self.is_remembered(known)) {
+            Some(known) => self.merge_absent(known),
             None => {
-                let own;
-                let grounds = match grounds {
-                    Some(grounds) => grounds,
-                    None => {
-                        own = Grounds::nearby(path, self.now.then);
-                        &own
-                    }
-                };
-                let new = Candidate::new(path, self.update, grounds);
-                kept.keep(&new, &Mark::nearby(path, self.frame))
+                let own = || PathRecipe::nearby(path, self.inputs.update_scene);
+                let recipe = recipe.copied().unwrap_or_else(own);
+                let new = Candidate::new(path, self.update, &recipe);
+                let state = VisibilityState::nearby(path, self.progress.frame);
+                self.next.push(&new, &state)
             }
         };
-        let Some((candidate, mark)) = found else {
+        let Some((candidate, state)) = pushed else {
             return;
         };
-        mark.most_energy = mark.most_energy.max(energy(&path.amplitude));
-        let remembered = u64::from(self.settings.remembered_updates);
-        let last = self.updates.saturating_sub(remembered);
-        candidate.valid_in = candidate.valid_in.max(last);
+        state.peak_energy = state.peak_energy.max(energy(&path.amplitude));
+        let oldest = updates.saturating_sub(REMEMBERED_UPDATES);
+        candidate.valid_in = candidate.valid_in.max(oldest);
     }
 
-    /// Whether a candidate is kept that is not valid there.
+    /// Whether a candidate is kept that is not valid in the update.
     fn is_remembered(&self, candidate: &Candidate) -> bool {
-        let age = self.updates - candidate.valid_in;
-        // Of bent paths an update names the loudest, so that the others are not to be heard.
-        let remembered = match candidate.course {
-            Course::Bends(_) => self.settings.remembered_updates.min(1),
-            Course::Mirrors(_) => self.settings.remembered_updates,
-            Course::Unknown => return false,
+        let remembered = match candidate.geometry {
+            PathGeometry::Diffraction(_) => REMEMBERED_UPDATES_DIFFRACTED,
+            PathGeometry::Reflection(_) => REMEMBERED_UPDATES,
+            PathGeometry::Unknown => return false,
         };
-        age <= u64::from(remembered)
+        self.updates - candidate.valid_in <= remembered
     }
 
-    /// What becomes of a candidate that is not valid there.
-    fn absent<'a>(
-        &self,
-        (candidate, mark): Known<'_>,
-        kept: &'a mut Next,
-    ) -> Option<(&'a mut Candidate, &'a mut Mark)> {
+    /// A candidate that is not valid in the update.
+    fn merge_absent(
+        &mut self,
+        (candidate, state): Known<'_>,
+    ) -> Option<(&mut Candidate, &mut VisibilityState)> {
         if !self.is_remembered(candidate) {
             return None;
         }
-        let (candidate, mark) = kept.keep(candidate, mark)?;
-        mark.named = false;
-        // Where the direct path is seen no update looks for longer bends, so it has not said anything.
-        let diffraction_order = matches!(candidate.course, Course::Bends(_));
-        if diffraction_order && !self.now.is_shadowed(candidate.path.source) {
-            mark.tested = None;
-        } else if self.word.binding && mark.tested <= Some(self.word.frame) {
-            mark.note_visibility(false, self.word.frame);
+        let epoch = self.progress.epoch;
+        let (candidate, state) = self.next.push(candidate, state)?;
+        state.in_update = false;
+        // Where the direct path is visible no update searches for diffracted ones: their absence means nothing.
+        let is_diffracted = matches!(candidate.geometry, PathGeometry::Diffraction(_));
+        if is_diffracted && !self.inputs.is_occluded(candidate.path.source) {
+            state.tested = None;
+        } else if epoch.is_reached && state.tested <= Some(epoch.frame) {
+            state.record_visibility(false, epoch.frame);
         }
-        Some((candidate, mark))
+        Some((candidate, state))
     }
 }

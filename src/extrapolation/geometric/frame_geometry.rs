@@ -1,4 +1,4 @@
-//! How candidates stand in one graphics frame: most in a word, those that are heard with their geometry in a list.
+//! Geometry of the candidates in one graphics frame: an index a candidate, and the geometry of the audible ones in lists.
 
 use glam::DVec3;
 
@@ -8,96 +8,102 @@ use crate::propagation::diffraction::DiffractionPath;
 use crate::propagation::image_source::image_path::{ImagePath, Unfolded};
 use crate::scene::Scene;
 
-/// How a candidate stands in one graphics frame; numbers are those of [`Shapes`].
+/// A candidate's geometry in one graphics frame; numbers are indices in [`GeometryArena`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Standing {
-    /// Not looked at: closed, and nobody has asked yet.
-    Unasked,
-    /// Nothing of it is to be heard: a point has left its surface, its source has gone or, for a bent path, is seen.
-    Out,
-    /// Heard like this if nothing blocks it, and nothing to cast rays along.
-    Path(u32),
-    /// The same, of a path that was not worked out in this frame.
-    Continued(u32),
-    /// A reflected path of which the points are known, and no more: the last that was unfolded.
-    Legs,
+pub(crate) enum FrameGeometry {
+    /// Not computed: the path was blocked when it was last tested.
+    Unevaluated,
+    /// Silent: a point has left its surface, the source is gone, or it is visible and the path a diffracted one.
+    Invalid,
+    /// A path that cannot be computed anew, as its update has it.
+    Held(u32),
+    /// A path continued along its line.
+    Extrapolated(u32),
+    /// A reflected path with its points alone, in [`GeometryArena::unfolded`].
+    Unfolded,
     /// A reflected path.
     Image(u32),
-    /// A bent path.
-    Bent(u32),
+    /// A diffracted path.
+    Diffracted(u32),
 }
 
-impl Standing {
-    /// What finding it out has cost.
+impl FrameGeometry {
+    /// Cost of computing it.
     pub(crate) fn cost(self) -> usize {
         match self {
-            Self::Unasked => 0,
-            Self::Continued(_) => cost::CONTINUED,
-            Self::Bent(_) => cost::BENT_WAY,
-            Self::Out | Self::Path(_) | Self::Legs | Self::Image(_) => cost::UNFOLDED,
+            Self::Unevaluated => 0,
+            Self::Extrapolated(_) => cost::CONTINUED,
+            Self::Diffracted(_) => cost::DIFFRACTED,
+            Self::Invalid | Self::Held(_) | Self::Unfolded | Self::Image(_) => cost::UNFOLDED,
         }
+    }
+
+    /// Whether visibility rays can be cast along it.
+    pub(crate) fn is_testable(self) -> bool {
+        matches!(self, Self::Unfolded | Self::Image(_) | Self::Diffracted(_))
     }
 }
 
-/// What standings tell of.
+/// Geometry of the present graphics frame.
 #[derive(Debug, Default)]
-pub(crate) struct Shapes {
-    /// The reflected path that was unfolded last, and along which line.
+pub(crate) struct GeometryArena {
+    /// The reflected path that was unfolded last.
     pub(crate) unfolded: Unfolded,
+    /// Its source, and the listener's image.
     pub(crate) line: [DVec3; 2],
     images: Vec<ImagePath>,
-    ways: Vec<DiffractionPath>,
+    diffracted: Vec<DiffractionPath>,
     paths: Vec<FramePath>,
 }
 
-impl Shapes {
-    /// Makes room for this many candidates.
+impl GeometryArena {
+    /// Reserves room for this many candidates.
     pub(crate) fn reserve(&mut self, candidates: usize) {
         self.images.reserve(candidates);
-        self.ways.reserve(candidates);
+        self.diffracted.reserve(candidates);
         self.paths.reserve(candidates);
     }
 
-    /// Forgets a graphics frame.
+    /// Removes the geometry of the last frame.
     pub(crate) fn clear(&mut self) {
         self.images.clear();
-        self.ways.clear();
+        self.diffracted.clear();
         self.paths.clear();
     }
 
-    /// Keeps the path that was unfolded last, with its angles and its image.
-    pub(crate) fn finish(&mut self, scene: &Scene) -> Standing {
+    /// Stores the path that was unfolded last, with its angles and its image source.
+    pub(crate) fn push_unfolded(&mut self, scene: &Scene) -> FrameGeometry {
         self.images.push(self.unfolded.finish(scene, self.line));
-        Standing::Image(self.images.len() as u32 - 1)
+        FrameGeometry::Image(self.images.len() as u32 - 1)
     }
 
-    pub(crate) fn path(&mut self, path: FramePath) -> Standing {
+    pub(crate) fn push_held(&mut self, path: FramePath) -> FrameGeometry {
         self.paths.push(path);
-        Standing::Path(self.paths.len() as u32 - 1)
+        FrameGeometry::Held(self.paths.len() as u32 - 1)
     }
 
-    pub(crate) fn continued(&mut self, path: FramePath) -> Standing {
+    pub(crate) fn push_extrapolated(&mut self, path: FramePath) -> FrameGeometry {
         self.paths.push(path);
-        Standing::Continued(self.paths.len() as u32 - 1)
+        FrameGeometry::Extrapolated(self.paths.len() as u32 - 1)
     }
 
-    pub(crate) fn bent(&mut self, way: DiffractionPath) -> Standing {
-        self.ways.push(way);
-        Standing::Bent(self.ways.len() as u32 - 1)
+    pub(crate) fn push_diffracted(&mut self, path: DiffractionPath) -> FrameGeometry {
+        self.diffracted.push(path);
+        FrameGeometry::Diffracted(self.diffracted.len() as u32 - 1)
     }
 
-    /// What [`Self::path`] and [`Self::continued`] have kept.
-    pub(crate) fn path_of(&self, number: u32) -> &FramePath {
-        &self.paths[number as usize]
+    /// The path of [`FrameGeometry::Held`] and [`FrameGeometry::Extrapolated`].
+    pub(crate) fn path(&self, index: u32) -> &FramePath {
+        &self.paths[index as usize]
     }
 
-    /// What [`Self::finish`] has kept.
-    pub(crate) fn image_of(&self, number: u32) -> &ImagePath {
-        &self.images[number as usize]
+    /// The path of [`FrameGeometry::Image`].
+    pub(crate) fn image(&self, index: u32) -> &ImagePath {
+        &self.images[index as usize]
     }
 
-    /// What [`Self::bent`] has kept.
-    pub(crate) fn way_of(&self, number: u32) -> &DiffractionPath {
-        &self.ways[number as usize]
+    /// The path of [`FrameGeometry::Diffracted`].
+    pub(crate) fn diffracted(&self, index: u32) -> &DiffractionPath {
+        &self.diffracted[index as usize]
     }
 }

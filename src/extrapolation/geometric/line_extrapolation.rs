@@ -1,36 +1,37 @@
-//! How a path has been changing, so that not every graphics frame has to work it out anew.
+//! Linear extrapolation of evaluated paths between the frames that evaluate them.
 //!
-//! Audio side; arithmetic. Own. Within a few graphics frames a path's delay, direction and level lie on a line: a listener
-//! who walks past a mirror image at five metres leaves it by a fifth of a millimetre in two of sixty frames a second. Where
-//! frames are dear ([`crate::extrapolation::geometric::GeometricSettings::exact_every`]) a path is worked out in its turn and goes on along that line in
-//! between.
+//! Audio side; arithmetic. Own. Within a few graphics frames delay, direction and amplitude of a path are nearly linear in
+//! time: for a listener who walks past an image source at five metres the delay departs from its tangent by a fifth of a
+//! millimetre in two of sixty frames a second. With
+//! [`crate::extrapolation::geometric::GeometricSettings::exact_every`] above 1 a path is evaluated in its turn and
+//! continued along the line through its last two evaluations in between.
 
 use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;
 
-/// What was heard of a path when it was worked out last.
+/// The line through the last evaluations of a path.
 #[derive(Debug, Clone, Copy)]
-pub struct Trend {
+pub struct PathLine {
     frame: u64,
     path: FramePath,
-    growth: Option<Growth>,
+    slope: Option<Slope>,
 }
 
 /// Change a graphics frame.
 #[derive(Debug, Clone, Copy)]
-struct Growth {
+struct Slope {
     delay_s: f64,
     arrival: glam::Vec3,
     amplitude: [f32; BANDS],
 }
 
-impl Trend {
-    /// Of a path that has just been worked out, and of the trend that it had, if that is no older than `every` frames.
-    pub(crate) fn of(path: &FramePath, frame: u64, before: Option<&Self>, every: u64) -> Self {
+impl PathLine {
+    /// Through `path`, evaluated in `frame`, and the last point of `before`, if that is at most `every` frames old.
+    pub(crate) fn through(path: &FramePath, frame: u64, before: Option<&Self>, every: u64) -> Self {
         let last = before.filter(|last| last.frame < frame && frame - last.frame <= every);
-        let growth = last.map(|last| {
+        let slope = last.map(|last| {
             let share = 1.0 / (frame - last.frame) as f32;
-            Growth {
+            Slope {
                 delay_s: (path.delay_s - last.path.delay_s) * f64::from(share),
                 arrival: (path.arrival - last.path.arrival) * share,
                 amplitude: std::array::from_fn(|b| {
@@ -41,25 +42,26 @@ impl Trend {
         Self {
             frame,
             path: *path,
-            growth,
+            slope,
         }
     }
 
-    /// The path in a later frame, unless it is its turn to be worked out, one frame in `every`, or that was too long ago.
+    /// The path in a later frame; `None` where it has to be evaluated: in its turn, one frame in `every`, after `every`
+    /// frames, and without a slope.
     pub(crate) fn at(&self, frame: u64, every: u64) -> Option<FramePath> {
         let ahead = frame.checked_sub(self.frame)?;
         let is_turn = self.path.id.0.wrapping_add(frame).is_multiple_of(every);
         if is_turn || ahead >= every {
             return None;
         }
-        let growth = self.growth?;
+        let slope = self.slope?;
         let mut path = self.path;
-        path.delay_s = (path.delay_s + growth.delay_s * ahead as f64).max(0.0);
-        let arrival = path.arrival + growth.arrival * ahead as f32;
+        path.delay_s = (path.delay_s + slope.delay_s * ahead as f64).max(0.0);
+        let arrival = path.arrival + slope.arrival * ahead as f32;
         path.arrival = arrival.normalize_or(path.arrival);
-        for (value, growth) in path.amplitude.iter_mut().zip(growth.amplitude) {
-            let next = *value + growth * ahead as f32;
-            // What fades does not come back with the other sign.
+        for (value, slope) in path.amplitude.iter_mut().zip(slope.amplitude) {
+            let next = *value + slope * ahead as f32;
+            // A fading amplitude stops at zero.
             *value = if next * *value > 0.0 { next } else { 0.0 };
         }
         Some(path)
@@ -73,61 +75,65 @@ mod tests {
     use crate::scene::SourceId;
     use glam::Vec3;
 
-    /// An image at a place, heard from another.
+    /// A path from an image source.
     fn path(id: u64, image: Vec3, ear: Vec3) -> FramePath {
-        let way = image - ear;
+        let ray = image - ear;
         FramePath {
             id: PathId(id),
             source: SourceId::default(),
             order: 1,
-            amplitude: [1.0 / way.length(); BANDS],
-            delay_s: f64::from(way.length()) / 343.4,
-            arrival: way.normalize(),
+            amplitude: [1.0 / ray.length(); BANDS],
+            delay_s: f64::from(ray.length()) / 343.4,
+            arrival: ray.normalize(),
         }
     }
 
     #[test]
-    fn a_walk_past_an_image_is_followed_and_every_path_has_its_turn() {
+    fn a_walk_past_an_image_source_stays_on_the_line_between_evaluations() {
         for id in 0..7 {
             let ear = |frame: u64| Vec3::X * (frame as f32 * 1.4 / 60.0 - 0.5);
             let image = Vec3::new(0.0, 0.0, -3.0);
-            let mut trend: Option<Trend> = None;
-            let mut looks = 0;
+            let mut line: Option<PathLine> = None;
+            let mut evaluations = 0;
             for frame in 100..160 {
                 let exact = path(id, image, ear(frame));
-                let Some(found) = trend.and_then(|trend| trend.at(frame, 3)) else {
-                    trend = Some(Trend::of(&exact, frame, trend.as_ref(), 3));
-                    looks += 1;
+                let Some(found) = line.and_then(|line| line.at(frame, 3)) else {
+                    line = Some(PathLine::through(&exact, frame, line.as_ref(), 3));
+                    evaluations += 1;
                     continue;
                 };
-                // v² t² / 2 d with t of two frames, and as much again for the slope, which is of a frame and a half before.
+                // v² t² / 2 d with t of two frames, and as much again for the slope, which is a frame and a half old.
                 let off_m = (found.delay_s - exact.delay_s).abs() * 343.4;
                 assert!(off_m < 1.2e-3, "{off_m} m in frame {frame}");
                 assert!(found.arrival.distance(exact.arrival) < 1e-3);
                 assert!((found.amplitude[3] / exact.amplitude[3] - 1.0).abs() < 1e-3);
             }
-            // The first two, and one in three from then on.
-            assert!((20..=22).contains(&looks), "{looks}");
+            // The first two, then one in three.
+            assert!((20..=22).contains(&evaluations), "{evaluations}");
         }
     }
 
     #[test]
-    fn what_was_worked_out_long_ago_or_once_only_is_worked_out_anew() {
+    fn a_line_needs_two_recent_evaluations() {
         let heard = path(1, Vec3::X, Vec3::ZERO);
-        let first = Trend::of(&heard, 10, None, 3);
+        let first = PathLine::through(&heard, 10, None, 3);
         assert!(first.at(11, 3).is_none());
-        let second = Trend::of(&heard, 12, Some(&first), 3);
+        let second = PathLine::through(&heard, 12, Some(&first), 3);
         assert_eq!(second.at(13, 3), Some(heard));
         assert!(second.at(15, 3).is_none());
-        assert!(Trend::of(&heard, 20, Some(&second), 3).at(21, 3).is_none());
+        assert!(
+            PathLine::through(&heard, 20, Some(&second), 3)
+                .at(21, 3)
+                .is_none()
+        );
     }
 
     #[test]
-    fn what_fades_ends_at_nothing() {
+    fn a_fading_amplitude_stops_at_zero() {
         let mut heard = path(0, Vec3::X, Vec3::ZERO);
-        let first = Trend::of(&heard, 10, None, 3);
+        let first = PathLine::through(&heard, 10, None, 3);
         heard.amplitude = [0.1; BANDS];
-        let found = Trend::of(&heard, 12, Some(&first), 3).at(13, 3);
+        let found = PathLine::through(&heard, 12, Some(&first), 3).at(13, 3);
         assert_eq!(found.map(|path| path.amplitude), Some([0.0; BANDS]));
     }
 }

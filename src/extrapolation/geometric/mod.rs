@@ -1,19 +1,18 @@
 //! The predictor `best`: exact geometry in every graphics frame, visibility by a few rays.
 //!
-//! Runs on the sound thread. Takes updates as they arrive, gives the reflected and bent paths of each graphics frame
-//! (less the direct field's, which every predictor has anew). Bounded by
-//! the number of candidates and by [`GeometricSettings::rays_per_source`]; allocates only while there are more candidates
-//! than ever before, and not at all once bounded. Own work, after the measurements that ARCHITECTURE.md tells of: between two updates the stale delay
-//! of a path does the most harm, its stale visibility comes second, its amplitude last.
+//! Runs on the sound thread. Takes updates as they arrive, emits the reflected and diffracted paths of each graphics frame,
+//! without those of the direct field. Bounded by the number of candidates and [`GeometricSettings::rays_per_source`];
+//! allocates only beyond the largest number of candidates so far and the reserved one. Own, after measurements
+//! (ARCHITECTURE.md): between two updates a path's stale delay does the most harm, then its stale visibility, then its
+//! amplitude.
 //!
-//! - [`candidate`]: one path as it stands now, from its surfaces and today's poses;
-//! - `standing`: how each stands in a graphics frame, `places`: where its source is then;
-//! - [`groundwork`]: what can be worked out about an update before it is taken;
-//! - [`memory`]: candidates from update to update, and whose word on visibility counts;
-//! - [`history`]: where the listener was, so that an update's word can be dated;
-//! - [`rays`]: which candidates are asked whether something blocks them;
-//! - `tail`: the late field between two updates;
-//! - [`trend`]: paths between the frames that work them out.
+//! - [`prepared_update`]: an update's part of the work, on the propagation thread;
+//! - [`update_dating`]: the graphics frame that an update describes;
+//! - [`candidate_set`]: the candidates, merged with every update;
+//! - [`candidate`], `frame_geometry`: one path in the present graphics frame; `source_poses`: its source;
+//! - [`visibility_scheduler`]: the visibility tests of a graphics frame;
+//! - [`line_extrapolation`]: paths between the frames that evaluate them;
+//! - `late_energy`: the late energy between two updates.
 
 pub mod candidate;
 pub mod candidate_set;
@@ -27,79 +26,74 @@ pub mod update_dating;
 pub mod visibility_scheduler;
 
 use crate::extrapolation::frame::FramePath;
-use crate::extrapolation::frame_steps::Part;
 use crate::extrapolation::scene_pair::has_moved;
-use crate::extrapolation::work_budget::{WorkBudget, cost};
+use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::PathSet;
 use crate::propagation::diffraction::{Endpoints, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
-pub(crate) use crate::extrapolation::geometric::late_energy::late_now;
+pub(crate) use crate::extrapolation::geometric::late_energy::extrapolate_late;
 pub use crate::extrapolation::geometric::prepared_update::PreparedUpdate;
 pub use crate::extrapolation::geometric::settings::{GeometricSettings, PredictionTarget};
 
-use crate::extrapolation::geometric::candidate::Course;
-use crate::extrapolation::geometric::candidate_set::Memory;
-use crate::extrapolation::geometric::frame_geometry::{Shapes, Standing};
-use crate::extrapolation::geometric::source_poses::Places;
-use crate::extrapolation::geometric::update_dating::History;
-use crate::extrapolation::geometric::visibility_scheduler::Inspection;
+use crate::extrapolation::geometric::candidate::PathGeometry;
+use crate::extrapolation::geometric::candidate_set::CandidateSet;
+use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
+use crate::extrapolation::geometric::source_poses::FrameSources;
+use crate::extrapolation::geometric::update_dating::ListenerHistory;
+use crate::extrapolation::geometric::visibility_scheduler::VisibilityScheduler;
 
-/// What one graphics frame is asked for.
+/// The inputs of one graphics frame.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Now<'a> {
+pub(crate) struct FrameInputs<'a> {
     pub(crate) scene: &'a Scene,
-    /// The scene as it stood for the newest update.
-    pub(crate) then: &'a Scene,
+    /// The scene with the instance poses of the newest update.
+    pub(crate) update_scene: &'a Scene,
     pub(crate) listener: &'a ListenerPose,
     pub(crate) sources: &'a [SourcePose],
-    /// Of each source whether the listener does not see it.
-    pub(crate) shadowed: &'a [bool],
+    /// For each source whether its direct path is blocked.
+    pub(crate) occluded: &'a [bool],
     pub(crate) min_distance_m: f64,
 }
 
-impl Now<'_> {
-    /// A source and the listener as they are, if the source is still there and both are somewhere.
-    fn spot(&self, source: SourceId) -> Option<Endpoints> {
+impl FrameInputs<'_> {
+    /// A source and the listener, if the source exists and both positions are finite.
+    fn endpoints(&self, source: SourceId) -> Option<Endpoints> {
         let pose = self.sources.iter().find(|pose| pose.id == source)?;
-        let are_places = pose.position.is_finite() && self.listener.position.is_finite();
-        are_places.then(|| Endpoints::of(pose, self.listener.position, self.min_distance_m))
+        let are_finite = pose.position.is_finite() && self.listener.position.is_finite();
+        are_finite.then(|| Endpoints::of(pose, self.listener.position, self.min_distance_m))
     }
 
-    fn is_shadowed(&self, source: SourceId) -> bool {
-        let mut each = self.sources.iter().zip(self.shadowed);
-        each.any(|(pose, shadowed)| pose.id == source && *shadowed)
+    fn is_occluded(&self, source: SourceId) -> bool {
+        let mut each = self.sources.iter().zip(self.occluded);
+        each.any(|(pose, occluded)| pose.id == source && *occluded)
     }
 }
 
-/// How far a graphics frame has got.
+/// Progress of a graphics frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
     Begin,
-    /// Takes an update over.
-    Take,
-    /// How candidates stand.
-    Stand,
-    /// Rays for them.
-    Ask,
-    /// What is heard of the candidates from this one on.
-    Hear(usize),
+    MergeUpdate,
+    Evaluate,
+    TestVisibility,
+    /// Emits the paths of the candidates from this one on.
+    Emit(usize),
 }
 
 /// State of the predictor.
 #[derive(Debug)]
 pub(crate) struct GeometricPredictor {
     settings: GeometricSettings,
-    memory: Memory,
-    history: History,
-    inspection: Inspection,
-    /// Where the sources are in this frame.
-    places: Places,
-    /// How candidates stand, and what that tells of.
-    standings: Vec<Standing>,
-    shapes: Shapes,
-    /// Bent paths that may be heard in this frame, and whether they bend twice.
-    bent: Vec<(bool, FramePath)>,
+    set: CandidateSet,
+    history: ListenerHistory,
+    scheduler: VisibilityScheduler,
+    sources: FrameSources,
+    /// Geometry of each candidate in this frame.
+    geometries: Vec<FrameGeometry>,
+    arena: GeometryArena,
+    /// Diffracted paths of this frame, and whether each crosses two edges.
+    diffracted: Vec<(bool, FramePath)>,
     frame: u64,
     step: Step,
 }
@@ -108,230 +102,204 @@ impl GeometricPredictor {
     pub(crate) fn new(settings: GeometricSettings) -> Self {
         Self {
             settings,
-            memory: Memory::default(),
-            history: History::default(),
-            inspection: Inspection::default(),
-            places: Places::default(),
-            standings: Vec::new(),
-            shapes: Shapes::default(),
-            bent: Vec::new(),
+            set: CandidateSet::default(),
+            history: ListenerHistory::default(),
+            scheduler: VisibilityScheduler::default(),
+            sources: FrameSources::default(),
+            geometries: Vec::new(),
+            arena: GeometryArena::default(),
+            diffracted: Vec::new(),
             frame: 0,
             step: Step::Begin,
         }
     }
 
-    /// Makes room for this many candidates and keeps to it, and for this many sources, so that [`Self::part`] allocates
-    /// nothing.
-    pub(crate) fn bound(&mut self, candidates: usize, sources: usize) {
-        self.memory.bound(candidates);
-        self.inspection.reserve(candidates);
-        self.standings.reserve(candidates);
-        self.shapes.reserve(candidates);
-        self.bent.reserve(candidates);
-        self.places.reserve(sources);
+    /// Limits the number of candidates and reserves room for them and for this many sources, so that [`Self::resume`]
+    /// allocates nothing.
+    pub(crate) fn set_capacity(&mut self, candidates: usize, sources: usize) {
+        self.set.set_capacity(candidates);
+        self.scheduler.reserve(candidates);
+        self.geometries.reserve(candidates);
+        self.arena.reserve(candidates);
+        self.diffracted.reserve(candidates);
+        self.sources.reserve(sources);
     }
 
-    /// Goes on until the effort is spent, and adds the paths of a graphics frame to `paths` that are not part of the direct
-    /// field; `arrived` is the update that is used from this frame on, if there is one, with what has been worked out of
-    /// it.
-    pub(crate) fn part(
+    /// Resumes a graphics frame until the budget is spent and appends its paths to `paths`; `arrived` is the update that is
+    /// used from this frame on, if there is a new one.
+    pub(crate) fn resume(
         &mut self,
         arrived: Option<(&PathSet, &PreparedUpdate)>,
-        now: &Now<'_>,
-        effort: &mut WorkBudget,
+        inputs: &FrameInputs<'_>,
+        budget: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
-    ) -> Part {
-        let mut part = Part {
-            rays: 0,
-            is_done: false,
-        };
-        if self.step == Step::Begin && !effort.is_spent() {
-            self.begin(arrived, now);
-            self.step = Step::Take;
+    ) -> Progress {
+        let mut progress = Progress::default();
+        if self.step == Step::Begin && !budget.is_spent() {
+            self.begin(arrived, inputs);
+            self.step = Step::MergeUpdate;
         }
-        if self.step == Step::Take && self.take(arrived, now, effort) {
-            self.standings.clear();
-            self.shapes.clear();
-            self.step = Step::Stand;
+        if self.step == Step::MergeUpdate
+            && arrived.is_none_or(|arrived| self.set.merge_part(arrived, inputs, budget))
+        {
+            self.geometries.clear();
+            self.arena.clear();
+            self.step = Step::Evaluate;
         }
-        if self.step == Step::Stand {
-            self.stand(now, effort);
-            if !effort.is_spent() {
-                self.make_queue(now, effort);
-                self.step = Step::Ask;
+        if self.step == Step::Evaluate {
+            self.evaluate(inputs, budget);
+            if !budget.is_spent() {
+                let rays = self.settings.rays(inputs.sources.len());
+                let states = &self.set.states;
+                self.scheduler
+                    .begin(rays, self.frame, states, &self.geometries);
+                budget.spend(states.len() / cost::SORTED);
+                self.step = Step::TestVisibility;
             }
         }
-        if self.step == Step::Ask {
-            let (rays, is_done) = self.ask(now, effort);
-            part.rays = rays;
+        if self.step == Step::TestVisibility {
+            let (rays, is_done) = self.scheduler.resume(
+                self.set.updates,
+                (&mut self.set.candidates, &mut self.set.states),
+                (&mut self.geometries, &mut self.arena),
+                (inputs, &self.sources),
+                budget,
+            );
+            progress.rays = rays;
             if is_done {
-                self.bent.clear();
-                self.step = Step::Hear(0);
+                self.diffracted.clear();
+                self.step = Step::Emit(0);
             }
         }
-        if let Step::Hear(first) = self.step {
-            self.step = self.hear(first, now, effort, paths);
+        if let Step::Emit(first) = self.step {
+            self.step = self.emit(first, inputs, budget, paths);
             if self.step == Step::Begin {
-                self.keep_loudest_bent(paths);
+                self.emit_loudest_diffracted(paths);
                 self.frame += 1;
-                part.is_done = true;
+                progress.is_done = true;
             }
         }
-        part
+        progress
     }
 
-    /// Leaves a graphics frame that is under way.
-    pub(crate) fn begin_anew(&mut self) {
+    /// Abandons a graphics frame that is under way.
+    pub(crate) fn restart_frame(&mut self) {
         self.step = Step::Begin;
     }
 
     /// Begins a graphics frame, and an update if one has arrived.
-    fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, now: &Now<'_>) {
-        self.history.push(now.listener.position);
-        self.places.look(now);
+    fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, inputs: &FrameInputs<'_>) {
+        self.history.push(inputs.listener.position);
+        self.sources.update(inputs);
         if let Some((update, _)) = arrived {
-            let mut word = self.history.date(update.listener.position, self.frame);
-            // The listener's place does not date an update of a scene that has moved since.
-            word.binding &= !has_moved(now.scene, now.then);
-            self.memory.begin_update(self.frame, word);
+            let mut epoch = self.history.date(update.listener.position, self.frame);
+            // The listener's position does not date an update of a scene that has moved since.
+            epoch.is_reached &= !has_moved(inputs.scene, inputs.update_scene);
+            self.set.begin_update(self.frame, epoch);
         }
     }
 
-    /// Goes on taking over the update that has arrived, if one has; gives whether it is taken over.
-    fn take(
-        &mut self,
-        arrived: Option<(&PathSet, &PreparedUpdate)>,
-        now: &Now<'_>,
-        effort: &mut WorkBudget,
-    ) -> bool {
-        arrived.is_none_or(|arrived| {
-            let settings = &self.settings;
-            self.memory.take_part(arrived, now, settings, effort)
-        })
-    }
-
-    /// How candidates stand. Of what is closed only what rays are cast for has to be known.
-    fn stand(&mut self, now: &Now<'_>, effort: &mut WorkBudget) {
+    /// Evaluates the visible candidates; blocked ones only when a ray is cast for them.
+    fn evaluate(&mut self, inputs: &FrameInputs<'_>, budget: &mut WorkBudget) {
         let every = self.settings.exact_every.max(1);
-        let memory = &mut self.memory;
-        let each = memory.candidates.iter().zip(&mut memory.marks);
-        for (candidate, mark) in each.skip(self.standings.len()) {
-            if effort.is_spent() {
+        let each = self.set.candidates.iter().zip(&mut self.set.states);
+        for (candidate, state) in each.skip(self.geometries.len()) {
+            if budget.is_spent() {
                 return;
             }
-            // Most are closed, and nothing is written of them but that.
-            if !mark.open {
-                self.standings.push(Standing::Unasked);
+            if !state.is_visible {
+                self.geometries.push(FrameGeometry::Unevaluated);
                 continue;
             }
-            let place = self.places.of(candidate.path.source);
-            let continued = match every > 1 {
-                true => candidate.continued(now, place, (self.frame, every)),
+            let source = self.sources.get(candidate.path.source);
+            let extrapolated = match every > 1 {
+                true => candidate.extrapolate(inputs, source, (self.frame, every)),
                 false => None,
             };
-            let shapes = &mut self.shapes;
-            let mut standing = match continued {
-                Some(path) => shapes.continued(path),
-                None => candidate.stand(now, place, &self.settings, shapes),
+            let arena = &mut self.arena;
+            let mut geometry = match extrapolated {
+                Some(path) => arena.push_extrapolated(path),
+                None => candidate.evaluate(inputs, source, arena),
             };
-            if standing == Standing::Legs {
-                standing = shapes.finish(now.scene);
+            if geometry == FrameGeometry::Unfolded {
+                geometry = arena.push_unfolded(inputs.scene);
             }
-            effort.spend(standing.cost());
-            // What comes back onto its surfaces is asked soon.
-            if let (Standing::Out, Course::Mirrors(_)) = (standing, candidate.course) {
-                mark.tested = None;
+            budget.spend(geometry.cost());
+            // Tested soon after it is back on its surfaces.
+            if let (FrameGeometry::Invalid, PathGeometry::Reflection(_)) =
+                (geometry, candidate.geometry)
+            {
+                state.tested = None;
             }
-            self.standings.push(standing);
+            self.geometries.push(geometry);
         }
     }
 
-    /// Puts in order whom the frame's rays are for.
-    fn make_queue(&mut self, now: &Now<'_>, effort: &mut WorkBudget) {
-        let budget = self.settings.rays(now.sources.len());
-        let marks = &self.memory.marks;
-        self.inspection
-            .begin(budget, self.frame, marks, &self.standings);
-        effort.spend(marks.len() / cost::SORTED);
-    }
-
-    /// Casts the frame's rays until the effort is spent; gives their number, and whether all are cast.
-    fn ask(&mut self, now: &Now<'_>, effort: &mut WorkBudget) -> (u64, bool) {
-        self.inspection.go_on(
-            self.memory.updates,
-            (&mut self.memory.candidates, &mut self.memory.marks),
-            (&mut self.standings, &mut self.shapes),
-            (now, &self.places, &self.settings),
-            effort,
-        )
-    }
-
-    /// What is heard of the candidates from one on.
-    fn hear(
+    /// Emits the paths of the visible candidates from `first` on.
+    fn emit(
         &mut self,
         first: usize,
-        now: &Now<'_>,
-        effort: &mut WorkBudget,
+        inputs: &FrameInputs<'_>,
+        budget: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Step {
         let every = self.settings.exact_every.max(1);
-        let marks = self.memory.marks.iter_mut();
-        let each = marks.zip(&mut self.memory.candidates);
-        let each = each.zip(&self.standings);
-        for (number, ((mark, candidate), &standing)) in each.enumerate().skip(first) {
-            // Whoever was not asked is closed.
-            if standing == Standing::Unasked || !mark.open {
+        let each = self.set.states.iter_mut().zip(&mut self.set.candidates);
+        let each = each.zip(&self.geometries);
+        for (index, ((state, candidate), &geometry)) in each.enumerate().skip(first) {
+            if geometry == FrameGeometry::Unevaluated || !state.is_visible {
                 continue;
             }
-            let place = self.places.of(candidate.path.source);
-            let Some(place) = place.filter(|place| place.wants(&candidate.path)) else {
+            let source = self.sources.get(candidate.path.source);
+            let Some(source) = source.filter(|source| source.allows(&candidate.path)) else {
                 continue;
             };
-            if effort.is_spent() {
-                return Step::Hear(number);
+            if budget.is_spent() {
+                return Step::Emit(index);
             }
-            effort.spend(cost::HEARD);
-            effort.spend(match (standing, candidate.course) {
-                (Standing::Bent(_), Course::Bends(course)) if course.has_two_edges() => {
+            budget.spend(cost::EMITTED);
+            budget.spend(match (geometry, candidate.geometry) {
+                (FrameGeometry::Diffracted(_), PathGeometry::Diffraction(sequence))
+                    if sequence.has_two_edges() =>
+                {
                     2 * cost::WAVE
                 }
-                (Standing::Bent(_), _) => cost::WAVE,
-                (Standing::Image(_), _) => cost::REFLECTED,
+                (FrameGeometry::Diffracted(_), _) => cost::WAVE,
+                (FrameGeometry::Image(_), _) => cost::REFLECTED,
                 _ => 0,
             });
-            let heard = candidate.heard(standing, now, place, &self.settings, &self.shapes);
-            let is_new = !matches!(standing, Standing::Continued(_));
-            if every > 1 && is_new && self.settings.exact_geometry {
-                candidate.remember(heard.as_ref(), self.frame, every);
+            let path = candidate.frame_path(geometry, inputs, source, &self.arena);
+            if every > 1 && !matches!(geometry, FrameGeometry::Extrapolated(_)) {
+                candidate.update_line(path.as_ref(), self.frame, every);
             }
-            let Some(path) = heard else {
+            let Some(path) = path else {
                 continue;
             };
-            mark.note_level(&path.amplitude);
-            match candidate.course {
-                Course::Bends(course) => self.bent.push((course.has_two_edges(), path)),
-                Course::Mirrors(_) | Course::Unknown => paths.push(path),
+            state.record_amplitude(&path.amplitude);
+            match candidate.geometry {
+                PathGeometry::Diffraction(sequence) => {
+                    self.diffracted.push((sequence.has_two_edges(), path));
+                }
+                PathGeometry::Reflection(_) | PathGeometry::Unknown => paths.push(path),
             }
         }
         Step::Begin
     }
 
-    /// Adds as many bent paths of each source as an update has at most, the loudest.
-    fn keep_loudest_bent(&mut self, paths: &mut Vec<FramePath>) {
-        let energy = |path: &FramePath| path.amplitude.iter().map(|a| a * a).sum::<f32>();
-        let group = |(double, path): &(bool, FramePath)| (path.source.bits(), *double);
-        self.bent.sort_unstable_by(|a, b| {
-            let louder = energy(&b.1).total_cmp(&energy(&a.1));
+    /// Emits the loudest diffracted paths of each source, as many as an update has at most.
+    fn emit_loudest_diffracted(&mut self, paths: &mut Vec<FramePath>) {
+        let group = |(is_double, path): &(bool, FramePath)| (path.source.bits(), *is_double);
+        self.diffracted.sort_unstable_by(|a, b| {
+            let louder = b.1.energy().total_cmp(&a.1.energy());
             group(a)
                 .cmp(&group(b))
                 .then(louder)
                 .then(a.1.id.cmp(&b.1.id))
         });
-        for same in self.bent.chunk_by(|a, b| group(a) == group(b)) {
-            let most = if same[0].0 {
-                MAX_TWO_EDGE_PATHS
-            } else {
-                MAX_REFLECTED_EDGE_PATHS
+        for same in self.diffracted.chunk_by(|a, b| group(a) == group(b)) {
+            let most = match same[0].0 {
+                true => MAX_TWO_EDGE_PATHS,
+                false => MAX_REFLECTED_EDGE_PATHS,
             };
             paths.extend(same.iter().take(most).map(|(_, path)| *path));
         }

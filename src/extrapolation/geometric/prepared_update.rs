@@ -1,57 +1,51 @@
-//! What `best` can work out about an update before anybody takes it.
+//! The part of the geometric predictor's work that depends on an update alone.
 //!
-//! On the propagation thread, which has the time: by what each path can be computed anew.
-//! It is the same whoever works it out and when, so an update that comes without it is no other update.
+//! Runs on the propagation thread. Finds for each path the recipe from which it is computed in later frames. The result is
+//! a function of update and scene: an update without preparation gives the same frames at a higher cost.
 
-use crate::extrapolation::geometric::candidate::Grounds;
+use crate::extrapolation::geometric::candidate::PathRecipe;
 use crate::propagation::{Path, PathSet};
 use crate::scene::Scene;
 
-/// What [`crate::extrapolation::PredictorKind::Geometric`] knows of each path of one update.
+/// Recipes of one update's paths for [`crate::extrapolation::PredictorKind::Geometric`].
 #[derive(Debug, Default)]
 pub struct PreparedUpdate {
-    /// In the order of the update's paths.
-    grounds: Vec<Grounds>,
-    /// In the order of those nearby.
-    nearby: Vec<Grounds>,
+    /// In the order of the update's paths, without those of the direct field.
+    recipes: Vec<PathRecipe>,
+    /// In the order of the update's nearby paths.
+    nearby: Vec<PathRecipe>,
 }
 
 impl PreparedUpdate {
-    /// Of an update, finished but for its way to the sound thread; `scene` is as it stood for it. Not on the sound thread:
-    /// allocates.
-    pub fn lay(&mut self, update: &PathSet, scene: &Scene) {
-        let of = |path: &Path| Grounds::of(path, update, scene);
-        self.grounds.clear();
-        self.grounds.extend(continued(update).map(of));
+    /// Computes the recipes of a finished update; `scene` has the instance poses of that update. Allocates: not for the
+    /// sound thread.
+    pub fn prepare(&mut self, update: &PathSet, scene: &Scene) {
+        let paths = update.paths.iter();
+        let extrapolated = paths.filter(|path| !path.is_frame_validated());
+        self.recipes.clear();
+        self.recipes
+            .extend(extrapolated.map(|path| PathRecipe::of(path, update, scene)));
+        self.nearby.clear();
         let nearby = update.nearby.iter();
-        self.nearby.clear();
         self.nearby
-            .extend(nearby.map(|path| Grounds::nearby(path, scene)));
+            .extend(nearby.map(|path| PathRecipe::nearby(path, scene)));
     }
 
-    /// Forgets the update.
+    /// Removes all recipes.
     pub fn clear(&mut self) {
-        self.grounds.clear();
+        self.recipes.clear();
         self.nearby.clear();
     }
 
-    /// What is known of the path that has this place among [`continued`] ones, if it is that path.
-    pub(crate) fn of(&self, place: usize, path: &Path) -> Option<&Grounds> {
-        let found = self.grounds.get(place);
-        found.filter(|grounds| grounds.id == path.id)
+    /// The recipe at `index` among the extrapolated paths, if it is of this path.
+    pub(crate) fn get(&self, index: usize, path: &Path) -> Option<&PathRecipe> {
+        let found = self.recipes.get(index);
+        found.filter(|recipe| recipe.id == path.id)
     }
 
-    /// The same of a path nearby, by its place among those.
-    pub(crate) fn of_nearby(&self, place: usize, path: &Path) -> Option<&Grounds> {
-        let found = self.nearby.get(place);
-        found.filter(|grounds| grounds.id == path.id)
+    /// The recipe at `index` among the nearby paths, if it is of this path.
+    pub(crate) fn get_nearby(&self, index: usize, path: &Path) -> Option<&PathRecipe> {
+        let found = self.nearby.get(index);
+        found.filter(|recipe| recipe.id == path.id)
     }
-}
-
-/// The paths of an update that are continued from it, not computed anew with the direct field.
-pub(crate) fn continued(update: &PathSet) -> impl Iterator<Item = &Path> {
-    update
-        .paths
-        .iter()
-        .filter(|path| !path.is_frame_validated())
 }

@@ -1,59 +1,49 @@
-//! What `best` may spend, and its ingredients one by one: each can be left out to see what it is worth.
+//! Settings of the geometric predictor.
 
-/// Whose place propagation is computed for when its result is late.
+/// The listener position that an asynchronous update is computed for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PredictionTarget {
-    /// The place where the listener is when propagation starts.
+    /// The position when propagation starts: no prediction.
     None,
-    /// The place where the listener will be when the result arrives.
+    /// The predicted position when the result arrives.
     Arrival,
-    /// Halfway through the time in which the result is used.
+    /// The predicted position halfway through the interval in which the result is used.
     Middle,
-    /// The place where the listener will be when the result is replaced.
+    /// The predicted position when the result is replaced.
     #[default]
     End,
 }
 
-/// Sources that rays are counted for at least.
-const LEAST_SOURCES: usize = 4;
+/// Smallest number of sources that the ray budget is computed for.
+const MIN_BUDGET_SOURCES: usize = 4;
 
 /// Settings of [`crate::extrapolation::PredictorKind::Geometric`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GeometricSettings {
-    /// Rays that may be cast in one graphics frame to see what blocks reflected paths, times the number of sources, four at
-    /// least: few sources leave time for more. 0 leaves visibility to the updates.
+    /// Visibility rays in one graphics frame, times the number of sources (at least four: few sources leave time for
+    /// more). With 0 the updates alone decide on visibility.
     pub rays_per_source: u32,
-    /// Updates for which a path is kept that was valid not long ago, so that it can be opened again; 0 keeps none.
-    pub remembered_updates: u32,
-    /// Whether delay, level and direction are computed anew in every graphics frame.
-    pub exact_geometry: bool,
-    /// Whether a path is dropped as soon as one of its points has left its surface.
-    pub drop_outside: bool,
-    /// Whether updates also name paths that are not there but may be for a listener nearby, closed until a ray finds them
-    /// open.
+    /// Whether updates also list invalid paths that may be valid nearby. They stay silent until a ray finds them visible.
     pub nearby: bool,
-    /// Where updates are to be computed for.
-    pub lead: PredictionTarget,
-    /// Graphics frames of which one works a path out; the others continue it along a line. 1 works everything out in
-    /// every frame; 0 counts as 1.
+    /// The listener position that updates are computed for.
+    pub prediction_target: PredictionTarget,
+    /// Each path is evaluated in one of this many graphics frames and extrapolated along a line in the others. 1 evaluates
+    /// every path in every frame; 0 counts as 1.
     pub exact_every: u32,
 }
 
 impl GeometricSettings {
-    /// Everything on.
+    /// Best quality, for offline rendering.
     pub const FULL: Self = Self {
         rays_per_source: 96,
-        remembered_updates: 8,
-        exact_geometry: true,
-        drop_outside: true,
         nearby: true,
-        lead: PredictionTarget::End,
+        prediction_target: PredictionTarget::End,
         exact_every: 1,
     };
 
-    /// The same at less than half the cost, for a sound thread: a path is worked out in one frame of three, and asked for
-    /// by half as many rays, since updates come often.
-    pub(crate) fn thrifty(self) -> Self {
+    /// The same at less than half the cost, for a sound thread: half the rays, since updates come often, and each path
+    /// evaluated in one of three frames.
+    pub(crate) fn reduced(self) -> Self {
         Self {
             rays_per_source: self.rays_per_source.div_ceil(2),
             exact_every: self.exact_every.max(3),
@@ -61,9 +51,9 @@ impl GeometricSettings {
         }
     }
 
-    /// Rays of a graphics frame with so many sources.
+    /// Ray budget of a graphics frame.
     pub(crate) fn rays(&self, sources: usize) -> u64 {
-        u64::from(self.rays_per_source) * sources.max(LEAST_SOURCES) as u64
+        u64::from(self.rays_per_source) * sources.max(MIN_BUDGET_SOURCES) as u64
     }
 }
 

@@ -96,16 +96,16 @@ impl<L: Lanes> Running<L> {
     #[inline(always)]
     fn of(state: &State) -> Self {
         Self {
-            band: L::of(state.band),
-            low: L::of(state.low),
+            band: L::from_array(state.band),
+            low: L::from_array(state.low),
         }
     }
 
     #[inline(always)]
-    fn give(self) -> State {
+    fn state(self) -> State {
         State {
-            band: self.band.give(),
-            low: self.low.give(),
+            band: self.band.to_array(),
+            low: self.low.to_array(),
         }
     }
 
@@ -115,19 +115,22 @@ impl<L: Lanes> Running<L> {
     /// accumulates.
     #[inline(always)]
     fn step(&mut self, section: &Section, input: L) -> (L, L, L) {
-        let damped = L::of(section.damping).neg_mul_add(self.band, input.sub(self.low));
-        let rise = damped.mul(L::of(section.input));
+        let damped = L::from_array(section.damping).neg_mul_add(self.band, input.sub(self.low));
+        let rise = damped.mul(L::from_array(section.input));
         let band = self.band.add(rise);
-        let low = L::of(section.integrator).mul_add(band, self.low);
+        let low = L::from_array(section.integrator).mul_add(band, self.low);
         self.band = L::splat(2.0).mul_add(rise, self.band);
-        self.low = L::of(section.twice).mul_add(band, self.low);
+        self.low = L::from_array(section.twice).mul_add(band, self.low);
         (rise, band, low)
     }
 
     #[inline(always)]
     fn split(&mut self, section: &Section, input: L) -> L {
         let (rise, _, low) = self.step(section, input);
-        low.mul_add(L::of(section.low), rise.mul(L::of(section.high)))
+        low.mul_add(
+            L::from_array(section.low),
+            rise.mul(L::from_array(section.high)),
+        )
     }
 
     #[inline(always)]
@@ -153,13 +156,13 @@ kernel! {
         let mut b = Running::<L>::of(&states[3]);
         let mut c = Running::<L>::of(&states[4]);
         for frame in frames.iter_mut() {
-            let value = once.split(&level.split, L::of(*frame));
+            let value = once.split(&level.split, L::from_array(*frame));
             let value = twice.split(&level.split, value);
             let value = a.allpass(&level.allpasses[0], value);
             let value = b.allpass(&level.allpasses[1], value);
-            *frame = c.allpass(&level.allpasses[2], value).give();
+            *frame = c.allpass(&level.allpasses[2], value).to_array();
         }
-        *states = [once.give(), twice.give(), a.give(), b.give(), c.give()];
+        *states = [once.state(), twice.state(), a.state(), b.state(), c.state()];
     }
 }
 
@@ -180,16 +183,16 @@ kernel! {
         let mut upper_pass = Running::<L>::of(&upper[2]);
         let [low_out, high_out] = output;
         for ((&frame, low_out), high_out) in input.iter().zip(low_out).zip(high_out) {
-            let frame = L::of(frame);
+            let frame = L::from_array(frame);
             let low = lower_once.split(&level.split, frame.twice_low());
             let low = lower_twice.split(&level.split, low);
-            *low_out = lower_pass.allpass(&level.allpasses[0], low).give();
+            *low_out = lower_pass.allpass(&level.allpasses[0], low).to_array();
             let high = upper_once.split(&level.split, frame.twice_high());
             let high = upper_twice.split(&level.split, high);
-            *high_out = upper_pass.allpass(&level.allpasses[0], high).give();
+            *high_out = upper_pass.allpass(&level.allpasses[0], high).to_array();
         }
-        *lower = [lower_once.give(), lower_twice.give(), lower_pass.give()];
-        *upper = [upper_once.give(), upper_twice.give(), upper_pass.give()];
+        *lower = [lower_once.state(), lower_twice.state(), lower_pass.state()];
+        *upper = [upper_once.state(), upper_twice.state(), upper_pass.state()];
     }
 }
 
@@ -208,13 +211,13 @@ kernel! {
         let mut upper_once = Running::<L>::of(&upper[0]);
         let mut upper_twice = Running::<L>::of(&upper[1]);
         for ((&frame, low_out), high_out) in input.iter().zip(low_out).zip(high_out) {
-            let frame = L::of(frame);
+            let frame = L::from_array(frame);
             let low = lower_once.split(split, frame.twice_low());
-            *low_out = lower_twice.split(split, low).give();
+            *low_out = lower_twice.split(split, low).to_array();
             let high = upper_once.split(split, frame.twice_high());
-            *high_out = upper_twice.split(split, high).give();
+            *high_out = upper_twice.split(split, high).to_array();
         }
-        *lower = [lower_once.give(), lower_twice.give()];
-        *upper = [upper_once.give(), upper_twice.give()];
+        *lower = [lower_once.state(), lower_twice.state()];
+        *upper = [upper_once.state(), upper_twice.state()];
     }
 }

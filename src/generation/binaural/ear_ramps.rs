@@ -7,7 +7,7 @@
 use crate::simd::{F32x8, LaneSet, kernel};
 
 use crate::generation::CHUNK;
-use crate::generation::binaural::filter_bank::{Binaural, Contribution, Pair, Ramp, TOGETHER};
+use crate::generation::binaural::filter_bank::{Binaural, Contribution, Ramp, TOGETHER};
 use crate::generation::delay::interpolation;
 use crate::generation::delay::interpolation::{AHEAD, Intervals, Reading};
 
@@ -144,13 +144,13 @@ kernel! {
         let (left, per_frame) = (L::splat(step.left), L::splat(step.per_frame));
         let (mut change, mut size) = (L::splat(0.0), L::splat(0.0));
         for ((held, growth), &wanted) in held.iter_mut().zip(growths).zip(wanted) {
-            let present = L::of(*held).sub(L::of(*growth).mul(left));
-            let grows = L::of(wanted).sub(present).mul(per_frame);
+            let present = L::from_array(*held).sub(L::from_array(*growth).mul(left));
+            let grows = L::from_array(wanted).sub(present).mul(per_frame);
             change = change.add(grows.mul(grows));
-            size = size.add(L::of(wanted).mul(L::of(wanted)));
-            (*held, *growth) = (wanted, grows.give());
+            size = size.add(L::from_array(wanted).mul(L::from_array(wanted)));
+            (*held, *growth) = (wanted, grows.to_array());
         }
-        *sums = [change.give(), size.give()];
+        *sums = [change.to_array(), size.to_array()];
     }
 }
 
@@ -246,23 +246,8 @@ pub(crate) fn add(
     let motion = arrivals.iter().flatten().map(|a| a.motion).max();
     let ramp = motion.unwrap_or_default().ramp(left);
     for ear in 0..2 {
-        let mut group = 0;
-        while group + 1 < groups && binaural.adds_pairs() {
-            let silence = Contribution::silence(frames, [F32x8::ZERO; 2]);
-            let mut contributions = [silence; TOGETHER];
-            for (one, arrival) in contributions.iter_mut().zip(arrivals) {
-                let Some(ready) = arrival else { continue };
-                let (signal, target, growth) = ready.of_ear(ear, moment);
-                one.signal = signal;
-                one.target = pair(target, group);
-                one.growth = growth.map_or(one.growth, |growth| pair(growth, group));
-            }
-            binaural.add_pair(ear, group / 2, &contributions, ramp);
-            group += 2;
-        }
-        while group < groups {
-            let silence = Contribution::silence(frames, F32x8::ZERO);
-            let mut contributions = [silence; TOGETHER];
+        for group in 0..groups {
+            let mut contributions = [Contribution::silence(frames); TOGETHER];
             for (one, arrival) in contributions.iter_mut().zip(arrivals) {
                 let Some(ready) = arrival else { continue };
                 let (signal, target, growth) = ready.of_ear(ear, moment);
@@ -271,14 +256,8 @@ pub(crate) fn add(
                 one.growth = growth.map_or(one.growth, |growth| growth[group]);
             }
             binaural.add(ear, group, &contributions, ramp);
-            group += 1;
         }
     }
-}
-
-/// A pair of groups.
-fn pair(groups: &[F32x8], first: usize) -> Pair {
-    [groups[first], groups[first + 1]]
 }
 
 #[cfg(test)]

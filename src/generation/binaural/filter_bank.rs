@@ -7,23 +7,20 @@
 //! before the filters: an arrival costs one multiplication a component and sample, and the filters cost the same for
 //! one arrival as for a thousand.
 
-use crate::simd::{F32x8, LaneSet, Vector, kernel};
+use crate::simd::{F32x8, LaneSet, kernel};
 
 use crate::generation::{CHUNK, Hrtf};
 
-/// What one arrival adds to one group of an ear's buses, or to a pair of them.
+/// What one arrival adds to one group of an ear's buses.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Contribution<'a, Lanes = F32x8> {
+pub(crate) struct Contribution<'a> {
     /// The ear signal.
     pub(crate) signal: &'a [f32],
     /// Weights at the end of the ramp.
-    pub(crate) target: Lanes,
+    pub(crate) target: F32x8,
     /// Their growth a frame until then.
-    pub(crate) growth: Lanes,
+    pub(crate) growth: F32x8,
 }
-
-/// Two groups side by side.
-pub(crate) type Pair = [F32x8; 2];
 
 /// A ramp of weights.
 #[derive(Debug, Clone, Copy)]
@@ -50,17 +47,14 @@ const RUN: u32 = 32;
 /// Arrivals added at once: their weights take half of the registers, and the buses are walked through once.
 pub(crate) const TOGETHER: usize = 8;
 
-impl<Lanes> Contribution<'static, Lanes> {
-    /// Nothing, for `frames`; `zero` are weights of nothing.
-    pub(crate) fn silence(frames: usize, zero: Lanes) -> Self
-    where
-        Lanes: Copy,
-    {
+impl Contribution<'static> {
+    /// `frames` of silence at weights of zero.
+    pub(crate) fn silence(frames: usize) -> Self {
         static SILENT: [f32; CHUNK] = [0.0; CHUNK];
         Self {
             signal: &SILENT[..frames],
-            target: zero,
-            growth: zero,
+            target: F32x8::ZERO,
+            growth: F32x8::ZERO,
         }
     }
 }
@@ -70,17 +64,15 @@ impl<Lanes> Contribution<'static, Lanes> {
 pub(crate) struct Binaural {
     set: LaneSet,
     groups: usize,
-    /// Pairs of groups, the last of which may have one.
-    pairs: usize,
-    /// Tap after tap of pair after pair.
-    basis: Vec<Pair>,
+    /// Tap after tap of group after group.
+    basis: Vec<F32x8>,
     taps: usize,
     /// Frames of the past that the filters need.
     history: usize,
-    /// Ear after ear, pair after pair: the past, then the present chunk.
-    buses: Vec<Pair>,
-    /// Filtered frames, not yet summed over the lanes; of both groups of a pair, or of all groups in the first.
-    filtered: Vec<Pair>,
+    /// Ear after ear, group after group: the past, then the present chunk.
+    buses: Vec<F32x8>,
+    /// Filtered frames of all groups, not yet summed over the lanes.
+    filtered: Vec<F32x8>,
     /// Frames since something was added.
     quiet_frames: usize,
 }
@@ -88,23 +80,21 @@ pub(crate) struct Binaural {
 impl Binaural {
     pub(crate) fn new(hrtf: &Hrtf) -> Self {
         let (taps, groups) = (hrtf.taps(), hrtf.groups());
-        let (history, pairs) = (taps - 1, groups.div_ceil(2));
-        let mut basis = vec![[F32x8::ZERO; 2]; pairs * taps];
-        for group in 0..groups {
-            let pair = &mut basis[group / 2 * taps..][..taps];
-            for (both, &tap) in pair.iter_mut().zip(hrtf.basis(group)) {
-                both[group % 2] = tap;
+        let history = taps - 1;
+        let mut basis = vec![F32x8::ZERO; groups * taps];
+        for (group, basis) in basis.chunks_exact_mut(taps).enumerate() {
+            for (tap, &value) in basis.iter_mut().zip(hrtf.basis(group)) {
+                *tap = value;
             }
         }
         Self {
             set: LaneSet::best(),
             groups,
-            pairs,
             basis,
             taps,
             history,
-            buses: vec![[F32x8::ZERO; 2]; 2 * pairs * (history + CHUNK)],
-            filtered: vec![[F32x8::ZERO; 2]; CHUNK],
+            buses: vec![F32x8::ZERO; 2 * groups * (history + CHUNK)],
+            filtered: vec![F32x8::ZERO; CHUNK],
             quiet_frames: history,
         }
     }
@@ -112,11 +102,6 @@ impl Binaural {
     /// Whether buses and filters hold nothing but silence.
     fn is_silent(&self) -> bool {
         self.quiet_frames >= self.history.max(1)
-    }
-
-    /// Whether a pair of groups is added to as fast as one of them.
-    pub(crate) fn adds_pairs(&self) -> bool {
-        self.set.has_wide()
     }
 
     /// Adds arrivals of the same length to one group of an ear's buses; without a ramp at weights that rest.
@@ -127,33 +112,13 @@ impl Binaural {
         arrivals: &[Contribution; TOGETHER],
         ramp: Option<Ramp>,
     ) {
-        let set = self.set;
-        let frames = arrivals[0].signal.len();
-        let bus = self.bus(ear, group / 2, frames);
-        let ramp = ramp.unwrap_or(Ramp::resting(frames));
-        add_arrivals(set, bus, group % 2, arrivals, ramp);
-    }
-
-    /// The same for a pair of groups, to the same bits.
-    pub(crate) fn add_pair(
-        &mut self,
-        ear: usize,
-        pair: usize,
-        arrivals: &[Contribution<Pair>; TOGETHER],
-        ramp: Option<Ramp>,
-    ) {
-        let set = self.set;
-        let frames = arrivals[0].signal.len();
-        let bus = self.bus(ear, pair, frames);
-        let ramp = ramp.unwrap_or(Ramp::resting(frames));
-        add_arrivals_to_pair(set, bus, arrivals, ramp);
-    }
-
-    fn bus(&mut self, ear: usize, pair: usize, frames: usize) -> &mut [Pair] {
         self.quiet_frames = 0;
+        let frames = arrivals[0].signal.len();
         let length = self.history + CHUNK;
-        let start = (ear * self.pairs + pair) * length + self.history;
-        &mut self.buses[start..start + frames]
+        let start = (ear * self.groups + group) * length + self.history;
+        let bus = &mut self.buses[start..start + frames];
+        let ramp = ramp.unwrap_or(Ramp::resting(frames));
+        add_arrivals(self.set, bus, arrivals, ramp);
     }
 
     /// Filters what was added and overwrites `frames` of each ear, then moves on by as many.
@@ -168,26 +133,18 @@ impl Binaural {
         }
         for (out, buses) in ears
             .into_iter()
-            .zip(self.buses.chunks_exact_mut(self.pairs * length))
+            .zip(self.buses.chunks_exact_mut(self.groups * length))
         {
             let filtered = &mut self.filtered[..frames];
-            filtered.fill([F32x8::ZERO; 2]);
+            filtered.fill(F32x8::ZERO);
             let bases = self.basis.chunks_exact(self.taps);
-            for (number, (bus, basis)) in buses.chunks_exact_mut(length).zip(bases).enumerate() {
-                let is_pair = 2 * number + 1 < self.groups;
-                if is_pair && self.set.has_wide() {
-                    filter_pair(self.set, basis, bus, filtered);
-                } else {
-                    filter(self.set, basis, bus, 0, filtered);
-                    if is_pair {
-                        filter(self.set, basis, bus, 1, filtered);
-                    }
-                }
+            for (bus, basis) in buses.chunks_exact_mut(length).zip(bases) {
+                filter(self.set, basis, bus, filtered);
                 bus.copy_within(frames..frames + self.history, 0);
-                bus[self.history..].fill([F32x8::ZERO; 2]);
+                bus[self.history..].fill(F32x8::ZERO);
             }
-            for (frame, [lanes, others]) in out.iter_mut().zip(filtered) {
-                *frame = (*lanes + *others).sum();
+            for (frame, lanes) in out.iter_mut().zip(filtered) {
+                *frame = lanes.sum();
             }
         }
         self.quiet_frames += frames;
@@ -195,151 +152,105 @@ impl Binaural {
 }
 
 kernel! {
-    /// Adds arrivals to one group of a pair.
-    fn add_arrivals<L>(
-        bus: &mut [Pair],
-        group: usize,
-        arrivals: &[Contribution; TOGETHER],
-        ramp: Ramp,
-    ) {
-        add_to::<L, 2>(bus, group, arrivals, ramp);
-    }
-}
-
-kernel! {
-    /// Adds arrivals to both groups of a pair.
-    fn add_arrivals_to_pair<L, W>(
-        bus: &mut [Pair],
-        arrivals: &[Contribution<Pair>; TOGETHER],
-        ramp: Ramp,
-    ) {
-        add_to::<W, 1>(bus.as_chunks_mut().0, 0, arrivals, ramp);
-    }
-}
-
-kernel! {
-    /// Filters one group of a pair, and adds it to the first.
-    fn filter<L>(basis: &[Pair], bus: &[Pair], group: usize, out: &mut [Pair]) {
-        filter_to::<L, 2>(basis, bus, group, out);
-    }
-}
-
-kernel! {
-    /// Filters both groups of a pair.
-    fn filter_pair<L, W>(basis: &[Pair], bus: &[Pair], out: &mut [Pair]) {
-        let (basis, bus) = (basis.as_chunks().0, bus.as_chunks().0);
-        filter_to::<W, 1>(basis, bus, 0, out.as_chunks_mut().0);
-    }
-}
-
-/// Adds arrivals whose weights are held for a stretch of the ramp each to one place of so many of a bus.
-#[inline(always)]
-fn add_to<V: Vector, const SPAN: usize>(
-    bus: &mut [[V::Memory; SPAN]],
-    at: usize,
-    arrivals: &[Contribution<V::Memory>; TOGETHER],
-    ramp: Ramp,
-) {
-    let [a, b, c, d, e, f, g, h] = arrivals;
-    let frames = bus.len();
-    let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
-    let (of_c, of_d) = (&c.signal[..frames], &d.signal[..frames]);
-    let (of_e, of_f) = (&e.signal[..frames], &f.signal[..frames]);
-    let (of_g, of_h) = (&g.signal[..frames], &h.signal[..frames]);
-    let Ramp { left, hold } = ramp;
-    let growths = V::splat(hold as f32);
-    let steps: [V::Memory; TOGETHER] = [
-        growths.mul(V::of(a.growth)).give(),
-        growths.mul(V::of(b.growth)).give(),
-        growths.mul(V::of(c.growth)).give(),
-        growths.mul(V::of(d.growth)).give(),
-        growths.mul(V::of(e.growth)).give(),
-        growths.mul(V::of(f.growth)).give(),
-        growths.mul(V::of(g.growth)).give(),
-        growths.mul(V::of(h.growth)).give(),
-    ];
-    let mut start = 0;
-    while start < frames {
-        // Stretches are counted from the ramp's end.
-        let first = (left - 1 - start as u32) / hold;
-        let to_come = (first * hold) as f32 + 0.5 * (hold - 1) as f32;
-        let to_come = V::splat(to_come);
-        let mut wa = V::of(a.growth).neg_mul_add(to_come, V::of(a.target));
-        let mut wb = V::of(b.growth).neg_mul_add(to_come, V::of(b.target));
-        let mut wc = V::of(c.growth).neg_mul_add(to_come, V::of(c.target));
-        let mut wd = V::of(d.growth).neg_mul_add(to_come, V::of(d.target));
-        let mut we = V::of(e.growth).neg_mul_add(to_come, V::of(e.target));
-        let mut wf = V::of(f.growth).neg_mul_add(to_come, V::of(f.target));
-        let mut wg = V::of(g.growth).neg_mul_add(to_come, V::of(g.target));
-        let mut wh = V::of(h.growth).neg_mul_add(to_come, V::of(h.target));
-        let mut stretch = first;
-        loop {
-            let end = frames.min((left - stretch * hold) as usize);
-            for frame in start..end {
-                let sum = wa.mul_add(V::splat(of_a[frame]), V::of(bus[frame][at]));
-                let sum = wb.mul_add(V::splat(of_b[frame]), sum);
-                let sum = wc.mul_add(V::splat(of_c[frame]), sum);
-                let sum = wd.mul_add(V::splat(of_d[frame]), sum);
-                let sum = we.mul_add(V::splat(of_e[frame]), sum);
-                let sum = wf.mul_add(V::splat(of_f[frame]), sum);
-                let sum = wg.mul_add(V::splat(of_g[frame]), sum);
-                bus[frame][at] = wh.mul_add(V::splat(of_h[frame]), sum).give();
+    /// Adds arrivals to one group; weights are constant for a stretch of the ramp each.
+    fn add_arrivals<L>(bus: &mut [F32x8], arrivals: &[Contribution; TOGETHER], ramp: Ramp) {
+        let [a, b, c, d, e, f, g, h] = arrivals;
+        let frames = bus.len();
+        let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
+        let (of_c, of_d) = (&c.signal[..frames], &d.signal[..frames]);
+        let (of_e, of_f) = (&e.signal[..frames], &f.signal[..frames]);
+        let (of_g, of_h) = (&g.signal[..frames], &h.signal[..frames]);
+        let Ramp { left, hold } = ramp;
+        let growths = L::splat(hold as f32);
+        let steps: [F32x8; TOGETHER] = [
+            growths.mul(L::from_array(a.growth)).to_array(),
+            growths.mul(L::from_array(b.growth)).to_array(),
+            growths.mul(L::from_array(c.growth)).to_array(),
+            growths.mul(L::from_array(d.growth)).to_array(),
+            growths.mul(L::from_array(e.growth)).to_array(),
+            growths.mul(L::from_array(f.growth)).to_array(),
+            growths.mul(L::from_array(g.growth)).to_array(),
+            growths.mul(L::from_array(h.growth)).to_array(),
+        ];
+        let mut start = 0;
+        while start < frames {
+            // Stretches are counted from the ramp's end.
+            let first = (left - 1 - start as u32) / hold;
+            let to_come = (first * hold) as f32 + 0.5 * (hold - 1) as f32;
+            let to_come = L::splat(to_come);
+            let mut wa = L::from_array(a.growth).neg_mul_add(to_come, L::from_array(a.target));
+            let mut wb = L::from_array(b.growth).neg_mul_add(to_come, L::from_array(b.target));
+            let mut wc = L::from_array(c.growth).neg_mul_add(to_come, L::from_array(c.target));
+            let mut wd = L::from_array(d.growth).neg_mul_add(to_come, L::from_array(d.target));
+            let mut we = L::from_array(e.growth).neg_mul_add(to_come, L::from_array(e.target));
+            let mut wf = L::from_array(f.growth).neg_mul_add(to_come, L::from_array(f.target));
+            let mut wg = L::from_array(g.growth).neg_mul_add(to_come, L::from_array(g.target));
+            let mut wh = L::from_array(h.growth).neg_mul_add(to_come, L::from_array(h.target));
+            let mut stretch = first;
+            loop {
+                let end = frames.min((left - stretch * hold) as usize);
+                for frame in start..end {
+                    let sum = wa.mul_add(L::splat(of_a[frame]), L::from_array(bus[frame]));
+                    let sum = wb.mul_add(L::splat(of_b[frame]), sum);
+                    let sum = wc.mul_add(L::splat(of_c[frame]), sum);
+                    let sum = wd.mul_add(L::splat(of_d[frame]), sum);
+                    let sum = we.mul_add(L::splat(of_e[frame]), sum);
+                    let sum = wf.mul_add(L::splat(of_f[frame]), sum);
+                    let sum = wg.mul_add(L::splat(of_g[frame]), sum);
+                    bus[frame] = wh.mul_add(L::splat(of_h[frame]), sum).to_array();
+                }
+                start = end;
+                if start == frames || stretch == 0 || first - stretch == RUN - 1 {
+                    break;
+                }
+                stretch -= 1;
+                wa = wa.add(L::from_array(steps[0]));
+                wb = wb.add(L::from_array(steps[1]));
+                wc = wc.add(L::from_array(steps[2]));
+                wd = wd.add(L::from_array(steps[3]));
+                we = we.add(L::from_array(steps[4]));
+                wf = wf.add(L::from_array(steps[5]));
+                wg = wg.add(L::from_array(steps[6]));
+                wh = wh.add(L::from_array(steps[7]));
             }
-            start = end;
-            if start == frames || stretch == 0 || first - stretch == RUN - 1 {
-                break;
-            }
-            stretch -= 1;
-            wa = wa.add(V::of(steps[0]));
-            wb = wb.add(V::of(steps[1]));
-            wc = wc.add(V::of(steps[2]));
-            wd = wd.add(V::of(steps[3]));
-            we = we.add(V::of(steps[4]));
-            wf = wf.add(V::of(steps[5]));
-            wg = wg.add(V::of(steps[6]));
-            wh = wh.add(V::of(steps[7]));
         }
     }
 }
 
-/// Adds `Σ_tap basis[tap] · bus[now − tap]` to the first place of every frame of `out`, lane by lane, from one place of the others.
-///
-/// The bus begins a filter's length less one before the first frame.
-#[inline(always)]
-fn filter_to<V: Vector, const SPAN: usize>(
-    basis: &[[V::Memory; SPAN]],
-    bus: &[[V::Memory; SPAN]],
-    at: usize,
-    out: &mut [[V::Memory; SPAN]],
-) {
-    let taps = basis.len();
-    let mut start = 0;
-    while let Some([a, b, c, d]) = out[start..].first_chunk_mut() {
-        let zero = V::splat(0.0);
-        let (mut sum_a, mut sum_b, mut sum_c, mut sum_d) = (zero, zero, zero, zero);
-        let window = &bus[start..start + taps + 3];
-        let (mut in_a, mut in_b) = (V::of(window[0][at]), V::of(window[1][at]));
-        let mut in_c = V::of(window[2][at]);
-        for (next, tap) in window[3..].iter().zip(basis.iter().rev()) {
-            let (in_d, tap) = (V::of(next[at]), V::of(tap[at]));
-            sum_a = in_a.mul_add(tap, sum_a);
-            sum_b = in_b.mul_add(tap, sum_b);
-            sum_c = in_c.mul_add(tap, sum_c);
-            sum_d = in_d.mul_add(tap, sum_d);
-            (in_a, in_b, in_c) = (in_b, in_c, in_d);
+kernel! {
+    /// Adds `Σ_tap basis[tap] · bus[now − tap]` to every frame of `out`, lane by lane.
+    ///
+    /// The bus begins a filter's length less one before the first frame.
+    fn filter<L>(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
+        let taps = basis.len();
+        let mut start = 0;
+        while let Some([a, b, c, d]) = out[start..].first_chunk_mut() {
+            let zero = L::splat(0.0);
+            let (mut sum_a, mut sum_b, mut sum_c, mut sum_d) = (zero, zero, zero, zero);
+            let window = &bus[start..start + taps + 3];
+            let (mut in_a, mut in_b) = (L::from_array(window[0]), L::from_array(window[1]));
+            let mut in_c = L::from_array(window[2]);
+            for (next, tap) in window[3..].iter().zip(basis.iter().rev()) {
+                let (in_d, tap) = (L::from_array(*next), L::from_array(*tap));
+                sum_a = in_a.mul_add(tap, sum_a);
+                sum_b = in_b.mul_add(tap, sum_b);
+                sum_c = in_c.mul_add(tap, sum_c);
+                sum_d = in_d.mul_add(tap, sum_d);
+                (in_a, in_b, in_c) = (in_b, in_c, in_d);
+            }
+            *a = L::from_array(*a).add(sum_a).to_array();
+            *b = L::from_array(*b).add(sum_b).to_array();
+            *c = L::from_array(*c).add(sum_c).to_array();
+            *d = L::from_array(*d).add(sum_d).to_array();
+            start += 4;
         }
-        a[0] = V::of(a[0]).add(sum_a).give();
-        b[0] = V::of(b[0]).add(sum_b).give();
-        c[0] = V::of(c[0]).add(sum_c).give();
-        d[0] = V::of(d[0]).add(sum_d).give();
-        start += 4;
-    }
-    for frame in start..out.len() {
-        let mut sum = V::splat(0.0);
-        for (value, tap) in bus[frame..frame + taps].iter().zip(basis.iter().rev()) {
-            sum = V::of(value[at]).mul_add(V::of(tap[at]), sum);
+        for frame in start..out.len() {
+            let mut sum = L::splat(0.0);
+            for (value, tap) in bus[frame..frame + taps].iter().zip(basis.iter().rev()) {
+                sum = L::from_array(*value).mul_add(L::from_array(*tap), sum);
+            }
+            out[frame] = L::from_array(out[frame]).add(sum).to_array();
         }
-        out[frame][0] = V::of(out[frame][0]).add(sum).give();
     }
 }
 

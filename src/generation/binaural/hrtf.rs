@@ -277,10 +277,10 @@ kernel! {
             L::splat(shares[3]),
         ];
         for group in 0..weights.len() {
-            let sum = L::of(a[group]).mul(shares[0]);
-            let sum = L::of(b[group]).mul_add(shares[1], sum);
-            let sum = L::of(c[group]).mul_add(shares[2], sum);
-            weights[group] = L::of(d[group]).mul_add(shares[3], sum).give();
+            let sum = L::from_array(a[group]).mul(shares[0]);
+            let sum = L::from_array(b[group]).mul_add(shares[1], sum);
+            let sum = L::from_array(c[group]).mul_add(shares[2], sum);
+            weights[group] = L::from_array(d[group]).mul_add(shares[3], sum).to_array();
         }
     }
 }

@@ -31,24 +31,24 @@ kernel! {
             let [a, b, c, d] = [frames[0], frames[1], frames[2], frames[3]];
             let [e, f, g, h] = [frames[4], frames[5], frames[6], frames[7]];
             let [a, b, c, d, e, f, g, h] = L::transpose([
-                L::of(a),
-                L::of(b),
-                L::of(c),
-                L::of(d),
-                L::of(e),
-                L::of(f),
-                L::of(g),
-                L::of(h),
+                L::from_array(a),
+                L::from_array(b),
+                L::from_array(c),
+                L::from_array(d),
+                L::from_array(e),
+                L::from_array(f),
+                L::from_array(g),
+                L::from_array(h),
             ]);
             *tile = [
-                a.give(),
-                e.give(),
-                b.give(),
-                f.give(),
-                c.give(),
-                g.give(),
-                d.give(),
-                h.give(),
+                a.to_array(),
+                e.to_array(),
+                b.to_array(),
+                f.to_array(),
+                c.to_array(),
+                g.to_array(),
+                d.to_array(),
+                h.to_array(),
             ];
         }
     }

@@ -8,7 +8,7 @@
 //! by 1/f². What is read differs from a tone by less than −72 dB to 4 kHz, −56 dB to 8 kHz and −38 dB to 10 kHz, where
 //! Lagrange's fifth order, which is half as much work again, differs by −76, −41 and −31 dB.
 
-use crate::simd::{LaneSet, Lanes, Wide, kernel};
+use crate::simd::{LaneSet, Lanes, Lanes16, kernel};
 
 /// Samples needed before the one at or below the reading position.
 pub(crate) const BEHIND: usize = 2;
@@ -126,19 +126,19 @@ kernel! {
     ///
     /// At both ends of an interval the sum of its even terms is half the inner pair's sum and that of its odd ones half
     /// its difference, so that the terms in x² and x³ follow from the others.
-    fn expand<L, W>(signal: &[f32], count: usize, at: usize, intervals: &mut Intervals) {
+    fn expand<L>(signal: &[f32], count: usize, at: usize, intervals: &mut Intervals) {
         let end = (at + count.next_multiple_of(SLACK)).min(LONGEST / SLACK * SLACK);
         let [e0, e2, o1, o3] = &mut intervals.0;
         let e = e0[at..end].as_chunks_mut::<SLACK>().0.iter_mut();
         let e = e.zip(e2[at..end].as_chunks_mut::<SLACK>().0);
         let o = o1[at..end].as_chunks_mut::<SLACK>().0.iter_mut();
         let o = o.zip(o3[at..end].as_chunks_mut::<SLACK>().0);
-        let [even_a, even_b, even_c] = [W::splat(EVEN[0]), W::splat(EVEN[1]), W::splat(EVEN[2])];
-        let [odd_a, odd_b, odd_c] = [W::splat(ODD[0]), W::splat(ODD[1]), W::splat(ODD[2])];
-        let four = W::splat(4.0);
+        let [even_a, even_b, even_c] = [Lanes16::splat(EVEN[0]), Lanes16::splat(EVEN[1]), Lanes16::splat(EVEN[2])];
+        let [odd_a, odd_b, odd_c] = [Lanes16::splat(ODD[0]), Lanes16::splat(ODD[1]), Lanes16::splat(ODD[2])];
+        let four = Lanes16::splat(4.0);
         let mut place = 0;
         for ((e0, e2), (o1, o3)) in e.zip(o) {
-            let [first, second, third, fourth, fifth, sixth] = taps::<L, W>(signal, place);
+            let [first, second, third, fourth, fifth, sixth] = taps::<L>(signal, place);
             let (a, b, c) = (sixth.add(first), fifth.add(second), fourth.add(third));
             let middle = c.mul_add(even_c, b.mul_add(even_b, a.mul(even_a)));
             middle.store(e0);
@@ -154,20 +154,20 @@ kernel! {
 
 kernel! {
     /// A reading at one fraction.
-    fn rest<L, W>(signal: &[f32], at: &Reading, out: &mut [f32]) {
+    fn rest<L>(signal: &[f32], at: &Reading, out: &mut [f32]) {
         let room = (at.length - BEHIND - AHEAD) as i64;
         let whole = at.position as i64;
         let start = whole - BEHIND as i64;
         let fraction = (at.position - whole as f64) as f32;
         let base = start.clamp(0, room - at.count as i64);
         let signal = &signal[base as usize..];
-        read_steady::<L, W>(signal, fraction + (start - base) as f32, &mut out[..at.count + SLACK]);
+        read_steady::<L>(signal, fraction + (start - base) as f32, &mut out[..at.count + SLACK]);
     }
 }
 
 kernel! {
     /// A reading that moves.
-    fn glide<L, W>(intervals: &Intervals, at: &Reading, out: &mut [f32]) {
+    fn glide<L>(intervals: &Intervals, at: &Reading, out: &mut [f32]) {
         let room = (at.length - BEHIND - AHEAD) as i64;
         // Positions are positive but for rounding, where truncation and floor differ by less than one interval.
         let whole = at.position as i64;
@@ -194,7 +194,7 @@ kernel! {
                 base: base as usize,
             };
             // What a run spoils the next one writes anew.
-            read_run::<L, W>(intervals, &run, &mut out[from..to + SLACK]);
+            read_run::<L>(intervals, &run, &mut out[from..to + SLACK]);
             from = to;
         }
     }
@@ -213,40 +213,40 @@ fn floor(value: f32) -> f32 {
 
 /// Sixteen neighbours of each tap.
 #[inline(always)]
-fn taps<L: Lanes, W: Wide<L>>(signal: &[f32], place: usize) -> [W; 6] {
+fn taps<L: Lanes>(signal: &[f32], place: usize) -> [Lanes16<L>; 6] {
     const WINDOW: usize = SLACK + BEHIND + AHEAD;
     let window: &[f32; WINDOW] = signal[place..].first_chunk().unwrap_or(&[0.0; WINDOW]);
     let [from_a, from_b, from_c] = [&window[..16], &window[1..17], &window[2..18]];
     let [from_d, from_e, from_f] = [&window[3..19], &window[4..20], &window[5..21]];
     [
-        load::<L, W>(from_a),
-        load::<L, W>(from_b),
-        load::<L, W>(from_c),
-        load::<L, W>(from_d),
-        load::<L, W>(from_e),
-        load::<L, W>(from_f),
+        load::<L>(from_a),
+        load::<L>(from_b),
+        load::<L>(from_c),
+        load::<L>(from_d),
+        load::<L>(from_e),
+        load::<L>(from_f),
     ]
 }
 
 /// As many values as there are lanes; zeros if there are not as many.
 #[inline(always)]
-fn load<L: Lanes, W: Wide<L>>(values: &[f32]) -> W {
+fn load<L: Lanes>(values: &[f32]) -> Lanes16<L> {
     match values.first_chunk() {
-        Some(lanes) => W::load(lanes),
-        None => W::splat(0.0),
+        Some(lanes) => Lanes16::load(lanes),
+        None => Lanes16::splat(0.0),
     }
 }
 
 /// One fraction for all: a filter of six taps. Writes all of `out` but at most [`SLACK`] samples.
 #[inline(always)]
-fn read_steady<L: Lanes, W: Wide<L>>(signal: &[f32], fraction: f32, out: &mut [f32]) {
+fn read_steady<L: Lanes>(signal: &[f32], fraction: f32, out: &mut [f32]) {
     let [wa, wb, wc, wd, we, wf] = weights(fraction);
-    let (wa, wb, wc) = (W::splat(wa), W::splat(wb), W::splat(wc));
-    let (wd, we, wf) = (W::splat(wd), W::splat(we), W::splat(wf));
+    let (wa, wb, wc) = (Lanes16::splat(wa), Lanes16::splat(wb), Lanes16::splat(wc));
+    let (wd, we, wf) = (Lanes16::splat(wd), Lanes16::splat(we), Lanes16::splat(wf));
     let tiles = (out.len() - SLACK).div_ceil(SLACK);
     let mut place = 0;
     for out in &mut out.as_chunks_mut().0[..tiles] {
-        let [a, b, c, d, e, f] = taps::<L, W>(signal, place);
+        let [a, b, c, d, e, f] = taps::<L>(signal, place);
         let outer = f.mul_add(wf, a.mul(wa));
         let middle = e.mul_add(we, b.mul(wb));
         let inner = d.mul_add(wd, c.mul(wc));
@@ -274,9 +274,9 @@ fn at(terms: &[f32; LONGEST], place: usize, tiles: usize) -> &[[f32; SLACK]] {
 
 /// A fraction that moves. Writes all of `out` but at most [`SLACK`] samples.
 #[inline(always)]
-fn read_run<L: Lanes, W: Wide<L>>(intervals: &Intervals, run: &Run, out: &mut [f32]) {
-    let (offset, glide) = (W::splat(run.offset), W::splat(run.glide));
-    let mut number = W::numbers().add(W::splat(run.from as f32));
+fn read_run<L: Lanes>(intervals: &Intervals, run: &Run, out: &mut [f32]) {
+    let (offset, glide) = (Lanes16::splat(run.offset), Lanes16::splat(run.glide));
+    let mut number = Lanes16::<L>::indices().add(Lanes16::splat(run.from as f32));
     let tiles = (out.len() - SLACK).div_ceil(SLACK);
     let [e0, e2, o1, o3] = &intervals.0;
     let (e0, e2) = (at(e0, run.base, tiles), at(e2, run.base, tiles));
@@ -285,10 +285,10 @@ fn read_run<L: Lanes, W: Wide<L>>(intervals: &Intervals, run: &Run, out: &mut [f
     for tile in 0..tiles {
         let x = number.neg_mul_add(glide, offset);
         let square = x.mul(x);
-        let even = W::load(&e2[tile]).mul_add(square, W::load(&e0[tile]));
-        let odd = W::load(&o3[tile]).mul_add(square, W::load(&o1[tile]));
+        let even = Lanes16::load(&e2[tile]).mul_add(square, Lanes16::load(&e0[tile]));
+        let odd = Lanes16::load(&o3[tile]).mul_add(square, Lanes16::load(&o1[tile]));
         odd.mul_add(x, even).store(&mut out[tile]);
-        number = number.add(W::splat(SLACK as f32));
+        number = number.add(Lanes16::splat(SLACK as f32));
     }
 }
 

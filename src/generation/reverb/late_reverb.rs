@@ -22,7 +22,7 @@ use std::ops::Range;
 
 use crate::acoustics::BANDS;
 use crate::extrapolation::FramePaths;
-use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, kernel};
+use crate::simd::{F32x8, LANE_INDICES, LaneSet, Lanes, kernel};
 
 use crate::generation::binaural::ear_ramps::Moment;
 use crate::generation::delay::delay_line::DelayLine;
@@ -223,12 +223,12 @@ kernel! {
             let fed = if rest.len() < 8 {
                 let mut few = F32x8::ZERO;
                 few.0[..rest.len()].copy_from_slice(rest);
-                L::of(few)
+                L::from_array(few)
             } else {
                 L::load_at(rest, 0)
             };
             let fed = fed.mul(norm);
-            let grown = L::of(NUMBERS).add(L::splat(place as f32 + 1.0));
+            let grown = L::from_array(LANE_INDICES).add(L::splat(place as f32 + 1.0));
             let mut values = [L::splat(0.0); LINES];
             for line in 0..LINES {
                 let gain = grown.mul_add(L::splat(turn.growth[line]), L::splat(turn.gain[line]));

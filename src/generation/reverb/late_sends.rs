@@ -9,7 +9,7 @@
 use crate::acoustics::BANDS;
 use crate::acoustics::bands::amplitude_of_energy;
 use crate::extrapolation::{FramePaths, LATE_SEGMENTS};
-use crate::simd::{F32x8, LaneSet, NUMBERS, kernel};
+use crate::simd::{F32x8, LANE_INDICES, LaneSet, kernel};
 
 use crate::generation::binaural::ear_ramps::Moment;
 use crate::generation::delay::delay_line::{DelayLine, TILE, Tile, place_of};
@@ -256,10 +256,10 @@ kernel! {
             let growth = L::splat(gains.growth.0[band]);
             let row = input[band].get_mut(gains.place..).unwrap_or_default();
             // The chunk's first frame, at place TILE, has grown once. Whole numbers, so that steps are exact.
-            let mut grown = L::of(NUMBERS).add(L::splat(gains.place as f32 - (TILE - 1) as f32));
+            let mut grown = L::from_array(LANE_INDICES).add(L::splat(gains.place as f32 - (TILE - 1) as f32));
             for (tile, sums) in tiles.iter().zip(row.as_chunks_mut::<TILE>().0) {
                 let gain = grown.mul_add(growth, before);
-                L::of(tile[place_of(band)]).mul_add(gain, L::load(sums)).store(sums);
+                L::from_array(tile[place_of(band)]).mul_add(gain, L::load(sums)).store(sums);
                 grown = grown.add(L::splat(TILE as f32));
             }
         }

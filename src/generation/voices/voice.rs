@@ -7,7 +7,7 @@
 //! that a change of gain reaches the far ear later, and a gain ramp is a function of the source's time.
 
 use crate::acoustics::BANDS;
-use crate::simd::{F32x8, LaneSet, Lanes, NUMBERS, Wide, kernel, prefetch};
+use crate::simd::{F32x8, LANE_INDICES, LaneSet, Lanes, Lanes16, kernel, prefetch};
 
 use crate::generation::CHUNK;
 use crate::generation::binaural::ear_ramps;
@@ -263,19 +263,19 @@ struct Gains {
 
 kernel! {
     /// Mixes the bands of tiles in the proportions of their gains.
-    fn mix<L, W>(tiles: &[Tile], gains: &Gains, mixture: &mut [f32]) {
+    fn mix<L>(tiles: &[Tile], gains: &Gains, mixture: &mut [f32]) {
         let moving = gains.to_come.clamp(0, (tiles.len() * TILE) as i64) as usize;
         let (moving, resting) = tiles.split_at(moving.div_ceil(TILE));
         let (ramped, rested) = mixture.split_at_mut(moving.len() * TILE);
-        let all = beside::<L, W>(gains.gain);
+        let all = beside::<L>(gains.gain);
         if !moving.is_empty() {
-            let growths = beside::<L, W>(gains.growth);
+            let growths = beside::<L>(gains.growth);
             let mut to_come = gains.to_come as f32;
             for (tile, mixed) in moving.iter().zip(ramped.as_chunks_mut::<TILE>().0) {
-                let left = L::splat(to_come).sub(L::of(NUMBERS));
+                let left = L::splat(to_come).sub(L::from_array(LANE_INDICES));
                 // No ramp beyond its end.
                 let left = if to_come < TILE as f32 {
-                    L::of(not_negative(left.give()))
+                    L::from_array(not_negative(left.to_array()))
                 } else {
                     left
                 };
@@ -285,16 +285,16 @@ kernel! {
             }
         }
         for (tile, mixed) in resting.iter().zip(rested.as_chunks_mut::<TILE>().0) {
-            sum::<L, W>(tile, &all).store(mixed);
+            sum::<L>(tile, &all).store(mixed);
         }
     }
 }
 
 /// Every band's value in eight lanes, beside that of the band that lies beside it in a tile.
 #[inline(always)]
-fn beside<L: Lanes, W: Wide<L>>(bands: F32x8) -> [W; BANDS / 2] {
+fn beside<L: Lanes>(bands: F32x8) -> [Lanes16<L>; BANDS / 2] {
     let [a, b, c, d, e, f, g, h] = L::splat_each(bands);
-    [W::join(a, e), W::join(b, f), W::join(c, g), W::join(d, h)]
+    [Lanes16(a, e), Lanes16(b, f), Lanes16(c, g), Lanes16(d, h)]
 }
 
 fn not_negative(lanes: F32x8) -> F32x8 {
@@ -302,14 +302,14 @@ fn not_negative(lanes: F32x8) -> F32x8 {
 }
 
 #[inline(always)]
-fn sum<L: Lanes, W: Wide<L>>(tile: &Tile, gains: &[W; BANDS / 2]) -> L {
+fn sum<L: Lanes>(tile: &Tile, gains: &[Lanes16<L>; BANDS / 2]) -> L {
     let pairs = tile.as_chunks().0;
-    let mut sums = W::of(pairs[0]).mul(gains[0]);
+    let of = |pair: [F32x8; 2]| Lanes16(L::from_array(pair[0]), L::from_array(pair[1]));
+    let mut sums = of(pairs[0]).mul(gains[0]);
     for pair in 1..BANDS / 2 {
-        sums = W::of(pairs[pair]).mul_add(gains[pair], sums);
+        sums = of(pairs[pair]).mul_add(gains[pair], sums);
     }
-    let [lower, upper] = sums.halves();
-    lower.add(upper)
+    sums.0.add(sums.1)
 }
 
 #[cfg(test)]

@@ -1,23 +1,23 @@
-//! Building the tree: clean triangles, a binary tree, a wide one.
+//! Construction: valid triangles, a binary tree, a wide tree.
 //!
-//! Control side; allocates; deterministic. Should the best tree need a deeper stack than a walk has, a balanced one
-//! takes its place: worse, but halving bounds what it needs.
+//! Control side; allocates; deterministic. If the best tree needs more than the traversal stack, a balanced tree replaces it:
+//! slower, but of logarithmic depth.
 
 use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 
-use super::bounds::Bounds;
 use super::collapse::{Choice, Collapsed, collapse};
 use super::node::{Block, LEAST_EXTENT_M, MOST_TIMES_EXTENT, Node, REACH, SLACK};
 use super::split::{balanced_tree, binary_tree};
-use super::walk::STACK;
+use super::traverse::STACK;
 use super::{Bvh, InstructionSet, Nodes};
+use crate::geometry::aabb::Aabb;
 use crate::geometry::triangle::box_margin;
 
-/// Coordinates beyond do not count, so that areas stay finite in `f32` and box arithmetic does in `f32` too: 2⁴⁰.
+/// Largest coordinate of a triangle: 2⁴⁰. Areas and the arithmetic of boxes stay finite in `f32`.
 const FARTHEST: f32 = (1u64 << 40) as f32;
 
-/// Scenes no larger than this are walked without lanes, whose arithmetic underflows there: 2⁻⁴⁰.
+/// Scenes up to this size use the scalar reference, since kernels would underflow: 2⁻⁴⁰.
 const SMALLEST: f32 = 1.0 / FARTHEST;
 
 #[derive(Clone, Copy)]
@@ -48,7 +48,7 @@ pub(super) fn build(
     build_over(items, set)
 }
 
-/// Another tree over the triangles of one.
+/// Builds another tree over the triangles of a tree.
 pub(super) fn rebuild(bvh: &Bvh, set: InstructionSet) -> Bvh {
     let mut items: Vec<Item> = bvh
         .triangles()
@@ -74,24 +74,13 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         });
     let margin = box_margin(extent);
     let reached = extent.max(LEAST_EXTENT_M.min(extent * MOST_TIMES_EXTENT));
-    let boxes: Vec<Bounds> = items
+    let boxes: Vec<Aabb> = items
         .iter()
-        .map(|item| {
-            // As `PreparedRay::confirm` has it, to the bit.
-            let [a, b, c] = item.corners;
-            Bounds {
-                min: a.min(b).min(c) - margin,
-                max: a.max(b).max(c) + margin,
-            }
-        })
+        // The boxes of the intersection test, to the bit.
+        .map(|item| Aabb::of_triangle(item.corners, margin))
         .collect();
     let tree = binary_tree(&boxes);
     let (nodes, leaves) = match set {
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Sse2 => {
-            let (nodes, leaves) = wide::<4>(&tree, &boxes, reached * SLACK);
-            (Nodes::Sse2(nodes), leaves)
-        }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 if let Some(avx2) = crate::simd::x86::Avx2::detect() => {
             let (nodes, leaves) = wide::<8>(&tree, &boxes, reached * SLACK);
@@ -101,13 +90,13 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         InstructionSet::Neon => {
             let (mut nodes, leaves) = wide::<4>(&tree, &boxes, reached * SLACK);
             for link in nodes.iter_mut().flat_map(|node| &mut node.links) {
-                *link = crate::simd::neon::summand(*link);
+                *link = crate::geometry::intersect::neon::encode_link(*link);
             }
             (Nodes::Neon(nodes), leaves)
         }
         _ => {
             let (nodes, leaves) = wide::<4>(&tree, &boxes, reached * SLACK);
-            (Nodes::Portable(nodes), leaves)
+            (Nodes::Scalar(nodes), leaves)
         }
     };
     let block = |leaf: &Vec<u32>| {
@@ -131,11 +120,7 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
     }
 }
 
-fn wide<const W: usize>(
-    tree: &Bvh2,
-    boxes: &[Bounds],
-    slack: f32,
-) -> (Vec<Node<W>>, Vec<Vec<u32>>) {
+fn wide<const W: usize>(tree: &Bvh2, boxes: &[Aabb], slack: f32) -> (Vec<Node<W>>, Vec<Vec<u32>>) {
     let mut wide: Collapsed<W> = collapse(tree, Choice::Cheapest, slack);
     if wide.stack > STACK {
         wide = collapse(&balanced_tree(boxes), Choice::Shallowest, slack);

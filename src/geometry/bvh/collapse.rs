@@ -1,47 +1,47 @@
-//! From a binary tree to a wide one, at the least expected cost of a ray.
+//! Collapse of a binary tree into a wide one of minimal expected cost per ray.
 //!
-//! Control side; deterministic. Source: \[YLITIE17\], adapted: dynamic programming over the surface area heuristic in
-//! `f64`, a leaf is one block of four triangles.
+//! Control side; deterministic. Source: \[YLITIE17\], adapted: dynamic programming over the surface area heuristic in `f64`;
+//! a leaf is one block of four triangles.
 
 use obvhs::bvh2::Bvh2;
 
-use super::bounds::Bounds;
 use super::node::Node;
+use crate::geometry::aabb::Aabb;
 
-/// Triangles in a leaf at most: the lanes of a block.
+/// Largest number of triangles in a leaf: the lanes of a block.
 pub(super) const LEAF_TRIANGLES: u32 = 4;
 
-/// Cost of one block of triangles, in visits of a node. Instructions a ray in the hall change by less than 1 % from 1
-/// to 2.5.
+/// Cost of a block of triangles relative to a visit of a node. From 1 to 2.5, instructions per ray in the hall change by
+/// less than 1 %.
 const BLOCK_COST: f64 = 1.0;
 
-/// Marks a link to a leaf until all nodes are counted.
+/// Marks a link to a leaf while nodes are still being added.
 const LEAF: u32 = 1 << 31;
 
-/// A wide tree: nodes depth first, leaves as lists of triangles.
+/// A wide tree: nodes in depth-first order, leaves as lists of triangles.
 pub(super) struct Collapsed<const W: usize> {
     pub(super) nodes: Vec<Node<W>>,
     pub(super) leaves: Vec<Vec<u32>>,
-    /// Children that a walk of this tree may have to remember at once.
+    /// Stack entries that a traversal may need.
     pub(super) stack: usize,
 }
 
-/// How a wide tree is chosen from a binary one.
+/// The aim of a collapse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Choice {
-    /// Least expected cost.
+    /// Minimal expected cost.
     Cheapest,
-    /// As many levels of the binary tree as a node can take, so that halving bounds the depth.
+    /// As many levels of the binary tree per node as possible: minimal depth.
     Shallowest,
 }
 
-/// What a subtree costs as at most 1, 2, … `W` children of one node, and how.
+/// Costs of a subtree as at most 1, 2, … `W` children of one node, and the decisions that reach them.
 #[derive(Clone, Copy)]
 struct Choices<const W: usize> {
     cost: [f64; W],
-    /// Children that go to the left side; 0 where fewer children are as good. Of one child: 0 for a leaf, 1 for a node.
+    /// Children of the left side; 0 where fewer children cost no more. For one child: 0 for a leaf, 1 for a node.
     left: [u8; W],
-    /// As [`Self::left`] for the children of the subtree's own node.
+    /// [`Self::left`] for the children of the subtree's own node.
     own_left: u8,
     count: u32,
 }
@@ -53,17 +53,17 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice, slack: f32) 
         leaves: Vec::new(),
         stack: 0,
     };
-    // The root is always a node, so that a walk has somewhere to begin.
+    // The root is always a node.
     let mut open = vec![(0usize, 0usize, 0usize)];
     let mut children = Vec::with_capacity(W);
     while let Some((from, to, above)) = open.pop() {
         children.clear();
         children_of(tree, &choices, from, &mut children);
-        // A walk for any hit goes to the first lane first: the small ones are dense, a hit in them is likely.
+        // Traversal for any hit visits the first lane first: small boxes are dense, a hit in them is likely.
         children.sort_by(|&a, &b| half_area(tree, a).total_cmp(&half_area(tree, b)));
-        let remembered = above + children.len() - 1;
-        // A walk for any hit writes a node down at every node.
-        wide.stack = wide.stack.max(remembered.max(above + 1));
+        let pending = above + children.len() - 1;
+        // Traversal for any hit pushes an entry at every node.
+        wide.stack = wide.stack.max(pending.max(above + 1));
         for (lane, &child) in children.iter().enumerate() {
             let bounds = bounds_of(tree, child);
             let link = if choices[child].left[0] == 0 {
@@ -71,7 +71,7 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice, slack: f32) 
                 LEAF | (wide.leaves.len() - 1) as u32
             } else {
                 wide.nodes.push(Node::EMPTY);
-                open.push((child, wide.nodes.len() - 1, remembered));
+                open.push((child, wide.nodes.len() - 1, pending));
                 (wide.nodes.len() - 1) as u32
             };
             wide.nodes[to].set(lane, &bounds, slack, link);
@@ -86,9 +86,9 @@ pub(super) fn collapse<const W: usize>(tree: &Bvh2, choice: Choice, slack: f32) 
     wide
 }
 
-fn bounds_of(tree: &Bvh2, node: usize) -> Bounds {
+fn bounds_of(tree: &Bvh2, node: usize) -> Aabb {
     let aabb = tree.nodes[node].aabb();
-    Bounds {
+    Aabb {
         min: aabb.min.into(),
         max: aabb.max.into(),
     }
@@ -98,7 +98,7 @@ fn half_area(tree: &Bvh2, node: usize) -> f64 {
     bounds_of(tree, node).half_area()
 }
 
-/// The cheapest choice at every node, from the leaves up.
+/// The choices of every node, from the leaves up.
 fn choose<const W: usize>(tree: &Bvh2, choice: Choice) -> Vec<Choices<W>> {
     let mut order = Vec::with_capacity(tree.nodes.len());
     let mut open = vec![0usize];
@@ -138,7 +138,7 @@ fn choose<const W: usize>(tree: &Bvh2, choice: Choice) -> Vec<Choices<W>> {
 }
 
 fn inner<const W: usize>(area: f64, left: &Choices<W>, right: &Choices<W>) -> Choices<W> {
-    // Cheapest way to spend exactly or at most `n` children on two sides, at least one each.
+    // Cheapest division of `n` children between two sides, at least one each.
     let spread = |n: usize| {
         let mut best = (f64::INFINITY, 0u8);
         for to_left in 1..n {
@@ -176,7 +176,7 @@ fn inner<const W: usize>(area: f64, left: &Choices<W>, right: &Choices<W>) -> Ch
     choice
 }
 
-/// Two sides of equal width, down to what fits a leaf.
+/// Equal division between two sides, down to the size of a leaf.
 fn by_levels<const W: usize>(left: &Choices<W>, right: &Choices<W>) -> Choices<W> {
     let count = left.count + right.count;
     let half = |n: usize| match n {
@@ -214,7 +214,7 @@ fn children_of<const W: usize>(
     let mut open = vec![(first + 1, W - to_left), (first, to_left)];
     while let Some((index, budget)) = open.pop() {
         let choice = &choices[index];
-        // A place whose choice is 0 left to fewer children.
+        // A choice of 0 means fewer children.
         let spent = (2..=budget).rev().find(|&n| choice.left[n - 1] > 0);
         match spent {
             Some(n) => {

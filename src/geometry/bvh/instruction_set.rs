@@ -1,38 +1,30 @@
-//! What a tree is walked with.
+//! [`InstructionSet`]: the traversal kernels of a tree.
 
-/// Lanes of a walk. Answers are the same with all of them.
+/// Traversal kernels of a tree. All give the same answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstructionSet {
-    /// No lanes: the specification, everywhere.
+    /// The scalar reference, on every machine.
     Scalar,
-    /// Four lanes, every x86-64.
-    Sse2,
-    /// Eight lanes for boxes, four for triangles; x86-64 with AVX2 and FMA.
+    /// x86-64 with AVX2 and FMA: eight boxes, four triangles.
     Avx2,
-    /// Four lanes, every aarch64.
+    /// Every aarch64: four boxes, four triangles.
     Neon,
 }
 
 impl InstructionSet {
-    /// All there are, the best last.
-    pub const ALL: [Self; 4] = [Self::Scalar, Self::Sse2, Self::Avx2, Self::Neon];
+    /// All instruction sets, the fastest last.
+    pub const ALL: [Self; 3] = [Self::Scalar, Self::Avx2, Self::Neon];
 
-    /// The best this machine has.
+    /// The fastest of this machine.
     pub fn best() -> Self {
-        let mut best = Self::Scalar;
-        for set in Self::ALL {
-            if set.is_available() {
-                best = set;
-            }
-        }
-        best
+        let available = Self::ALL.into_iter().filter(|set| set.is_available());
+        available.last().unwrap_or(Self::Scalar)
     }
 
     /// Whether this machine has it.
     pub fn is_available(self) -> bool {
         match self {
             Self::Scalar => true,
-            Self::Sse2 => cfg!(target_arch = "x86_64"),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => crate::simd::x86::Avx2::detect().is_some(),
             #[cfg(not(target_arch = "x86_64"))]
@@ -41,17 +33,16 @@ impl InstructionSet {
         }
     }
 
-    /// Its name in small letters.
+    /// Its name in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scalar => "scalar",
-            Self::Sse2 => "sse2",
             Self::Avx2 => "avx2",
             Self::Neon => "neon",
         }
     }
 
-    /// The one of a name.
+    /// The instruction set of a name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|set| set.name() == name)
     }

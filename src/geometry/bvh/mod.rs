@@ -1,79 +1,88 @@
 //! Bounding volume hierarchy over triangles: closest hit and any hit.
 //!
-//! The one interface between rays and the rest. Built on the control side; queries may come from any thread at once,
-//! neither allocate nor block, and take as long as the tree is deep. Whatever tree and instruction set stands behind
-//! it, the answers are those of [`super::triangle`] on every triangle, to the bit.
+//! Built on the control side. Queries may come from any thread at once and neither allocate nor block. The answers are
+//! those of [`super::triangle`] for every triangle, to the bit, whatever the tree and the instruction set.
 
-#[cfg(target_arch = "aarch64")]
-mod aarch64;
-mod bounds;
 mod build;
 mod collapse;
 mod instruction_set;
-mod node;
-mod portable;
-#[cfg(feature = "testing")]
-pub mod record;
+pub(super) mod node;
+mod observer;
 mod split;
-mod walk;
+mod traverse;
+#[cfg(target_arch = "aarch64")]
+mod traverse_neon;
+mod traverse_scalar;
 #[cfg(target_arch = "x86_64")]
-mod x86_64;
+mod traverse_x86;
 
 use glam::Vec3;
 
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use super::intersect::RawRay;
+use super::intersect::RayRange;
 use super::ray::{Hit, Ray};
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use super::triangle::raw;
-use crate::simd::tracing::Near;
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-use crate::simd::tracing::RawRay;
 use node::{Block, NO_TRIANGLE, Node};
+use traverse::PackedHit;
 
 pub use instruction_set::InstructionSet;
+pub use observer::RayObserver;
 
-/// Group that no triangle has: fills the places of an ignore list that are not needed.
+/// The group of no triangle: fills unused elements of an ignore list.
 pub const NO_GROUP: u32 = u32::MAX;
 
-/// A tree over triangles. Immutable; queries take `&self` and neither allocate nor block.
+/// A bounding volume hierarchy over triangles. Immutable; queries neither allocate nor block.
+///
+/// ```
+/// use foresound::geometry::bvh::NO_GROUP;
+/// use foresound::geometry::{Bvh, Ray};
+/// use glam::Vec3;
+///
+/// let vertices = [Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y];
+/// let tree = Bvh::build(&vertices, &[[0, 1, 2]], &[7]);
+/// let ray = Ray::new(Vec3::new(0.5, 0.5, 3.0), Vec3::NEG_Z);
+/// let hit = tree.closest_hit(&ray, [NO_GROUP; 2]).expect("above the triangle");
+/// assert_eq!((hit.t, hit.triangle, hit.group), (3.0, 0, 7));
+/// assert!(!tree.any_hit(&ray, [7, NO_GROUP]));
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct Bvh {
     nodes: Nodes,
     blocks: Vec<Block>,
     triangle_count: usize,
     margin: f32,
-    /// How far out a ray may start and still be walked in lanes. No neighbour of the margin's in memory: the compiler would
-    /// make one value of both, and take it apart, for every ray.
+    /// Largest coordinate of an origin that the kernels accept. `f64` keeps it apart from the margin: the compiler would
+    /// load both `f32` as one value and split it for every ray.
     reach: f64,
 }
 
-/// Nodes as wide as the instruction set's lanes, and the proof that the machine has it.
+/// The nodes, as wide as the kernels, and the proof that the machine has their instruction set.
 #[derive(Debug, Clone)]
 enum Nodes {
-    Portable(Vec<Node<4>>),
-    #[cfg(target_arch = "x86_64")]
-    Sse2(Vec<Node<4>>),
+    Scalar(Vec<Node<4>>),
     #[cfg(target_arch = "x86_64")]
     Avx2(Vec<Node<8>>, crate::simd::x86::Avx2),
     #[cfg(target_arch = "aarch64")]
     Neon(Vec<Node<4>>),
-    /// Another tree, which is asked in this one's place.
-    #[cfg(feature = "testing")]
-    Recorded(Box<record::Recorder>),
+    /// Another tree, with an observer of its rays.
+    Observed(Box<observer::ObservedTree>),
 }
 
 impl Default for Nodes {
     fn default() -> Self {
-        Self::Portable(Vec::new())
+        Self::Scalar(Vec::new())
     }
 }
 
-/// One ray's question to a tree.
+/// The arguments of a query.
 struct Query<'a> {
     ray: &'a Ray,
     ignored: [u32; 2],
     blocks: &'a [Block],
     margin: f32,
-    near: Near,
+    range: RayRange,
 }
 
 impl Query<'_> {
@@ -82,7 +91,7 @@ impl Query<'_> {
         group != self.ignored[0] && group != self.ignored[1]
     }
 
-    /// The ray for lanes, unless its interval is empty.
+    /// The ray for kernels; none if its interval is empty.
     #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     #[inline(always)]
     fn raw(&self) -> Option<RawRay<'_>> {
@@ -92,70 +101,66 @@ impl Query<'_> {
 }
 
 impl Bvh {
-    /// Builds a tree over finite triangles, for the machine's best instruction set. `groups` has one number a triangle,
-    /// which queries can ignore.
+    /// Builds a tree for the machine's fastest instruction set. `groups` has one group per triangle, which queries can
+    /// ignore.
     ///
-    /// Control side; allocates. Triangles with corners that are not finite or beyond 2⁴⁰ are left out, since nothing
-    /// can hit them.
+    /// Control side; allocates. Triangles with coordinates that are not finite or above 2⁴⁰ are left out: no ray hits them.
     ///
     /// # Panics
-    /// If a triangle names a vertex beyond `vertices`.
+    /// If a triangle has an index beyond `vertices`.
     pub fn build(vertices: &[Vec3], triangles: &[[u32; 3]], groups: &[u32]) -> Self {
         build::build(vertices, triangles, groups, InstructionSet::best())
     }
 
-    /// The same triangles for an instruction set of one's choice; nothing if the machine does not have it.
-    ///
-    /// For tests and measurements: answers are the same.
+    /// A tree over the same triangles for a given instruction set; none if the machine does not have it. The answers are
+    /// the same: for tests and measurements. Control side; allocates.
     pub fn rebuilt_for(&self, instruction_set: InstructionSet) -> Option<Self> {
         instruction_set
             .is_available()
             .then(|| build::rebuild(self, instruction_set))
     }
 
-    /// The first triangle a ray meets. Of two at the same parameter the one with the lower index counts, so that the
-    /// answer does not depend on the tree.
+    /// The closest hit; of equal parameters the triangle with the lowest index.
     ///
-    /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray that starts on a plane
-    /// names the plane's group and needs no offset. A ray without direction or with numbers that are none meets nothing.
+    /// Triangles of the two `ignored` groups do not count ([`NO_GROUP`] ignores none): a ray from a plane ignores the
+    /// plane's group and needs no offset. A ray without direction or with a NaN hits nothing.
     #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
-        let nearest = match &self.nodes {
-            Nodes::Portable(nodes) => {
-                portable::closest(nodes, &self.query(ray, ignored), |link| link)
+        self.closest(ray, ignored).hit()
+    }
+
+    #[inline(always)]
+    fn closest(&self, ray: &Ray, ignored: [u32; 2]) -> PackedHit {
+        match &self.nodes {
+            Nodes::Scalar(nodes) => {
+                traverse_scalar::closest(nodes, &self.query(ray, ignored), |link| link)
             }
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => x86_64::closest_sse2(nodes, self, ray, ignored),
-            #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) => x86_64::closest_avx2(*avx2, nodes, self, ray, ignored),
+            Nodes::Avx2(nodes, avx2) => traverse_x86::closest(*avx2, nodes, self, ray, ignored),
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) => aarch64::closest(nodes, self, ray, ignored),
-            #[cfg(feature = "testing")]
-            Nodes::Recorded(recorder) => recorder.closest_hit(ray, ignored),
-        };
-        nearest.hit()
+            Nodes::Neon(nodes) => traverse_neon::closest(nodes, self, ray, ignored),
+            Nodes::Observed(observed) => observed.closest(ray, ignored),
+        }
     }
 
-    /// Whether any triangle outside two groups lies on a ray; otherwise as [`Self::closest_hit`].
+    /// Whether a ray hits any triangle; otherwise as [`Self::closest_hit`].
     #[inline]
     pub fn any_hit(&self, ray: &Ray, ignored: [u32; 2]) -> bool {
-        self.blocker(ray, ignored).is_some()
+        self.occluder(ray, ignored).is_some()
     }
 
-    /// A triangle outside two groups that lies on a ray; if several do, which one depends on the tree. Otherwise as
-    /// [`Self::closest_hit`], and cheaper.
+    /// A triangle that a ray hits; of several, the tree determines which. Otherwise as [`Self::closest_hit`], and cheaper.
     #[inline(always)]
-    pub fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
+    pub fn occluder(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
         match &self.nodes {
-            Nodes::Portable(nodes) => portable::any(nodes, &self.query(ray, ignored), |link| link),
+            Nodes::Scalar(nodes) => {
+                traverse_scalar::any(nodes, &self.query(ray, ignored), |link| link)
+            }
             #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => x86_64::any_sse2(nodes, self, ray, ignored),
-            #[cfg(target_arch = "x86_64")]
-            Nodes::Avx2(nodes, avx2) => x86_64::any_avx2(*avx2, nodes, self, ray, ignored),
+            Nodes::Avx2(nodes, avx2) => traverse_x86::any(*avx2, nodes, self, ray, ignored),
             #[cfg(target_arch = "aarch64")]
-            Nodes::Neon(nodes) => aarch64::any(nodes, self, ray, ignored),
-            #[cfg(feature = "testing")]
-            Nodes::Recorded(recorder) => recorder.blocker(ray, ignored),
+            Nodes::Neon(nodes) => traverse_neon::any(nodes, self, ray, ignored),
+            Nodes::Observed(observed) => observed.occluder(ray, ignored),
         }
     }
 
@@ -166,7 +171,7 @@ impl Bvh {
             ignored,
             blocks: &self.blocks,
             margin: self.margin,
-            near: Near {
+            range: RayRange {
                 reach: self.reach as f32,
             },
         }
@@ -177,7 +182,7 @@ impl Bvh {
         self.triangle_count
     }
 
-    /// Corners, number and group of every triangle, in the tree's order.
+    /// Corners, index and group of every triangle, in the order of the tree.
     pub fn triangles(&self) -> impl Iterator<Item = ([Vec3; 3], u32, u32)> + '_ {
         self.blocks.iter().flat_map(|block| {
             (0..4)
@@ -189,38 +194,32 @@ impl Bvh {
         })
     }
 
-    /// How far boxes stand off triangles, in metres ([`super::triangle::box_margin`]).
+    /// Margin of the boxes around triangles, in metres ([`super::triangle::box_margin`]).
     pub fn margin_m(&self) -> f32 {
         self.margin
     }
 
-    /// What the tree is walked with.
+    /// The instruction set of its traversal.
     pub fn instruction_set(&self) -> InstructionSet {
         match &self.nodes {
-            Nodes::Portable(_) => InstructionSet::Scalar,
-            #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(_) => InstructionSet::Sse2,
+            Nodes::Scalar(_) => InstructionSet::Scalar,
             #[cfg(target_arch = "x86_64")]
             Nodes::Avx2(..) => InstructionSet::Avx2,
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(_) => InstructionSet::Neon,
-            #[cfg(feature = "testing")]
-            Nodes::Recorded(recorder) => recorder.tree().instruction_set(),
+            Nodes::Observed(observed) => observed.tree().instruction_set(),
         }
     }
 
-    /// Memory that the tree occupies, in bytes.
+    /// Memory of the tree, in bytes.
     pub fn memory_bytes(&self) -> usize {
         let nodes = match &self.nodes {
-            Nodes::Portable(nodes) => size_of_val(nodes.as_slice()),
-            #[cfg(target_arch = "x86_64")]
-            Nodes::Sse2(nodes) => size_of_val(nodes.as_slice()),
+            Nodes::Scalar(nodes) => size_of_val(nodes.as_slice()),
             #[cfg(target_arch = "x86_64")]
             Nodes::Avx2(nodes, _) => size_of_val(nodes.as_slice()),
             #[cfg(target_arch = "aarch64")]
             Nodes::Neon(nodes) => size_of_val(nodes.as_slice()),
-            #[cfg(feature = "testing")]
-            Nodes::Recorded(recorder) => return recorder.tree().memory_bytes(),
+            Nodes::Observed(observed) => return observed.tree().memory_bytes(),
         };
         nodes + size_of_val(self.blocks.as_slice())
     }

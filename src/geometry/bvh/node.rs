@@ -1,45 +1,46 @@
-//! Nodes of `W` children and blocks of four triangles, laid out for lanes.
+//! Memory layout: nodes of `W` children, blocks of four triangles.
 
 use glam::Vec3;
 
-use super::bounds::Bounds;
-use crate::simd::tracing::{Corners, Planes};
+use crate::geometry::aabb::Aabb;
+use crate::geometry::intersect::{Corners, Planes};
 
-/// A triangle number that is none: fills a block's unused lanes.
+/// Triangle index of unused lanes.
 pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 
-/// What nodes' boxes stand off what they hold, as a share of the scene's largest coordinate E: 2⁻¹⁷, or 128 ε of half
-/// units in the last place.
+/// Margin of the boxes of nodes around their contents, as a fraction of the scene's largest coordinate E: 2⁻¹⁷ = 128 ε, ε
+/// half a unit in the last place.
 ///
-/// The specification of boxes crosses a plane p at (p − o) / d to within 13 ε of it. Lanes on x86-64 multiply before they
-/// subtract, which adds ε (|p| + |o| + |p − o|) / |d|: with |p| <= E and |o| <= 4 E ([`REACH`]) no more than
-/// (13 · 5 + 1 + 4 + 5) ε E / |d| in all. NEON's measure along the longest
-/// axis, where that is r times as much, r = |longest d / d| >= 1: off by 2 ε r |p − o| from the scale, ε (2 r |o| + |o'|) from
-/// the offset, o' the start along the longest axis, ε r |p| from the product where it is not fused, and
-/// ε (|o'| + r |p − o|) from the sum. With |p| <= E and |o| <= 4 E ([`REACH`]) all are no more than
-/// (13 · 5 + 10 + 12 + 1 + 9) ε E r. What is left of the 128, 31 ε E, is more than a limit or the distance of an entry may be
-/// off by, 2 ε of at most 5 E and ε of at most 9 E. So no box is missed that the specification enters.
+/// The scalar reference crosses a plane p at (p − o) / d with an error of 13 ε of that. AVX2 multiplies before it subtracts,
+/// which adds ε (|p| + |o| + |p − o|) / |d|: with |p| <= E and |o| <= 4 E ([`REACH`]) at most (13 · 5 + 1 + 4 + 5) ε E / |d|
+/// in all. NEON measures along the longest axis, where errors are r = |longest d / d| >= 1 times larger: 2 ε r |p − o| from
+/// the scale, ε (2 r |o| + |o'|) from the offset, o' the origin on the longest axis, and ε (|o'| + r |p − o|) from the sum.
+/// With the same bounds all are at most (13 · 5 + 10 + 12 + 1 + 9) ε E r. The rest of the 128, 31 ε E, exceeds the errors of
+/// the limit, 2 ε of at most 5 E, and of the entry distance, ε of at most 9 E. So kernels enter every box that the reference
+/// enters.
 pub(super) const SLACK: f32 = 1.0 / (1u32 << 17) as f32;
 
-/// How far out rays may start for [`SLACK`], in largest coordinates.
+/// Largest coordinate of an origin for which [`SLACK`] suffices, in units of the scene's largest coordinate.
 pub(super) const REACH: f32 = 4.0;
 
-/// Largest coordinate in metres that a smaller scene's slack and reach are made for, if that is at most so many times its own:
-/// a part that moves is asked by rays from far outside of it. Slack for a larger coordinate is slack enough.
+/// Slack and reach are computed for a coordinate of at least this, in metres, but at most [`MOST_TIMES_EXTENT`] times the
+/// scene's own: rays start far outside of a small moving part. Slack for a larger coordinate suffices for a smaller one.
 pub(super) const LEAST_EXTENT_M: f32 = 32.0;
+/// See [`LEAST_EXTENT_M`].
 pub(super) const MOST_TIMES_EXTENT: f32 = 64.0;
 
-/// Up to `W` children. Unused lanes have boxes that nothing enters.
+/// A node of at most `W` children. Unused lanes have empty boxes.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(super) struct Node<const W: usize> {
-    pub(super) planes: Planes<W>,
-    /// Numbers of nodes; beyond the last node those of blocks begin. An instruction set may write them in a way of its own.
-    pub(super) links: [u32; W],
+pub(in crate::geometry) struct Node<const W: usize> {
+    pub(in crate::geometry) planes: Planes<W>,
+    /// Links to children. In a [`Bvh`](super::Bvh): indices of nodes, followed by those of blocks; an instruction set may
+    /// encode them.
+    pub(in crate::geometry) links: [u32; W],
 }
 
 impl<const W: usize> Node<W> {
-    pub(super) const EMPTY: Self = Self {
+    pub(in crate::geometry) const EMPTY: Self = Self {
         planes: [
             [f32::INFINITY; W],
             [f32::NEG_INFINITY; W],
@@ -51,7 +52,8 @@ impl<const W: usize> Node<W> {
         links: [0; W],
     };
 
-    pub(super) fn set(&mut self, lane: usize, bounds: &Bounds, slack: f32, link: u32) {
+    /// Sets a child; its box is `slack` larger on every side.
+    pub(in crate::geometry) fn set(&mut self, lane: usize, bounds: &Aabb, slack: f32, link: u32) {
         for axis in 0..3 {
             self.planes[2 * axis][lane] = bounds.min[axis] - slack;
             self.planes[2 * axis + 1][lane] = bounds.max[axis] + slack;
@@ -60,7 +62,7 @@ impl<const W: usize> Node<W> {
     }
 }
 
-/// Up to four triangles. Unused lanes have corners that are no numbers, which nothing meets.
+/// A block of at most four triangles. The corners of unused lanes are NaN, which no ray hits.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Block {
@@ -86,7 +88,7 @@ impl Block {
         self.groups[lane] = group;
     }
 
-    /// Corners of the triangle in a lane.
+    /// Corners of the triangle of a lane.
     #[inline(always)]
     pub(super) fn corners_of(&self, lane: usize) -> [Vec3; 3] {
         let [a, b, c] = &self.corners;

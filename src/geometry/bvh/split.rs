@@ -1,36 +1,35 @@
 //! The binary tree: binned splits by the surface area heuristic, then reinsertion.
 //!
-//! Control side; deterministic. Splits: \[WALD07\], adapted: down to one triangle a leaf, since the collapse that follows
-//! decides what a leaf is. Reinsertion: obvhs's, after \[MEISTER22\].
+//! Control side; deterministic. Splits: \[WALD07\], adapted: down to one triangle per leaf, since the collapse forms the
+//! leaves. Reinsertion: that of obvhs, after \[MEISTER22\].
 
 use std::collections::VecDeque;
 
-use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 
-use super::bounds::Bounds;
+use crate::geometry::aabb::Aabb;
 
-/// Bins an axis.
+/// Bins per axis.
 const BINS: usize = 32;
 
-/// obvhs's reinsertion keeps a stack of at least this many entries, and needs one more than the tree is deep.
+/// Smallest stack of the reinsertion of obvhs, which needs one entry more than the tree has levels.
 const REINSERTION_STACK: usize = 190;
 
-/// Passes of reinsertion: pass `n` looks at the largest 1 / (2 n + 1) of all nodes (obvhs's own sequence).
+/// Passes of reinsertion: pass `n` treats the largest 1 / (2 n + 1) of all nodes (the sequence of obvhs).
 const REINSERTION_PASSES: u16 = 16;
 
-/// Reinsertion looks for a better place for each node among those that its box meets. Where boxes pile up those are nearly
-/// all, and its work is the square of their count (measured: 3.5 ns a meeting, so 12 s for sixty thousand triangles that
-/// share a corner). Beyond so many meetings the tree stays as it was split; two million triangles of a scene like the
-/// procedural ones, whose boxes meet two dozen others, have a quarter of that.
-const MOST_MEETINGS: f64 = 4e8;
+/// Largest estimated number of overlapping pairs of boxes for reinsertion; beyond it the tree stays as it was split.
+/// Reinsertion visits for each node the nodes that its box overlaps. Where most overlap, the work is quadratic (measured:
+/// 3.5 ns per pair, 12 s for sixty thousand triangles with a common corner). Two million triangles of a scene like the
+/// procedural ones, where a box overlaps two dozen others, have a quarter of this.
+const MOST_OVERLAPS: f64 = 4e8;
 
-/// A binary tree over boxes, one a leaf, every leaf's `first_index` the number of its box. At least one box.
-pub(super) fn binary_tree(boxes: &[Bounds]) -> Bvh2 {
+/// A binary tree over at least one box, one per leaf; `first_index` of a leaf is the index of its box.
+pub(super) fn binary_tree(boxes: &[Aabb]) -> Bvh2 {
     let mut tree = split(boxes);
-    if meetings(&tree) > MOST_MEETINGS {
+    if overlaps(&tree) > MOST_OVERLAPS {
         return tree;
     }
     for pass in 0..REINSERTION_PASSES {
@@ -43,8 +42,8 @@ pub(super) fn binary_tree(boxes: &[Bounds]) -> Bvh2 {
     tree
 }
 
-/// Halves at the median instead: worse, but never deeper than the logarithm of the count.
-pub(super) fn balanced_tree(boxes: &[Bounds]) -> Bvh2 {
+/// A tree split at medians: slower to traverse, of logarithmic depth.
+pub(super) fn balanced_tree(boxes: &[Aabb]) -> Bvh2 {
     grow(boxes, |boxes, items| {
         let axis = centres(boxes, items).size().max_position();
         let middle = items.len() / 2;
@@ -56,22 +55,22 @@ pub(super) fn balanced_tree(boxes: &[Bounds]) -> Bvh2 {
     })
 }
 
-fn split(boxes: &[Bounds]) -> Bvh2 {
+fn split(boxes: &[Aabb]) -> Bvh2 {
     grow(boxes, |boxes, items| {
         best_split(boxes, items).unwrap_or(items.len() / 2)
     })
 }
 
-/// Grows a tree breadth first, so that large nodes come first, as reinsertion likes them. `cut` orders the items of a
-/// node and says how many go left, at least one and not all.
-fn grow(boxes: &[Bounds], cut: impl Fn(&[Bounds], &mut [u32]) -> usize) -> Bvh2 {
+/// Grows a tree breadth first: large nodes come first, which improves reinsertion. `cut` orders the items of a node and
+/// returns the number on the left, at least one and not all.
+fn grow(boxes: &[Aabb], cut: impl Fn(&[Aabb], &mut [u32]) -> usize) -> Bvh2 {
     let mut items: Vec<u32> = (0..boxes.len() as u32).collect();
     let mut nodes = Vec::with_capacity(2 * boxes.len());
     nodes.push(Bvh2Node::default());
     let mut open = VecDeque::from([(0usize, 0..items.len())]);
     while let Some((node, range)) = open.pop_front() {
         let bounds = bounds_of(boxes, &items[range.clone()]);
-        let aabb = Aabb::new(bounds.min.into(), bounds.max.into());
+        let aabb = obvhs::aabb::Aabb::new(bounds.min.into(), bounds.max.into());
         if range.len() == 1 {
             nodes[node] = Bvh2Node::new(aabb, 1, items[range.start]);
             continue;
@@ -91,31 +90,31 @@ fn grow(boxes: &[Bounds], cut: impl Fn(&[Bounds], &mut [u32]) -> usize) -> Bvh2 
     }
 }
 
-fn bounds_of(boxes: &[Bounds], items: &[u32]) -> Bounds {
+fn bounds_of(boxes: &[Aabb], items: &[u32]) -> Aabb {
     items
         .iter()
-        .fold(Bounds::EMPTY, |sum, &i| sum.union(&boxes[i as usize]))
+        .fold(Aabb::EMPTY, |sum, &i| sum.union(&boxes[i as usize]))
 }
 
-fn centres(boxes: &[Bounds], items: &[u32]) -> Bounds {
-    items.iter().fold(Bounds::EMPTY, |sum, &i| {
+fn centres(boxes: &[Aabb], items: &[u32]) -> Aabb {
+    items.iter().fold(Aabb::EMPTY, |sum, &i| {
         sum.with_point(boxes[i as usize].centre())
     })
 }
 
 #[derive(Clone, Copy)]
 struct Bin {
-    bounds: Bounds,
+    bounds: Aabb,
     count: usize,
 }
 
 const EMPTY_BIN: Bin = Bin {
-    bounds: Bounds::EMPTY,
+    bounds: Aabb::EMPTY,
     count: 0,
 };
 
-/// Splits where area times count is least; nothing if all centres are one.
-fn best_split(boxes: &[Bounds], items: &mut [u32]) -> Option<usize> {
+/// Splits where area times count is minimal; none if all centres are equal.
+fn best_split(boxes: &[Aabb], items: &mut [u32]) -> Option<usize> {
     let centres = centres(boxes, items);
     let size = centres.size();
     let mut best: Option<(f64, usize, usize)> = None;
@@ -150,7 +149,7 @@ fn best_split(boxes: &[Bounds], items: &mut [u32]) -> Option<usize> {
     }
     let (_, axis, cut) = best?;
     let is_left = |item: u32| bin_of(&boxes[item as usize], &centres, axis) < cut;
-    // Stable, so that the tree depends on nothing but the boxes.
+    // Stable: the tree depends only on the boxes.
     items.sort_by_key(|&item| !is_left(item));
     Some(items.partition_point(|&item| is_left(item)))
 }
@@ -166,20 +165,20 @@ fn cost(bin: &Bin) -> f64 {
     bin.bounds.half_area() * bin.count as f64
 }
 
-fn bin_of(bounds: &Bounds, centres: &Bounds, axis: usize) -> usize {
+fn bin_of(bounds: &Aabb, centres: &Aabb, axis: usize) -> usize {
     let share = (bounds.centre()[axis] - centres.min[axis]) / centres.size()[axis];
     ((share * BINS as f32) as usize).min(BINS - 1)
 }
 
-/// How many nodes meet the box of one, about, summed over all: as many as a line through the whole would meet, each.
-fn meetings(tree: &Bvh2) -> f64 {
+/// Estimated number of overlapping pairs of nodes: each box overlaps as many as a line through the scene intersects.
+fn overlaps(tree: &Bvh2) -> f64 {
     let area = |node: &Bvh2Node| f64::from(node.aabb().half_area());
     let whole = area(&tree.nodes[0]).max(f64::MIN_POSITIVE);
-    let met: f64 = tree.nodes.iter().map(area).sum();
-    tree.nodes.len() as f64 * (met / whole)
+    let crossed: f64 = tree.nodes.iter().map(area).sum();
+    tree.nodes.len() as f64 * (crossed / whole)
 }
 
-/// Levels of a binary tree.
+/// Number of levels.
 fn depth(tree: &Bvh2) -> usize {
     let mut deepest = 0;
     let mut open = vec![(0usize, 1usize)];
@@ -202,15 +201,15 @@ mod tests {
     use crate::scene::procedural;
 
     #[test]
-    fn piles_stay_as_split_and_scenes_are_improved() {
-        // A fan: every box has one corner in common with all others.
-        let fan: Vec<Bounds> = (0..24_000u16)
-            .map(|n| Bounds {
+    fn reinsertion_skips_fans_and_improves_scenes() {
+        // A fan: all boxes have a common corner.
+        let fan: Vec<Aabb> = (0..24_000u16)
+            .map(|n| Aabb {
                 min: Vec3::ZERO,
                 max: Vec3::new(f32::from(n % 100), 0.0, f32::from(n / 100)),
             })
             .collect();
-        assert!(meetings(&split(&fan)) > MOST_MEETINGS);
+        assert!(overlaps(&split(&fan)) > MOST_OVERLAPS);
         let tree = binary_tree(&fan);
         assert!(tree.children_are_ordered_after_parents, "was reinserted");
         let mut seen: Vec<u32> = tree
@@ -223,21 +222,18 @@ mod tests {
         assert!(seen.into_iter().eq(0..24_000));
         for name in procedural::NAMES {
             let mesh = procedural::by_name(name).expect("a scene").mesh;
-            let boxes: Vec<Bounds> = mesh
+            let boxes: Vec<Aabb> = mesh
                 .triangles
                 .iter()
                 .map(|triangle| {
-                    let [a, b, c] = triangle.map(|v| mesh.vertices[v as usize]);
-                    Bounds {
-                        min: a.min(b).min(c),
-                        max: a.max(b).max(c),
-                    }
+                    let corners = triangle.map(|v| mesh.vertices[v as usize]);
+                    Aabb::of_triangle(corners, 0.0)
                 })
                 .collect();
-            let meetings = meetings(&split(&boxes)) / boxes.len() as f64;
+            let overlaps = overlaps(&split(&boxes)) / boxes.len() as f64;
             assert!(
-                meetings < MOST_MEETINGS / 2e6,
-                "{name}: {meetings} a triangle"
+                overlaps < MOST_OVERLAPS / 2e6,
+                "{name}: {overlaps} per triangle"
             );
         }
     }

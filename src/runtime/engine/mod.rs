@@ -87,7 +87,7 @@ impl Engine {
         let scene = Arc::new(open_air()?);
         let propagator = Box::new(Propagator::new(scene, settings.propagation)?);
         let predictor = match settings.even_blocks {
-            true => settings.predictor.thrifty(),
+            true => settings.predictor.reduced(),
             false => settings.predictor,
         };
         let extrapolator = extrapolator_for(&propagator, predictor, [settings.max_paths, slots]);

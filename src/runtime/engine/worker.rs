@@ -138,7 +138,7 @@ impl Worker {
     /// The predictor as the sound thread is to have it.
     fn paced(&self, kind: PredictorKind) -> PredictorKind {
         match self.even_blocks {
-            true => kind.thrifty(),
+            true => kind.reduced(),
             false => kind,
         }
     }
@@ -150,7 +150,7 @@ impl Worker {
         } = delivery;
         match predictor {
             PredictorKind::Geometric(_) => {
-                groundwork.lay(paths, self.propagator.scene());
+                groundwork.prepare(paths, self.propagator.scene());
             }
             PredictorKind::Hold | PredictorKind::Linear => groundwork.clear(),
         }

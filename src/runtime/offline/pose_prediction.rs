@@ -44,7 +44,7 @@ pub(crate) struct PosePrediction {
 
 impl PosePrediction {
     pub(crate) fn new(schedule: Schedule, predictor: PredictorKind) -> Self {
-        let lead = predictor.lead();
+        let lead = predictor.prediction_target();
         let interval = schedule.level() as f32 + 1.0;
         let late = match schedule {
             Schedule::Asynchronous {
@@ -62,7 +62,7 @@ impl PosePrediction {
             (_, PredictionTarget::End) => late + used,
         };
         let farthest = (late + used - frames_ahead).max(frames_ahead - late);
-        let off = matches!(schedule, Schedule::Asynchronous { .. }) && predictor.wants_nearby();
+        let off = matches!(schedule, Schedule::Asynchronous { .. }) && predictor.uses_nearby();
         Self {
             frames_ahead,
             frames_late: late,

@@ -198,7 +198,8 @@ impl ScheduledPropagation {
         // As the engine does, of the scene as it stands for this update.
         match self.predictor {
             PredictorKind::Geometric(_) => {
-                self.newest_groundwork.lay(&result, self.propagator.scene());
+                self.newest_groundwork
+                    .prepare(&result, self.propagator.scene());
             }
             PredictorKind::Hold | PredictorKind::Linear => self.newest_groundwork.clear(),
         }

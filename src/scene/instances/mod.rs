@@ -25,7 +25,7 @@ use super::Scene;
 use super::edges::MOST_MIRRORS;
 use super::surface::Surface;
 use crate::error::{Error, Result};
-use crate::geometry::{Bounds, BoxTree, Hit, Ray};
+use crate::geometry::{Aabb, AabbTree, Hit, Ray};
 use materials::MoreMaterials;
 use placed::Placed;
 
@@ -46,9 +46,9 @@ pub(super) struct Instances {
     count: usize,
     /// Materials that the fixed scene does not have.
     materials: MoreMaterials,
-    tree: BoxTree,
+    tree: AabbTree,
     /// One a slot.
-    boxes: Vec<Bounds>,
+    boxes: Vec<Aabb>,
     /// The largest surfaces of fixed scene and instances, largest first.
     large: Vec<u32>,
 }
@@ -98,7 +98,7 @@ impl Instances {
     /// Builds the tree anew.
     fn settle(&mut self) {
         self.boxes.clear();
-        let bounds = |slot: &Slot| slot.placed.as_ref().map_or(Bounds::EMPTY, |p| p.bounds);
+        let bounds = |slot: &Slot| slot.placed.as_ref().map_or(Aabb::EMPTY, |p| p.bounds);
         self.boxes.extend(self.slots.iter().map(bounds));
         self.tree.build(&self.boxes);
     }
@@ -112,7 +112,7 @@ impl Instances {
             t_max: up_to(best),
             ..*ray
         };
-        self.tree.walk(&short, |slot, t_max| {
+        self.tree.traverse(&short, |slot, t_max| {
             let Some(placed) = self.at(slot as usize) else {
                 return t_max;
             };
@@ -142,10 +142,10 @@ impl Instances {
     #[inline(never)]
     fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
         let mut met = None;
-        self.tree.walk(ray, |slot, t_max| {
+        self.tree.traverse(ray, |slot, t_max| {
             met = self.at(slot as usize).and_then(|placed| {
                 let groups = placed.groups(ignored);
-                let found = placed.part.bvh().blocker(&placed.ray(ray), groups)?;
+                let found = placed.part.bvh().occluder(&placed.ray(ray), groups)?;
                 Some(placed.number(found))
             });
             if met.is_some() { -1.0 } else { t_max }

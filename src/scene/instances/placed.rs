@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3, Vec3};
 
 use super::pose::InstancePose;
 use crate::geometry::bvh::NO_GROUP;
-use crate::geometry::{Bounds, Ray};
+use crate::geometry::{Aabb, Ray};
 use crate::scene::edges::Edge;
 use crate::scene::instances::numbering;
 use crate::scene::surface::Surface;
@@ -77,7 +77,7 @@ pub(super) struct Placed {
     /// The part's surfaces as they stand, with the scene's numbers of materials.
     pub(super) surfaces: Vec<Surface>,
     /// What it lies in.
-    pub(super) bounds: Bounds,
+    pub(super) bounds: Aabb,
 }
 
 impl Placed {
@@ -105,7 +105,7 @@ impl Placed {
             outline,
             axes: DMat3::IDENTITY,
             origin: DVec3::ZERO,
-            bounds: Bounds::EMPTY,
+            bounds: Aabb::EMPTY,
             part,
         };
         placed.place(pose, centre);
@@ -118,7 +118,7 @@ impl Placed {
         self.axes = pose.axes();
         self.origin = self.axes * self.part.centre() + (pose.position - centre);
         let (axes, origin) = (self.axes, self.origin);
-        let mut bounds = Bounds::EMPTY;
+        let mut bounds = Aabb::EMPTY;
         let own = self.part.surfaces().iter().enumerate();
         for (surface, (number, local)) in self.surfaces.iter_mut().zip(own) {
             surface.normal = axes * local.normal;
@@ -130,16 +130,16 @@ impl Placed {
                 (low, high) = (low.min(there), high.max(there));
             }
             (surface.bounds_min, surface.bounds_max) = (low.as_vec3(), high.as_vec3());
-            bounds = bounds.with(&Bounds {
-                low: surface.bounds_min,
-                high: surface.bounds_max,
+            bounds = bounds.union(&Aabb {
+                min: surface.bounds_min,
+                max: surface.bounds_max,
             });
         }
-        let largest = bounds.low.abs().max(bounds.high.abs()).max_element();
+        let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
         let margin_m = MARGIN_M + MARGIN * largest;
-        self.bounds = Bounds {
-            low: bounds.low - margin_m,
-            high: bounds.high + margin_m,
+        self.bounds = Aabb {
+            min: bounds.min - margin_m,
+            max: bounds.max + margin_m,
         };
     }
 
@@ -200,7 +200,7 @@ impl Placed {
 
     /// Least length in metres of a way from one point to another that touches it.
     pub(super) fn least_way_m(&self, from: DVec3, to: DVec3) -> f64 {
-        let (low, high) = (self.bounds.low.as_dvec3(), self.bounds.high.as_dvec3());
+        let (low, high) = (self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3());
         let outside_m = |p: DVec3| p.distance(p.clamp(low, high));
         outside_m(from) + outside_m(to)
     }

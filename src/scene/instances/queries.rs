@@ -83,7 +83,7 @@ impl Scene {
     /// tree.
     #[inline]
     pub fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
-        let found = self.bvh().blocker(ray, ignored);
+        let found = self.bvh().occluder(ray, ignored);
         if found.is_some() || self.instances.is_empty() {
             return found;
         }

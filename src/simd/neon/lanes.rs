@@ -1,12 +1,12 @@
 //! [`Lanes`] in two NEON registers.
 //!
-//! `unsafe` because the intrinsics carry the feature `neon` and methods of a trait cannot; every aarch64 has it.
+//! `unsafe` because the intrinsics have the target feature `neon`, which methods of a trait cannot have; every aarch64 has it.
 
 use core::arch::aarch64::*;
 
-use crate::simd::{F32x8, Lanes, Vector};
+use crate::simd::{F32x8, Lanes};
 
-/// Eight lanes, four and four.
+/// Eight lanes in two registers of four.
 #[derive(Clone, Copy)]
 pub(crate) struct TwoQuads(float32x4_t, float32x4_t);
 
@@ -47,16 +47,14 @@ fn lanes(pairs: float64x2_t) -> float32x4_t {
     neon!(vreinterpretq_f32_f64(pairs))
 }
 
-impl Vector for TwoQuads {
-    type Memory = F32x8;
-
+impl Lanes for TwoQuads {
     #[inline(always)]
-    fn of(lanes: F32x8) -> Self {
+    fn from_array(lanes: F32x8) -> Self {
         Self::load(&lanes.0)
     }
 
     #[inline(always)]
-    fn give(self) -> F32x8 {
+    fn to_array(self) -> F32x8 {
         let mut lanes = F32x8::ZERO;
         self.store(&mut lanes.0);
         lanes
@@ -107,9 +105,7 @@ impl Vector for TwoQuads {
             neon!(vfmsq_f32(term.1, self.1, factor.1)),
         )
     }
-}
 
-impl Lanes for TwoQuads {
     #[inline(always)]
     fn load(lanes: &[f32; 8]) -> Self {
         Self(

@@ -1,11 +1,11 @@
-//! [`Lanes`] in one AVX2 register, and [`Wide`] in one of AVX-512.
+//! [`Lanes`] in one AVX2 register.
 //!
-//! `unsafe` because methods of a trait cannot carry a target feature. They become part of a kernel that does carry it:
-//! [`kernel!`](crate::simd::kernel) alone names these types, behind the proof that the machine has AVX2 and FMA, or AVX-512.
+//! `unsafe` because methods of a trait cannot have target features. They are inlined into functions that have them: only
+//! [`kernel!`](crate::simd::kernel) uses this type, with the proof that the machine has AVX2 and FMA.
 
 use core::arch::x86_64::*;
 
-use crate::simd::{F32x8, Lanes, Vector, Wide};
+use crate::simd::{F32x8, Lanes};
 
 /// Eight lanes.
 #[derive(Clone, Copy)]
@@ -14,21 +14,19 @@ pub(crate) struct Ymm(__m256);
 macro_rules! avx2 {
     ($call:expr) => {
         // SAFETY: loads and stores take references to eight f32 and need no alignment; beyond that the intrinsics need
-        // only AVX2 and FMA, and no value of this type exists outside of kernels that were entered with proof of them.
+        // only AVX2 and FMA, and values of this type exist only in kernels entered with the proof of both.
         unsafe { $call }
     };
 }
 
-impl Vector for Ymm {
-    type Memory = F32x8;
-
+impl Lanes for Ymm {
     #[inline(always)]
-    fn of(lanes: F32x8) -> Self {
+    fn from_array(lanes: F32x8) -> Self {
         Self::load(&lanes.0)
     }
 
     #[inline(always)]
-    fn give(self) -> F32x8 {
+    fn to_array(self) -> F32x8 {
         let mut lanes = F32x8::ZERO;
         self.store(&mut lanes.0);
         lanes
@@ -63,9 +61,7 @@ impl Vector for Ymm {
     fn neg_mul_add(self, factor: Self, term: Self) -> Self {
         Self(avx2!(_mm256_fnmadd_ps(self.0, factor.0, term.0)))
     }
-}
 
-impl Lanes for Ymm {
     #[inline(always)]
     fn load(lanes: &[f32; 8]) -> Self {
         Self(avx2!(_mm256_loadu_ps(lanes.as_ptr())))
@@ -78,20 +74,20 @@ impl Lanes for Ymm {
 
     #[inline(always)]
     fn twice_low(self) -> Self {
-        let places = avx2!(_mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3));
-        Self(avx2!(_mm256_permutevar8x32_ps(self.0, places)))
+        let indices = avx2!(_mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3));
+        Self(avx2!(_mm256_permutevar8x32_ps(self.0, indices)))
     }
 
     #[inline(always)]
     fn twice_high(self) -> Self {
-        let places = avx2!(_mm256_setr_epi32(4, 4, 5, 5, 6, 6, 7, 7));
-        Self(avx2!(_mm256_permutevar8x32_ps(self.0, places)))
+        let indices = avx2!(_mm256_setr_epi32(4, 4, 5, 5, 6, 6, 7, 7));
+        Self(avx2!(_mm256_permutevar8x32_ps(self.0, indices)))
     }
 
     #[inline(always)]
     fn transpose(rows: [Self; 8]) -> [Self; 8] {
         let [a, b, c, d, e, f, g, h] = rows;
-        // Pairs of rows, then fours: each half of a register holds one column of four rows.
+        // Pairs of rows, then groups of four: each half of a register holds one column of four rows.
         let (ab, ab_high) = (low(a, b), high(a, b));
         let (cd, cd_high) = (low(c, d), high(c, d));
         let (ef, ef_high) = (low(e, f), high(e, f));
@@ -113,7 +109,7 @@ impl Lanes for Ymm {
     }
 }
 
-/// Functions of two registers by name.
+/// Names functions of two registers.
 macro_rules! of_two {
     ($($name:ident $intrinsic:path;)*) => {
         $(
@@ -132,94 +128,4 @@ of_two! {
     second _mm256_shuffle_ps::<0xEE>;
     lower_halves _mm256_permute2f128_ps::<0x20>;
     upper_halves _mm256_permute2f128_ps::<0x31>;
-}
-
-/// Sixteen lanes.
-#[derive(Clone, Copy)]
-pub(crate) struct Zmm(__m512);
-
-macro_rules! avx512 {
-    ($call:expr) => {
-        // SAFETY: loads and stores take references to sixteen f32, one behind the other, and need no alignment; beyond that
-        // the intrinsics need only AVX-512F, and no value of this type exists outside of kernels that were entered with
-        // proof of it.
-        unsafe { $call }
-    };
-}
-
-impl Vector for Zmm {
-    type Memory = [F32x8; 2];
-
-    #[inline(always)]
-    fn of(lanes: [F32x8; 2]) -> Self {
-        Self(avx512!(_mm512_loadu_ps(lanes.as_ptr().cast())))
-    }
-
-    #[inline(always)]
-    fn give(self) -> [F32x8; 2] {
-        let mut lanes = [F32x8::ZERO; 2];
-        avx512!(_mm512_storeu_ps(lanes.as_mut_ptr().cast(), self.0));
-        lanes
-    }
-
-    #[inline(always)]
-    fn splat(value: f32) -> Self {
-        Self(avx512!(_mm512_set1_ps(value)))
-    }
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(avx512!(_mm512_add_ps(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(avx512!(_mm512_sub_ps(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(avx512!(_mm512_mul_ps(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        Self(avx512!(_mm512_fmadd_ps(self.0, factor.0, term.0)))
-    }
-
-    #[inline(always)]
-    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
-        Self(avx512!(_mm512_fnmadd_ps(self.0, factor.0, term.0)))
-    }
-}
-
-impl Wide<Ymm> for Zmm {
-    #[inline(always)]
-    fn join(lower: Ymm, upper: Ymm) -> Self {
-        let lower = avx512!(_mm512_castps256_ps512(lower.0));
-        let lower = avx512!(_mm512_castps_pd(lower));
-        let upper = avx512!(_mm256_castps_pd(upper.0));
-        let both = avx512!(_mm512_insertf64x4::<1>(lower, upper));
-        Self(avx512!(_mm512_castpd_ps(both)))
-    }
-
-    #[inline(always)]
-    fn halves(self) -> [Ymm; 2] {
-        let whole = avx512!(_mm512_castps_pd(self.0));
-        let upper = avx512!(_mm512_extractf64x4_pd::<1>(whole));
-        [
-            Ymm(avx512!(_mm512_castps512_ps256(self.0))),
-            Ymm(avx512!(_mm256_castpd_ps(upper))),
-        ]
-    }
-
-    #[inline(always)]
-    fn load(lanes: &[f32; 16]) -> Self {
-        Self(avx512!(_mm512_loadu_ps(lanes.as_ptr())))
-    }
-
-    #[inline(always)]
-    fn store(self, lanes: &mut [f32; 16]) {
-        avx512!(_mm512_storeu_ps(lanes.as_mut_ptr(), self.0));
-    }
 }

@@ -1,23 +1,18 @@
-//! Calls of the C interface in any order with any numbers: handles that were closed, of other kinds or invented, poses and
-//! sizes that are none. Every call returns a status, never that of a caught panic, and what is rendered is finite.
+//! Random sequences of C calls with closed, foreign and invented handles, invalid poses and sizes. Every call returns a
+//! status, never that of a caught panic, and rendered sound is finite.
 
 use std::ffi::{CStr, CString};
 use std::ptr;
 
-use foresound::bridge::capi::engine::*;
-use foresound::bridge::capi::instance::*;
-use foresound::bridge::capi::scene::*;
-use foresound::bridge::capi::sound::*;
-use foresound::bridge::capi::source::*;
-use foresound::bridge::capi::{foresound_close, foresound_last_error};
+use foresound::bridge::capi::*;
+use foresound::bridge::engine::SourceOptions;
 use foresound::bridge::scenes::{SceneInfo, SceneOptions};
-use foresound::bridge::session::SourceOptions;
 use foresound::bridge::sound::RenderInfo;
 use foresound::bridge::{EngineStatistics, Options, Pose, Status};
 
 use super::bytes::Bytes;
 
-/// Handles and sources that calls have given, and what else there is to hold.
+/// The input, and the handles and ids of earlier calls.
 struct World<'a> {
     bytes: Bytes<'a>,
     handles: Vec<u64>,
@@ -28,7 +23,7 @@ struct World<'a> {
 }
 
 impl World<'_> {
-    /// Mostly the newest of its kind, at times any handle, at times an invented one.
+    /// Mostly the newest handle of its kind, sometimes any, rarely an invented one.
     fn handle(&mut self, of: fn(&Self) -> &Vec<u64>) -> u64 {
         match self.bytes.byte() {
             255 => self.bytes.long(),
@@ -80,8 +75,8 @@ impl World<'_> {
     }
 }
 
-/// No call may end in a caught panic, and every failure has words.
-fn held(status: Status) -> bool {
+/// Whether the call succeeded. No call may end in a caught panic; every error has a message of one line.
+fn succeeds(status: Status) -> bool {
     assert_ne!(status, Status::Panic);
     // SAFETY: the text lives until this thread's next failure.
     let text = unsafe { CStr::from_ptr(foresound_last_error()) };
@@ -100,12 +95,12 @@ fn options(bytes: &mut Bytes) -> Options {
         guide_rays: 16,
         source_rays: 8,
         schedule: 1,
-        head: 1,
+        hrtf: 1,
         frame_s: 0.01,
         max_delay_s: 0.05,
         ..Options::default()
     };
-    // One option may be anything, but none that only costs time and memory.
+    // One option is arbitrary, within bounds on time and memory.
     let word = [0, 1, 3, 33, u32::MAX, 7][bytes.below(6)];
     let number = bytes.number();
     match bytes.byte() {
@@ -121,10 +116,10 @@ fn options(bytes: &mut Bytes) -> Options {
         9 => options.schedule = word,
         10 => options.predictor = word,
         11 => options.affinity = word,
-        12 => options.head = word,
-        13 => options.late = word,
+        12 => options.hrtf = word,
+        13 => options.late_reverb = word,
         14 => options.limiter = word,
-        15 => options.nearest_m = number,
+        15 => options.min_distance_m = number,
         16 => options.ceiling_db = number,
         17 => options.frame_s = number.into(),
         18 => options.max_delay_s = f64::from(number).min(0.5),
@@ -155,7 +150,7 @@ fn scene(world: &mut World) -> Option<u64> {
         ..SceneOptions::default()
     };
     let mut scene = 0;
-    // SAFETY: the addresses are those of as many values as are said, of a text with its end, and of variables.
+    // SAFETY: addresses of as many values as are said, of a text with its end, and of variables.
     let status = unsafe {
         foresound_scene_from_mesh(
             positions.as_ptr(),
@@ -170,7 +165,7 @@ fn scene(world: &mut World) -> Option<u64> {
             &raw mut scene,
         )
     };
-    held(status).then_some(scene)
+    succeeds(status).then_some(scene)
 }
 
 fn render(world: &mut World) {
@@ -193,11 +188,11 @@ fn sound(world: &mut World) {
         0 => {
             let samples = [world.bytes.number(); 24];
             let rate_hz = [16_000, 44_100, 0, 1][world.bytes.below(4)];
-            // SAFETY: the addresses are those of 24 samples and of a variable.
+            // SAFETY: addresses of 24 samples and of a variable.
             let status = unsafe {
                 foresound_clip_from_samples(samples.as_ptr(), 24, rate_hz, 16_000, &raw mut handle)
             };
-            if held(status) {
+            if succeeds(status) {
                 world.handles.push(handle);
             }
             let looped = world.bytes.byte().into();
@@ -205,21 +200,21 @@ fn sound(world: &mut World) {
                 200.. => world.any(),
                 _ => handle,
             };
-            held(foresound_source_play(engine, source, clip, looped));
+            succeeds(foresound_source_play(engine, source, clip, looped));
         }
         1 => {
             let capacity = [0, 1, 100, usize::MAX][world.bytes.below(4)];
-            // SAFETY: the address is a variable's.
+            // SAFETY: the address of a variable.
             let status =
                 unsafe { foresound_source_stream(engine, source, capacity, &raw mut handle) };
-            if held(status) {
+            if succeeds(status) {
                 world.handles.push(handle);
             }
         }
         _ => {
             let (stream, mut written) = (world.any(), 0);
             let samples = [world.bytes.number(); 50];
-            // SAFETY: the addresses are those of 50 samples and of a variable.
+            // SAFETY: addresses of 50 samples and of a variable.
             let status =
                 unsafe { foresound_stream_write(stream, samples.as_ptr(), 50, &raw mut written) };
             assert!(status != Status::Panic && written <= 50);
@@ -249,7 +244,7 @@ fn change(world: &mut World) {
         }
         9 => {
             let (instance, pose) = (world.instance(), world.pose());
-            // SAFETY: the address is a pose's.
+            // SAFETY: the address of a pose.
             unsafe { foresound_instance_move(engine, instance, &raw const pose) }
         }
         10 => foresound_instance_remove(engine, world.instance()),
@@ -261,11 +256,11 @@ fn change(world: &mut World) {
                 directivity: [world.bytes.number(); 8],
                 ..SourceOptions::default()
             };
-            // SAFETY: the address is a structure's.
+            // SAFETY: the address of a structure.
             unsafe { foresound_source_configure(engine, source, &raw const options) }
         }
     };
-    held(status);
+    succeeds(status);
 }
 
 fn step(world: &mut World) {
@@ -273,7 +268,7 @@ fn step(world: &mut World) {
         0 if world.engines.len() < 3 => {
             let options = options(&mut world.bytes);
             let (mut engine, mut renderer) = (0, 0);
-            // SAFETY: the addresses are those of a structure and of variables; no head-related set is none.
+            // SAFETY: addresses of a structure and of variables; a null pointer for no HRTF set.
             let status = unsafe {
                 foresound_engine_create(
                     &raw const options,
@@ -283,7 +278,7 @@ fn step(world: &mut World) {
                     &raw mut renderer,
                 )
             };
-            if held(status) {
+            if succeeds(status) {
                 world.handles.extend([engine, renderer]);
                 world.engines.push(engine);
                 world.renderers.push(renderer);
@@ -293,28 +288,30 @@ fn step(world: &mut World) {
             if let Some(scene) = scene(world) {
                 world.handles.push(scene);
                 let mut info = SceneInfo::default();
-                // SAFETY: the address is a variable's.
-                assert!(held(unsafe { foresound_scene_info(scene, &raw mut info) }));
+                // SAFETY: the address of a variable.
+                assert!(succeeds(unsafe {
+                    foresound_scene_info(scene, &raw mut info)
+                }));
                 let engine = world.engine();
-                held(foresound_engine_set_scene(engine, scene));
+                succeeds(foresound_engine_set_scene(engine, scene));
             }
         }
         2 => {
             let (engine, place) = (world.engine(), world.bytes.numbers::<3>());
             let mut source = 0;
-            // SAFETY: the address is a variable's.
+            // SAFETY: the address of a variable.
             let status = unsafe {
                 foresound_source_add(engine, place[0], place[1], place[2], &raw mut source)
             };
-            if held(status) {
+            if succeeds(status) {
                 world.sources.push(source);
             }
         }
         3 | 4 => {
             let (engine, listener) = (world.engine(), world.pose());
             let poses: Vec<Pose> = (0..world.bytes.below(6)).map(|_| world.pose()).collect();
-            // SAFETY: the addresses are those of a pose and of as many as the list has.
-            held(unsafe {
+            // SAFETY: addresses of a pose and of as many as the list has.
+            succeeds(unsafe {
                 foresound_engine_tick(engine, &raw const listener, poses.as_ptr(), poses.len())
             });
         }
@@ -325,16 +322,16 @@ fn step(world: &mut World) {
             let engine = world.engine();
             let rays = [0, 1, 16, u32::MAX][world.bytes.below(4)];
             let depth = world.bytes.below(6) as u32;
-            held(foresound_engine_set_propagation(engine, rays, 8, depth));
+            succeeds(foresound_engine_set_propagation(engine, rays, 8, depth));
         }
         10 => {
             let (engine, mut statistics) = (world.engine(), EngineStatistics::default());
-            // SAFETY: the address is a variable's.
-            held(unsafe { foresound_engine_statistics(engine, &raw mut statistics) });
+            // SAFETY: the address of a variable.
+            succeeds(unsafe { foresound_engine_statistics(engine, &raw mut statistics) });
         }
         _ => {
             let handle = world.any();
-            held(foresound_close(handle));
+            succeeds(foresound_close(handle));
         }
     }
 }

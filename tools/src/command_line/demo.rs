@@ -1,4 +1,4 @@
-//! `demo`: a walk through the concert hall, both ways, heard and seen.
+//! `demo`: a walk through the concert hall by both schedules, as sound and pictures.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
-use crate::inputs::{LoadedScene, SceneArguments, asset, load_scene, load_sound, tell};
+use crate::inputs::{LoadedScene, SceneArguments, load_scene, tell, voice, within};
 use crate::session::{Rendered, Session, Sound, median};
 
 /// Sample rate of the speech.
@@ -64,15 +64,11 @@ struct Walked {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    if !(1.0..=600.0).contains(&arguments.seconds) {
-        let problem = format!("{} s is no walk", arguments.seconds);
-        return Err(Error::setting("--seconds", problem, "give 1 to 600"));
-    }
+    within("--seconds", arguments.seconds, 1.0..=600.0, " s")?;
     let hall = load_scene(Path::new("concert_hall"), &SceneArguments::default())?;
     tell(&hall.notes);
     let layout = hall.layout.as_ref().filter(|l| l.sources.len() >= SOURCES);
-    let walk = layout.and_then(|l| l.listener);
-    let (Some(layout), Some(walk)) = (layout, walk) else {
+    let (Some(layout), Some(walk)) = (layout, hall.walk()) else {
         return Err(Error::file(
             "assets/scenes/concert_hall.toml",
             "has no walk or too few sources",
@@ -81,11 +77,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut sounds = Vec::new();
     for (number, source) in layout.sources.iter().take(SOURCES).enumerate() {
-        let file = asset(&format!("speech/voice{:02}.wav", number + 1))?;
-        let clip = load_sound(&file, RATE_HZ)?;
         sounds.push(Sound {
             source: source.pose(SourceId::new(number as u16, 0)),
-            clip,
+            clip: voice(number, RATE_HZ)?,
             looped: true,
         });
     }
@@ -156,7 +150,7 @@ fn settings(schedule: Schedule) -> OfflineSettings {
     }
 }
 
-/// The spectrograms and the top view; gives the files' names.
+/// Draws the spectrograms and the top view and returns their files.
 fn draw(
     arguments: &Arguments,
     hall: &LoadedScene,
@@ -170,7 +164,7 @@ fn draw(
         "concert_hall, {SOURCES} sources, L = {LEVEL}, {predictor}: SI-SNR {si_snr_db:.1} dB"
     );
     SpectrogramFigure {
-        title: "A walk through the hall, both ways",
+        title: "A walk through the hall by both schedules",
         caption: &caption,
         rate_hz: RATE_HZ,
         reference_label: "synchronous",
@@ -191,7 +185,6 @@ fn draw(
     let sources: Vec<_> = names
         .map(|source| (source.position, source.name.clone()))
         .collect();
-    let walk = hall.layout.as_ref().and_then(|layout| layout.listener);
     let caption = format!(
         "{} paths in the middle of the walk, {} triangles in {} surfaces",
         middle.paths.len(),
@@ -203,7 +196,7 @@ fn draw(
         caption: &caption,
         triangles: &triangles,
         sources: &sources,
-        walk: walk.map(|walk| [walk.from, walk.to]),
+        walk: hall.walk().map(|walk| [walk.from, walk.to]),
         listener: Some(middle.listener),
         paths: &path_lines(middle),
         cut_height_m: Some(HALL_CUT_M),
@@ -278,9 +271,7 @@ fn print_findings(
         stage_ms(&reports[0].generation)
     );
     let predictor = PREDICTOR.name();
-    println!(
-        "  alike          SI-SNR {si_snr_db:.2} dB between the two, by the predictor {predictor}"
-    );
+    println!("  similarity     SI-SNR {si_snr_db:.2} dB between the two, predictor {predictor}");
     for file in files {
         println!("  written        {}", file.display());
     }

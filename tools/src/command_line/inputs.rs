@@ -1,11 +1,12 @@
 //! What a command line names: scenes, materials, places, sounds.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::scene::io::obj::{ObjOptions, UpAxis, load_obj};
-use foresound::scene::layout::SceneLayout;
+use foresound::scene::layout::{SceneLayout, Walk};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
 use foresound::{Error, Result};
 use foresound_tools::clip::{Clip, load_clip};
@@ -31,6 +32,19 @@ pub(crate) struct LoadedScene {
     pub(crate) scene: Arc<Scene>,
     pub(crate) layout: Option<SceneLayout>,
     pub(crate) notes: Vec<String>,
+}
+
+impl LoadedScene {
+    /// Positions of the layout's sources.
+    pub(crate) fn sources(&self) -> Vec<Vec3> {
+        let sources = self.layout.iter().flat_map(|layout| &layout.sources);
+        sources.map(|source| source.position).collect()
+    }
+
+    /// The layout's walk.
+    pub(crate) fn walk(&self) -> Option<Walk> {
+        self.layout.as_ref()?.listener
+    }
 }
 
 /// Loads a scene by file, or a benchmark scene by name.
@@ -210,6 +224,31 @@ pub(crate) fn predictor_named(name: &str) -> Result<PredictorKind> {
         let advice = format!("choose of: {}", known.join(", "));
         Error::setting("--predictor", problem, &advice)
     })
+}
+
+/// Refuses a value outside a range.
+pub(crate) fn within(
+    argument: &str,
+    value: f64,
+    range: RangeInclusive<f64>,
+    unit: &str,
+) -> Result<()> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    let (low, high) = range.into_inner();
+    let advice = format!("choose {low} to {high}{unit}");
+    Err(Error::setting(
+        argument,
+        format!("{value}{unit} is out of range"),
+        &advice,
+    ))
+}
+
+/// A clip of one of the sixteen voices; numbers beyond them begin anew.
+pub(crate) fn voice(number: usize, rate_hz: u32) -> Result<Clip> {
+    let file = asset(&format!("speech/voice{:02}.wav", number % 16 + 1))?;
+    load_sound(&file, rate_hz)
 }
 
 /// Loads a sound; what had to be changed goes to standard error.

@@ -18,6 +18,7 @@ mod inspect;
 mod memory_use;
 #[cfg(feature = "play")]
 mod play;
+mod printed;
 mod processor_shares;
 mod progress;
 mod render;

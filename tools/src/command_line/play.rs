@@ -1,6 +1,6 @@
 //! `play`: a benchmark scene on the sound device, live; the listener walks by the keyboard. Feature `play`.
 //!
-//! One thread is the app: it reads keys, ticks sixty times a second, looks after the device and draws the meter.
+//! The main thread is the app: it reads keys, ticks sixty times a second, polls the device and draws the meter.
 
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use foresound::{Error, Result};
 use glam::Vec3;
 
 use crate::inputs::{
-    LoadedScene, SceneArguments, asset, load_scene, load_sound, predictor_named, tell,
+    LoadedScene, SceneArguments, load_scene, predictor_named, tell, voice, within,
 };
 use crate::traces::write_trace;
 use crate::walker::{Pressed, Walker};
@@ -36,13 +36,13 @@ pub(crate) struct Arguments {
     /// Scene: a benchmark scene's name or an OBJ file with a layout beside it.
     #[arg(long, default_value = "concert_hall")]
     scene: PathBuf,
-    /// Speaking sources, 1 to 256; beyond sixteen they share.
+    /// Speaking sources, 1 to 256; more than sixteen share slots.
     #[arg(long, default_value_t = 4)]
     sources: usize,
     /// Predictor: hold, linear or best.
     #[arg(long, default_value = "best")]
     predictor: String,
-    /// Longest propagation update in milliseconds, kept by giving up detail.
+    /// Longest propagation update in milliseconds; detail is reduced to keep it.
     #[arg(long, value_name = "MS")]
     update_ms: Option<f64>,
     /// Share of a core that propagation and sound may take.
@@ -51,15 +51,15 @@ pub(crate) struct Arguments {
     /// Audio frames a block.
     #[arg(long, default_value_t = 256)]
     block: usize,
-    /// End after so many seconds.
+    /// Length in seconds; without it until a key ends it.
     #[arg(long)]
     seconds: Option<f64>,
-    /// Write what every thread did when, for Perfetto.
+    /// Write a trace of all threads' work for Perfetto.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
 }
 
-/// The terminal, without line buffering for as long as this lives.
+/// The terminal without line buffering, until this is dropped.
 struct RawTerminal(bool);
 
 impl RawTerminal {
@@ -93,7 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "walk: W A S D or arrows, Q E turn; 1 2 3 hold linear best, B baseline, space pauses, X ends\r\n"
         );
     } else {
-        eprintln!("no terminal to walk by: the listener takes the scene's own walk");
+        eprintln!("no terminal for keys: the listener takes the scene's own walk");
     }
     let result = session.keep_going(arguments, terminal.0);
     drop(terminal);
@@ -107,15 +107,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 impl Session {
     fn open(arguments: &Arguments) -> Result<Self> {
-        if !(1..=256).contains(&arguments.sources) {
-            let problem = format!("{} is outside 1 to 256", arguments.sources);
-            return Err(Error::setting(
-                "--sources",
-                problem,
-                "choose a number in that range",
-            ));
-        }
-        // A rate that a head-related set is built in for.
+        within("--sources", arguments.sources as f64, 1.0..=256.0, "")?;
+        // A rate that has a built-in HRTF set.
         let rate_hz = match CpalBackend::preferred_rate_hz() {
             Some(48_000) => 48_000,
             _ => 44_100,
@@ -201,17 +194,15 @@ impl Session {
         Ok(())
     }
 
-    /// Says so when the device comes or goes.
+    /// Reports when the device is lost or found.
     fn look_after_device(&mut self, time_s: f64) {
         let state = self.device.poll(time_s);
         let same = std::mem::discriminant(&state) == std::mem::discriminant(&self.heard);
         match &state {
             DeviceState::Waiting { because, .. } if !same => {
-                eprint!(
-                    "\r\x1b[Kno sound: {because}; time goes on in silence until there is a device\r\n"
-                );
+                eprint!("\r\x1b[Kno sound: {because}; waiting for a device\r\n");
             }
-            DeviceState::Playing if !same => eprint!("\r\x1b[Kthe device plays\r\n"),
+            DeviceState::Playing if !same => eprint!("\r\x1b[Kthe device is playing\r\n"),
             _ => {}
         }
         self.heard = state;
@@ -274,23 +265,23 @@ impl Session {
     }
 
     fn draw(&self, listener: ListenerPose) {
-        let told = self.controller.statistics();
+        let statistics = self.controller.statistics();
         let settings = self.controller.settings();
         let period_s = settings.block_frames as f64 / f64::from(settings.generation.rate_hz);
         let Vec3 { x, y, z } = listener.position;
         let meter = format!(
             "{:5.1} FPS  T_SPS {:6.2} ms  L {:2}  tier {}  {:4} paths  block {:3.0} % (worst {:3.0} %)  {} missed  {:6}  at {x:.1} {y:.1} {z:.1}",
-            1.0 / told.graphics_frame_s.max(1e-3),
-            1e3 * told.propagation_s,
-            told.level,
-            told.tier.0,
-            told.paths,
-            100.0 * told.block.p50_s / period_s,
-            100.0 * told.block.worst_s / period_s,
-            told.missed_deadlines,
+            1.0 / statistics.graphics_frame_s.max(1e-3),
+            1e3 * statistics.propagation_s,
+            statistics.level,
+            statistics.tier.0,
+            statistics.paths,
+            100.0 * statistics.block.p50_s / period_s,
+            100.0 * statistics.block.worst_s / period_s,
+            statistics.missed_deadlines,
             settings.predictor.name(),
         );
-        // A line that wraps would be a new one at every turn.
+        // A line that wraps could not be drawn over.
         let columns = size().map_or(80, |(columns, _)| usize::from(columns));
         let shown: String = meter.chars().take(columns.saturating_sub(1)).collect();
         eprint!("\r\x1b[K{shown}");
@@ -298,40 +289,28 @@ impl Session {
     }
 }
 
-/// The scene's own places, each with a voice; more sources than places stand beside them.
+/// Adds speaking sources at the layout's positions; further ones are beside these.
 fn add_voices(
     controller: &mut Controller,
     loaded: &LoadedScene,
     count: usize,
     rate_hz: u32,
 ) -> Result<()> {
-    let layout = loaded.layout.as_ref();
-    let places: Vec<Vec3> = layout
-        .map(|layout| {
-            layout
-                .sources
-                .iter()
-                .map(|source| source.position)
-                .collect()
-        })
-        .unwrap_or_default();
-    if places.is_empty() {
-        let problem = "the scene names no sources";
+    let positions = loaded.sources();
+    if positions.is_empty() {
+        let advice = "give a layout beside it (TOML), or a benchmark scene";
         return Err(Error::setting(
             "--scene",
-            problem,
-            "give a layout beside it (TOML), or a benchmark scene",
+            "the scene names no sources",
+            advice,
         ));
     }
-    let mut voices: Vec<Arc<[f32]>> = Vec::new();
-    for number in 0..count.min(16) {
-        let file = asset(&format!("speech/voice{:02}.wav", number + 1))?;
-        voices.push(load_sound(&file, rate_hz)?.samples.into());
-    }
+    let voices = (0..count.min(16)).map(|number| Ok(voice(number, rate_hz)?.samples.into()));
+    let voices = voices.collect::<Result<Vec<Arc<[f32]>>>>()?;
     for number in 0..count {
-        let round = (number / places.len()) as f32;
+        let round = (number / positions.len()) as f32;
         let beside = 0.4 * round * Vec3::new(round.cos(), 0.0, round.sin());
-        let id = controller.add_source(places[number % places.len()] + beside)?;
+        let id = controller.add_source(positions[number % positions.len()] + beside)?;
         controller.play(id, Arc::clone(&voices[number % voices.len()]), true)?;
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! An app that leaves nothing about its engine alone, for `soak`.
+//! An app that changes everything about its engine at random, for `soak`.
 
 use std::sync::Arc;
 
@@ -12,87 +12,88 @@ use glam::Vec3;
 
 use crate::inputs::LoadedScene;
 
-/// What changes besides the listener's place and the sources'.
+/// A kind of change, besides movement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Change {
-    /// Sources come and go.
+    /// Adds and removes sources.
     Sources,
-    /// One is muted now and then.
+    /// Mutes a source.
     Mutes,
-    /// One has another gain.
+    /// Changes a source's gain.
     Gains,
-    /// Another scene.
+    /// Swaps the scene.
     Scenes,
-    /// Other numbers of rays.
+    /// Changes the numbers of rays.
     Rays,
-    /// Another predictor.
+    /// Changes the predictor.
     Predictors,
 }
 
-/// The app that cannot leave anything alone.
+/// The app.
 pub(crate) struct Restless {
     pub(crate) controller: Controller,
     pub(crate) scenes: Vec<LoadedScene>,
     pub(crate) clip: Arc<[f32]>,
-    /// Sources that are there.
-    pub(crate) here: Vec<SourceId>,
-    /// What it changes.
+    /// Handles of the present sources.
+    pub(crate) sources: Vec<SourceId>,
+    /// Kinds of changes that are made.
     pub(crate) changes: Vec<Change>,
-    /// Most of them at a time.
+    /// Most sources at a time.
     pub(crate) most: usize,
     /// The scene in use.
     pub(crate) scene: usize,
     pub(crate) swaps: u64,
     pub(crate) added: u64,
-    /// Of the dice.
+    /// State of the random numbers.
     pub(crate) state: u64,
 }
 
 impl Restless {
-    fn dice(&mut self) -> f32 {
+    fn random(&mut self) -> f32 {
         self.state = mix(self.state);
         unit(self.state)
     }
 
-    /// Somewhere near a place where the scene has a source.
-    fn place(&mut self, slot: usize, time_s: f64) -> Vec3 {
+    /// A position on a circle around one of the layout's sources.
+    fn position(&mut self, slot: usize, time_s: f64) -> Vec3 {
         let middle = |scene: &Scene| (scene.report().bounds_min + scene.report().bounds_max) / 2.0;
         let loaded = &self.scenes[self.scene];
-        let sources = loaded.layout.as_ref().map(|layout| &layout.sources);
-        let base = sources
-            .filter(|sources| !sources.is_empty())
-            .map_or_else(|| middle(&loaded.scene), |s| s[slot % s.len()].position);
+        let sources = loaded.sources();
+        let base = match sources.len() {
+            0 => middle(&loaded.scene),
+            count => sources[slot % count],
+        };
         let turn = (time_s + slot as f64) as f32;
         base + 0.5 * Vec3::new(turn.sin(), 0.0, turn.cos())
     }
 
-    /// Throws the dice for a change, whether or not it is one of those to make.
+    /// Draws whether a change happens; one that is not among `changes` never does.
     fn happens(&mut self, change: Change, chance: f32) -> bool {
-        let falls = self.dice() < chance;
+        let falls = self.random() < chance;
         falls && self.changes.contains(&change)
     }
 
     /// One graphics frame: something may come, go, change; everything moves.
     pub(crate) fn frame(&mut self, time_s: f64) -> Result<()> {
         let is_fixed = !self.changes.contains(&Change::Sources);
-        // Where sources do not come and go, all are there from the beginning.
+        // Without that change all sources are added at the start.
         let comes = self.happens(Change::Sources, 0.3) || is_fixed;
-        if comes && self.here.len() < self.most {
-            let place = self.place(self.here.len(), time_s);
-            let id = self.controller.add_source(place)?;
+        if comes && self.sources.len() < self.most {
+            let position = self.position(self.sources.len(), time_s);
+            let id = self.controller.add_source(position)?;
             self.controller.play(id, Arc::clone(&self.clip), true)?;
-            self.here.push(id);
+            self.sources.push(id);
             self.added += 1;
         }
-        if self.happens(Change::Sources, 0.1) && self.here.len() > self.most / 2 {
-            let which = (self.dice() * self.here.len() as f32) as usize;
-            let id = self.here.swap_remove(which.min(self.here.len() - 1));
+        if self.happens(Change::Sources, 0.1) && self.sources.len() > self.most / 2 {
+            let which = (self.random() * self.sources.len() as f32) as usize;
+            let id = self.sources.swap_remove(which.min(self.sources.len() - 1));
             self.controller.remove_source(id)?;
         }
-        if let Some(&id) = self.here.first() {
+        if let Some(&id) = self.sources.first() {
             let muted = self.happens(Change::Mutes, 0.1);
             self.controller.mute_source(id, muted)?;
-            let gain = self.dice();
+            let gain = self.random();
             if self.changes.contains(&Change::Gains) {
                 self.controller.set_source_gain(id, gain)?;
             }
@@ -105,28 +106,25 @@ impl Restless {
         }
         if self.happens(Change::Rays, 0.02) {
             let rays = PropagationSettings {
-                guide_rays: 256 << (3.0 * self.dice()) as u32,
-                source_rays: 32 << (3.0 * self.dice()) as u32,
+                guide_rays: 256 << (3.0 * self.random()) as u32,
+                source_rays: 32 << (3.0 * self.random()) as u32,
                 ..self.controller.settings().propagation
             };
             self.controller.set_propagation(rays)?;
         }
         if self.happens(Change::Predictors, 0.05) {
-            let which = (self.dice() * PredictorKind::ALL.len() as f32) as usize;
+            let which = (self.random() * PredictorKind::ALL.len() as f32) as usize;
             let last = PredictorKind::ALL.len() - 1;
             self.controller
                 .set_predictor(PredictorKind::ALL[which.min(last)]);
         }
-        let mut poses = Vec::with_capacity(self.here.len());
-        for n in 0..self.here.len() {
-            let position = self.place(n, time_s);
-            let id = self.here[n];
+        let mut poses = Vec::with_capacity(self.sources.len());
+        for n in 0..self.sources.len() {
+            let position = self.position(n, time_s);
+            let id = self.sources[n];
             poses.push(SourcePose::at(id, position));
         }
-        let walk = self.scenes[self.scene]
-            .layout
-            .as_ref()
-            .and_then(|layout| layout.listener);
+        let walk = self.scenes[self.scene].walk();
         let position = walk.map_or(Vec3::ZERO, |walk| walk.position_at(time_s, 0.0));
         self.controller
             .tick(ListenerPose::facing(position, time_s as f32), &poses)

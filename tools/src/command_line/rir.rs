@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use foresound::Result;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf};
@@ -10,13 +11,12 @@ use foresound::output::wav::WavSink;
 use foresound::propagation::PropagationSettings;
 use foresound::runtime::{OfflineSettings, Schedule};
 use foresound::scene::{SourceId, SourcePose};
-use foresound::{Error, Result};
 use foresound_tools::clip::Clip;
 use foresound_tools::listener_path::{ListenerPath, parse_place};
 use foresound_tools::room_parameters::{BandParameters, room_parameters};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, tell};
+use crate::inputs::{SceneArguments, load_scene, tell, within};
 use crate::session::{Session, Sound};
 
 /// Graphics frames, and updates, a second of the standing listener: nothing moves, so more of them decide nothing.
@@ -55,10 +55,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let position = parse_place("--source", &arguments.source)?;
     let listener = ListenerPath::Standing(parse_place("--listener", &arguments.listener)?);
-    if !(0.1..=60.0).contains(&arguments.seconds) {
-        let problem = format!("{} s is no length", arguments.seconds);
-        return Err(Error::setting("--seconds", problem, "give 0.1 to 60"));
-    }
+    within("--seconds", arguments.seconds, 0.1..=60.0, " s")?;
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     tell(&loaded.notes);

@@ -1,4 +1,4 @@
-//! `soak`: the engine in real time into a null device, while everything about it changes at random.
+//! `soak`: the engine in real time into a null device, while its sources, scene and settings change at random.
 
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -9,6 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use foresound::Result;
 use foresound::generation::GeneratorSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::engine::Percentiles;
@@ -16,20 +17,20 @@ use foresound::runtime::{
     Budget, Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
     thread_processor_time,
 };
-use foresound::{Error, Result};
 use foresound_tools::clicks::{ClickDetector, smooth_loop};
 use serde_json::{Value, json};
 
 use crate::counting;
-use crate::inputs::{SceneArguments, load_scene, predictor_named};
+use crate::inputs::{SceneArguments, load_scene, predictor_named, within};
 use crate::memory_use::Memory;
+use crate::printed;
 use crate::processor_shares::ProcessorShares;
 use crate::restless::{Change, Restless};
 use crate::traces::write_trace;
 
 /// The app's graphics frame.
 const GRAPHICS_FRAME: Duration = Duration::from_micros(16_667);
-/// Seconds until memory has settled: every scene, source and ring has been used once.
+/// Seconds until memory has settled: by then every scene, source and ring has been used.
 const SETTLED_S: f64 = 60.0;
 /// Slots of the generator: more sources than that share them.
 const SLOTS: usize = 16;
@@ -41,31 +42,31 @@ pub(crate) struct Arguments {
     /// Length in minutes.
     #[arg(long, default_value_t = 1.0)]
     minutes: f64,
-    /// Most sources at a time, 1 to 256; beyond sixteen they share slots.
+    /// Most sources at a time, 1 to 256; more than sixteen share slots.
     #[arg(long, default_value_t = 16)]
     sources: usize,
-    /// Threads that compete for the cores.
+    /// Number of threads that compete for the cores.
     #[arg(long, default_value_t = 0)]
     load_threads: usize,
     /// Audio frames a block.
     #[arg(long, default_value_t = 256)]
     block: usize,
-    /// Longest propagation update in milliseconds, kept by giving up detail.
+    /// Longest propagation update in milliseconds; detail is reduced to keep it.
     #[arg(long, value_name = "MS")]
     update_ms: Option<f64>,
     /// Share of a core that propagation and sound may take.
     #[arg(long, value_name = "SHARE")]
     core_share: Option<f64>,
-    /// Play a smooth sound and listen for clicks and direct current in what comes out.
+    /// Play a smooth sound and detect clicks and direct current in the output.
     #[arg(long)]
     detect: bool,
-    /// What changes besides places; everything if nothing is named.
+    /// Kinds of changes besides movement; all if none is given.
     #[arg(long, value_delimiter = ',')]
     changes: Vec<Change>,
-    /// How paths go on between updates, until that changes.
+    /// Predictor at the start: hold, linear or best.
     #[arg(long, default_value = "linear", value_name = "NAME")]
     predictor: String,
-    /// Write what every thread did when, for Perfetto.
+    /// Write a trace of all threads' work for Perfetto.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     /// Print one JSON object.
@@ -73,7 +74,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Threads that do nothing as hard as they can.
+/// Threads that only consume processor time.
 struct Load {
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
@@ -104,7 +105,7 @@ impl Drop for Load {
     }
 }
 
-/// Listens on the device's thread, and tells what it heard when the device is stopped.
+/// Analyses the output on the device's thread and sends the result when the device stops.
 struct Ear {
     detector: ClickDetector,
     to: Sender<ClickDetector>,
@@ -112,11 +113,11 @@ struct Ear {
 
 impl Drop for Ear {
     fn drop(&mut self) {
-        let _nobody_asks = self.to.send(self.detector.clone());
+        let _receiver_gone = self.to.send(self.detector.clone());
     }
 }
 
-/// Runs in real time; gives memory since it had settled.
+/// Runs in real time and returns memory use after [`SETTLED_S`].
 #[expect(clippy::disallowed_methods, reason = "a soak runs by the clock")]
 fn keep_going(
     restless: &mut Restless,
@@ -181,10 +182,7 @@ fn device(
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    if !(0.01..=10_000.0).contains(&arguments.minutes) {
-        let problem = format!("{} is no length", arguments.minutes);
-        return Err(Error::setting("--minutes", problem, "give 0.01 to 10000"));
-    }
+    within("--minutes", arguments.minutes, 0.01..=10_000.0, "")?;
     let settings = EngineSettings {
         generation: GeneratorSettings {
             max_sources: arguments.sources.min(SLOTS),
@@ -219,7 +217,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut restless = Restless {
         controller,
         clip,
-        here: Vec::new(),
+        sources: Vec::new(),
         most: arguments.sources,
         changes: match arguments.changes.as_slice() {
             [] => Change::value_variants().to_vec(),
@@ -330,42 +328,7 @@ fn tell(
     }
     if arguments.json {
         println!("{result}");
-        return;
-    }
-    println!(
-        "{} blocks, {} missed; a block took {:.1} % of its period at the median, {:.1} % at p99.9, {:.1} % at worst",
-        heard.blocks,
-        heard.missed,
-        100.0 * share(block.p50_s),
-        100.0 * share(block.p999_s),
-        100.0 * share(block.worst_s),
-    );
-    if let (Some(p50), Some(p999), Some(worst)) = (
-        shares.percentile(0.5),
-        shares.percentile(0.999),
-        shares.percentile(1.0),
-    ) {
-        println!(
-            "of its own processor time, without what the machine did besides: {:.1} %, {:.1} %, {:.1} %",
-            100.0 * p50,
-            100.0 * p999,
-            100.0 * worst,
-        );
-    }
-    println!(
-        "{operations} allocations and frees on the audio side; {} scene swaps, {} sources added; {:.1} MB at most, then {:.1} MB ({:+.2} MB a minute)",
-        restless.swaps,
-        restless.added,
-        rss_mb[0],
-        rss_mb[1],
-        memory.growth(1),
-    );
-    if let Some(detector) = listened {
-        println!(
-            "{} clicks, {:.1e} of direct current, peak {:.2}",
-            detector.clicks(),
-            detector.dc(),
-            detector.peak(),
-        );
+    } else {
+        printed::row(&result);
     }
 }

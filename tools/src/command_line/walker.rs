@@ -1,5 +1,5 @@
-//! A listener who walks by the keys of a terminal, which tells of presses and never of releases: a press counts for a
-//! moment, a key that is held repeats.
+//! A listener who walks by the keys of a terminal. A terminal reports presses without releases: a press counts for a
+//! moment, and a held key repeats.
 
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
@@ -18,7 +18,7 @@ const TURN_PER_S: f32 = 1.5;
 /// Nearest to a wall, in metres.
 const CLEARANCE_M: f32 = 0.3;
 
-/// What a key asks for.
+/// A direction that a key stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pressed {
     Ahead,
@@ -40,9 +40,9 @@ pub(crate) struct Walker {
 }
 
 impl Walker {
-    /// Where the scene's listener stands.
+    /// At the standing position of the scene's walk.
     pub(crate) fn new(loaded: &LoadedScene) -> Self {
-        let walk = loaded.layout.as_ref().and_then(|layout| layout.listener);
+        let walk = loaded.walk();
         let report = loaded.scene.report();
         let middle = (report.bounds_min + report.bounds_max) / 2.0;
         Self {
@@ -62,7 +62,7 @@ impl Walker {
     pub(crate) fn step(&mut self, seconds: f32) -> ListenerPose {
         let held = |pressed: Pressed| self.held_s[pressed as usize].min(seconds).max(0.0);
         let turned = held(Pressed::TurnLeft) - held(Pressed::TurnRight);
-        let way = Vec3::new(
+        let step = Vec3::new(
             held(Pressed::Right) - held(Pressed::Left),
             0.0,
             held(Pressed::Back) - held(Pressed::Ahead),
@@ -71,24 +71,24 @@ impl Walker {
             *left_s = (*left_s - seconds).max(0.0);
         }
         self.yaw += TURN_PER_S * turned;
-        self.go(Quat::from_rotation_y(self.yaw) * (WALK_M_S * way));
+        self.go(Quat::from_rotation_y(self.yaw) * (WALK_M_S * step));
         ListenerPose::facing(self.position, self.yaw)
     }
 
     /// A step, unless a wall is in the way.
-    fn go(&mut self, way: Vec3) {
-        let Some(ahead) = way.try_normalize() else {
+    fn go(&mut self, step: Vec3) {
+        let Some(ahead) = step.try_normalize() else {
             return;
         };
-        let local = |place: Vec3| self.scene.to_local(place).as_vec3();
-        let far = self.position + way + CLEARANCE_M * ahead;
+        let local = |at: Vec3| self.scene.to_local(at).as_vec3();
+        let far = self.position + step + CLEARANCE_M * ahead;
         let ray = Ray::between(local(self.position), local(far));
         if !self.scene.bvh().any_hit(&ray, [NO_GROUP; 2]) {
-            self.position += way;
+            self.position += step;
         }
     }
 
-    /// Where the scene's own walk leads at a time in seconds.
+    /// The pose of the scene's own walk at a time in seconds.
     pub(crate) fn at(&self, time_s: f64) -> ListenerPose {
         let position = self
             .walk

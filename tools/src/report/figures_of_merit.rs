@@ -1,17 +1,17 @@
-//! How a figure of merit is written in a table, and what it is held against.
+//! Texts of the figures of merit and their targets.
 
 use super::Row;
 use crate::cells::Condition;
 use crate::scores::Spread;
 use crate::si_snr::{CAP_DB, capped_text};
 
-/// What is asked of `best` with a standing and a walking listener: PESQ, SSIM, SI-SNR.
+/// Targets of `best` with a standing and a walking listener: PESQ, SSIM, SI-SNR.
 const TARGETS: [[f64; 3]; 2] = [[4.63, 0.9995, 40.0], [4.50, 0.990, 25.0]];
 
-/// The predictors of every table, in their order; others are the ablation's.
+/// The predictors in the order of the tables.
 pub(super) const PLAIN: [&str; 3] = ["hold", "linear", "best"];
 
-/// Mean and deviation; the mean alone where, to these decimals, nothing deviates.
+/// Mean and deviation; the mean alone if the deviation rounds to zero.
 fn spread_text(spread: Spread, decimals: usize) -> String {
     if spread.sd < 0.5 * 0.1f64.powi(decimals as i32) {
         return format!("{:.decimals$}", spread.mean);

@@ -1,13 +1,12 @@
-//! Rows one below the other, as they come: the ablation's and the doorway's.
+//! The doorway's rows in one table.
 
-use std::fmt::Write;
-
+use super::Row;
 use super::figures_of_merit::figures;
-use super::{Row, escaped};
+use super::html::{escaped, figure, row, table};
 
-/// A table with a line a row.
-pub(super) fn listed(rows: &[&Row]) -> String {
-    const HEAD: [&str; 8] = [
+/// A table with a line for each row.
+pub(super) fn listed(rows: &[Row]) -> String {
+    let head = [
         "cell",
         "predictor",
         "L",
@@ -17,43 +16,33 @@ pub(super) fn listed(rows: &[&Row]) -> String {
         "SI-SNR dB",
         "EPS µs",
     ];
-    let head: String = HEAD
-        .iter()
-        .map(|name| format!("<th scope=\"col\">{name}</th>"))
-        .collect();
-    let mut body = String::new();
-    let mut last = String::new();
-    for row in rows {
-        let mut cell = format!("{}, {}, {}", row.scene, row.platform.name(), row.sources);
-        if row.signal != "speech" {
-            cell = format!("{cell}, {}", row.signal);
+    let (mut body, mut last) = (String::new(), String::new());
+    for r in rows {
+        let mut cell = format!("{}, {}, {}", r.scene, r.platform.name(), r.sources);
+        if r.signal != "speech" {
+            cell = format!("{cell}, {}", r.signal);
         }
-        if !row.is_late {
+        if !r.is_late {
             cell.push_str(", at once");
         }
-        let name = if cell == last { "" } else { &cell };
-        let group = if cell == last {
-            ""
-        } else {
-            " class=\"begins\""
-        };
-        let _ = write!(
-            body,
-            "<tr{group}><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
-            escaped(name),
-            escaped(&row.predictor),
-            row.level,
-            row.graphics_rate_hz
-        );
-        for (text, met) in figures(row) {
-            let class = if met { " class=\"met\"" } else { "" };
-            let _ = write!(body, "<td{class}>{text}</td>");
-        }
-        let _ = write!(body, "<td>{:.0}</td></tr>", row.extrapolation_us);
+        let is_new = cell != last;
+        let [pesq, ssim, si_snr] = figures(r).map(figure);
+        let cells = [
+            if is_new {
+                escaped(&cell)
+            } else {
+                String::new()
+            },
+            escaped(&r.predictor),
+            r.level.to_string(),
+            r.graphics_rate_hz.to_string(),
+            pesq,
+            ssim,
+            si_snr,
+            format!("{:.0}", r.extrapolation_us),
+        ];
+        body.push_str(&row(if is_new { "begins" } else { "" }, &cells));
         last = cell;
     }
-    format!(
-        "<div class=\"scroll\" tabindex=\"0\"><table class=\"names\"><thead><tr>{head}</tr></thead>\
-         <tbody>{body}</tbody></table></div>"
-    )
+    table("names", "", &head, &body)
 }

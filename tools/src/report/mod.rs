@@ -1,9 +1,7 @@
-//! The report on an evaluation: one HTML page that needs nothing else but the WAV files beside it.
-//!
-//! Host only. Takes finished rows and pictures, gives the text of `index.html`: style inside, pictures as data.
+//! The report on an evaluation: one HTML page with its style and pictures inside and the WAV files beside it.
 
-mod base64;
 mod figures_of_merit;
+mod html;
 mod listed;
 mod overload;
 mod similarity;
@@ -14,22 +12,23 @@ mod tables;
 
 use std::fmt::Write;
 
-pub use self::base64::data_uri;
+use base64::prelude::{BASE64_STANDARD, Engine};
+
 pub use self::overload::OverloadRow;
 pub use self::similarity_map::SimilarityMap;
-pub use self::speed::{Middle, SpeedRow, SpeedTable};
 
+use self::html::escaped;
 use super::cells::{Condition, Platform};
 use super::scores::Spread;
 
 /// One cell and predictor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Whose graphics rate and level.
+    /// Platform of the graphics rate and level.
     pub platform: Platform,
     /// Name of the scene.
     pub scene: String,
-    /// How everybody moves.
+    /// How listener and sources move.
     pub condition: Condition,
     /// Number of sources.
     pub sources: usize,
@@ -39,11 +38,11 @@ pub struct Row {
     pub graphics_rate_hz: f64,
     /// Name of the predictor.
     pub predictor: String,
-    /// Whether results come late, as on a real machine.
+    /// Whether results are L + 1 graphics frames late.
     pub is_late: bool,
     /// speech, music or percussion.
     pub signal: String,
-    /// Renderings that the means are over.
+    /// Number of renderings of the means.
     pub repeats: usize,
     /// Wideband PESQ, of speech.
     pub pesq: Option<Spread>,
@@ -55,31 +54,31 @@ pub struct Row {
     pub extrapolation_us: f64,
     /// Paths of the reference, median over updates of the first repeat.
     pub reference_paths: usize,
-    /// Share of a thorough search's paths that the reference has in mid-walk.
+    /// Share of the paths of a search with more rays that the reference has in mid-walk.
     pub reference_recall: f64,
     /// The same by energy.
     pub reference_energy_recall: f64,
     /// Checksum of the first repeat's reference.
     pub reference_checksum: String,
-    /// What the cell's WAV files begin with.
+    /// Stem of the cell's WAV files.
     pub wav_stem: String,
 }
 
 /// A picture with what it shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// What it is called; figures of one title stand together.
+    /// Title; figures of one title are grouped.
     pub title: String,
-    /// What is seen, in a sentence or two.
+    /// Caption.
     pub caption: String,
     /// The picture as a data URI.
     pub image: String,
 }
 
-/// A pair of renderings to be listened to.
+/// Renderings of one cell to compare by ear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Listening {
-    /// What is heard.
+    /// Title.
     pub title: String,
     /// Name and relative file of each rendering.
     pub files: Vec<(String, String)>,
@@ -90,13 +89,11 @@ pub struct Listening {
 pub struct Report {
     /// The tables' rows.
     pub rows: Vec<Row>,
-    /// `best` and what is left of it without its parts.
-    pub ablation: Vec<Row>,
     /// The stress case of the paper's Figure 7.
     pub doorway: Vec<Row>,
-    /// What `bench speed` measured.
-    pub speed: SpeedTable,
-    /// What a machine plays that is too slow.
+    /// Output of `bench speed --json`, or null.
+    pub speed: serde_json::Value,
+    /// Playback under overload.
     pub overload: Vec<OverloadRow>,
     /// Pictures in order.
     pub figures: Vec<Figure>,
@@ -104,6 +101,11 @@ pub struct Report {
     pub listening: Vec<Listening>,
     /// Name and value of each condition, such as the machine.
     pub conditions: Vec<(String, String)>,
+}
+
+/// Bytes of a media type (such as image/png) as a data URI.
+pub fn data_uri(media_type: &str, bytes: &[u8]) -> String {
+    format!("data:{media_type};base64,{}", BASE64_STANDARD.encode(bytes))
 }
 
 impl Report {
@@ -122,7 +124,6 @@ impl Report {
                 tables::wins(&self.rows),
             ),
             ("speed", "Speed (Tables 3 and 4)", speed::speed(&self.speed)),
-            ("ablation", "Ablation", tables::ablation(&self.ablation)),
             (
                 "doorway",
                 "Past a door (Figure 7's cell)",
@@ -170,10 +171,9 @@ impl Report {
         if self.doorway.is_empty() {
             return String::new();
         }
-        let rows: Vec<&Row> = self.doorway.iter().collect();
         format!(
-            "<p>Two rooms, one door, a walk that crosses a wall's edge beside it: paths come and go at once.</p>{}",
-            listed::listed(&rows)
+            "<p>Two rooms, one door, a walk that crosses a wall's edge beside it: paths appear and vanish suddenly.</p>{}",
+            listed::listed(&self.doorway)
         )
     }
 
@@ -235,12 +235,4 @@ impl Report {
             .collect();
         format!("<dl>{rows}</dl>")
     }
-}
-
-/// Text with HTML's own characters replaced.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }

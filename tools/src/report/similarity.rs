@@ -1,9 +1,8 @@
 //! Table 5 in the paper's own shape: a column a number of sources, ours and the printed figure below each other.
 
-use std::fmt::Write;
-
+use super::Row;
 use super::figures_of_merit::{PLAIN, figures};
-use super::{Row, escaped};
+use super::html::{NONE, escaped, figure, row, table};
 use crate::cells::{Condition, Platform};
 use crate::paper::{Printed, table_five};
 
@@ -28,11 +27,11 @@ pub(super) fn similarity(rows: &[Row]) -> String {
     }
     headings
         .into_iter()
-        .map(|heading| table(rows, heading))
+        .map(|heading| similarity_table(rows, heading))
         .collect()
 }
 
-fn table(rows: &[Row], (platform, condition, signal): Heading<'_>) -> String {
+fn similarity_table(rows: &[Row], (platform, condition, signal): Heading<'_>) -> String {
     let part: Vec<&Row> = rows
         .iter()
         .filter(|r| (r.platform, r.condition, r.signal.as_str()) == (platform, condition, signal))
@@ -52,19 +51,17 @@ fn table(rows: &[Row], (platform, condition, signal): Heading<'_>) -> String {
         condition.listener()
     );
     let title = escaped(&title);
-    let columns: String = counts
-        .iter()
-        .map(|n| format!("<th scope=\"col\">{n}</th>"))
-        .collect();
+    let counts_text: Vec<String> = counts.iter().map(|n| n.to_string()).collect();
+    let head = ["figure", "predictor"]
+        .into_iter()
+        .chain(counts_text.iter().map(String::as_str));
     let body: String = scenes
         .iter()
         .map(|scene| scene_lines(&part, scene, &counts))
         .collect();
-    format!(
-        "<h3>{title}</h3><div class=\"scroll\" tabindex=\"0\"><table class=\"names\"><caption>By number of sources: {title}</caption>\
-         <thead><tr><th scope=\"col\">figure</th><th scope=\"col\">predictor</th>{columns}</tr></thead>\
-         <tbody>{body}</tbody></table></div>"
-    )
+    let caption = format!("By number of sources: {title}");
+    let head: Vec<&str> = head.collect();
+    format!("<h3>{title}</h3>{}", table("names", &caption, &head, &body))
 }
 
 /// The lines of one scene: its paces, then each figure by predictor and latency, then the paper's.
@@ -73,17 +70,13 @@ fn scene_lines(part: &[&Row], scene: &str, counts: &[usize]) -> String {
         part.iter()
             .find(|r| r.scene == scene && r.sources == sources)
     };
-    let mut lines = format!(
-        "<tr class=\"group\"><td>{}</td><td>FPS, L</td>",
-        escaped(scene)
-    );
-    for &sources in counts {
-        let text = of(sources).map_or("–".to_owned(), |r| {
+    let mut cells = vec![escaped(scene), "FPS, L".to_owned()];
+    cells.extend(counts.iter().map(|&sources| {
+        of(sources).map_or(NONE.to_owned(), |r| {
             format!("{}, {}", r.graphics_rate_hz, r.level)
-        });
-        let _ = write!(lines, "<td>{text}</td>");
-    }
-    lines.push_str("</tr>");
+        })
+    }));
+    let mut lines = row("group", &cells);
     let mut names = PLAIN.to_vec();
     for row in part {
         if !names.contains(&row.predictor.as_str()) {
@@ -102,8 +95,8 @@ fn scene_lines(part: &[&Row], scene: &str, counts: &[usize]) -> String {
         }
     }
     let is_speech = part.iter().any(|r| r.scene == scene && r.pesq.is_some());
-    for (place, figure) in FIGURES.iter().enumerate() {
-        if place == 0 && !is_speech {
+    for (index, merit) in FIGURES.iter().enumerate() {
+        if index == 0 && !is_speech {
             continue;
         }
         for (line, &(name, is_late)) in series.iter().enumerate() {
@@ -115,48 +108,36 @@ fn scene_lines(part: &[&Row], scene: &str, counts: &[usize]) -> String {
                         && r.is_late == is_late
                 })
             };
-            let first = if line == 0 { *figure } else { "" };
+            let name_cell = if line == 0 { *merit } else { "" };
             let at_once = if is_late { "" } else { ", at once" };
-            let _ = write!(
-                lines,
-                "<tr{}><td>{first}</td><td>{}{at_once}</td>",
-                if line == 0 { " class=\"begins\"" } else { "" },
-                escaped(name)
-            );
-            for &sources in counts {
-                let (text, met) =
-                    find(sources).map_or(("–".to_owned(), false), |r| figures(r)[place].clone());
-                let class = if met { " class=\"met\"" } else { "" };
-                let _ = write!(lines, "<td{class}>{text}</td>");
-            }
-            lines.push_str("</tr>");
+            let mut cells = vec![name_cell.to_owned(), format!("{}{at_once}", escaped(name))];
+            cells.extend(counts.iter().map(|&sources| {
+                find(sources).map_or(NONE.to_owned(), |r| figure(figures(r)[index].clone()))
+            }));
+            lines.push_str(&row(if line == 0 { "begins" } else { "" }, &cells));
         }
-        lines.push_str(&printed_line(part, scene, counts, place));
+        lines.push_str(&printed_line(part, scene, counts, index));
     }
     lines
 }
 
 /// The paper's figures, where the paper has the scene and the signal is its own.
-fn printed_line(part: &[&Row], scene: &str, counts: &[usize], place: usize) -> String {
-    let Some(row) = part
+fn printed_line(part: &[&Row], scene: &str, counts: &[usize], index: usize) -> String {
+    let Some(first) = part
         .iter()
         .find(|r| r.scene == scene && r.signal == "speech")
     else {
         return String::new();
     };
-    let printed = |sources| table_five(row.platform, scene, row.condition, sources);
+    let printed = |sources| table_five(first.platform, scene, first.condition, sources);
     if counts.iter().all(|&sources| printed(sources).is_none()) {
         return String::new();
     }
-    let text = |p: Printed| [p.pesq, p.ssim, p.si_snr_db][place].replace('>', "&gt;");
-    let cells: String = counts
+    let text = |p: Printed| [p.pesq, p.ssim, p.si_snr_db][index].replace('>', "&gt;");
+    let mut cells = vec![String::new(), "the paper".to_owned()];
+    let texts = counts
         .iter()
-        .map(|&n| {
-            format!(
-                "<td>{}</td>",
-                printed(n).map_or("–".to_owned(), text).replace('±', " ± ")
-            )
-        })
-        .collect();
-    format!("<tr class=\"paper\"><td></td><td>the paper</td>{cells}</tr>")
+        .map(|&n| printed(n).map_or(NONE.to_owned(), text));
+    cells.extend(texts.map(|text| text.replace('±', " ± ")));
+    row("paper", &cells)
 }

@@ -1,63 +1,17 @@
-//! Tables 3 and 4: what `bench speed --json` measured, beside what the paper printed.
+//! Tables 3 and 4: the rows of `bench speed --json` beside what the paper printed.
 
-use std::fmt::Write;
+use serde_json::Value;
 
-use serde::Deserialize;
+use super::html::{NONE, escaped, row, table};
+use crate::cells::Platform;
+use crate::paper::printed_speed;
 
-use super::escaped;
-use crate::cells::{Platform, printed_speed};
-
-/// The output of `bench speed --json`.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
-pub struct SpeedTable {
-    /// A row a scene and number of sources.
-    pub rows: Vec<SpeedRow>,
-    /// Where it was measured, by name.
-    #[serde(default)]
-    pub machine: serde_json::Map<String, serde_json::Value>,
-}
-
-/// What was measured of one cell. What a measurement left out is `None`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct SpeedRow {
-    /// Name of the scene.
-    pub scene: String,
-    /// Number of sources.
-    pub sources: usize,
-    /// The caller's own work in a graphics frame.
-    #[serde(default)]
-    pub graphics_ms: f64,
-    /// Graphics frames a second of the synchronous schedule.
-    pub sync_fps: Option<f64>,
-    /// Of the asynchronous one.
-    pub async_fps: Option<f64>,
-    /// Their ratio.
-    pub speedup: Option<f64>,
-    /// Time of a propagation update.
-    pub sps_ms: Option<Middle>,
-    /// Of a graphics frame's extrapolation.
-    pub eps_us: Option<Middle>,
-    /// Of a graphics frame's sound.
-    pub sgs_us: Option<Middle>,
-    /// Extrapolation level.
-    pub level: Option<Middle>,
-}
-
-/// Middle and near-worst value.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-pub struct Middle {
-    /// Half of the values are below.
-    pub p50: f64,
-    /// 19 of 20 are below.
-    pub p95: f64,
-}
-
-/// The section's content; nothing without rows.
-pub(super) fn speed(table: &SpeedTable) -> String {
-    if table.rows.is_empty() {
+/// The section's content from the output of `bench speed --json`; empty without rows.
+pub(super) fn speed(measured: &Value) -> String {
+    let Some(rows) = measured["rows"].as_array().filter(|rows| !rows.is_empty()) else {
         return String::new();
-    }
-    const HEAD: [&str; 11] = [
+    };
+    let head = [
         "scene, sources",
         "own work ms",
         "sync FPS",
@@ -70,58 +24,58 @@ pub(super) fn speed(table: &SpeedTable) -> String {
         "paper: PC, FPS",
         "paper: phone, FPS",
     ];
-    let head: String = HEAD
-        .iter()
-        .map(|name| format!("<th scope=\"col\">{name}</th>"))
-        .collect();
-    let mut body = String::new();
-    for row in &table.rows {
-        let number = |value: Option<f64>, decimals: usize, unit: &str| {
-            value.map_or("–".to_owned(), |v| format!("{v:.decimals$}{unit}"))
-        };
-        let both = |middle: Option<Middle>, decimals: usize| {
-            middle.map_or("–".to_owned(), |m| {
-                format!("{:.decimals$} / {:.decimals$}", m.p50, m.p95)
-            })
-        };
-        let printed = |platform| {
-            printed_speed(platform, &row.scene, row.sources).map_or("–".to_owned(), |p| {
-                format!(
-                    "{} → {} ({:.2}×)",
-                    p.baseline_fps, p.proposed_fps, p.speedup
-                )
-            })
-        };
-        let _ = write!(
-            body,
-            "<tr><td>{}, {}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>\
-             <td class=\"paper\">{}</td><td class=\"paper\">{}</td></tr>",
-            escaped(&row.scene),
-            row.sources,
-            row.graphics_ms,
-            number(row.sync_fps, 1, ""),
-            number(row.async_fps, 1, ""),
-            number(row.speedup, 2, "×"),
-            both(row.sps_ms, 2),
-            both(row.eps_us, 0),
-            both(row.sgs_us, 0),
-            number(row.level.map(|l| l.p50), 0, ""),
-            printed(Platform::Workstation),
-            printed(Platform::Mobile)
-        );
-    }
-    let machine: Vec<String> = table
-        .machine
-        .iter()
+    let body: String = rows.iter().map(measured_row).collect();
+    let machine = measured["machine"].as_object().into_iter().flatten();
+    let machine: Vec<String> = machine
         .map(|(name, value)| match value {
-            serde_json::Value::String(text) => format!("{name}: {text}"),
+            Value::String(text) => format!("{name}: {text}"),
             other => format!("{name}: {other}"),
         })
         .collect();
     format!(
         "<p>Graphics frames a second by <code>bench speed</code>, audio work on two threads. Measured on {}. The paper's \
-         rates are of its machines and scenes: baseline → proposed (speedup).</p>\
-         <div class=\"scroll\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>",
-        escaped(&machine.join(", "))
+         rates are of its machines and scenes: baseline → proposed (speedup).</p>{}",
+        escaped(&machine.join(", ")),
+        table("", "", &head, &body)
     )
+}
+
+fn measured_row(measured: &Value) -> String {
+    let number = |key: &str, decimals: usize, unit: &str| {
+        let number = measured.pointer(key).and_then(Value::as_f64);
+        number.map_or(NONE.to_owned(), |n| format!("{n:.decimals$}{unit}"))
+    };
+    let both = |key: &str, decimals: usize| {
+        let [p50, p95] = ["p50", "p95"].map(|p| number(&format!("{key}/{p}"), decimals, ""));
+        format!("{p50} / {p95}")
+    };
+    let scene = measured["scene"].as_str().unwrap_or_default();
+    let sources = measured["sources"].as_u64().unwrap_or_default();
+    let printed = |platform| {
+        let cell = printed_speed(platform, scene, sources as usize);
+        let text = cell.map_or(NONE.to_owned(), |p| {
+            format!(
+                "{} → {} ({:.2}×)",
+                p.baseline_fps, p.proposed_fps, p.speedup
+            )
+        });
+        format!("<span class=\"paper\">{text}</span>")
+    };
+    let cells = [
+        format!("{}, {sources}", escaped(scene)),
+        measured["graphics_ms"]
+            .as_f64()
+            .unwrap_or_default()
+            .to_string(),
+        number("/sync_fps", 1, ""),
+        number("/async_fps", 1, ""),
+        number("/speedup", 2, "×"),
+        both("/sps_ms", 2),
+        both("/eps_us", 0),
+        both("/sgs_us", 0),
+        number("/level/p50", 0, ""),
+        printed(Platform::Workstation),
+        printed(Platform::Mobile),
+    ];
+    row("", &cells)
 }

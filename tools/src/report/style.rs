@@ -1,4 +1,4 @@
-//! The page's looks: light and dark, wide and narrow.
+//! The page's style sheet, for light and dark, wide and narrow screens.
 
 /// Style sheet of the page.
 pub(super) const STYLE: &str = "

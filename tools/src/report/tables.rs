@@ -1,11 +1,11 @@
-//! The page's smaller tables: summary, wins, ablation, references.
+//! The page's smaller tables: summary, wins, references.
 
 use std::fmt::Write;
 
+use super::Row;
 use super::figures_of_merit::PLAIN;
-use super::listed::listed;
-use super::{Row, escaped};
-use crate::cells::{Condition, Platform, SOURCE_COUNTS};
+use super::html::{NONE, escaped, row, table};
+use crate::cells::{Condition, Platform, SCENES, SOURCE_COUNTS};
 use crate::paper::table_six;
 
 /// Tiles above everything: the worst cell of each predictor with a walking listener.
@@ -36,8 +36,8 @@ pub(super) fn summary(rows: &[Row]) -> String {
     }
     format!(
         "<p>Each cell renders the same walk twice: with a whole propagation in every graphics frame (the reference), and \
-         with one every L + 1 frames whose result comes L + 1 frames late. The figures say how alike the two sound. \
-         The paper's printed values stand in <span class=\"paper\">this colour</span>; its scenes are not public and \
+         with one every L + 1 frames whose result comes L + 1 frames late. The figures measure how alike the two sound. \
+         The paper's printed values have <span class=\"paper\">this colour</span>; its scenes are not public and \
          ours stand in. A shaded figure meets the target set for <code>best</code>.</p><div class=\"tiles\">{tiles}</div>"
     )
 }
@@ -55,19 +55,20 @@ pub(super) fn wins(rows: &[Row]) -> String {
                 && r.signal == "speech"
         })
     };
+    let cell =
+        |ours: String, printed: &str| format!("{ours} <span class=\"paper\">{printed}</span>");
     let mut body = String::new();
-    let mut totals = [[0usize; 2]; SOURCE_COUNTS.len()];
-    let mut printed_totals = totals;
-    for scene in crate::cells::SCENES {
-        let mut line = String::new();
+    let mut totals = [[[0usize; 2]; 2]; SOURCE_COUNTS.len()];
+    for scene in SCENES {
+        let mut cells = vec![scene.to_owned()];
         let mut any = false;
-        for (column, sources) in SOURCE_COUNTS.into_iter().enumerate() {
-            let printed = table_six(scene, sources).unwrap_or("");
-            for (total, wins) in printed_totals[column].iter_mut().zip(printed.split('/')) {
+        for (totals, sources) in totals.iter_mut().zip(SOURCE_COUNTS) {
+            let printed = table_six(scene, sources).unwrap_or_default();
+            for (total, wins) in totals[1].iter_mut().zip(printed.split('/')) {
                 *total += wins.parse().unwrap_or(0);
             }
             let pair = find(scene, sources, "linear").zip(find(scene, sources, "hold"));
-            let ours = pair.map(|(linear, hold)| {
+            let ours = pair.map_or(NONE.to_owned(), |(linear, hold)| {
                 any = true;
                 let figures = |r: &Row| {
                     [
@@ -76,91 +77,75 @@ pub(super) fn wins(rows: &[Row]) -> String {
                         r.si_snr_db.mean,
                     ]
                 };
-                let (a, b) = (figures(linear), figures(hold));
-                let count =
-                    |x: [f64; 3], y: [f64; 3]| x.iter().zip(y).filter(|(x, y)| **x > *y).count();
-                let wins = [count(a, b), count(b, a)];
-                for (total, wins) in totals[column].iter_mut().zip(wins) {
-                    *total += wins;
-                }
+                let pairs = || figures(linear).into_iter().zip(figures(hold));
+                let wins = [
+                    pairs().filter(|(l, h)| l > h).count(),
+                    pairs().filter(|(l, h)| h > l).count(),
+                ];
+                totals[0] = [totals[0][0] + wins[0], totals[0][1] + wins[1]];
                 format!("{}/{}", wins[0], wins[1])
             });
-            let _ = write!(
-                line,
-                "<td>{} <span class=\"paper\">{}</span></td>",
-                ours.as_deref().unwrap_or("–"),
-                printed
-            );
+            cells.push(cell(ours, printed));
         }
         if any {
-            let _ = write!(body, "<tr><td>{scene}</td>{line}</tr>");
+            body.push_str(&row("", &cells));
         }
     }
     if body.is_empty() {
         return body;
     }
-    let pairs = totals.iter().zip(&printed_totals);
-    let total: String = pairs
-        .map(|([linear, hold], [p, q])| {
-            let ours = match linear + hold {
-                0 => "–".to_owned(),
-                _ => format!("{linear}/{hold}"),
-            };
-            format!("<td>{ours} <span class=\"paper\">{p}/{q}</span></td>")
-        })
-        .collect();
-    let total = format!("<tr class=\"begins\"><td>total</td>{total}</tr>");
-    let head: String = SOURCE_COUNTS
+    let sums = totals
         .iter()
-        .map(|n| format!("<th scope=\"col\">{n}</th>"))
+        .map(|[[linear, hold], [p, q]]| match linear + hold {
+            0 => cell(NONE.to_owned(), &format!("{p}/{q}")),
+            _ => cell(format!("{linear}/{hold}"), &format!("{p}/{q}")),
+        });
+    let cells: Vec<String> = std::iter::once("total".to_owned()).chain(sums).collect();
+    body.push_str(&row("begins", &cells));
+    let counts = SOURCE_COUNTS.map(|n| n.to_string());
+    let head: Vec<&str> = std::iter::once("scene")
+        .chain(counts.iter().map(String::as_str))
         .collect();
     format!(
         "<p>How many of PESQ, SSIM and SI-SNR <code>linear</code> and <code>hold</code> win on the means over repeats, by \
-         number of sources: ours, then <span class=\"paper\">the paper's</span>. Equal means are nobody's win.</p>\
-         <div class=\"scroll\" tabindex=\"0\"><table><caption>linear/hold wins, workstation, walking listener</caption>\
-         <thead><tr><th scope=\"col\">scene</th>{head}</tr></thead><tbody>{body}{total}</tbody></table></div>"
-    )
-}
-
-/// `best`, its ingredients alone and left out, where there are any.
-pub(super) fn ablation(rows: &[Row]) -> String {
-    if rows.is_empty() {
-        return String::new();
-    }
-    format!(
-        "<p>What each ingredient of <code>best</code> is worth, with a walking listener: all of them, each alone, each left \
-         out. Alone, geometry and dropping act on the newest update's paths; rays ask whether these are still open; \
-         memory keeps paths of earlier updates, which without rays stay as they were; lead computes updates for where \
-         the listener will be.</p>{}",
-        listed(&rows.iter().collect::<Vec<_>>())
+         number of sources: ours, then <span class=\"paper\">the paper's</span>. Equal means count for neither.</p>{}",
+        table(
+            "",
+            "linear/hold wins, workstation, walking listener",
+            &head,
+            &body
+        )
     )
 }
 
 /// Path counts, recall and checksums of the references.
 pub(super) fn references(rows: &[Row]) -> String {
+    let head = [
+        "cell",
+        "paths",
+        "recall",
+        "by energy",
+        "repeats",
+        "checksum",
+    ];
     let mut body = String::new();
     let mut last = "";
-    for row in rows.iter() {
-        if row.wav_stem == last {
-            continue;
+    for r in rows.iter() {
+        if r.wav_stem != std::mem::replace(&mut last, &r.wav_stem) {
+            let cells = [
+                escaped(&r.wav_stem),
+                r.reference_paths.to_string(),
+                format!("{:.2} %", 100.0 * r.reference_recall),
+                format!("{:.2} %", 100.0 * r.reference_energy_recall),
+                r.repeats.to_string(),
+                format!("<code>{}</code>", r.reference_checksum),
+            ];
+            body.push_str(&row("", &cells));
         }
-        last = &row.wav_stem;
-        let _ = write!(
-            body,
-            "<tr><td>{}</td><td>{}</td><td>{:.2} %</td><td>{:.2} %</td><td>{}</td><td><code>{}</code></td></tr>",
-            escaped(&row.wav_stem),
-            row.reference_paths,
-            100.0 * row.reference_recall,
-            100.0 * row.reference_energy_recall,
-            row.repeats,
-            row.reference_checksum
-        );
     }
     format!(
-        "<p>Recall: which share of the paths that are found with eight times the rays the reference has in mid-walk, by \
-         number and by energy. Checksum: FNV-1a, 64 bits, of the first repeat's samples in f32.</p>\
-         <div class=\"scroll\" tabindex=\"0\"><table><caption>References, a line a cell</caption><thead><tr><th scope=\"col\">cell</th>\
-         <th scope=\"col\">paths</th><th scope=\"col\">recall</th><th scope=\"col\">by energy</th><th scope=\"col\">repeats</th>\
-         <th scope=\"col\">checksum</th></tr></thead><tbody>{body}</tbody></table></div>"
+        "<p>Recall: the share, by number and by energy, of the paths found with eight times the rays that the reference has \
+         in mid-walk. Checksum: FNV-1a, 64 bits, of the first repeat's samples in f32.</p>{}",
+        table("", "References, a line for each cell", &head, &body)
     )
 }

@@ -1,49 +1,80 @@
-//! What stands on a plan: sources, the listener's head, labels, the scale.
+//! Marks on a plan: sources, the listener's head, labels, the scale. All lengths and positions are fine pixels.
 
 use glam::{Vec2, Vec3, vec2};
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use crate::axis::{round_step, tick_text};
-use crate::canvas::Canvas;
-use crate::colormap::Colour;
-use crate::floor_plan::PlanFrame;
-use crate::lettering::{Align, Font};
+use crate::chart::{Area, Drawn, INK, LABEL, TEXT, bold_style, px, text_style};
+use crate::plan_ground::PlanFrame;
 use foresound::scene::ListenerPose;
 
-const SOURCE_COLOUR: Colour = Colour(255, 196, 0);
-pub(super) const SOURCE_RADIUS_PX: f32 = 7.0;
-const LISTENER_RADIUS_PX: f32 = 8.0;
+const SOURCE_COLOUR: RGBColor = RGBColor(255, 196, 0);
+pub(super) const SOURCE_RADIUS: f32 = 14.0;
+const LISTENER_RADIUS: f32 = 16.0;
 
-pub(super) fn draw_source(canvas: &mut Canvas, at: Vec2) {
-    canvas.fill_circle(at, SOURCE_RADIUS_PX + 1.0, Colour::WHITE);
-    canvas.fill_circle(at, SOURCE_RADIUS_PX, Colour::INK);
-    canvas.fill_circle(at, SOURCE_RADIUS_PX - 1.8, SOURCE_COLOUR);
+/// A position for `plotters`.
+pub(super) fn point(at: Vec2) -> (i32, i32) {
+    at.round().as_ivec2().into()
 }
 
-pub(super) fn draw_listener(canvas: &mut Canvas, frame: &PlanFrame, listener: &ListenerPose) {
+pub(super) fn draw_source(area: &Area<'_>, at: Vec2) -> Drawn {
+    for (grow, colour) in [(2.0, WHITE), (0.0, INK), (-3.6, SOURCE_COLOUR)] {
+        let radius = (SOURCE_RADIUS + grow).round() as i32;
+        area.draw(&Circle::new(point(at), radius, colour.filled()))?;
+    }
+    Ok(())
+}
+
+pub(super) fn draw_listener(area: &Area<'_>, frame: &PlanFrame, listener: &ListenerPose) -> Drawn {
     let ahead = listener.orientation * Vec3::NEG_Z;
-    let at = frame.place(listener.position);
-    draw_head(canvas, at, vec2(ahead.x, ahead.z).normalize_or(Vec2::NEG_Y));
+    let ahead = vec2(ahead.x, ahead.z).normalize_or(Vec2::NEG_Y);
+    draw_head(area, frame.pixel(listener.position), ahead)
 }
 
 /// A head with a nose.
-pub(super) fn draw_head(canvas: &mut Canvas, at: Vec2, ahead: Vec2) {
-    for (grow, colour) in [(2.0, Colour::WHITE), (0.0, Colour::INK)] {
-        let radius = LISTENER_RADIUS_PX + grow;
+pub(super) fn draw_head(area: &Area<'_>, at: Vec2, ahead: Vec2) -> Drawn {
+    for (grow, colour) in [(4.0, WHITE), (0.0, INK)] {
+        let radius = LISTENER_RADIUS + grow;
         let side = ahead.perp() * radius * 0.8;
-        let nose = at + ahead * (LISTENER_RADIUS_PX * 1.9 + grow);
+        let nose = at + ahead * (LISTENER_RADIUS * 1.9 + grow);
         let cheek = ahead * radius * 0.6;
-        canvas.fill_polygon(&[nose, at + cheek + side, at + cheek - side], colour, 1.0);
-        canvas.fill_circle(at, radius, colour);
+        let corners = [nose, at + cheek + side, at + cheek - side].map(point);
+        area.draw(&Polygon::new(corners, colour.filled()))?;
+        area.draw(&Circle::new(point(at), radius as i32, colour.filled()))?;
     }
+    Ok(())
 }
 
-/// The centre of a label beside a mark: the first of eight places that is free and within the plan.
-pub(super) fn label_place(mark: Vec2, half: Vec2, frame: &PlanFrame, taken: &[[Vec2; 2]]) -> Vec2 {
-    let (dx, dy) = (
-        half.x + SOURCE_RADIUS_PX + 5.0,
-        half.y + SOURCE_RADIUS_PX + 4.0,
-    );
-    let places = [
+/// Draws a walk's line in dashes.
+pub(super) fn draw_walk(area: &Area<'_>, [from, to]: [Vec2; 2]) -> Drawn {
+    let ends = [point(from), point(to)];
+    area.draw(&DashedPathElement::new(
+        ends,
+        px(10.0),
+        px(7.0),
+        INK.stroke_width(px(2.5) as u32),
+    ))
+}
+
+/// Text with a white rim, for busy grounds.
+pub(super) fn draw_label(area: &Area<'_>, at: Vec2, text: &str) -> Drawn {
+    let centred = Pos::new(HPos::Center, VPos::Center);
+    for k in 0..8 {
+        let beside = at + 4.0 * Vec2::from_angle(k as f32 * std::f32::consts::FRAC_PI_4);
+        area.draw(&Text::new(
+            text,
+            point(beside),
+            bold_style().color(&WHITE).pos(centred),
+        ))?;
+    }
+    area.draw(&Text::new(text, point(at), bold_style().pos(centred)))
+}
+
+/// The centre of a label beside a mark: the first of eight positions that is free and within the plan.
+pub(super) fn label_centre(mark: Vec2, half: Vec2, frame: &PlanFrame, taken: &[[Vec2; 2]]) -> Vec2 {
+    let (dx, dy) = (half.x + SOURCE_RADIUS + 10.0, half.y + SOURCE_RADIUS + 8.0);
+    let offsets = [
         (dx, 0.0),
         (-dx, 0.0),
         (0.0, -dy),
@@ -62,32 +93,35 @@ pub(super) fn label_place(mark: Vec2, half: Vec2, frame: &PlanFrame, taken: &[[V
                 .iter()
                 .any(|[a, b]| from.cmplt(*b).all() && to.cmpgt(*a).all())
     };
-    let mut places = places.into_iter().map(|(x, y)| mark + vec2(x, y));
+    let mut centres = offsets.into_iter().map(|(x, y)| mark + vec2(x, y));
     let first = mark + vec2(dx, 0.0);
-    places.find(is_free).unwrap_or(first)
+    centres.find(is_free).unwrap_or(first)
 }
 
-/// A bar of a round length, its right end at a point.
-pub(super) fn draw_scale_bar(canvas: &mut Canvas, right: Vec2, px_per_m: f32) {
-    let length_m = round_step(f64::from(140.0 / px_per_m), 1);
-    // The step is the next round one above; the bar stays below twice the room.
-    let length_m = if length_m as f32 * px_per_m > 220.0 {
-        length_m / 2.0
-    } else {
-        length_m
-    };
-    let text = format!("{} m", tick_text(length_m, length_m));
-    let width = Font::Label.width_px(&text);
-    let end = right - vec2(width + 10.0, 0.0);
-    let start = end - vec2(length_m as f32 * px_per_m, 0.0);
-    canvas.fill_rect(
-        start - vec2(0.0, 1.0),
-        end + vec2(0.0, 1.0),
-        Colour::INK,
-        1.0,
+/// A bar of a round length of 100 to 250 pixels, its right end at a point.
+pub(super) fn draw_scale_bar(area: &Area<'_>, right: Vec2, px_per_m: f32) -> Drawn {
+    let least_m = px(100.0) as f32 / px_per_m;
+    let decade = 10f32.powf(least_m.log10().floor());
+    let lengths = [1.0, 2.0, 5.0].map(|factor| factor * decade);
+    let length_m = lengths.into_iter().find(|length| *length >= least_m);
+    let length_m = length_m.unwrap_or(10.0 * decade);
+    let (text, style) = (
+        format!("{length_m} m"),
+        text_style(LABEL, TEXT, HPos::Right),
     );
-    for at in [start, end] {
-        canvas.fill_rect(at - vec2(1.0, 6.0), at + vec2(1.0, 6.0), Colour::INK, 1.0);
+    area.draw(&Text::new(text.as_str(), point(right), style.clone()))?;
+    let end = right - vec2(area.estimate_text_size(&text, &style)?.0 as f32 + 20.0, 0.0);
+    let start = end - vec2(length_m * px_per_m, 0.0);
+    let tick = vec2(0.0, 12.0);
+    for ends in [
+        [start, end],
+        [start - tick, start + tick],
+        [end - tick, end + tick],
+    ] {
+        area.draw(&PathElement::new(
+            ends.map(point),
+            INK.stroke_width(px(2.0) as u32),
+        ))?;
     }
-    canvas.text(right, Align::Right, Font::Label, Colour::TEXT, &text);
+    Ok(())
 }

@@ -3,14 +3,18 @@
 mod marks;
 
 use glam::{Vec2, Vec3, vec2};
+use plotters::prelude::*;
+use plotters::style::text_anchor::HPos;
 
 use self::marks::{
-    SOURCE_RADIUS_PX, draw_head, draw_listener, draw_scale_bar, draw_source, label_place,
+    SOURCE_RADIUS, draw_head, draw_label, draw_listener, draw_scale_bar, draw_source, draw_walk,
+    label_centre, point,
 };
-use super::canvas::Canvas;
-use super::colormap::Colour;
-use super::floor_plan::{PlanFrame, draw_plan};
-use super::lettering::{Align, Font};
+use super::chart::{
+    AXIS, Area, Drawn, FINENESS, INK, LABEL, Picture, SMALL, TEXT, head, legend, px, text_style,
+};
+use super::floor_plan::draw_plan;
+use super::plan_ground::PlanFrame;
 use foresound::propagation::{MAX_ORDER, PathSet};
 use foresound::scene::{ListenerPose, TriangleMesh};
 use foresound::{Error, Result};
@@ -27,37 +31,37 @@ const LEGEND_LINE_PX: f32 = 30.0;
 /// The cut above the listener's ears, in metres: below the head of a door, above whatever one looks over.
 const CUT_ABOVE_EARS_M: f32 = 0.3;
 
-/// Kinds of paths that are drawn and counted apart: by order, and last those that bend, whatever reflects them besides.
+/// Kinds of paths: by reflection order, and last all diffracted ones.
 const KINDS: usize = MAX_ORDER + 2;
-const BENT: usize = KINDS - 1;
+const DIFFRACTED: usize = KINDS - 1;
 
 /// Colour, width in pixels and opacity of a path by its kind.
-const STYLES: [(Colour, f32, f32); KINDS] = [
-    (Colour(208, 26, 48), 2.6, 1.0),
-    (Colour(232, 120, 16), 1.8, 0.85),
-    (Colour(20, 142, 96), 1.4, 0.7),
-    (Colour(36, 104, 196), 1.2, 0.55),
-    (Colour(128, 72, 172), 1.1, 0.45),
-    (Colour(214, 60, 158), 1.2, 0.7),
+const STYLES: [(RGBColor, f32, f64); KINDS] = [
+    (RGBColor(208, 26, 48), 2.6, 1.0),
+    (RGBColor(232, 120, 16), 1.8, 0.85),
+    (RGBColor(20, 142, 96), 1.4, 0.7),
+    (RGBColor(36, 104, 196), 1.2, 0.55),
+    (RGBColor(128, 72, 172), 1.1, 0.45),
+    (RGBColor(214, 60, 158), 1.2, 0.7),
 ];
 /// Paths of one kind that are drawn at full opacity; more are drawn paler.
-const CLEAR_PATHS: f32 = 40.0;
+const CLEAR_PATHS: f64 = 40.0;
 
 /// One path as a line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathLine {
-    /// Source, reflection points and bends, listener, in metres.
+    /// Source, reflection and diffraction points, listener, in metres.
     pub points: Vec<Vec3>,
     /// Number of reflections.
     pub order: u8,
-    /// Number of edges that it bends around.
+    /// Number of diffracting edges.
     pub diffraction_order: u8,
 }
 
 impl PathLine {
     fn kind(&self) -> usize {
         if self.diffraction_order > 0 {
-            BENT
+            DIFFRACTED
         } else {
             usize::from(self.order)
         }
@@ -106,8 +110,8 @@ pub struct TopView<'a> {
     pub listener: Option<ListenerPose>,
     /// Paths, in any order.
     pub paths: &'a [PathLine],
-    /// Height in metres at which the scene is cut open at the listener's place; elsewhere the cut is as high above
-    /// the ground. If none is given, 0.3 m above the listener's ears, or no cut without a listener.
+    /// Height in metres at which the scene is cut open at the listener; elsewhere the cut is as high above the
+    /// ground. The default is 0.3 m above the listener's ears, or no cut without a listener.
     pub cut_height_m: Option<f32>,
 }
 
@@ -116,68 +120,52 @@ impl TopView<'_> {
     ///
     /// # Errors
     /// [`Error::Setting`] if there is nothing to draw.
-    pub fn draw(&self) -> Result<Canvas> {
-        let frame = self.frame()?;
-        let width = (frame.size_px.x + 2.0 * MARGIN_PX).max(LEAST_WIDTH_PX);
+    pub fn draw(&self) -> Result<Picture> {
+        let plan = self.plan()?;
         let lines = if self.paths.is_empty() { 2.0 } else { 3.0 };
-        let foot = frame.corner_px.y + frame.size_px.y + 16.0;
-        let height = foot + lines * LEGEND_LINE_PX + 12.0;
-        let mut canvas = Canvas::new(width as usize, height as usize)?;
-        let room = width - 2.0 * MARGIN_PX;
-        let title = Font::Title.fitted(self.title, room);
-        canvas.text(
-            vec2(MARGIN_PX, 30.0),
-            Align::Left,
-            Font::Title,
-            Colour::INK,
-            &title,
-        );
-        let caption = Font::Label.fitted(self.caption, room);
-        canvas.text(
-            vec2(MARGIN_PX, 58.0),
-            Align::Left,
-            Font::Label,
-            Colour::TEXT,
-            &caption,
-        );
-
-        draw_plan(&mut canvas, &frame, self.triangles, self.cut());
-        self.draw_paths(&mut canvas, &frame);
-        self.draw_walk(&mut canvas, &frame);
-        self.draw_sources(&mut canvas, &frame);
-        if let Some(listener) = &self.listener {
-            draw_listener(&mut canvas, &frame, listener);
-        }
-        canvas.frame(
-            frame.corner_px - 1.0,
-            frame.corner_px + frame.size_px + 1.0,
-            Colour::AXIS,
-        );
-        self.draw_legend(&mut canvas, &frame, foot);
-        Ok(canvas)
+        let size = plan.size_px / FINENESS as f32;
+        let width = (size.x + 2.0 * MARGIN_PX).max(LEAST_WIDTH_PX);
+        let height = HEAD_PX + size.y + lines * LEGEND_LINE_PX + 28.0;
+        Picture::draw(width as usize, height as usize, |area| {
+            head(area, px(MARGIN_PX), self.title, self.caption)?;
+            draw_plan(area, &plan, self.triangles, self.cut())?;
+            self.draw_paths(area, &plan)?;
+            if let Some(ends) = self.walk {
+                let ends @ [from, to] = ends.map(|end| plan.pixel(end));
+                draw_walk(area, ends)?;
+                let across = (to - from).normalize_or_zero().perp() * 16.0;
+                for end in ends {
+                    draw_walk(area, [end - across, end + across])?;
+                }
+            }
+            self.draw_sources(area, &plan)?;
+            if let Some(listener) = &self.listener {
+                draw_listener(area, &plan, listener)?;
+            }
+            let corners = [plan.corner_px - 2.0, plan.corner_px + plan.size_px + 2.0];
+            area.draw(&Rectangle::new(corners.map(point), AXIS.stroke_width(2)))?;
+            self.draw_legend(area, &plan)
+        })
     }
 
     fn cut(&self) -> Option<(Vec3, f32)> {
-        let place = self
-            .listener
-            .map(|l| l.position)
-            .or(self.walk.map(|w| w[0]));
-        match (place, self.cut_height_m) {
-            (Some(place), Some(height_m)) => Some((place, height_m)),
-            (Some(place), None) => Some((place, place.y + CUT_ABOVE_EARS_M)),
+        let listener = self.listener.map(|l| l.position);
+        let ears = listener.or(self.walk.map(|walk| walk[0]));
+        match (ears, self.cut_height_m) {
+            (Some(at), height_m) => Some((at, height_m.unwrap_or(at.y + CUT_ABOVE_EARS_M))),
             (None, Some(height_m)) => Some((self.sources.first()?.0, height_m)),
             (None, None) => None,
         }
     }
 
-    /// The largest frame that holds everything.
-    fn frame(&self) -> Result<PlanFrame> {
+    /// The largest plan that holds everything.
+    fn plan(&self) -> Result<PlanFrame> {
         let marks = self.sources.iter().map(|s| s.0);
         let marks = marks
             .chain(self.walk.into_iter().flatten())
             .chain(self.listener.map(|l| l.position));
-        let places = self.triangles.iter().flatten().copied().chain(marks);
-        let flat = places.map(|p| vec2(p.x, p.z)).filter(|p| p.is_finite());
+        let points = self.triangles.iter().flatten().copied().chain(marks);
+        let flat = points.map(|p| vec2(p.x, p.z)).filter(|p| p.is_finite());
         let bounds = flat
             .map(|p| (p, p))
             .reduce(|(a, b), (c, d)| (a.min(c), b.max(d)));
@@ -197,9 +185,9 @@ impl TopView<'_> {
         let width = (size_px.x + 2.0 * MARGIN_PX).max(LEAST_WIDTH_PX);
         Ok(PlanFrame {
             corner_m: low,
-            corner_px: vec2(((width - size_px.x) / 2.0).floor(), HEAD_PX),
-            size_px,
-            px_per_m,
+            corner_px: vec2(((width - size_px.x) / 2.0).floor(), HEAD_PX) * FINENESS as f32,
+            size_px: size_px * FINENESS as f32,
+            px_per_m: px_per_m * FINENESS as f32,
         })
     }
 
@@ -207,101 +195,103 @@ impl TopView<'_> {
         self.paths.iter().filter(|p| p.kind() == kind).count()
     }
 
-    fn draw_paths(&self, canvas: &mut Canvas, frame: &PlanFrame) {
+    fn draw_paths(&self, area: &Area<'_>, plan: &PlanFrame) -> Drawn {
         for (kind, (colour, width_px, opacity)) in STYLES.into_iter().enumerate().rev() {
-            let crowd = (CLEAR_PATHS / self.count(kind).max(1) as f32)
+            let crowd = (CLEAR_PATHS / self.count(kind).max(1) as f64)
                 .sqrt()
                 .clamp(0.15, 1.0);
+            let style = colour
+                .mix(opacity * crowd)
+                .stroke_width(px(width_px) as u32);
             for path in self.paths.iter().filter(|p| p.kind() == kind) {
-                let points: Vec<Vec2> = path.points.iter().map(|&p| frame.place(p)).collect();
-                canvas.polyline(&points, width_px, colour, opacity * crowd);
+                for ends in path.points.windows(2) {
+                    let ends = [ends[0], ends[1]].map(|end| point(plan.pixel(end)));
+                    area.draw(&PathElement::new(ends, style))?;
+                }
             }
         }
+        Ok(())
     }
 
-    fn draw_walk(&self, canvas: &mut Canvas, frame: &PlanFrame) {
-        let Some(ends) = self.walk else {
-            return;
-        };
-        let [from, to] = ends.map(|e| frame.place(e));
-        canvas.line(from, to, 5.0, Colour::WHITE, 0.8);
-        canvas.dashed_line(from, to, 2.4, [10.0, 7.0], Colour::INK);
-        let across = (to - from).normalize_or_zero().perp() * 8.0;
-        for end in [from, to] {
-            canvas.line(end - across, end + across, 2.4, Colour::INK, 1.0);
-        }
-    }
-
-    fn draw_sources(&self, canvas: &mut Canvas, frame: &PlanFrame) {
-        let marks: Vec<Vec2> = self.sources.iter().map(|s| frame.place(s.0)).collect();
+    fn draw_sources(&self, area: &Area<'_>, plan: &PlanFrame) -> Drawn {
+        let marks: Vec<Vec2> = self.sources.iter().map(|s| plan.pixel(s.0)).collect();
+        let around = |at: Vec2, radius: f32| [at - radius, at + radius];
         let mut taken: Vec<[Vec2; 2]> = marks
             .iter()
-            .map(|&m| [m - SOURCE_RADIUS_PX - 2.0, m + SOURCE_RADIUS_PX + 2.0])
+            .map(|&m| around(m, SOURCE_RADIUS + 4.0))
             .collect();
-        taken.extend(
-            self.listener
-                .map(|l| frame.place(l.position))
-                .map(|l| [l - 18.0, l + 18.0]),
-        );
-        let ends = self.walk.into_iter().flatten().map(|e| frame.place(e));
-        taken.extend(ends.map(|e| [e - 9.0, e + 9.0]));
-        marks.iter().for_each(|&mark| draw_source(canvas, mark));
+        let listener = self.listener.map(|l| plan.pixel(l.position));
+        taken.extend(listener.map(|l| around(l, 36.0)));
+        let ends = self.walk.into_iter().flatten().map(|e| plan.pixel(e));
+        taken.extend(ends.map(|e| around(e, 18.0)));
+        for &mark in &marks {
+            draw_source(area, mark)?;
+        }
         for (mark, (_, label)) in marks.iter().zip(self.sources) {
             if label.is_empty() {
                 continue;
             }
-            let half = vec2(Font::Bold.width_px(label), Font::Bold.height_px()) / 2.0;
-            let centre = label_place(*mark, half, frame, &taken);
+            let (width, height) =
+                area.estimate_text_size(label, &text_style(LABEL, INK, HPos::Center))?;
+            let half = vec2(width as f32, height as f32) / 2.0;
+            let centre = label_centre(*mark, half, plan, &taken);
             taken.push([centre - half, centre + half]);
-            canvas.text_on_ground(centre, Align::Centre, Font::Bold, Colour::INK, label);
+            draw_label(area, centre, label)?;
         }
+        Ok(())
     }
 
-    fn draw_legend(&self, canvas: &mut Canvas, frame: &PlanFrame, foot: f32) {
-        let mut y = foot + LEGEND_LINE_PX / 2.0;
-        let label = |canvas: &mut Canvas, x: f32, y: f32, text: &str| -> f32 {
-            canvas.text(vec2(x, y), Align::Left, Font::Label, Colour::TEXT, text);
-            x + Font::Label.width_px(text) + 26.0
-        };
+    fn draw_legend(&self, area: &Area<'_>, plan: &PlanFrame) -> Drawn {
+        let line = LEGEND_LINE_PX * FINENESS as f32;
+        let margin = px(MARGIN_PX) as f32;
+        let mut at = vec2(
+            margin,
+            plan.corner_px.y + plan.size_px.y + 16.0 * FINENESS as f32 + 0.5 * line,
+        );
         if !self.paths.is_empty() {
-            let mut x = MARGIN_PX;
-            for (kind, (colour, width_px, _)) in STYLES.into_iter().enumerate() {
-                canvas.line(vec2(x, y), vec2(x + 30.0, y), width_px + 1.0, colour, 1.0);
+            let entry = |(kind, style): (usize, (RGBColor, f32, f64))| {
                 let name = match kind {
                     0 => "direct".into(),
-                    BENT => "bent".into(),
+                    DIFFRACTED => "diffracted".into(),
                     order => format!("order {order}"),
                 };
-                let text = format!("{name} ({})", self.count(kind));
-                x = label(canvas, x + 40.0, y, &text);
-            }
-            y += LEGEND_LINE_PX;
+                (format!("{name} ({})", self.count(kind)), style.0)
+            };
+            let entries: Vec<_> = STYLES.into_iter().enumerate().map(entry).collect();
+            legend(area, point(at), &entries)?;
+            at.y += line;
         }
-        let mut x = MARGIN_PX;
+        let step = vec2(px(40.0) as f32, 0.0);
+        let label = |at: &mut Vec2, text: &str| -> Drawn {
+            let style = text_style(LABEL, TEXT, HPos::Left);
+            *at += step;
+            area.draw(&Text::new(text, point(*at), style.clone()))?;
+            at.x += area.estimate_text_size(text, &style)?.0 as f32 + px(26.0) as f32;
+            Ok(())
+        };
         if !self.sources.is_empty() {
-            draw_source(canvas, vec2(x + 15.0, y));
-            x = label(canvas, x + 40.0, y, "source");
+            draw_source(area, at + 0.5 * step)?;
+            label(&mut at, "source")?;
         }
         if self.listener.is_some() {
-            draw_head(canvas, vec2(x + 11.0, y), Vec2::X);
-            x = label(canvas, x + 40.0, y, "listener");
+            draw_head(area, at + 0.3 * step, Vec2::X)?;
+            label(&mut at, "listener")?;
         }
         if self.walk.is_some() {
-            canvas.dashed_line(vec2(x, y), vec2(x + 30.0, y), 2.4, [10.0, 7.0], Colour::INK);
-            label(canvas, x + 40.0, y, "walk");
+            draw_walk(area, [at, at + 0.75 * step])?;
+            label(&mut at, "walk")?;
         }
-        let right = canvas.width() as f32 - MARGIN_PX;
-        draw_scale_bar(canvas, vec2(right, y), frame.px_per_m);
-        let note = match self.cut() {
-            Some((place, height_m)) => format!(
-                "seen from above, x to the right, z downwards; cut open at y = {height_m:.1} m at the listener (x {:.1}, z {:.1})",
-                place.x, place.z
-            ),
-            None => "seen from above, x to the right, z downwards".into(),
-        };
-        let note = Font::Small.fitted(&note, right - MARGIN_PX);
-        let at = vec2(MARGIN_PX, y + LEGEND_LINE_PX);
-        canvas.text(at, Align::Left, Font::Small, Colour::TEXT, &note);
+        let right = vec2(area.dim_in_pixel().0 as f32 - margin, at.y);
+        draw_scale_bar(area, right, plan.px_per_m)?;
+        let mut note = "seen from above, x to the right, z downwards".to_owned();
+        if let Some((at, height_m)) = self.cut() {
+            note += &format!(
+                "; cut at y = {height_m:.1} m at the listener (x {:.1}, z {:.1})",
+                at.x, at.z
+            );
+        }
+        let style = text_style(SMALL, TEXT, HPos::Left);
+        area.draw(&Text::new(note, point(vec2(margin, at.y + line)), style))
     }
 }
 

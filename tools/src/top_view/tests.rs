@@ -13,7 +13,7 @@ impl Dice {
     }
 }
 
-fn keep(canvas: &Canvas, name: &str) {
+fn keep(canvas: &Picture, name: &str) {
     if let Some(folder) = std::env::var_os("FORESOUND_FIGURES") {
         canvas
             .save_png(std::path::Path::new(&folder).join(name))
@@ -223,10 +223,10 @@ fn rooms_are_cut_open_below_the_lintels() {
     };
     let canvas = view.draw().unwrap();
     keep(&canvas, "top_rooms.png");
-    let frame = view.frame().unwrap();
+    let frame = view.plan().unwrap();
     let canvas = TopView { paths: &[], ..view }.draw().unwrap();
     let light = |x: f32, z: f32| {
-        let at = frame.place(vec3(x, 0.0, z));
+        let at = frame.pixel(vec3(x, 0.0, z)) / FINENESS as f32;
         canvas.pixel(at.x as usize, at.y as usize).0
     };
     // The wall of the last room beside its door has a dark face; the doorway is as light as the floor.
@@ -295,7 +295,7 @@ fn deep_scenes_and_lone_marks_are_drawn() {
     };
     let canvas = view.draw().unwrap();
     keep(&canvas, "top_corridor.png");
-    assert_eq!(canvas.width(), 1000);
+    assert_eq!(canvas.size().0, 1000);
     let sources = [(vec3(5.0, 1.0, 5.0), "alone".to_owned())];
     let lone = TopView {
         triangles: &[],
@@ -314,8 +314,8 @@ fn scale_is_the_same_across_and_down() {
         triangles: &triangles,
         ..TopView::default()
     };
-    let frame = view.frame().unwrap();
-    let [origin, right, down] = [Vec3::ZERO, Vec3::X, Vec3::Z].map(|p| frame.place(p));
+    let frame = view.plan().unwrap();
+    let [origin, right, down] = [Vec3::ZERO, Vec3::X, Vec3::Z].map(|p| frame.pixel(p));
     assert!(((right.x - origin.x) - (down.y - origin.y)).abs() < 1e-3);
     assert!(right.x > origin.x && down.y > origin.y);
 }
@@ -331,7 +331,7 @@ fn labels_avoid_marks_and_each_other() {
     let (half, mark) = (vec2(30.0, 9.0), vec2(200.0, 200.0));
     let mut taken = vec![[mark - 9.0, mark + 9.0]];
     for _ in 0..4 {
-        let centre = label_place(mark, half, &frame, &taken);
+        let centre = label_centre(mark, half, &frame, &taken);
         let (from, to) = (centre - half, centre + half);
         assert!(
             !taken
@@ -340,7 +340,7 @@ fn labels_avoid_marks_and_each_other() {
         );
         taken.push([from, to]);
     }
-    let at_edge = label_place(vec2(390.0, 200.0), half, &frame, &[]);
+    let at_edge = label_centre(vec2(390.0, 200.0), half, &frame, &[]);
     assert!(at_edge.x < 390.0);
 }
 

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-use super::{Row, rooms};
+use super::Row;
+use super::rooms::{self, Probe};
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::acoustics::{BANDS, BandArray, Material};
 use foresound::error::Result;
-use foresound::propagation::{PathSet, PropagationSettings, Propagator};
-use foresound::scene::{ListenerPose, SourceId, SourcePose};
+use foresound::propagation::PropagationSettings;
 
 /// Absorption that rises over the bands from 0.05 to 0.3.
 const RISING: BandArray = [0.05, 0.08, 0.1, 0.13, 0.16, 0.2, 0.25, 0.3];
@@ -29,8 +29,8 @@ const ROOMS: [([f32; 3], BandArray, f32); 5] = [
 pub struct Case {
     /// Size and scattering.
     pub name: String,
-    /// As propagation tells them, in seconds.
-    pub told_s: BandArray,
+    /// From propagation, in seconds.
+    pub ours_s: BandArray,
     /// Eyring's, with air.
     pub eyring_s: BandArray,
 }
@@ -55,12 +55,10 @@ fn case(size: [f32; 3], absorption: BandArray, scattering: f32) -> Result<Case> 
         transmission: [0.0; BANDS],
     };
     let scene = rooms::six_walls(Vec3::from(size), std::array::from_fn(wall))?;
-    let mut propagator = Propagator::new(scene.clone(), PropagationSettings::default())?;
-    let pose = SourcePose::at(SourceId::new(0, 0), Vec3::new(0.3 * x, 0.4 * y, 0.4 * z));
-    let ear = ListenerPose::facing(Vec3::new(0.7 * x, 0.6 * y, 0.5 * z), 0.0);
-    let mut set = PathSet::default();
+    let source = Vec3::new(0.3 * x, 0.4 * y, 0.4 * z);
+    let mut probe = Probe::new(&scene, source, PropagationSettings::default())?;
     for _ in 0..16 {
-        propagator.update(&ear, &[pose], 0.0, &mut set);
+        probe.update(Vec3::new(0.7 * x, 0.6 * y, 0.5 * z));
     }
     let (volume, surface) = (
         f64::from(x * y * z),
@@ -73,7 +71,7 @@ fn case(size: [f32; 3], absorption: BandArray, scattering: f32) -> Result<Case> 
     });
     Ok(Case {
         name: format!("{x} x {y} x {z} m, scattering {scattering}"),
-        told_s: set.late[0].decay_time_s,
+        ours_s: probe.set.late[0].decay_time_s,
         eyring_s,
     })
 }
@@ -84,7 +82,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     for case in cases()? {
         for b in 0..BANDS {
             let law = format!("decay: {} at {:.0} Hz", case.name, CENTRES_HZ[b]);
-            let off = f64::from(case.told_s[b] / case.eyring_s[b] - 1.0).abs();
+            let off = f64::from(case.ours_s[b] / case.eyring_s[b] - 1.0).abs();
             rows.push(Row::at_most(law, 100.0 * off, 10.0, "%"));
         }
     }

@@ -1,4 +1,4 @@
-//! Law *edge*: sound behind edges against an exact solution, a measured chart and itself.
+//! Law *edge*: sound behind edges against an exact solution and a measured chart, and with source and listener exchanged.
 
 #[path = "../../../tests/reference/wedge.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
@@ -33,18 +33,18 @@ pub(crate) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64) -> Complex {
         incoming,
         outgoing,
     };
-    let path_m = wedge.path_m();
+    let diffracted_m = wedge.path_m();
     // s s' sin²β₀ / (s + s') with s = r / sin β₀.
     let spread = Spread {
-        distance_m: wedge.radii_m[0] * wedge.radii_m[1] / path_m,
-        length_m: path_m,
+        distance_m: wedge.radii_m[0] * wedge.radii_m[1] / diffracted_m,
+        length_m: diffracted_m,
     };
     let kl = [wavenumber * spread.distance_m; BANDS];
     let diffracted = wedge_field(&angles, &spread, &kl)[0].rigid();
-    let mut sum = diffracted * Complex::cis(-wavenumber * path_m) * (1.0 / path_m);
-    // What the oracle adds to its own diffracted field is geometry, not theory.
-    let (total, bent) = (wedge.total(wavenumber), wedge.diffracted(wavenumber));
-    sum += Complex::new(total.0 - bent.0, total.1 - bent.1);
+    let mut sum = diffracted * Complex::cis(-wavenumber * diffracted_m) * (1.0 / diffracted_m);
+    // The oracle adds the same geometrical part to its diffracted field.
+    let (total, diffracted) = (wedge.total(wavenumber), wedge.diffracted(wavenumber));
+    sum += Complex::new(total.0 - diffracted.0, total.1 - diffracted.1);
     sum
 }
 
@@ -56,21 +56,15 @@ const WIDE_M: [[f64; 2]; 4] = [[1.0, 5.0], [2.0, 2.0], [5.0, 5.0], [3.0, 20.0]];
 fn kernel_rows() -> Vec<Row> {
     let strict = [0.5, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2];
     let solid = [1.5, 1.25, 1.75];
-    let mut rows = deviation_rows("half-plane, 1 m", &[2.0], &NEAR_M, strict);
-    rows.extend(deviation_rows(
-        "half-plane, farther",
-        &[2.0],
-        &WIDE_M,
-        strict,
-    ));
-    rows.extend(deviation_rows("solid wedges, 1 m", &solid, &NEAR_M, strict));
-    rows.extend(deviation_rows(
-        "solid wedges, farther",
-        &solid,
-        &WIDE_M,
-        strict,
-    ));
-    rows
+    let cases: [(&str, &[f64], &[[f64; 2]]); 4] = [
+        ("half-plane, 1 m", &[2.0], &NEAR_M),
+        ("half-plane, farther", &[2.0], &WIDE_M),
+        ("solid wedges, 1 m", &solid, &NEAR_M),
+        ("solid wedges, farther", &solid, &WIDE_M),
+    ];
+    let rows =
+        cases.map(|(name, wedges, distances)| deviation_rows(name, wedges, distances, strict));
+    rows.into_iter().flatten().collect()
 }
 
 fn deviation_rows(
@@ -83,7 +77,7 @@ fn deviation_rows(
     for &n in wedges {
         for &radii_m in distances_m {
             for along_m in [0.0, 2.0] {
-                for wedge in places(n, radii_m, along_m) {
+                for wedge in listeners(n, radii_m, along_m) {
                     for b in 0..BANDS {
                         let k = 2.0 * PI * CENTRES_HZ[b] / SPEED_M_S;
                         let exact = oracle::size(wedge.total(k));
@@ -101,13 +95,13 @@ fn deviation_rows(
 }
 
 /// Listeners from 5° before the shadow boundary to the far face.
-fn places(n: f64, radii_m: [f64; 2], along_m: f64) -> Vec<oracle::Wedge> {
-    let mut places = Vec::new();
+fn listeners(n: f64, radii_m: [f64; 2], along_m: f64) -> Vec<oracle::Wedge> {
+    let mut wedges = Vec::new();
     for incoming in [0.25, 0.5 * PI / 2.0, 1.2] {
         for step in 0..20 {
             let outgoing = incoming + PI + (-5.0f64 + 5.0 * f64::from(step) + 0.3).to_radians();
             if outgoing < n * PI - 0.1 {
-                places.push(oracle::Wedge {
+                wedges.push(oracle::Wedge {
                     n,
                     radii_m,
                     angles: [incoming, outgoing],
@@ -116,7 +110,7 @@ fn places(n: f64, radii_m: [f64; 2], along_m: f64) -> Vec<oracle::Wedge> {
             }
         }
     }
-    places
+    wedges
 }
 
 /// The kernel behind a sheet, 10° and more in its shadow, against the formula of \[KURZE71\] for a thin screen. Nearer to

@@ -1,5 +1,5 @@
-//! The law *edge* from end to end: scenes with a thin screen and a corner, a listener who walks through the shadow
-//! boundary, source and listener exchanged.
+//! The law *edge* on whole scenes with a thin screen and a corner: a listener moves through the shadow boundary, source
+//! and listener are exchanged.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -13,11 +13,9 @@ use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::error::Result;
 use foresound::propagation::diffraction::complex::Complex;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
-use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh,
-};
+use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose, TriangleMesh};
 
-/// Half the length of the edges in metres: their ends do not matter, nor do other edges.
+/// Half the length of the edges in metres; their ends and other edges are too far to matter.
 const HALF_LENGTH_M: f32 = 60.0;
 
 /// Distances of source and listener from the edge in metres, and the source's angle from the shadowing face.
@@ -26,7 +24,7 @@ const RADIUS_M: f64 = 5.0;
 /// Tones of an octave.
 const TONES: usize = 12;
 
-/// A scene around the z axis, and what the exact solution needs to know of it.
+/// A scene around the z axis, and its parameters for the exact solution.
 pub(crate) struct EdgeScene {
     pub(crate) scene: Arc<Scene>,
     pub(crate) n: f64,
@@ -39,7 +37,6 @@ pub(crate) struct EdgeScene {
 impl EdgeScene {
     /// A screen downwards from the axis (n = 2), or a right-angled corner of rock at x > 0, y < 0 (n = 1.5).
     pub(crate) fn new(n: f64, incoming: f64) -> Result<Self> {
-        let table = MaterialTable::from_materials(vec![rooms::even("rigid", 0.0, 0.0)]);
         let mut mesh = TriangleMesh::default();
         let material = mesh.material("rigid");
         let mut face = |tangent: Vec3| {
@@ -57,7 +54,7 @@ impl EdgeScene {
             let angle = n * PI;
             face(Vec3::new(angle.cos() as f32, angle.sin() as f32, 0.0));
         }
-        let scene = Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default())?);
+        let scene = rooms::commit(&mesh, vec![rooms::even("rigid", 0.0, 0.0)])?;
         let settings = PropagationSettings {
             guide_rays: 256,
             source_rays: 8,
@@ -73,7 +70,7 @@ impl EdgeScene {
         })
     }
 
-    fn place(angle: f64) -> Vec3 {
+    fn position(angle: f64) -> Vec3 {
         (DVec3::new(angle.cos(), angle.sin(), 0.0) * RADIUS_M).as_vec3()
     }
 
@@ -92,41 +89,36 @@ impl EdgeScene {
         2.0 * PI * CENTRES_HZ[band] / self.scene.speed_of_sound_m_s()
     }
 
-    /// Sum of all paths to a listener at an angle, in each band at its centre, air and spherical spreading to 1 m left
-    /// in: what an ear gets of a steady tone, and the number of paths.
+    /// Amplitude of a steady tone at the centre of each band: the sum of all paths to a listener at an angle, without air.
     pub(crate) fn level(&mut self, outgoing: f64, swapped: bool) -> [f64; BANDS] {
         self.listen(outgoing, swapped);
-        std::array::from_fn(|b| self.heard(b, self.wavenumber(b)))
+        std::array::from_fn(|b| self.tone(b, self.wavenumber(b)))
     }
 
     /// Computes the paths to a listener at an angle.
     fn listen(&mut self, outgoing: f64, swapped: bool) {
-        let mut ends = [Self::place(self.incoming), Self::place(outgoing)];
+        let mut ends = [Self::position(self.incoming), Self::position(outgoing)];
         if swapped {
             ends.reverse();
         }
         let pose = SourcePose::at(SourceId::default(), ends[0]);
-        let ear = ListenerPose {
-            position: ends[1],
-            ..ListenerPose::default()
-        };
+        let ear = ListenerPose::facing(ends[1], 0.0);
         self.propagator.update(&ear, &[pose], 0.0, &mut self.set);
     }
 
-    /// What the paths bring of a tone in a band.
-    fn heard(&self, band: usize, wavenumber: f64) -> f64 {
+    /// Amplitude of the sum of all paths at a wavenumber, with the amplitudes of a band, without air.
+    fn tone(&self, band: usize, wavenumber: f64) -> f64 {
         let mut sum = Complex::ZERO;
         for path in &self.set.paths {
             let length_m = f64::from(path.length_m);
-            // Without air, which the exact solution has not.
             let dry = (f64::from(self.scene.air_np_per_m()[band]) * length_m).exp();
-            let size = f64::from(path.amplitude[band]) * dry;
-            sum += Complex::cis(-wavenumber * length_m) * size;
+            let amplitude = f64::from(path.amplitude[band]) * dry;
+            sum += Complex::cis(-wavenumber * length_m) * amplitude;
         }
         sum.abs()
     }
 
-    /// The exact level: direct, reflected and bent waves.
+    /// The exact level: direct, reflected and diffracted waves.
     pub(crate) fn exact(&self, outgoing: f64, band: usize) -> f64 {
         oracle::size(self.wedge(outgoing).total(self.wavenumber(band)))
     }
@@ -138,7 +130,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     for (name, n, incoming) in [("screen", 2.0, 0.5 * PI), ("corner", 1.5, 0.25 * PI)] {
         let mut scene = EdgeScene::new(n, incoming)?;
         let boundary = incoming + PI;
-        // Through the boundary in steps of 0.01°, offset so that no step lies on it, where a ray sees or does not.
+        // Steps of 0.01° through the boundary; none is on it, where visibility is undefined.
         let (mut off_db, mut jump_db) = (0f64, 0f64);
         let mut before: Option<[f64; BANDS]> = None;
         for step in -50..=50 {
@@ -157,25 +149,10 @@ pub(super) fn rows() -> Result<Vec<Row>> {
             before = Some(level);
         }
         let lit_db = lit_side_db(&mut scene, boundary);
-        let law = |what: &str| format!("edge: {name}, {what}");
-        rows.push(Row::at_most(
-            law("octaves, 2 to 60° before the boundary"),
-            lit_db,
-            0.5,
-            "dB",
-        ));
-        rows.push(Row::at_most(
-            law("within 0.5° of the boundary"),
-            off_db,
-            0.3,
-            "dB",
-        ));
-        rows.push(Row::at_most(
-            law("step through the boundary"),
-            jump_db,
-            0.3,
-            "dB",
-        ));
+        let mut case = super::Case::new(format!("edge: {name}"));
+        case.at_most("octaves, 2 to 60° before the boundary", lit_db, 0.5, "dB");
+        case.at_most("within 0.5° of the boundary", off_db, 0.3, "dB");
+        case.at_most("step through the boundary", jump_db, 0.3, "dB");
         // Deep in the shadow, and the way back.
         let (mut deep, mut deep_low, mut swap_db) = (0f64, 0f64, 0f64);
         for depth in 1..=11 {
@@ -194,30 +171,16 @@ pub(super) fn rows() -> Result<Vec<Row>> {
                 swap_db = swap_db.max(decibels(level[b] / back[b]));
             }
         }
-        rows.push(Row::at_most(
-            law("in the shadow, from 125 Hz"),
-            deep,
-            0.2,
-            "dB",
-        ));
-        rows.push(Row::at_most(
-            law("in the shadow, 63 Hz"),
-            deep_low,
-            0.5,
-            "dB",
-        ));
-        rows.push(Row::at_most(
-            law("source and listener exchanged"),
-            swap_db,
-            1e-4,
-            "dB",
-        ));
+        case.at_most("in the shadow, from 125 Hz", deep, 0.2, "dB");
+        case.at_most("in the shadow, 63 Hz", deep_low, 0.5, "dB");
+        case.at_most("source and listener exchanged", swap_db, 1e-4, "dB");
+        rows.extend(case.rows);
     }
     Ok(rows)
 }
 
-/// Worst deviation in an octave's energy on the lit side, where direct and bent wave part and amplitudes are real, which a bent
-/// wave is not.
+/// Worst deviation in an octave's energy on the lit side, where direct and diffracted wave differ in length, and real
+/// amplitudes cannot show the diffracted wave's phase.
 fn lit_side_db(scene: &mut EdgeScene, boundary: f64) -> f64 {
     let mut off_db = 0f64;
     for before_deg in (2..=60).step_by(2) {
@@ -228,7 +191,7 @@ fn lit_side_db(scene: &mut EdgeScene, boundary: f64) -> f64 {
             for tone in 0..TONES {
                 let octaves = (tone as f64 + 0.5) / TONES as f64 - 0.5;
                 let wavenumber = scene.wavenumber(band) * octaves.exp2();
-                ours += scene.heard(band, wavenumber).powi(2);
+                ours += scene.tone(band, wavenumber).powi(2);
                 exact += oracle::size(scene.wedge(outgoing).total(wavenumber)).powi(2);
             }
             off_db = off_db.max(0.5 * decibels(ours / exact));

@@ -1,7 +1,7 @@
-//! Law *joining*: discrete paths and tail together bring the energy of the whole response, when it is due.
+//! Law *joining*: discrete paths and late reverb together have the energy of the whole response, in each span of time.
 //!
-//! Against image sources of every order that arrives in time, and against particles for what is scattered; both in
-//! `f64` and without code of ours.
+//! The exact response comes from image sources of all orders that arrive in time and, for scattered energy, from
+//! particles: both in `f64` and independent of the library.
 
 #[path = "../../../tests/reference/particles.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
@@ -35,17 +35,17 @@ const JOIN_RANGE: f64 = 1e-3;
 /// Energy in each window and band.
 pub type Response = Vec<[f64; BANDS]>;
 
-/// One room's response, told and true.
+/// One room's response, ours and the exact one.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// Size and scattering.
     pub name: String,
     /// Discrete paths.
     pub paths: Response,
-    /// The tail.
-    pub tail: Response,
-    /// The oracle.
-    pub truth: Response,
+    /// The late reverb.
+    pub late: Response,
+    /// The exact response, from the oracle.
+    pub exact: Response,
     /// Bound of a window's level.
     bound_db: f64,
 }
@@ -106,14 +106,14 @@ pub fn measure(size: [f64; 3], scattering: f32) -> Result<Case> {
     };
     let window_m = WINDOW_S * speed_m_s;
     let ball_m = 0.12 * (size[0] * size[1] * size[2]).cbrt();
-    let mut truth = match scattering > 0.0 {
+    let mut exact = match scattering > 0.0 {
         true => particles::scattered(
             &room, source, listener, ball_m, window_m, WINDOWS, PARTICLES,
         ),
         false => vec![[0.0; BANDS]; WINDOWS],
     };
     for image in shoebox::images_within(&room, source, listener, window_m * WINDOWS as f64) {
-        add(&mut truth, image.length_m / window_m, image.amplitude);
+        add(&mut exact, image.length_m / window_m, image.amplitude);
     }
     let mut paths = vec![[0.0; BANDS]; WINDOWS];
     for path in &set.paths {
@@ -126,8 +126,8 @@ pub fn measure(size: [f64; 3], scattering: f32) -> Result<Case> {
             size[0], size[1], size[2]
         ),
         paths,
-        tail: tail(&set),
-        truth,
+        late: late(&set),
+        exact,
         // Without scattering a rectangular room's decay is bent, and one line through it is off at its end.
         bound_db: if scattering > 0.0 { 2.0 } else { 3.0 },
     })
@@ -141,17 +141,17 @@ fn add(response: &mut [[f64; BANDS]], window: f64, amplitude: [f64; BANDS]) {
     }
 }
 
-/// The tail's energy in each window.
-fn tail(set: &PathSet) -> Response {
+/// Energy of the late reverb in each window.
+fn late(set: &PathSet) -> Response {
     let mut response = vec![[0.0; BANDS]; WINDOWS];
-    for late in &set.late {
-        for step in late_segments(late, &late.decay_time_s) {
+    for field in &set.late {
+        for step in late_segments(field, &field.decay_time_s) {
             for (window, sum) in response.iter_mut().enumerate() {
                 let start_s = f64::from(step.start_s).max(window as f64 * WINDOW_S);
                 let end_s = (window + 1) as f64 * WINDOW_S;
                 for b in 0..BANDS {
                     let nepers_per_s =
-                        6.0 * std::f64::consts::LN_10 / f64::from(late.decay_time_s[b]);
+                        6.0 * std::f64::consts::LN_10 / f64::from(field.decay_time_s[b]);
                     let left = |t: f64| (-nepers_per_s * t).exp() / nepers_per_s;
                     let energy = f64::from(step.energy_per_s[b]) * (left(start_s) - left(end_s));
                     sum[b] += energy.max(0.0);
@@ -163,11 +163,11 @@ fn tail(set: &PathSet) -> Response {
 }
 
 impl Case {
-    /// Level of what is told over what is true in a span of windows and a band, in dB.
+    /// Level of our energy over the exact one in a span of windows and a band, in dB.
     pub fn excess_db(&self, from: usize, to: usize, band: usize) -> f64 {
         let sum = |response: &Response| response[from..to].iter().map(|e| e[band]).sum::<f64>();
-        let told = sum(&self.paths) + sum(&self.tail);
-        10.0 * (told / sum(&self.truth)).log10()
+        let ours = sum(&self.paths) + sum(&self.late);
+        10.0 * (ours / sum(&self.exact)).log10()
     }
 
     fn rows(&self) -> Vec<Row> {
@@ -176,36 +176,23 @@ impl Case {
                 .map(|b| self.excess_db(from, to, b).abs())
                 .fold(0.0, f64::max)
         };
-        let mut rows = vec![Row::at_most(
-            format!("joining: {}, total energy", self.name),
-            worst(0, WINDOWS),
-            1.0,
-            "dB",
-        )];
+        let mut case = super::Case::new(format!("joining: {}", self.name));
+        case.at_most("total energy", worst(0, WINDOWS), 1.0, "dB");
         for (from, to) in SPANS {
             let ms = |window: usize| (1000.0 * window as f64 * WINDOW_S).round();
-            rows.push(Row::at_most(
-                format!("joining: {}, {} to {} ms", self.name, ms(from), ms(to)),
-                worst(from, to),
-                self.bound_db,
-                "dB",
-            ));
+            let what = format!("{} to {} ms", ms(from), ms(to));
+            case.at_most(&what, worst(from, to), self.bound_db, "dB");
         }
         let mut dip: f64 = 0.0;
         for b in 0..BANDS {
-            let loudest = self.truth.iter().map(|e| e[b]).fold(0.0, f64::max);
+            let loudest = self.exact.iter().map(|e| e[b]).fold(0.0, f64::max);
             for window in 0..WINDOWS {
-                if self.truth[window][b] > JOIN_RANGE * loudest {
+                if self.exact[window][b] > JOIN_RANGE * loudest {
                     dip = dip.max(-self.excess_db(window, window + 1, b));
                 }
             }
         }
-        rows.push(Row::at_most(
-            format!("joining: {}, deepest gap", self.name),
-            dip,
-            3.0,
-            "dB",
-        ));
-        rows
+        case.at_most("deepest gap", dip, 3.0, "dB");
+        case.rows
     }
 }

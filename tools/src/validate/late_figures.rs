@@ -1,208 +1,131 @@
-//! Pictures of the late field's laws: reverberation time by band beside Eyring's, and the response where discrete paths
-//! and tail join.
+//! Pictures of the late field's laws: reverberation time by band beside Eyring's, and the energy in time of discrete
+//! paths and late reverb beside the exact response.
 
 use std::path::{Path, PathBuf};
 
-use glam::{Vec2, vec2};
+use plotters::prelude::*;
 
 use super::{decay, joining};
-use crate::axis::{hz_text, round_step, tick_text, ticks};
-use crate::canvas::Canvas;
-use crate::colormap::Colour;
-use crate::lettering::{Align, Font};
+use crate::chart::{Area, Axes, Drawn, Picture, Ticked, head, hz_text, legend, px};
 use foresound::acoustics::BANDS;
 use foresound::error::Result;
 
 /// Colours that stay apart in grey and for the colour-blind (\[OKABE08\]).
-const TOLD: Colour = Colour(0, 114, 178);
-const TRUTH: Colour = Colour(28, 32, 40);
-const PATHS: Colour = Colour(230, 159, 0);
-const TAIL: Colour = Colour(0, 158, 115);
-
-/// Size of one chart in pixels.
-const CHART: Vec2 = vec2(460.0, 320.0);
+const OURS: RGBColor = RGBColor(0, 114, 178);
+const EXACT: RGBColor = RGBColor(28, 32, 40);
+const PATHS: RGBColor = RGBColor(230, 159, 0);
+const LATE: RGBColor = RGBColor(0, 158, 115);
 
 /// Band of the response's picture: 1 kHz.
 const BAND: usize = 4;
+/// Lowest level of the response's picture, in dB.
+const FLOOR_DB: f64 = -60.0;
 
-/// Writes both pictures into a folder that is there; gives their files.
+/// Writes both pictures into an existing folder and returns their files.
 ///
 /// # Errors
 /// Those of measuring and of writing.
 pub fn write(folder: &Path) -> Result<Vec<PathBuf>> {
-    Ok(vec![write_decay(folder)?, write_joining(folder)?])
-}
-
-fn write_decay(folder: &Path) -> Result<PathBuf> {
-    let cases = decay::cases()?;
-    let mut canvas = sheet(cases.len(), "T60 by band: propagation beside Eyring")?;
-    for (place, case) in cases.iter().enumerate() {
-        let most = case
-            .told_s
-            .iter()
-            .chain(&case.eyring_s)
-            .fold(0f32, |m, t| m.max(*t));
-        let top = f64::from(most) * 1.15;
-        let chart = Chart::new(place, (-0.4, 7.4), (0.0, top));
-        chart.axes(&mut canvas, &case.name, "s", |chart, canvas| {
-            for (b, hz) in [(0, 63.0), (2, 250.0), (4, 1000.0), (6, 4000.0)] {
-                let at = chart.at(f64::from(b), 0.0) + vec2(0.0, 14.0);
-                canvas.text(at, Align::Centre, Font::Small, Colour::TEXT, &hz_text(hz));
-            }
-        });
-        let line = |values: &[f32; BANDS]| -> Vec<Vec2> {
-            let points = values.iter().enumerate();
-            points
-                .map(|(b, t)| chart.at(b as f64, f64::from(*t)))
-                .collect()
-        };
-        canvas.polyline(&line(&case.eyring_s), 2.0, TRUTH, 1.0);
-        for point in line(&case.told_s) {
-            canvas.fill_circle(point, 4.0, TOLD);
-        }
-    }
-    legend(
-        &mut canvas,
-        &[("Eyring, with air", TRUTH), ("propagation", TOLD)],
-    );
-    let file = folder.join("decay.png");
-    canvas.save_png(&file)?;
-    Ok(file)
-}
-
-fn write_joining(folder: &Path) -> Result<PathBuf> {
-    let cases = joining::cases()?;
-    let mut canvas = sheet(
-        cases.len(),
-        "Energy in 40 ms at 1 kHz: discrete paths, tail and truth",
-    )?;
-    for (place, case) in cases.iter().enumerate() {
-        let chart = Chart::new(
-            place,
-            (0.0, 1000.0 * joining::WINDOW_S * 16.0),
-            (-60.0, 10.0),
-        );
-        let loudest = case.truth.iter().map(|e| e[BAND]).fold(1e-12, f64::max);
-        chart.axes(&mut canvas, &case.name, "dB", |chart, canvas| {
-            for ms in ticks(0.0, 600.0, 6) {
-                let at = chart.at(ms, -60.0) + vec2(0.0, 14.0);
-                canvas.text(
-                    at,
-                    Align::Centre,
-                    Font::Small,
-                    Colour::TEXT,
-                    &tick_text(ms, 100.0),
-                );
-            }
-        });
-        let level = |energy: f64| (10.0 * (energy / loudest).max(1e-9).log10()).max(-60.0);
-        let mut steps = |value: &dyn Fn(usize) -> f64, width: f32, colour: Colour| {
-            let width_ms = 1000.0 * joining::WINDOW_S;
-            let points: Vec<Vec2> = (0..joining::WINDOWS)
-                .flat_map(|w| [w, w + 1].map(|edge| (edge, level(value(w)))))
-                .map(|(edge, db)| chart.at(edge as f64 * width_ms, db))
-                .collect();
-            canvas.polyline(&points, width, colour, 1.0);
-        };
-        steps(&|w| case.truth[w][BAND], 4.0, TRUTH);
-        steps(&|w| case.paths[w][BAND], 2.0, PATHS);
-        steps(&|w| case.tail[w][BAND], 2.0, TAIL);
-        steps(&|w| case.paths[w][BAND] + case.tail[w][BAND], 2.0, TOLD);
-    }
+    let files = ["decay.png", "joining.png"].map(|name| folder.join(name));
+    let entries = [("Eyring, with air", EXACT), ("propagation", OURS)];
+    let title = "T60 by band: propagation beside Eyring";
+    sheet(title, &entries, &decay::cases()?, draw_decay)?.save_png(&files[0])?;
     let entries = [
-        ("truth", TRUTH),
+        ("exact", EXACT),
         ("paths", PATHS),
-        ("tail", TAIL),
-        ("paths and tail", TOLD),
+        ("late reverb", LATE),
+        ("paths and late reverb", OURS),
     ];
-    legend(&mut canvas, &entries);
-    let file = folder.join("joining.png");
-    canvas.save_png(&file)?;
-    Ok(file)
+    let title = "Energy in 40 ms at 1 kHz: discrete paths, late reverb and exact response";
+    sheet(title, &entries, &joining::cases()?, draw_joining)?.save_png(&files[1])?;
+    Ok(files.into())
 }
 
-/// A canvas for so many charts, three in a row, with a title.
-fn sheet(charts: usize, title: &str) -> Result<Canvas> {
-    let rows = charts.div_ceil(3);
-    let size = vec2(3.0 * CHART.x, 90.0 + rows as f32 * CHART.y);
-    let mut canvas = Canvas::new(size.x as usize, size.y as usize)?;
-    canvas.text(
-        vec2(24.0, 26.0),
-        Align::Left,
-        Font::Title,
-        Colour::INK,
-        title,
-    );
-    Ok(canvas)
+/// A picture of a chart for each case, three in a row, with a title and a legend.
+fn sheet<C>(
+    title: &str,
+    entries: &[(&str, RGBColor)],
+    cases: &[C],
+    draw: impl Fn(&Area<'_>, &C) -> Drawn,
+) -> Result<Picture> {
+    let rows = cases.len().div_ceil(3);
+    Picture::draw(1380, 96 + rows * 320, |area| {
+        head(area, px(24.0), title, "")?;
+        let entries: Vec<_> = entries
+            .iter()
+            .map(|(text, colour)| ((*text).to_owned(), *colour))
+            .collect();
+        legend(area, (px(24.0), px(60.0)), &entries)?;
+        let (_, below) = area.split_vertically(px(84.0));
+        let areas = below.split_evenly((rows, 3));
+        areas
+            .iter()
+            .zip(cases)
+            .try_for_each(|(area, case)| draw(area, case))
+    })
 }
 
-fn legend(canvas: &mut Canvas, entries: &[(&str, Colour)]) {
-    let mut x = 24.0;
-    for (text, colour) in entries {
-        canvas.line(vec2(x, 58.0), vec2(x + 24.0, 58.0), 4.0, *colour, 1.0);
-        canvas.text(
-            vec2(x + 34.0, 58.0),
-            Align::Left,
-            Font::Label,
-            Colour::TEXT,
-            text,
-        );
-        x += 60.0 + Font::Label.width_px(text);
+fn draw_decay(area: &Area<'_>, case: &decay::Case) -> Drawn {
+    let longest_s = case
+        .ours_s
+        .iter()
+        .chain(&case.eyring_s)
+        .fold(0f32, |m, t| m.max(*t));
+    let bands = [(0.0, 63.0), (2.0, 250.0), (4.0, 1000.0), (6.0, 4000.0)];
+    let mut chart = Axes {
+        title: &case.name,
+        x: Ticked {
+            range: -0.4..7.4,
+            ticks: bands.map(|(b, hz)| (b, hz_text(hz))).into(),
+        },
+        y: 0.0..1.15 * f64::from(longest_s),
+        y_text: &|t| format!("{t:.1} s"),
+        names: ["band", "T60"],
     }
+    .draw(area)?;
+    let points = |values: &[f32; BANDS]| -> Vec<(f64, f64)> {
+        values
+            .iter()
+            .enumerate()
+            .map(|(b, t)| (b as f64, f64::from(*t)))
+            .collect()
+    };
+    chart.draw_series(LineSeries::new(
+        points(&case.eyring_s),
+        EXACT.stroke_width(px(2.0) as u32),
+    ))?;
+    let dots = points(&case.ours_s)
+        .into_iter()
+        .map(|at| Circle::new(at, px(4.0), OURS.filled()));
+    chart.draw_series(dots)?;
+    Ok(())
 }
 
-/// One chart's place and ranges.
-struct Chart {
-    low: Vec2,
-    high: Vec2,
-    x: (f64, f64),
-    y: (f64, f64),
-}
-
-impl Chart {
-    fn new(place: usize, x: (f64, f64), y: (f64, f64)) -> Self {
-        let corner = vec2(
-            (place % 3) as f32 * CHART.x,
-            80.0 + (place / 3) as f32 * CHART.y,
-        );
-        Self {
-            low: corner + vec2(60.0, 34.0),
-            high: corner + CHART - vec2(16.0, 40.0),
-            x,
-            y,
-        }
+fn draw_joining(area: &Area<'_>, case: &joining::Case) -> Drawn {
+    let width_ms = 1000.0 * joining::WINDOW_S;
+    let mut chart = Axes {
+        title: &case.name,
+        x: Ticked {
+            range: 0.0..width_ms * joining::WINDOWS as f64,
+            ticks: (0..7)
+                .map(|k| (f64::from(100 * k), format!("{}", 100 * k)))
+                .collect(),
+        },
+        y: FLOOR_DB..10.0,
+        y_text: &|db| format!("{db:.0} dB"),
+        names: ["time (ms)", "energy"],
     }
-
-    fn at(&self, x: f64, y: f64) -> Vec2 {
-        let share = |v: f64, (low, high): (f64, f64)| ((v - low) / (high - low)) as f32;
-        let (right, up) = (share(x, self.x), share(y, self.y));
-        let size = self.high - self.low;
-        vec2(self.low.x + right * size.x, self.high.y - up * size.y)
-    }
-
-    fn axes(
-        &self,
-        canvas: &mut Canvas,
-        title: &str,
-        unit: &str,
-        below: impl Fn(&Self, &mut Canvas),
-    ) {
-        canvas.frame(self.low, self.high, Colour::AXIS);
-        let title_at = self.low - vec2(0.0, 14.0);
-        canvas.text(title_at, Align::Left, Font::Small, Colour::INK, title);
-        let step = round_step(self.y.1 - self.y.0, 6);
-        for value in ticks(self.y.0, self.y.1, 6) {
-            let at = self.at(self.x.0, value);
-            canvas.line(at, vec2(self.high.x, at.y), 1.0, Colour::AXIS, 0.4);
-            let text = format!("{} {unit}", tick_text(value, step));
-            canvas.text(
-                at - vec2(6.0, 0.0),
-                Align::Right,
-                Font::Small,
-                Colour::TEXT,
-                &text,
-            );
-        }
-        below(self, canvas);
-    }
+    .draw(area)?;
+    let loudest = case.exact.iter().map(|e| e[BAND]).fold(1e-12, f64::max);
+    let level = |energy: f64| (10.0 * (energy / loudest).max(1e-9).log10()).max(FLOOR_DB);
+    let mut steps = |width: f32, colour: RGBColor, energy: &dyn Fn(usize) -> f64| {
+        let ends = |w: usize| [w, w + 1].map(|edge| (edge as f64 * width_ms, level(energy(w))));
+        let points: Vec<_> = (0..joining::WINDOWS).flat_map(ends).collect();
+        let series = LineSeries::new(points, colour.stroke_width(px(width) as u32));
+        chart.draw_series(series).map(drop)
+    };
+    steps(4.0, EXACT, &|w| case.exact[w][BAND])?;
+    steps(2.0, PATHS, &|w| case.paths[w][BAND])?;
+    steps(2.0, LATE, &|w| case.late[w][BAND])?;
+    steps(2.0, OURS, &|w| case.paths[w][BAND] + case.late[w][BAND])
 }

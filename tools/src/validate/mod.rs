@@ -1,4 +1,5 @@
-//! Truth: propagation against what nobody here wrote. One file a law; every figure with its bound.
+//! The laws: propagation against closed forms, standards and independent oracles. One file a law; every figure has a
+//! bound.
 
 pub mod air;
 pub mod decay;
@@ -34,26 +35,47 @@ pub struct Row {
 impl Row {
     /// A figure that may not exceed its bound.
     pub fn at_most(law: impl Into<String>, figure: f64, bound: f64, unit: &'static str) -> Self {
-        let pass = figure <= bound;
+        Self::new(law.into(), figure, bound, unit, figure <= bound)
+    }
+
+    /// A figure that must reach its bound.
+    pub fn at_least(law: impl Into<String>, figure: f64, bound: f64, unit: &'static str) -> Self {
+        Self::new(law.into(), figure, bound, unit, figure >= bound)
+    }
+
+    fn new(law: String, figure: f64, bound: f64, unit: &'static str, pass: bool) -> Self {
         Self {
-            law: law.into(),
+            law,
             figure,
             bound,
             unit,
             pass,
         }
     }
+}
 
-    /// A figure that must reach its bound.
-    pub fn at_least(law: impl Into<String>, figure: f64, bound: f64, unit: &'static str) -> Self {
-        let pass = figure >= bound;
+/// Rows of one case: its name, a comma and what is measured.
+struct Case {
+    name: String,
+    rows: Vec<Row>,
+}
+
+impl Case {
+    fn new(name: String) -> Self {
         Self {
-            law: law.into(),
-            figure,
-            bound,
-            unit,
-            pass,
+            name,
+            rows: Vec::new(),
         }
+    }
+
+    fn at_most(&mut self, what: &str, figure: f64, bound: f64, unit: &'static str) {
+        let law = format!("{}, {what}", self.name);
+        self.rows.push(Row::at_most(law, figure, bound, unit));
+    }
+
+    fn at_least(&mut self, what: &str, figure: f64, bound: f64, unit: &'static str) {
+        let law = format!("{}, {what}", self.name);
+        self.rows.push(Row::at_least(law, figure, bound, unit));
     }
 }
 

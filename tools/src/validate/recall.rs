@@ -1,5 +1,5 @@
-//! Law *recall*: how many of all paths to order 4 propagation finds in rooms that are no boxes, after one update and
-//! after sixteen, and how many it invents or loses while a listener walks. The truth is full enumeration.
+//! Law *recall*: the share of all paths to order 4 that propagation finds in rooms that are no boxes, after one update
+//! and after sixteen, and how many it invents or loses while a listener walks. The oracle enumerates all paths.
 
 #[path = "../../../tests/reference/full_enumeration.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
@@ -10,15 +10,14 @@ mod oracle;
 mod visibility;
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::Row;
 use super::recall_rooms::{ABSORPTION, RecallRoom, all};
+use super::rooms::Probe;
 use foresound::error::Result;
-use foresound::propagation::{MAX_ORDER, PathSet, PropagationSettings, Propagator};
-use foresound::scene::{ListenerPose, SourceId, SourcePose};
+use foresound::propagation::{MAX_ORDER, PathSet, PropagationSettings};
 
 /// Source and listener pairs in each room.
 const PAIRS: u64 = 24;
@@ -36,28 +35,28 @@ const ENERGY: f64 = 99.5;
 const SPURIOUS: f64 = 0.2;
 
 /// Planes of each true path from source to listener, and its energy.
-type Truth = HashMap<Vec<usize>, f64>;
+type TruePaths = HashMap<Vec<usize>, f64>;
 
 /// Recall and steadiness of every room.
 pub(super) fn rows() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for room in all()? {
-        let ground = Ground::of(&room);
-        rows.extend(recall(&room, &ground)?);
-        rows.push(walks(&room, &ground)?);
+        let oracle_room = OracleRoom::of(&room);
+        rows.extend(recall(&room, &oracle_room)?);
+        rows.push(walks(&room, &oracle_room)?);
     }
     Ok(rows)
 }
 
 /// A room as the oracle sees it.
-struct Ground {
+struct OracleRoom {
     triangles: Vec<[Vec3; 3]>,
     planes: Vec<oracle::Plane>,
     /// The oracle's plane of each surface.
     plane_of: Vec<usize>,
 }
 
-impl Ground {
+impl OracleRoom {
     fn of(room: &RecallRoom) -> Self {
         let triangles: Vec<[Vec3; 3]> = room.scene.triangles().collect();
         // Small pieces block but do not mirror.
@@ -88,7 +87,7 @@ impl Ground {
         }
     }
 
-    fn truth(&self, source: Vec3, listener: Vec3) -> Truth {
+    fn truth(&self, source: Vec3, listener: Vec3) -> TruePaths {
         let is_free = |from, to| visibility::is_visible(&self.triangles, from, to, |_| false);
         let (source, listener) = (source.as_dvec3(), listener.as_dvec3());
         oracle::paths(&self.planes, source, listener, MAX_ORDER, is_free)
@@ -100,8 +99,8 @@ impl Ground {
             .collect()
     }
 
-    /// The same of what propagation tells.
-    fn told(&self, set: &PathSet) -> Vec<Vec<usize>> {
+    /// Planes of each reflected path of a set.
+    fn found(&self, set: &PathSet) -> Vec<Vec<usize>> {
         let planes = |surfaces: &[u32]| -> Vec<usize> {
             surfaces
                 .iter()
@@ -116,49 +115,23 @@ impl Ground {
     }
 }
 
-struct Pair {
-    propagator: Propagator,
-    source: SourcePose,
-    set: PathSet,
-}
-
-impl Pair {
-    fn new(room: &RecallRoom, source: Vec3) -> Result<Self> {
-        let settings = PropagationSettings::default();
-        Ok(Self {
-            propagator: Propagator::new(Arc::clone(&room.scene), settings)?,
-            source: SourcePose::at(SourceId::new(0, 0), source),
-            set: PathSet::default(),
-        })
-    }
-
-    fn update(&mut self, listener: Vec3) {
-        let ear = ListenerPose {
-            position: listener,
-            ..ListenerPose::default()
-        };
-        self.propagator
-            .update(&ear, &[self.source], 0.0, &mut self.set);
-    }
-}
-
-fn recall(room: &RecallRoom, ground: &Ground) -> Result<Vec<Row>> {
-    let (mut expected, mut wrong, mut told) = (0usize, 0usize, 0usize);
+fn recall(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Vec<Row>> {
+    let (mut expected, mut wrong, mut compared) = (0usize, 0usize, 0usize);
     let mut energy_expected = 0.0;
     let (mut found, mut energy_found) = ([0usize; 2], [0.0; 2]);
     for number in 0..PAIRS {
-        let (source, listener) = (room.place(2 * number), room.place(2 * number + 1));
-        let truth = ground.truth(source, listener);
+        let (source, listener) = (room.position(2 * number), room.position(2 * number + 1));
+        let truth = oracle_room.truth(source, listener);
         expected += truth.len();
         energy_expected += truth.values().sum::<f64>();
-        let mut pair = Pair::new(room, source)?;
+        let mut pair = Probe::new(&room.scene, source, PropagationSettings::default())?;
         for update in 1..=16 {
             pair.update(listener);
             let Some(look) = [1, 16].iter().position(|&at| at == update) else {
                 continue;
             };
-            for planes in ground.told(&pair.set) {
-                told += 1;
+            for planes in oracle_room.found(&pair.set) {
+                compared += 1;
                 match truth.get(&planes) {
                     Some(energy) => {
                         found[look] += 1;
@@ -170,46 +143,38 @@ fn recall(room: &RecallRoom, ground: &Ground) -> Result<Vec<Row>> {
         }
     }
     let percent = |share: f64, whole: f64| 100.0 * share / whole.max(f64::MIN_POSITIVE);
-    let name = |what: &str| format!("recall: {}, {what}", room.name);
-    let mut rows = Vec::new();
+    let mut case = super::Case::new(format!("recall: {}", room.name));
     for (look, after) in ["one update", "sixteen updates"].into_iter().enumerate() {
         let paths = percent(found[look] as f64, expected as f64);
-        rows.push(Row::at_least(
-            name(after),
-            paths,
-            room.bounds[look],
-            "% of paths",
-        ));
+        case.at_least(after, paths, room.bounds[look], "% of paths");
         let energy = percent(energy_found[look], energy_expected);
-        rows.push(Row::at_least(name(after), energy, ENERGY, "% of energy"));
+        case.at_least(after, energy, ENERGY, "% of energy");
     }
-    // One in a thousand grazes an edge closer than single precision tells.
-    let invented = percent(wrong as f64, told as f64);
-    rows.push(Row::at_most(
-        name("paths that are none"),
-        invented,
-        0.1,
-        "% of paths",
-    ));
-    Ok(rows)
+    // One in a thousand is nearer to an edge than single precision resolves.
+    let invented = percent(wrong as f64, compared as f64);
+    case.at_most("paths that are none", invented, 0.1, "% of paths");
+    Ok(case.rows)
 }
 
 /// Changes of the path set that the truth does not have, while a listener walks.
-fn walks(room: &RecallRoom, ground: &Ground) -> Result<Row> {
+fn walks(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Row> {
     let (mut spurious, mut paths) = (0usize, 0usize);
     for number in 0..WALKS {
         let (steps, step_m) = WALK;
-        let source = room.place(1000 + 3 * number);
-        let (start, onward) = way(room, 1001 + 50 * number, steps as f32 * step_m);
-        let mut pair = Pair::new(room, source)?;
+        let source = room.position(1000 + 3 * number);
+        let (start, onward) = free_line(room, 1001 + 50 * number, steps as f32 * step_m);
+        let mut pair = Probe::new(&room.scene, source, PropagationSettings::default())?;
         for _ in 0..16 {
             pair.update(start);
         }
-        let mut before: Option<(Vec<Vec<usize>>, Truth)> = None;
+        let mut before: Option<(Vec<Vec<usize>>, TruePaths)> = None;
         for step in 0..=steps {
             let listener = start + onward * (step as f32 * step_m);
             pair.update(listener);
-            let (now, truth) = (ground.told(&pair.set), ground.truth(source, listener));
+            let (now, truth) = (
+                oracle_room.found(&pair.set),
+                oracle_room.truth(source, listener),
+            );
             if let Some((old, old_truth)) = &before {
                 let births = now.iter().filter(|p| !old.contains(p));
                 let deaths = old.iter().filter(|p| !now.contains(p));
@@ -226,11 +191,11 @@ fn walks(room: &RecallRoom, ground: &Ground) -> Result<Row> {
 }
 
 /// A start and a level direction that stays free of walls for a distance.
-fn way(room: &RecallRoom, seed: u64, distance_m: f32) -> (Vec3, Vec3) {
+fn free_line(room: &RecallRoom, seed: u64, distance_m: f32) -> (Vec3, Vec3) {
     for attempt in 0u64..1000 {
         let (start, towards) = (
-            room.place(seed * 1000 + 2 * attempt),
-            room.place(seed * 1000 + 2 * attempt + 1),
+            room.position(seed * 1000 + 2 * attempt),
+            room.position(seed * 1000 + 2 * attempt + 1),
         );
         let level = (towards - start) * Vec3::new(1.0, 0.0, 1.0);
         let onward = level.normalize_or(Vec3::X);
@@ -239,5 +204,5 @@ fn way(room: &RecallRoom, seed: u64, distance_m: f32) -> (Vec3, Vec3) {
             return (start, onward);
         }
     }
-    (room.place(seed), Vec3::ZERO)
+    (room.position(seed), Vec3::ZERO)
 }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::rooms::even;
+use super::rooms::{commit, even};
 use foresound::error::Result;
 use foresound::propagation::rays::directions::{mix, unit};
-use foresound::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
+use foresound::scene::{Scene, TriangleMesh};
 
 /// Nearest that sources and listeners come to a wall, in metres.
 const CLEARANCE_M: f32 = 0.2;
@@ -15,38 +15,38 @@ const CLEARANCE_M: f32 = 0.2;
 /// Energy that every wall absorbs.
 pub(super) const ABSORPTION: f32 = 0.1;
 
-/// A room, and what recall must be in it.
+/// A room and its bounds of recall.
 pub(super) struct RecallRoom {
     pub(super) name: &'static str,
     pub(super) scene: Arc<Scene>,
-    /// Boxes of air that a listener can be in.
+    /// Boxes of air.
     air: Vec<[Vec3; 2]>,
-    /// Boxes that nobody can be in.
+    /// Solid boxes.
     solid: Vec<[Vec3; 2]>,
     /// Recall in per cent after one update and after sixteen.
     pub(super) bounds: [f64; 2],
 }
 
 impl RecallRoom {
-    /// A place for source or listener, another one for every number.
-    pub(super) fn place(&self, number: u64) -> Vec3 {
+    /// A position for a source or listener, a different one for each number.
+    pub(super) fn position(&self, number: u64) -> Vec3 {
         for attempt in 0u64.. {
             let draw = |k: u64| unit(mix(number << 20 | attempt << 4 | k));
             let which = (draw(0) * self.air.len() as f32) as usize;
             let [low, high] = self.air[which].map(Vec3::from);
             let (low, high) = (low + CLEARANCE_M, high - CLEARANCE_M);
-            let place = low + Vec3::new(draw(1), draw(2), draw(3)) * (high - low);
-            if self.is_free(place) {
-                return place;
+            let position = low + Vec3::new(draw(1), draw(2), draw(3)) * (high - low);
+            if self.is_free(position) {
+                return position;
             }
         }
         Vec3::ZERO
     }
 
-    /// Whether a place is in the air and clear of boxes.
-    pub(super) fn is_free(&self, place: Vec3) -> bool {
+    /// Whether a position is in the air and clear of boxes.
+    pub(super) fn is_free(&self, at: Vec3) -> bool {
         let within = |[low, high]: &[Vec3; 2], margin: f32| {
-            place.cmpgt(*low - margin).all() && place.cmplt(*high + margin).all()
+            at.cmpgt(*low - margin).all() && at.cmplt(*high + margin).all()
         };
         self.air.iter().any(|air| within(air, -0.9 * CLEARANCE_M))
             && !self.solid.iter().any(|solid| within(solid, CLEARANCE_M))
@@ -98,9 +98,7 @@ impl Rectangles {
     }
 
     fn commit(&self) -> Result<Arc<Scene>> {
-        let table = MaterialTable::from_materials(vec![even("wall", ABSORPTION, 0.0)]);
-        let settings = SceneSettings::default();
-        Ok(Arc::new(Scene::commit(&self.mesh, &table, &settings)?))
+        commit(&self.mesh, vec![even("wall", ABSORPTION, 0.0)])
     }
 }
 

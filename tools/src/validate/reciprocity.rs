@@ -3,18 +3,17 @@
 use glam::Vec3;
 
 use super::Row;
+use super::rooms::Probe;
 use foresound::acoustics::BANDS;
 use foresound::error::Result;
 use foresound::propagation::image_source::image_path::{is_clear, mirror_listener, unfold};
 use foresound::propagation::image_source::sequence::Sequence;
 use foresound::propagation::rays::directions::{mix, unit};
-use foresound::propagation::{PathSet, PropagationSettings, Propagator, amplitude};
-use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
-};
+use foresound::propagation::{PropagationSettings, amplitude};
+use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
 use std::sync::Arc;
 
-/// Every path found one way is asked for the other way round, in the scene with a door.
+/// Every path from source to listener is computed with both exchanged, in the scene with a door.
 pub(super) fn rows() -> Result<Vec<Row>> {
     let doorway = procedural::doorway();
     let table = MaterialTable::built_in();
@@ -23,26 +22,21 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         &table,
         &SceneSettings::default(),
     )?);
-    let (mut missing, mut told, mut worst) = (0u32, 0u32, 0f64);
+    let (mut missing, mut compared, mut worst) = (0u32, 0u32, 0f64);
     for pair in 0..16u64 {
         let jitter = |k: u64| unit(mix(pair << 4 | k)) - 0.5;
         let from = doorway.sources[pair as usize % doorway.sources.len()].1;
         let to = doorway.walk.standing + Vec3::new(jitter(0), 0.5 * jitter(1), jitter(2));
-        let pose = SourcePose::at(SourceId::new(0, 0), from);
-        let ear = ListenerPose {
-            position: to,
-            ..ListenerPose::default()
-        };
-        let mut propagator = Propagator::new(Arc::clone(&scene), PropagationSettings::default())?;
-        let mut set = PathSet::default();
-        propagator.update(&ear, &[pose], 0.0, &mut set);
+        let mut probe = Probe::new(&scene, from, PropagationSettings::default())?;
+        probe.update(to);
         let (source, listener) = (scene.to_local(to), scene.to_local(from));
-        for path in set
+        for path in probe
+            .set
             .paths
             .iter()
             .filter(|p| p.order > 0 && p.diffraction_order == 0)
         {
-            told += 1;
+            compared += 1;
             let mut back: Vec<u32> = path.surfaces().to_vec();
             back.reverse();
             let sequence = Sequence::canonical(&scene, &back);
@@ -60,11 +54,11 @@ pub(super) fn rows() -> Result<Vec<Row>> {
             }
         }
     }
-    let lost = 100.0 * f64::from(missing) / f64::from(told.max(1));
+    let lost = 100.0 * f64::from(missing) / f64::from(compared.max(1));
     Ok(vec![
         Row::at_least(
             "reciprocity: paths compared",
-            f64::from(told),
+            f64::from(compared),
             100.0,
             "paths",
         ),

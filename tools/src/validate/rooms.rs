@@ -1,4 +1,4 @@
-//! Rooms that laws are measured in.
+//! Rooms that laws are measured in, and a propagator with one source.
 
 use std::sync::Arc;
 
@@ -6,7 +6,11 @@ use glam::Vec3;
 
 use foresound::acoustics::{BANDS, Material};
 use foresound::error::Result;
-use foresound::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
+use foresound::propagation::{PathSet, PropagationSettings, Propagator};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh,
+    procedural,
+};
 
 /// A material of even absorption and scattering that lets nothing through.
 pub fn even(name: &str, absorption: f32, scattering: f32) -> Material {
@@ -18,15 +22,42 @@ pub fn even(name: &str, absorption: f32, scattering: f32) -> Material {
     }
 }
 
+/// A scene of a mesh and its materials, with default settings.
+pub fn commit(mesh: &TriangleMesh, materials: Vec<Material>) -> Result<Arc<Scene>> {
+    let table = MaterialTable::from_materials(materials);
+    Scene::commit(mesh, &table, &SceneSettings::default()).map(Arc::new)
+}
+
+/// A propagator with one source, and the result of its last update.
+pub struct Probe {
+    propagator: Propagator,
+    source: SourcePose,
+    /// The last update's result.
+    pub set: PathSet,
+}
+
+impl Probe {
+    /// A source in a scene.
+    pub fn new(scene: &Arc<Scene>, source: Vec3, settings: PropagationSettings) -> Result<Self> {
+        Ok(Self {
+            propagator: Propagator::new(Arc::clone(scene), settings)?,
+            source: SourcePose::at(SourceId::new(0, 0), source),
+            set: PathSet::default(),
+        })
+    }
+
+    /// Updates the paths to a listener.
+    pub fn update(&mut self, listener: Vec3) {
+        let ear = ListenerPose::facing(listener, 0.0);
+        self.propagator
+            .update(&ear, &[self.source], 0.0, &mut self.set);
+    }
+}
+
 /// A closed rectangular room from the origin to `size`, all walls alike in all bands.
 pub fn uniform(size: Vec3, absorption: f32, scattering: f32) -> Result<Arc<Scene>> {
-    let table = MaterialTable::from_materials(vec![even("wall", absorption, scattering)]);
     let mesh = procedural::shoebox(size, "wall");
-    Ok(Arc::new(Scene::commit(
-        &mesh,
-        &table,
-        &SceneSettings::default(),
-    )?))
+    commit(&mesh, vec![even("wall", absorption, scattering)])
 }
 
 /// A closed rectangular room whose six walls (x = 0, x = L, y = 0, …) have a material each.
@@ -46,10 +77,5 @@ pub fn six_walls(size: Vec3, walls: [Material; 6]) -> Result<Arc<Scene>> {
             }
         }
     }
-    let table = MaterialTable::from_materials(walls.to_vec());
-    Ok(Arc::new(Scene::commit(
-        &mesh,
-        &table,
-        &SceneSettings::default(),
-    )?))
+    commit(&mesh, walls.to_vec())
 }

@@ -9,29 +9,31 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::{Row, rooms};
+use super::Row;
+use super::rooms::{self, Probe};
+use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::acoustics::{BANDS, Material};
 use foresound::error::Result;
 use foresound::propagation::rays::directions::{mix, unit};
-use foresound::propagation::{MAX_ORDER, Path, PathSet, PropagationSettings, Propagator};
-use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use foresound::propagation::{MAX_ORDER, Path, PropagationSettings};
+use foresound::scene::Scene;
 
 /// Source and listener pairs tried in each room.
 const PAIRS: u64 = 12;
 
-/// Updates after which recall is looked at.
+/// Updates after which recall is measured.
 const LOOKS: [u32; 3] = [1, 8, 16];
 
-/// Sample rate that arrival errors are told in.
+/// Sample rate of arrival errors.
 const RATE_HZ: f64 = 48_000.0;
 
-/// What the path sets of one room have shown.
+/// Counts and worst errors of one room.
 #[derive(Default)]
 struct Tally {
     expected: [usize; MAX_ORDER + 1],
     found: BTreeMap<u32, [usize; MAX_ORDER + 1]>,
     wrong: usize,
-    told: usize,
+    compared: usize,
     worst_length: f64,
     worst_arrival_samples: f64,
     worst_amplitude_db: [f64; BANDS],
@@ -87,11 +89,6 @@ fn measure_pair(
     listener: [f32; 3],
     tally: &mut Tally,
 ) -> Result<()> {
-    let pose = SourcePose::at(SourceId::new(0, 0), source.into());
-    let ear = ListenerPose {
-        position: listener.into(),
-        ..ListenerPose::default()
-    };
     let truth = oracle::images(
         room,
         source.map(f64::from),
@@ -101,18 +98,17 @@ fn measure_pair(
     for image in &truth {
         tally.expected[image.order as usize] += 1;
     }
-    let mut propagator = Propagator::new(Arc::clone(scene), PropagationSettings::default())?;
-    let mut set = PathSet::default();
+    let mut probe = Probe::new(scene, source.into(), PropagationSettings::default())?;
     for update in 1..=LOOKS[LOOKS.len() - 1] {
-        propagator.update(&ear, &[pose], 0.0, &mut set);
+        probe.update(listener.into());
         if LOOKS.contains(&update) {
-            compare(scene, room, &truth, &set.paths, update, tally);
+            compare(scene, room, &truth, &probe.set.paths, update, tally);
         }
     }
     Ok(())
 }
 
-/// Which wall of the oracle a surface is.
+/// The oracle's wall of a surface.
 fn wall_of(scene: &Scene, room: &oracle::Room, surface: u32) -> usize {
     let plane = scene.surface(surface);
     let axis = plane.normal.abs().max_position();
@@ -130,7 +126,7 @@ fn compare(
 ) {
     let mut seen = vec![false; truth.len()];
     for path in paths {
-        tally.told += 1;
+        tally.compared += 1;
         let mut counts = [0; 6];
         for &surface in path.surfaces() {
             counts[wall_of(scene, room, surface)] += 1;
@@ -165,57 +161,29 @@ fn compare(
 impl Tally {
     fn rows(&self, name: &str) -> Vec<Row> {
         let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
-        let mut rows = Vec::new();
+        let mut case = super::Case::new(name.to_owned());
         for (update, bound) in LOOKS.into_iter().zip([99.5, 100.0, 100.0]) {
             let found = self.found.get(&update).copied().unwrap_or_default();
             let all = share(found.iter().sum(), self.expected.iter().sum());
-            rows.push(Row::at_least(
-                format!("{name}, recall after {update} updates"),
-                all,
-                bound,
-                "%",
-            ));
+            case.at_least(&format!("recall after {update} updates"), all, bound, "%");
             for order in 0..=MAX_ORDER {
-                let law = format!("{name}, recall of order {order} after {update} updates");
-                // Told for each order; the bound is on the whole.
-                let figure = share(found[order], self.expected[order]);
-                rows.push(Row::at_least(
-                    law,
-                    figure,
-                    if order < 2 { 100.0 } else { 98.0 },
-                    "%",
-                ));
+                let what = format!("recall of order {order} after {update} updates");
+                let bound = if order < 2 { 100.0 } else { 98.0 };
+                case.at_least(&what, share(found[order], self.expected[order]), bound, "%");
             }
         }
-        let right = share(self.told - self.wrong, self.told);
-        rows.push(Row::at_least(
-            format!("{name}, precision"),
-            right,
-            100.0,
-            "%",
-        ));
-        rows.push(Row::at_most(
-            format!("{name}, path length"),
-            self.worst_length,
-            1e-5,
-            "relative",
-        ));
-        let arrival = self.worst_arrival_samples;
-        rows.push(Row::at_most(
-            format!("{name}, arrival"),
-            arrival,
+        let right = share(self.compared - self.wrong, self.compared);
+        case.at_least("precision", right, 100.0, "%");
+        case.at_most("path length", self.worst_length, 1e-5, "relative");
+        case.at_most(
+            "arrival",
+            self.worst_arrival_samples,
             0.1,
             "samples at 48 kHz",
-        ));
-        for (b, worst) in self.worst_amplitude_db.iter().enumerate() {
-            let hz = foresound::acoustics::bands::CENTRES_HZ[b];
-            rows.push(Row::at_most(
-                format!("{name}, amplitude at {hz:.0} Hz"),
-                *worst,
-                0.05,
-                "dB",
-            ));
+        );
+        for (worst, hz) in self.worst_amplitude_db.iter().zip(CENTRES_HZ) {
+            case.at_most(&format!("amplitude at {hz:.0} Hz"), *worst, 0.05, "dB");
         }
-        rows
+        case.rows
     }
 }

@@ -1,15 +1,13 @@
 //! Law *transmission*: a wall's loss in each band is what its material says, as a sheet and as a solid.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 
-use super::Row;
+use super::{Row, rooms};
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::acoustics::{BANDS, Material};
 use foresound::error::Result;
 use foresound::propagation::transmission::direct_path;
-use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, TriangleMesh};
+use foresound::scene::{SourceId, TriangleMesh};
 
 /// One sheet, one solid wall of two faces, and two such walls.
 pub(super) fn rows() -> Result<Vec<Row>> {
@@ -27,8 +25,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     ];
     for (name, faces, walls) in cases {
         let mesh = parallel_faces(faces);
-        let table = MaterialTable::from_materials(vec![wall.clone()]);
-        let scene = Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default())?);
+        let scene = rooms::commit(&mesh, vec![wall.clone()])?;
         let (from, to) = (Vec3::new(-3.0, 0.1, 0.2), Vec3::new(4.0, 0.3, -0.1));
         let heard = direct_path(&scene, SourceId::default(), from, to, 0.3, &mut 0);
         let distance_m = f64::from(from.distance(to));
@@ -45,10 +42,10 @@ pub(super) fn rows() -> Result<Vec<Row>> {
 }
 
 /// Squares across the x axis; they face away from each other in pairs, as the two faces of a wall do.
-fn parallel_faces(places: &[f32]) -> TriangleMesh {
+fn parallel_faces(positions_m: &[f32]) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let material = mesh.material("wall");
-    for (i, &x) in places.iter().enumerate() {
+    for (i, &x) in positions_m.iter().enumerate() {
         let first = mesh.vertices.len() as u32;
         for (y, z) in [(-5.0, -5.0), (-5.0, 5.0), (5.0, 5.0), (5.0, -5.0)] {
             mesh.vertices.push(Vec3::new(x, y, z));

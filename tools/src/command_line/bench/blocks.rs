@@ -1,9 +1,8 @@
-//! `bench blocks`: what generation alone takes of a core, block by block.
+//! `bench blocks`: generation's share of a core, block by block.
 //!
-//! The scene's own paths of a walking listener, as extrapolation gives them at the paper's rate and level, are kept
-//! first; then the walk is generated several times over. A block counts with the fastest of its times: what the machine
-//! does besides differs from round to round, what a block has to do does not. A block that takes a graphics frame counts
-//! with taking it.
+//! The paths of a walking listener, extrapolated at the paper's rate and level, are computed first; then the walk is
+//! generated several times. Each block counts with the fastest of its times, which the machine's other load disturbs
+//! least. The time of a block that takes a graphics frame includes taking it.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -18,12 +17,14 @@ use foresound::runtime::engine::ramp_frames;
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
 use foresound::{Error, Result};
-use foresound_tools::cells::{Platform, pace};
+use foresound_tools::cells::Platform;
 use foresound_tools::clip::Clip;
+use foresound_tools::paper::pace;
 use serde_json::{Value, json};
 
 use super::share;
-use crate::inputs::{LoadedScene, SceneArguments, asset, load_scene, load_sound};
+use crate::inputs::{LoadedScene, SceneArguments, load_scene, voice, within};
+use crate::printed;
 
 /// Voices that speak in turn.
 const VOICES: usize = 16;
@@ -82,32 +83,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     let row = row(arguments, &walked, &best_us, most_voices);
-    if arguments.json {
-        println!("{}", json!({ "rows": [row] }));
-    } else {
-        print(&row);
-    }
+    printed::rows(&[row], arguments.json);
     Ok(())
 }
 
 fn check(arguments: &Arguments) -> Result<()> {
-    if !(32..=4096).contains(&arguments.block) {
-        let problem = format!("{} audio frames", arguments.block);
-        return Err(Error::setting("--block", problem, "choose 32 to 4096"));
-    }
-    if !(0.5..=60.0).contains(&arguments.seconds) {
-        let problem = format!("{} s", arguments.seconds);
-        return Err(Error::setting("--seconds", problem, "choose 0.5 to 60"));
-    }
-    if arguments.rounds == 0 {
-        let advice = "choose at least 1";
-        return Err(Error::setting(
-            "--rounds",
-            "no round measures nothing",
-            advice,
-        ));
-    }
-    Ok(())
+    within(
+        "--block",
+        arguments.block as f64,
+        32.0..=4096.0,
+        " audio frames",
+    )?;
+    within("--seconds", arguments.seconds, 0.5..=60.0, " s")?;
+    within("--rounds", arguments.rounds as f64, 1.0..=1e6, "")
 }
 
 /// Walks through the scene once and keeps every graphics frame's paths.
@@ -130,10 +118,7 @@ fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
     };
     let pace = pace(Platform::Workstation, &arguments.scene, arguments.sources);
     let clips = (0..arguments.sources.min(VOICES))
-        .map(|n| {
-            let file = asset(&format!("speech/voice{:02}.wav", n + 1))?;
-            load_sound(&file, arguments.rate)
-        })
+        .map(|n| voice(n, arguments.rate))
         .collect::<Result<Vec<Clip>>>()?;
     let settings = GeneratorSettings {
         rate_hz: arguments.rate,
@@ -164,8 +149,8 @@ fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
     let count = (arguments.seconds * pace.graphics_rate_hz).ceil() as usize;
     let mut frames = Vec::with_capacity(count);
     for _ in 0..count {
-        let place = path.position_at(renderer.time_s(), 0.0);
-        poses.listener = ListenerPose::facing(place, 0.0);
+        let position = path.position_at(renderer.time_s(), 0.0);
+        poses.listener = ListenerPose::facing(position, 0.0);
         renderer.next_frame(&poses, &mut signal, &mut |_| Ok(()))?;
         frames.push(renderer.frame_paths().clone());
     }
@@ -244,23 +229,4 @@ fn row(arguments: &Arguments, walked: &Walked, us: &[f64], most_voices: u32) -> 
         "core_share_p50": p50 / period_us,
         "worst_to_median": worst / p50,
     })
-}
-
-fn print(row: &Value) {
-    let number = |key: &str| row.pointer(key).and_then(Value::as_f64).unwrap_or(0.0);
-    println!(
-        "{}, {} sources, {} paths ({} at most), blocks of {} at {} Hz: {:.0} µs (p95 {:.0}, p99 {:.0}, worst {:.0}), {:.2} % of a core, worst {:.2} x the median",
-        row["scene"].as_str().unwrap_or_default(),
-        row["sources"],
-        number("/paths_p50"),
-        number("/paths_most"),
-        row["block"],
-        row["rate_hz"],
-        number("/us/p50"),
-        number("/us/p95"),
-        number("/us/p99"),
-        number("/us/worst"),
-        100.0 * number("/core_share"),
-        number("/worst_to_median"),
-    );
 }

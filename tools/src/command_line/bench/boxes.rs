@@ -58,7 +58,7 @@ impl Boxes {
     }
 
     /// Puts all of them where they are at an update.
-    pub(super) fn go_on(&mut self, of: &mut Propagator, step: usize) {
+    pub(super) fn move_on(&mut self, of: &mut Propagator, step: usize) {
         if self.instances.is_empty() {
             return;
         }

@@ -1,4 +1,4 @@
-//! `bench memory`: what a scene and an engine in it take, by resident memory.
+//! `bench memory`: resident memory of a scene and of an engine in it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,14 +8,14 @@ use foresound::generation::GeneratorSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings};
 use foresound::scene::ListenerPose;
-use glam::Vec3;
 use serde_json::json;
 
 use super::sources::sources;
 use crate::inputs::{SceneArguments, load_scene};
 use crate::memory_use::resident_mb;
+use crate::printed;
 
-/// Graphics frames until everything has been used.
+/// Graphics frames after which all buffers have been used.
 const FRAMES: usize = 120;
 
 #[derive(clap::Args)]
@@ -34,14 +34,8 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let loaded = load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
     let scene = Arc::clone(&loaded.scene);
-    let layout = loaded.layout.as_ref();
-    let own: Vec<Vec3> = layout
-        .map(|layout| layout.sources.iter().map(|s| s.position).collect())
-        .unwrap_or_default();
-    let places = sources(&scene, &own, arguments.sources);
-    let standing = layout
-        .and_then(|layout| layout.listener)
-        .map(|walk| walk.standing);
+    let poses = sources(&scene, &loaded.sources(), arguments.sources);
+    let standing = loaded.walk().map(|walk| walk.standing);
     let before_mb = resident_mb();
     let settings = EngineSettings {
         generation: GeneratorSettings {
@@ -57,7 +51,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     controller.set_scene(Arc::clone(&scene))?;
     // A clip of one second, shared.
     let clip: Arc<[f32]> = (0..44_100).map(|n| 0.1 * unit(mix(n))).collect();
-    for pose in &places {
+    for pose in &poses {
         let id = controller.add_source(pose.position)?;
         controller.play(id, Arc::clone(&clip), true)?;
     }
@@ -70,22 +64,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let after_mb = resident_mb();
     let row = json!({
         "scene": arguments.scene,
-        "sources": places.len(),
+        "sources": poses.len(),
         "paths": controller.statistics().paths,
         "program_and_scene_mb": before_mb,
         "engine_made_mb": made_mb - before_mb,
         "engine_mb": after_mb - before_mb,
     });
-    if arguments.json {
-        println!("{}", json!({ "rows": [row] }));
-    } else {
-        println!(
-            "{} with {} sources: program and scene {before_mb:.1} MB, engine {:.1} MB ({:.1} MB before its first sound)",
-            arguments.scene,
-            places.len(),
-            after_mb - before_mb,
-            made_mb - before_mb,
-        );
-    }
+    printed::rows(&[row], arguments.json);
     Ok(())
 }

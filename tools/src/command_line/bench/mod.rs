@@ -1,17 +1,17 @@
-//! `bench`: speeds on this machine. A speed is worth something only beside another of the same run.
+//! `bench`: speeds on this machine, to be compared within one run.
 
-mod alone;
 mod blocks;
 mod boxes;
 mod dump;
 mod memory;
-mod moving;
 mod ray_sets;
 mod rays;
+mod recorded_rays;
 mod schedules;
 mod sources;
 mod speed;
 mod update;
+mod updates;
 mod walk;
 
 use foresound::Result;
@@ -36,12 +36,12 @@ enum What {
     Update(update::Arguments),
 }
 
-/// The value that a share of the others does not exceed.
+/// The value at a share (0 … 1) of the sorted values; 0 of none.
 fn share(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let place = (share * sorted.len() as f64) as usize;
-    sorted.get(place).or(sorted.last()).copied().unwrap_or(0.0)
+    let index = (share * sorted.len() as f64) as usize;
+    sorted.get(index).or(sorted.last()).copied().unwrap_or(0.0)
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {

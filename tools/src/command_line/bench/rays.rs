@@ -7,24 +7,25 @@ use foresound::geometry::bvh::{Bvh, InstructionSet};
 use foresound::scene::procedural;
 use foresound::{Error, Result};
 use glam::Vec3;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::dump::dump;
 use super::ray_sets::{RaySet, ray_sets, trace};
 use crate::inputs::{LoadedScene, SceneArguments, load_scene};
+use crate::printed;
 
 /// A round repeats its set for at least this long.
 const ROUND: Duration = Duration::from_millis(50);
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Benchmark scene by name (the three that are open to a comparison, if not given).
+    /// Benchmark scene by name; all three of the paper's kind if not given.
     #[arg(long)]
     scene: Option<String>,
-    /// scalar, sse2, avx2 or neon; the machine's best if not given.
+    /// scalar, avx2 or neon; the machine's best if not given.
     #[arg(long, value_name = "SET")]
     instruction_set: Option<String>,
-    /// Rounds of which the fastest counts.
+    /// Number of rounds; the fastest counts.
     #[arg(long, default_value_t = 10)]
     rounds: u32,
     /// Write rays and triangles to a folder as raw little-endian f32.
@@ -33,15 +34,6 @@ pub(crate) struct Arguments {
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
-}
-
-struct Row {
-    scene: String,
-    set: &'static str,
-    rays: usize,
-    mrays_per_s: f64,
-    hits: usize,
-    instruction_set: &'static str,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -53,35 +45,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     for scene in scenes {
         measure(scene, arguments, &mut rows)?;
     }
-    if arguments.json {
-        let rows: Vec<_> = rows
-            .iter()
-            .map(|row| {
-                json!({
-                    "scene": row.scene,
-                    "set": row.set,
-                    "rays": row.rays,
-                    "mrays_per_s": row.mrays_per_s,
-                    "hits": row.hits,
-                    "instruction_set": row.instruction_set,
-                })
-            })
-            .collect();
-        println!("{}", json!({ "rows": rows }));
-    } else {
-        for row in &rows {
-            println!(
-                "{:14} {:11} {:7} rays  {:8.3} million a second  {:7} hits  {}",
-                row.scene, row.set, row.rays, row.mrays_per_s, row.hits, row.instruction_set
-            );
-        }
-    }
+    printed::rows(&rows, arguments.json);
     Ok(())
 }
 
-fn measure(name: &str, arguments: &Arguments, rows: &mut Vec<Row>) -> Result<()> {
+fn measure(name: &str, arguments: &Arguments, rows: &mut Vec<Value>) -> Result<()> {
     let loaded = load_scene(Path::new(name), &SceneArguments::default())?;
-    let (listener, sources) = places(name, &loaded)?;
+    let (listener, sources) = positions(name, &loaded)?;
     let scene = &loaded.scene;
     let bvh = tree(scene.bvh(), arguments.instruction_set.as_deref())?;
     let sets = ray_sets(scene, listener, &sources);
@@ -90,32 +60,32 @@ fn measure(name: &str, arguments: &Arguments, rows: &mut Vec<Row>) -> Result<()>
     }
     for set in &sets {
         let (rays_per_s, hits) = fastest(&bvh, set, arguments.rounds.max(1));
-        rows.push(Row {
-            scene: name.to_owned(),
-            set: set.name,
-            rays: set.rays.len(),
-            mrays_per_s: rays_per_s / 1e6,
-            hits,
-            instruction_set: bvh.instruction_set().name(),
-        });
+        rows.push(json!({
+            "scene": name,
+            "set": set.name,
+            "rays": set.rays.len(),
+            "mrays_per_s": rays_per_s / 1e6,
+            "hits": hits,
+            "instruction_set": bvh.instruction_set().name(),
+        }));
     }
     Ok(())
 }
 
-/// Where the listener stands and the sources are, in local coordinates.
-fn places(name: &str, loaded: &LoadedScene) -> Result<(Vec3, Vec<Vec3>)> {
-    let layout = loaded.layout.as_ref();
-    let walk = layout.and_then(|layout| layout.listener.as_ref());
-    let (Some(layout), Some(walk)) = (layout, walk) else {
-        return Err(Error::setting(
-            "--scene",
-            format!("{name:?} names neither sources nor a walk"),
-            &format!("give one of {}", procedural::NAMES.join(", ")),
-        ));
-    };
-    let local = |place: Vec3| loaded.scene.to_local(place).as_vec3();
-    let sources = layout.sources.iter().map(|s| local(s.position)).collect();
-    Ok((local(walk.standing), sources))
+/// Positions of listener and sources in local coordinates.
+fn positions(name: &str, loaded: &LoadedScene) -> Result<(Vec3, Vec<Vec3>)> {
+    let local = |position: Vec3| loaded.scene.to_local(position).as_vec3();
+    match loaded.walk() {
+        Some(walk) => Ok((
+            local(walk.standing),
+            loaded.sources().into_iter().map(local).collect(),
+        )),
+        None => {
+            let problem = format!("{name:?} names neither sources nor a walk");
+            let advice = format!("give one of {}", procedural::NAMES.join(", "));
+            Err(Error::setting("--scene", problem, &advice))
+        }
+    }
 }
 
 fn tree(best: &Bvh, named: Option<&str>) -> Result<Bvh> {

@@ -19,15 +19,14 @@ use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::mix;
 use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
-    AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, Renderer,
-    Statistics, TraceLog,
+    AffinityPolicy, Budget, Controller, Engine, EngineSchedule, EngineSettings, Renderer, TraceLog,
 };
 use foresound::scene::layout::Walk;
 use foresound::scene::{ListenerPose, Scene, SourcePose};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::share;
-use crate::inputs::{asset, load_sound};
+use crate::inputs::voice;
 
 /// Audio frames of a graphics frame: 1/60 s at 44.1 kHz.
 const AUDIO_FRAMES: usize = 735;
@@ -118,8 +117,7 @@ impl Cell<'_> {
         let mut sources = Vec::new();
         for (number, pose) in self.sources.iter().enumerate() {
             let id = controller.add_source(pose.position)?;
-            let voice = asset(&format!("speech/voice{:02}.wav", number % 16 + 1))?;
-            let clip = load_sound(&voice, rate_hz)?;
+            let clip = voice(number, rate_hz)?;
             controller.play(id, clip.samples.into(), true)?;
             sources.push(SourcePose { id, ..*pose });
         }
@@ -148,7 +146,7 @@ impl Cell<'_> {
     }
 
     /// Measures both schedules at a load; gives the row's keys.
-    pub(super) fn measure(&self, load: f64, log: &mut TraceLog) -> Result<Map<String, Value>> {
+    pub(super) fn measure(&self, load: f64, log: &mut TraceLog) -> Result<Value> {
         let mut synchronous = self.side(EngineSchedule::Synchronous, load)?;
         let mut asynchronous = self.side(EngineSchedule::Asynchronous, load)?;
         let rounds = (self.seconds / (2.0 * ROUND_S)).ceil().max(3.0) as usize;
@@ -160,11 +158,7 @@ impl Cell<'_> {
                 asynchronous.controller.collect_spans(log);
             }
         }
-        let row = row(&synchronous, &asynchronous, load);
-        match row {
-            Value::Object(row) => Ok(row),
-            _ => Ok(Map::new()),
-        }
+        Ok(row(&synchronous, &asynchronous, load))
     }
 
     /// Measures both schedules at the load that gives one of them a level L, `most` at the most; a measurement whose middle
@@ -175,13 +169,13 @@ impl Cell<'_> {
         of: LevelOf,
         most: f64,
         log: &mut TraceLog,
-    ) -> Result<Map<String, Value>> {
+    ) -> Result<Value> {
         let mut load = match of {
             LevelOf::Asynchronous => self.load_for(level, most)?,
             // Two threads take about half the time.
             LevelOf::Synchronous => self.load_for(2 * level, most)?,
         };
-        let mut row = Value::from(self.measure(load, log)?);
+        let mut row = self.measure(load, log)?;
         for _ in 1..TRIES {
             let found = of.found(&row);
             let Some(found) = found.filter(|&found| found != f64::from(level)) else {
@@ -189,12 +183,9 @@ impl Cell<'_> {
             };
             let factor = (f64::from(level) + 0.5) / (found + 0.5);
             load = (load * factor).clamp(LEAST_LOAD, most);
-            row = Value::from(self.measure(load, log)?);
+            row = self.measure(load, log)?;
         }
-        match row {
-            Value::Object(row) => Ok(row),
-            _ => Ok(Map::new()),
-        }
+        Ok(row)
     }
 
     /// The load at which the asynchronous schedule has a level L, by halving.
@@ -320,12 +311,8 @@ fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {
         },
         "paths_p50": share(&asynchronous.paths, 0.5),
         "rays_per_update": share(&asynchronous.rays, 0.5),
-        "tier": tier(&ours),
+        "tier": ours.tier.0,
     })
-}
-
-fn tier(statistics: &Statistics) -> u8 {
-    statistics.tier.0
 }
 
 /// Percentiles in a unit that is so many times a second.

@@ -1,20 +1,22 @@
-//! `bench speed`: the engine's two schedules ([`super::schedules`]), and one propagation update by itself
-//! ([`super::alone`]).
+//! `bench speed`: the engine's two schedules ([`super::schedules`]) and propagation updates by themselves
+//! ([`super::updates`]).
 //!
-//! Growth stands in the rows: a row's fastest update over that of its scene's first row, as a share of what as many times
-//! the sources would cost (1 is linear), and over that of the first scene with as many sources.
+//! `to_linear_in_sources` is a row's fastest update over that of its scene's first row, divided by the ratio of their
+//! numbers of sources (1 is linear); `to_first_scene` is the ratio to the first scene's with as many sources.
 
 use std::path::PathBuf;
 
 use foresound::runtime::{Budget, QualityChoice, QualityLevel, TraceLog};
 use foresound::{Error, Result};
-use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS, pace, printed_speed};
+use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::paper::{pace, printed_speed};
 use serde_json::{Value, json};
 
 use super::schedules::{Cell, LevelOf, loaded};
+use super::updates;
 use super::walk::Walk;
-use super::{alone, moving};
-use crate::inputs::predictor_named;
+use crate::inputs::{predictor_named, within};
+use crate::printed;
 use crate::traces::write_trace;
 
 #[derive(clap::Args)]
@@ -79,22 +81,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut rows = Vec::new();
     let mut log = TraceLog::default();
     let predictor = predictor_named(&arguments.predictor)?;
-    if !(0.01..=64.0).contains(&arguments.load) {
-        let problem = format!("{} is outside 0.01 to 64", arguments.load);
-        return Err(Error::setting(
-            "--load",
-            problem,
-            "choose a factor in that range",
-        ));
-    }
-    if !(0.0..=1000.0).contains(&arguments.graphics_ms) {
-        let problem = format!("{} is outside 0 to 1000", arguments.graphics_ms);
-        return Err(Error::setting(
-            "--graphics-ms",
-            problem,
-            "choose a time in that range",
-        ));
-    }
+    within("--load", arguments.load, 0.01..=64.0, "")?;
+    within("--graphics-ms", arguments.graphics_ms, 0.0..=1000.0, " ms")?;
     let mut first_scene: Vec<Fastest> = Vec::new();
     for (number, name) in scenes.into_iter().enumerate() {
         let walk = Walk::through(name)?;
@@ -102,20 +90,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             let instances = arguments.instances.iter();
             instances.map(move |instances| (count, instances))
         }) {
-            let row = moving::row(name, &walk, [count, moving], arguments.seconds)?;
+            let row = updates::with_instances(name, &walk, [count, moving], arguments.seconds)?;
             if !arguments.json {
-                moving::print(&row);
+                printed::row(&row);
             }
             rows.push(row);
         }
         let mut fewest: Option<Fastest> = None;
         let fixed = arguments.sources.iter();
         for &count in fixed.filter(|_| arguments.instances.is_empty()) {
-            let places = walk.sources(count)?;
+            let poses = walk.sources(count)?;
             let cell = Cell {
                 scene: &walk.scene,
                 walk: walk.listener(),
-                sources: &places,
+                sources: &poses,
                 predictor,
                 budget: Budget {
                     tiers: QualityChoice::Exactly(QualityLevel(arguments.tier)),
@@ -129,14 +117,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 Some(level) => cell.measure_at(level, arguments.level_of, 64.0, &mut log)?,
                 None => cell.measure(arguments.load, &mut log)?,
             };
-            let load = engine.get("load").and_then(Value::as_f64);
-            let load = load.unwrap_or(arguments.load);
+            let load = engine["load"].as_f64().unwrap_or(arguments.load);
             let mut row =
                 json!({"scene": name, "sources": count, "graphics_ms": arguments.graphics_ms});
             if !arguments.schedules_only {
-                let times = alone::measure(&walk, &places, loaded(load), arguments.seconds)?;
-                row = times.row(name, count, arguments.graphics_ms);
-                let ms = times.best_ms();
+                let times = updates::alone(&walk, &poses, loaded(load), arguments.seconds)?;
+                let ms = times["sps_best_ms"].as_f64().unwrap_or_default();
+                extend(&mut row, times);
                 let fewest = fewest.get_or_insert(Fastest { sources: count, ms });
                 let linear = fewest.ms * count as f64 / fewest.sources as f64;
                 row["triangles"] = json!(walk.scene.bvh().triangle_count());
@@ -147,21 +134,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 let same = first_scene.iter().find(|first| first.sources == count);
                 row["to_first_scene"] = json!(same.map(|first| ms / first.ms));
             }
-            if let Some(row) = row.as_object_mut() {
-                row.extend(engine);
-            }
+            extend(&mut row, engine);
             if let Some(printed) = printed_cell(arguments, name, count) {
                 row["paper"] = printed;
             }
             if !arguments.json {
-                print(&row);
+                printed::row(&row);
             }
             rows.push(row);
         }
     }
     let summary = summary(&rows, arguments.level_of);
     if let (Some(summary), false) = (&summary, arguments.json) {
-        print_summary(summary);
+        printed::row(summary);
     }
     if arguments.json {
         let threads = std::thread::available_parallelism().map_or(0, usize::from);
@@ -179,6 +164,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.trace {
         Some(file) => write_trace(file, &log),
         None => Ok(()),
+    }
+}
+
+/// Adds the keys of an object to another.
+fn extend(row: &mut Value, more: Value) {
+    if let (Value::Object(row), Value::Object(more)) = (row, more) {
+        row.extend(more);
     }
 }
 
@@ -223,20 +215,6 @@ fn summary(rows: &[Value], of: LevelOf) -> Option<Value> {
     })
 }
 
-fn print_summary(summary: &Value) {
-    let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
-    println!(
-        "mean of {} cells: {:.2} x (the paper {:.2} x), L {:.1}, of the synchronous schedule {:.1} ({:.1}); {} cells have the paper's",
-        summary["cells"],
-        number("speedup_mean"),
-        number("paper_speedup_mean"),
-        number("level_mean"),
-        number("sync_level_mean"),
-        number("paper_level_mean"),
-        summary["cells_at_paper_level"],
-    );
-}
-
 /// The level asked for in a cell.
 fn wanted_level(arguments: &Arguments, scene: &str, sources: usize) -> Result<Option<u32>> {
     let Some(text) = &arguments.level else {
@@ -255,57 +233,4 @@ fn wanted_level(arguments: &Arguments, scene: &str, sources: usize) -> Result<Op
     }
     let problem = format!("the paper has no {scene} with {sources} sources");
     Err(Error::setting("--level", problem, "give a number"))
-}
-
-fn print(row: &Value) {
-    let number = |key: &str| row.pointer(key).and_then(Value::as_f64).unwrap_or(0.0);
-    println!(
-        "{:14} {:4} sources: {:8.1} FPS synchronous, {:8.1} asynchronous ({:5.2} x), L {:3.0}, T_SPS {:8.2} ms (p95 {:8.2}), {:6.0} rays, {:5.0} paths; a frame: direct {:.0}, EPS {:.0}, SGS {:.0} us",
-        row["scene"].as_str().unwrap_or_default(),
-        row["sources"],
-        number("/sync_fps"),
-        number("/async_fps"),
-        number("/speedup"),
-        number("/level/p50"),
-        number("/sps_ms/p50"),
-        number("/sps_ms/p95"),
-        number("/rays_per_update"),
-        number("/paths_p50"),
-        number("/direct_us/p50"),
-        number("/eps_us/p50"),
-        number("/sgs_us/p50"),
-    );
-    if row["paper"].is_object() {
-        println!(
-            "{:28}load {:.3}; T_SPS of the synchronous schedule over T_g {:.2}; the paper's {}: L {}, {:.2} x",
-            "",
-            number("/load"),
-            number("/sync_level"),
-            row["paper"]["platform"].as_str().unwrap_or_default(),
-            row["paper"]["level"],
-            number("/paper/speedup"),
-        );
-    }
-    if row["sync_fps_by_processor_time"].is_number() {
-        println!(
-            "{:28}by processor time: {:.1} FPS synchronous, {:.1} asynchronous",
-            "",
-            number("/sync_fps_by_processor_time"),
-            number("/async_fps_by_processor_time"),
-        );
-    }
-    if row.get("rays_alone_ms").is_some() {
-        println!(
-            "{:28}an update alone: one thread {:.2} ms at best, two {:.2}; with moving sources {:.2}, two {:.2}, its rays {:.2} ({:.2} x); {:.2} of linear growth, {:.2} of the first scene",
-            "",
-            number("/sps_best_ms"),
-            number("/sps_two_threads_best_ms"),
-            number("/moving_sources_best_ms"),
-            number("/moving_sources_two_threads_best_ms"),
-            number("/rays_alone_best_ms"),
-            number("/update_to_rays"),
-            number("/to_linear_in_sources"),
-            number("/to_first_scene"),
-        );
-    }
 }

@@ -1,6 +1,6 @@
 //! `bench update`: a fixed number of propagation updates and nothing else, for counters of instructions.
 //!
-//! No clock is read: measure at N and at 2 N updates and subtract, and what is left is N updates.
+//! No clock is read. Counts at N and at 2 N updates differ by N updates.
 
 use std::sync::Arc;
 
@@ -9,9 +9,10 @@ use foresound::runtime::Threads;
 use foresound::{Error, Result};
 use serde_json::json;
 
-use super::alone::step_aside;
 use super::boxes::Boxes;
+use super::updates::step_aside;
 use super::walk::Walk;
+use crate::printed;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -27,14 +28,14 @@ pub(crate) struct Arguments {
     /// Threads that share an update.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Have the sources move a millimetre in every update, so that nothing their rays found stays true.
+    /// Move the sources in every update, farther than the cells in which rays are remembered.
     #[arg(long)]
     moving_sources: bool,
-    /// Moving instances: a door, or so many boxes.
+    /// Number of moving instances: one is a door, more are boxes.
     #[arg(long, value_name = "N", default_value_t = 0)]
     instances: usize,
-    /// Most edges that one path bends around.
-    #[arg(long, default_value_t = PropagationSettings::default().diffraction_order)]
+    /// Most diffracting edges of a path.
+    #[arg(long, alias = "bends", default_value_t = PropagationSettings::default().diffraction_order)]
     diffraction_order: usize,
     /// Print one JSON object.
     #[arg(long)]
@@ -63,7 +64,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         if arguments.moving_sources {
             step_aside(&mut moved, &sources, step);
         }
-        boxes.go_on(&mut propagator, step);
+        boxes.move_on(&mut propagator, step);
         propagator.update_with(&threads, &walk.ear(step), &moved, 0.0, &mut set);
         digest = digested(digest, &set);
         paths += set.paths.len();
@@ -71,30 +72,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let updates = arguments.updates as f64;
     let (paths, rays) = (paths as f64 / updates, rays as f64 / updates);
-    if arguments.json {
-        let row = json!({
-            "scene": arguments.scene,
-            "sources": arguments.sources,
-            "updates": arguments.updates,
-            "threads": arguments.threads,
-            "moving_sources": arguments.moving_sources,
-            "instances": arguments.instances,
-            "bends": arguments.diffraction_order,
-            "paths_an_update": paths,
-            "rays_an_update": rays,
-            "digest": format!("{digest:016x}"),
-        });
-        println!("{}", json!({ "rows": [row] }));
-    } else {
-        println!(
-            "{:14} {:4} sources: {} updates of {rays:.0} rays and {paths:.0} paths, digest {digest:016x}",
-            arguments.scene, arguments.sources, arguments.updates
-        );
-    }
+    let row = json!({
+        "scene": arguments.scene,
+        "sources": arguments.sources,
+        "updates": arguments.updates,
+        "threads": arguments.threads,
+        "moving_sources": arguments.moving_sources,
+        "instances": arguments.instances,
+        "bends": arguments.diffraction_order,
+        "paths_an_update": paths,
+        "rays_an_update": rays,
+        "digest": format!("{digest:016x}"),
+    });
+    printed::rows(&[row], arguments.json);
     Ok(())
 }
 
-/// A number made of every bit of an update's answer but how many rays it took, and of those before it.
+/// A hash of all bits of an update's result except its number of rays, and of the hash before.
 fn digested(before: u64, set: &PathSet) -> u64 {
     let mut hash = before;
     let mut add = |value: u64| {
@@ -107,8 +101,8 @@ fn digested(before: u64, set: &PathSet) -> u64 {
         path.surfaces().iter().for_each(|s| add(u64::from(*s)));
         path.edges.iter().for_each(|e| add(u64::from(*e)));
         let points = path.points().iter().chain([&path.image]);
-        let places = points.flat_map(|p| p.to_array());
-        let numbers = places.chain(path.amplitude);
+        let coordinates = points.flat_map(|p| p.to_array());
+        let numbers = coordinates.chain(path.amplitude);
         numbers.for_each(|n| add(u64::from(n.to_bits())));
     }
     for (_, edge) in &set.direct_edges {

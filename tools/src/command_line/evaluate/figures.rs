@@ -8,11 +8,12 @@ use foresound_tools::cells::Condition;
 use foresound_tools::report::{Figure, Listening, Report, Row, SimilarityMap, data_uri};
 use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::talk::{PAUSE_S, TALK_S};
-use foresound_tools::{Canvas, si_snr};
+use foresound_tools::{Picture, si_snr};
 
 use super::Arguments;
 use super::plan::{Part, Unit};
-use super::unit::{RATE_HZ, UnitResult, both, heard_as, wav_file};
+use super::stage::RATE_HZ;
+use super::unit::{UnitResult, both, heard_as, wav_file};
 
 /// Seconds that the doorway's pictures show, around where paths come and go.
 const WINDOW_S: f64 = 3.0;
@@ -48,8 +49,9 @@ fn is_pictured(unit: &Unit, units: &[Unit]) -> bool {
 }
 
 fn listening(out: &Path, unit: &Unit) -> Listening {
-    let plain = unit.estimates().filter(|(v, _)| !unit.ablation.contains(v));
-    let heard = plain.map(|(variant, latency)| heard_as(variant.name, latency));
+    let heard = unit
+        .estimates()
+        .map(|(kind, latency)| heard_as(kind.name(), latency));
     let files = std::iter::once("reference".to_owned())
         .chain(heard)
         .map(|name| {
@@ -79,9 +81,9 @@ fn pictures(out: &Path, unit: &Unit, rows: &[Row]) -> Result<Vec<Figure>> {
     let read = |name: &str| read_ears(&wav_file(out, unit, name));
     let reference = read("reference")?;
     let mut estimates = Vec::new();
-    for variant in &unit.variants {
-        if matches!(variant.name, "linear" | "best") || unit.variants.len() == 1 {
-            estimates.push((variant.name, read(&heard_as(variant.name, latency))?));
+    for name in unit.predictors.iter().map(|kind| kind.name()) {
+        if matches!(name, "linear" | "best") || unit.predictors.len() == 1 {
+            estimates.push((name, read(&heard_as(name, latency))?));
         }
     }
     let doorway = unit.part == Part::Doorway;
@@ -186,12 +188,12 @@ fn worst_window(reference: &[Vec<f32>; 2], estimate: &[Vec<f32>; 2]) -> std::ops
 pub(super) fn figure(
     out: &Path,
     name: &str,
-    canvas: &Canvas,
+    picture: &Picture,
     title: &str,
     caption: String,
 ) -> Result<Figure> {
     let file = out.join("figures").join(format!("{name}.png"));
-    canvas.save_png(&file)?;
+    picture.save_png(&file)?;
     let bytes = std::fs::read(&file).map_err(|e| Error::file(&file, e, "try again"))?;
     Ok(Figure {
         title: title.to_owned(),

@@ -1,6 +1,5 @@
 //! `evaluate`: the paper's Tables 5 and 6 with our engine, and the report on them.
 
-mod ablation;
 mod figures;
 mod motion;
 mod overload;
@@ -15,12 +14,13 @@ use std::path::{Path, PathBuf};
 
 use foresound::output::WholeFile;
 use foresound::{Error, Result};
-use foresound_tools::report::{Report, SpeedTable};
+use foresound_tools::report::Report;
+use serde_json::Value;
 
 use self::plan::{Part, Unit};
 use self::stage::Stage;
 use self::tables::Found;
-use crate::inputs::{SceneArguments, tell};
+use crate::inputs::{SceneArguments, tell, within};
 
 /// What `bench speed --json` printed, if nothing else is named.
 const SPEED_FILE: &str = "out/speed.json";
@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     /// The stress condition, besides.
     #[arg(long)]
     stress: bool,
-    /// hold, linear, best, all, or ablation: all and best without each of its ingredients, in every cell.
+    /// hold, linear, best or all.
     #[arg(long, default_value = "all")]
     predictor: String,
     /// modelled: results are used L + 1 graphics frames late; none: at once; both.
@@ -88,10 +88,7 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    if !(2.0..=120.0).contains(&arguments.seconds) {
-        let problem = format!("{} s", arguments.seconds);
-        return Err(Error::setting("--seconds", problem, "give 2 to 120"));
-    }
+    within("--seconds", arguments.seconds, 2.0..=120.0, " s")?;
     let speed = speed(arguments.speed.as_deref())?;
     let mut units = plan::units(arguments)?;
     let stages = stages(arguments, &units)?;
@@ -105,7 +102,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     tables::write(&arguments.out, &found, &text)?;
     let mut report = Report {
         rows: found.rows,
-        ablation: found.ablation,
         doorway: found.doorway,
         speed,
         overload: overload.rows,
@@ -175,10 +171,10 @@ fn keep_possible(
 }
 
 /// The speed table of a file: the one that was named, or the usual one if it is there.
-fn speed(named: Option<&Path>) -> Result<SpeedTable> {
+fn speed(named: Option<&Path>) -> Result<Value> {
     let file = named.unwrap_or(Path::new(SPEED_FILE));
     if named.is_none() && !file.is_file() {
-        return Ok(SpeedTable::default());
+        return Ok(Value::Null);
     }
     let advice = "make it with `foresound bench speed --json > FILE`";
     let text = std::fs::read(file).map_err(|e| Error::file(file, e, advice))?;

@@ -6,7 +6,8 @@ use foresound::Result;
 use foresound::extrapolation::GeometricSettings;
 use foresound::output::wav::{WavFormat, WavSink};
 use foresound::runtime::Latency;
-use foresound_tools::cells::{Condition, printed_speed};
+use foresound_tools::cells::Condition;
+use foresound_tools::paper::printed_speed;
 use foresound_tools::playback::{AHEAD, Playback, play};
 use foresound_tools::report::{Figure, Listening, OverloadRow};
 use foresound_tools::scores::SKIP_S;
@@ -15,7 +16,8 @@ use foresound_tools::spectrogram_figure::SpectrogramFigure;
 
 use super::figures::{figure, read_ears};
 use super::plan::{Part, Unit};
-use super::unit::{RATE_HZ, UnitResult, both, heard_as, wav_file};
+use super::stage::RATE_HZ;
+use super::unit::{UnitResult, both, heard_as, wav_file};
 use crate::session::median;
 
 /// The paper's scene and number of sources; fewer are taken where a run has no more.
@@ -53,7 +55,7 @@ pub(super) fn overload(out: &Path, units: &[Unit], results: &[UnitResult]) -> Re
             && unit.repeat == 0
             && unit.sources <= SOURCES
             && unit.latencies.contains(&Latency::Modelled)
-            && unit.variants.iter().any(|variant| variant.name == "best")
+            && unit.predictors.iter().any(|kind| kind.name() == "best")
     };
     let cells = units.iter().zip(results).filter(|(unit, _)| fits(unit));
     let Some((unit, result)) = cells.rev().max_by_key(|(unit, _)| unit.sources) else {

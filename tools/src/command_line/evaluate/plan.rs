@@ -3,10 +3,10 @@
 use foresound::extrapolation::PredictorKind;
 use foresound::runtime::Latency;
 use foresound::{Error, Result};
-use foresound_tools::cells::{self, Condition, Pace, Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::cells::{self, Condition, Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::paper;
 
 use super::Arguments;
-use super::ablation;
 use super::stage::label;
 
 /// Repeats of a cell, each with rays and a start of its own.
@@ -14,13 +14,6 @@ const REPEATS: u64 = 5;
 
 /// The scene of the paper's Figure 7.
 const DOORWAY: &str = "doorway";
-
-/// A predictor under a name.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Variant {
-    pub(super) name: &'static str,
-    pub(super) kind: PredictorKind,
-}
 
 /// Where a unit's figures go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,17 +33,15 @@ pub(super) struct Unit {
     pub(super) scene: String,
     pub(super) sources: usize,
     pub(super) condition: Condition,
-    pub(super) pace: Pace,
+    pub(super) pace: paper::Pace,
     pub(super) repeat: u64,
     pub(super) latencies: Vec<Latency>,
     pub(super) signal: String,
     /// Whether the late reverb is heard.
     pub(super) late: bool,
     pub(super) duration_s: f64,
-    /// Rendered at each latency.
-    pub(super) variants: Vec<Variant>,
-    /// The ablation's, rendered late only, without files.
-    pub(super) ablation: Vec<Variant>,
+    /// Each is rendered at each latency.
+    pub(super) predictors: Vec<PredictorKind>,
 }
 
 impl Unit {
@@ -71,18 +62,16 @@ impl Unit {
     }
 
     /// Everything that is rendered beside the reference.
-    pub(super) fn estimates(&self) -> impl Iterator<Item = (Variant, Latency)> + '_ {
-        let plain = self.latencies.iter();
-        let plain = plain.flat_map(|&late| self.variants.iter().map(move |&v| (v, late)));
-        let ablation = self.ablation.iter().map(|&v| (v, Latency::Modelled));
-        plain.chain(ablation)
+    pub(super) fn estimates(&self) -> impl Iterator<Item = (PredictorKind, Latency)> + '_ {
+        let latencies = self.latencies.iter();
+        latencies.flat_map(|&late| self.predictors.iter().map(move |&kind| (kind, late)))
     }
 
     /// Everything a result depends on besides the program, the scene and the sounds.
     pub(super) fn key(&self) -> String {
         let estimates: Vec<_> = self
             .estimates()
-            .map(|(v, late)| format!("{}={:?} {late:?}", v.name, v.kind))
+            .map(|(kind, late)| format!("{kind:?} {late:?}"))
             .collect();
         format!(
             "{} {:?} repeat {} of {} s with {}",
@@ -105,10 +94,6 @@ impl Unit {
     }
 }
 
-fn unknown(argument: &str, text: &str, advice: &str) -> Error {
-    Error::setting(argument, format!("{text:?} is unknown"), advice)
-}
-
 /// A choice of several by one word: one of them, or a word that stands for some.
 fn chosen<T: Copy>(
     argument: &str,
@@ -124,10 +109,11 @@ fn chosen<T: Copy>(
     }
     let single = single.iter().map(|(name, _)| *name);
     let names: Vec<_> = single.chain(groups.iter().map(|(name, _)| *name)).collect();
-    Err(unknown(
+    let advice = format!("give {}", names.join(", "));
+    Err(Error::setting(
         argument,
-        text,
-        &format!("give {}", names.join(", ")),
+        format!("{text:?} is unknown"),
+        &advice,
     ))
 }
 
@@ -204,18 +190,19 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     if repeats == 0 {
         return Err(Error::setting("--repeats", "0", "give one at least"));
     }
-    let variants = variants(&arguments.predictor)?;
-    let everything = arguments.predictor == "ablation";
+    let predictors = PredictorKind::ALL.map(|kind| (kind.name(), kind));
+    let predictors = chosen(
+        "--predictor",
+        &arguments.predictor,
+        &predictors,
+        &[("all", &PredictorKind::ALL)],
+    )?;
     let unit = |platform, condition, scene: &str, sources, repeat, signal: &str| {
         let scene = label(scene);
-        let mut pace = cells::pace(platform, &scene, sources);
+        let mut pace = paper::pace(platform, &scene, sources);
         if condition == Condition::Stress {
             pace.level = cells::STRESS_LEVEL;
         }
-        let ablated = condition == Condition::Dynamic
-            && platform == Platform::Workstation
-            && arguments.predictor == "all"
-            && (sources, repeat, signal, arguments.quick) == (4, 0, "speech", false);
         Unit {
             part: Part::Table,
             platform,
@@ -228,12 +215,7 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
             signal: signal.to_owned(),
             late: !arguments.no_late,
             duration_s: arguments.seconds,
-            variants: variants.clone(),
-            ablation: if ablated || everything {
-                ablation::variants()
-            } else {
-                Vec::new()
-            },
+            predictors: predictors.clone(),
         }
     };
     let mut units = Vec::new();
@@ -268,24 +250,8 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
         units.push(Unit {
             part: Part::Doorway,
             latencies: vec![choices.latencies[0]],
-            ablation: Vec::new(),
             ..pictured
         });
     }
     Ok(units)
-}
-
-fn variants(named: &str) -> Result<Vec<Variant>> {
-    let plain = PredictorKind::ALL.map(|kind| Variant {
-        name: kind.name(),
-        kind,
-    });
-    if matches!(named, "all" | "ablation") {
-        return Ok(plain.to_vec());
-    }
-    let found = plain.into_iter().find(|variant| variant.name == named);
-    let advice = "give hold, linear, best, all or ablation";
-    found
-        .map(|variant| vec![variant])
-        .ok_or_else(|| Error::setting("--predictor", format!("{named:?} is no predictor"), advice))
 }

@@ -13,8 +13,10 @@ use foresound_tools::open_space::{clear_m, open_space};
 use glam::Vec3;
 
 use super::Arguments;
-use super::unit::{RATE_HZ, fnv};
 use crate::inputs::{SceneArguments, asset, load_scene, tell};
+
+/// Sample rate of everything.
+pub(super) const RATE_HZ: u32 = 44_100;
 
 /// Most sources of a cell.
 const MOST_SOURCES: usize = 16;
@@ -51,30 +53,25 @@ pub(super) fn label(named: &str) -> String {
 pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
     let loaded = load_scene(Path::new(named), intake)?;
     tell(&loaded.notes);
-    let layout = loaded.layout.as_ref();
-    let mut sources: Vec<Vec3> = layout
-        .map(|layout| layout.sources.iter().map(|s| s.position).collect())
-        .unwrap_or_default();
-    let mut walk = layout.and_then(|layout| layout.listener);
+    let mut sources = loaded.sources();
+    let mut walk = loaded.walk();
     if sources.is_empty() || walk.is_none() {
         let found = open_space(&loaded.scene, MOST_SOURCES)?;
         if sources.is_empty() {
-            tell(&[format!(
-                "{named}: {} sources laid out in open space",
-                found.sources.len()
-            )]);
+            let count = found.sources.len();
+            tell(&[format!("{named}: {count} sources laid out in open space")]);
             sources = found.sources;
         }
-        if walk.is_none() {
+        walk.get_or_insert_with(|| {
             let Walk { from, to, .. } = found.walk;
             tell(&[format!("{named}: a walk laid out from {from} to {to}")]);
-        }
-        walk = walk.or(Some(found.walk));
+            found.walk
+        });
     }
-    let Some(walk) = walk else {
+    let walk = walk.ok_or_else(|| {
         let advice = "put a TOML file with sources and a listener beside the OBJ file";
-        return Err(Error::file(named, "has no layout", advice));
-    };
+        Error::file(named, "has no layout", advice)
+    })?;
     sources.truncate(MOST_SOURCES);
     let sways: Vec<Vec3> = sources
         .iter()
@@ -207,4 +204,11 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
         )]);
     }
     Ok(clips)
+}
+
+/// FNV-1a, 64 bits.
+pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
+    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }

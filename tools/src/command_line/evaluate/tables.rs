@@ -18,7 +18,6 @@ use super::unit::{Estimate, UnitResult, latency_name};
 /// Rows by where they go.
 pub(super) struct Found {
     pub(super) rows: Vec<Row>,
-    pub(super) ablation: Vec<Row>,
     pub(super) doorway: Vec<Row>,
 }
 
@@ -27,7 +26,6 @@ impl Found {
     pub(super) fn of(units: &[Unit], results: &[UnitResult]) -> Self {
         let mut found = Self {
             rows: Vec::new(),
-            ablation: Vec::new(),
             doorway: Vec::new(),
         };
         let same = |a: &Unit, b: &Unit| a.part == b.part && a.cell_name() == b.cell_name();
@@ -36,30 +34,12 @@ impl Found {
             let unit = &units[from];
             let count = units[from..].iter().take_while(|u| same(u, unit)).count();
             let repeats = &results[from..from + count];
-            for (variant, latency) in unit.estimates() {
-                let ablated = unit.ablation.contains(&variant);
-                let Some(row) = row(unit, repeats, variant.name, latency) else {
-                    continue;
-                };
-                match (unit.part, ablated) {
-                    (Part::Doorway, _) => found.doorway.push(row),
-                    (Part::Table, true) => found.ablation.push(row),
-                    (Part::Table, false) => found.rows.push(row),
-                }
-            }
-            // What is left of `best` stands beside `best` in the same renderings.
-            if unit.part == Part::Table && !unit.ablation.is_empty() {
-                let first = found.ablation.len() - unit.ablation.len();
-                let repeats = &repeats[..if units[from..from + count]
-                    .iter()
-                    .all(|u| !u.ablation.is_empty())
-                {
-                    count
-                } else {
-                    1
-                }];
-                let whole = row(unit, repeats, "best", Latency::Modelled);
-                found.ablation.splice(first..first, whole);
+            let rows = unit
+                .estimates()
+                .filter_map(|(kind, latency)| row(unit, repeats, kind.name(), latency));
+            match unit.part {
+                Part::Doorway => found.doorway.extend(rows),
+                Part::Table => found.rows.extend(rows),
             }
             from += count;
         }
@@ -134,13 +114,11 @@ fn value(row: &Row) -> Value {
     })
 }
 
-/// Everything as one JSON object: the tables' rows, then, where they were rendered, the ablation's, the doorway's and
-/// what was played under overload.
+/// Everything as one JSON object: the rows of the tables, of the doorway and of playback under overload.
 pub(super) fn json(found: &Found, overload: &[OverloadRow]) -> Value {
     let values = |rows: &[Row]| rows.iter().map(value).collect::<Vec<_>>();
     json!({
         "rows": values(&found.rows),
-        "ablation": values(&found.ablation),
         "doorway": values(&found.doorway),
         "overload": overload,
     })
@@ -152,8 +130,7 @@ pub(super) fn write(out: &Path, found: &Found, text: &Value) -> Result<()> {
         writeln!(file, "{text:#}")?;
         Ok(())
     })?;
-    let rows = found.rows.iter().chain(&found.ablation);
-    let rows = rows.chain(&found.doorway);
+    let rows = found.rows.iter().chain(&found.doorway);
     let path = out.join("tables.csv");
     let mut writer = csv::Writer::from_writer(Vec::new());
     let wrong = |e: csv::Error| Error::file(&path, e, "report this as a mistake of ours");

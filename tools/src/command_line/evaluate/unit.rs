@@ -19,11 +19,8 @@ use serde::{Deserialize, Serialize};
 
 use super::motion;
 use super::plan::Unit;
-use super::stage::{Props, Sounds, Stage};
+use super::stage::{Props, RATE_HZ, Sounds, Stage, fnv};
 use crate::session::median;
-
-/// Sample rate of everything.
-pub(super) const RATE_HZ: u32 = 44_100;
 
 /// How many times the usual rays the path set is looked for with, to tell the reference's recall.
 const THOROUGH: u32 = 8;
@@ -124,19 +121,17 @@ fn make(unit: &Unit, stage: &Stage, props: &Props, key: String) -> Result<UnitRe
     files.extend(write_wav(unit, props, "reference", &reference.ears)?);
     let ears = both(&reference.ears);
     let mut estimates = Vec::new();
-    for (variant, latency) in unit.estimates() {
+    for (predictor, latency) in unit.estimates() {
         let schedule = Schedule::Asynchronous {
             level: unit.pace.level,
             latency,
         };
-        let estimate = render(unit, stage, props, schedule, variant.kind)?;
-        if !unit.ablation.contains(&variant) {
-            let name = heard_as(variant.name, latency);
-            files.extend(write_wav(unit, props, &name, &estimate.ears)?);
-        }
+        let estimate = render(unit, stage, props, schedule, predictor)?;
+        let name = heard_as(predictor.name(), latency);
+        files.extend(write_wav(unit, props, &name, &estimate.ears)?);
         let speech = unit.signal == "speech";
         estimates.push(Estimate {
-            predictor: variant.name.to_owned(),
+            predictor: predictor.name().to_owned(),
             latency: latency_name(latency).to_owned(),
             scores: Scores::of(ears, both(&estimate.ears), RATE_HZ, speech)?,
             extrapolation_us: mean_s(&estimate.report.extrapolation) * 1e6,
@@ -299,11 +294,4 @@ pub(super) fn wav_file(out: &Path, unit: &Unit, name: &str) -> PathBuf {
 
 pub(super) fn both(ears: &[Vec<f32>; 2]) -> [&[f32]; 2] {
     [&ears[0], &ears[1]]
-}
-
-/// FNV-1a, 64 bits.
-pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
-    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    })
 }

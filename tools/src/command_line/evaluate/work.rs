@@ -9,7 +9,7 @@ use foresound::Result;
 use super::plan::Unit;
 use super::stage::{Props, Stage};
 use super::unit::{self, UnitResult};
-use crate::progress::WeightedProgress;
+use crate::progress::Progress;
 
 /// Results of all units in their order. The longest are begun first, so that no thread waits long for another at the end. No
 /// result depends on the others or on the threads.
@@ -25,7 +25,7 @@ pub(super) fn all_results(
     let stop = AtomicBool::new(false);
     let mut results: Vec<Option<UnitResult>> = vec![None; units.len()];
     let total = units.iter().map(Unit::weight).sum();
-    let mut progress = WeightedProgress::new("evaluate", units.len(), total);
+    let mut progress = Progress::new("evaluate", total);
     std::thread::scope(|scope| -> Result<()> {
         let (sender, receiver) = mpsc::channel();
         for _ in 0..workers.min(units.len()) {

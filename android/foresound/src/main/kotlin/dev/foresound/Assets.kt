@@ -5,7 +5,7 @@ import java.io.FileNotFoundException
 import java.io.IOException
 import java.io.InputStream
 
-/** Opens one of the app's assets; an [IOException] that says what to do where there is none. */
+/** Opens one of the app's assets. Throws an [IOException] with the remedy if it is missing. */
 internal fun openAsset(context: Context, name: String): InputStream = try {
     context.assets.open(name)
 } catch (missing: FileNotFoundException) {

@@ -6,10 +6,10 @@ import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.Dispatchers
 
 /**
- * Mono samples for engines of one rate; others are converted while loading. Any thread. Loading suspends on a dispatcher
- * of its own. Sources that play a closed clip keep it.
+ * Mono samples for engines of one sample rate, resampled while loading. Any thread. Loading suspends on a dispatcher.
+ * Sources continue to play a closed clip.
  */
-class Clip private constructor(handle: Long) : Loaded(handle) {
+class Clip private constructor(handle: Long) : Resource(handle) {
     companion object {
         /** From a WAV file: PCM of 8 to 32 bits or float; channels are averaged. */
         suspend fun fromFile(
@@ -28,7 +28,7 @@ class Clip private constructor(handle: Long) : Loaded(handle) {
             Native.clipFromWav(openAsset(context, name).use { it.readBytes() }, engineRateHz)
         }
 
-        /** From samples at [rateHz]; 1 is the pressure at 1 m. */
+        /** From samples at [rateHz]; 1 is full scale at 1 m. */
         suspend fun fromSamples(
             samples: FloatArray,
             rateHz: Int,

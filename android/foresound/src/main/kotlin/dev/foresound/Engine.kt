@@ -10,14 +10,14 @@ import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.flowOn
 
 /**
- * An engine: sources and a listener in a scene, and the sound of it.
+ * An engine: renders the sound of sources in a scene at a listener.
  *
- * Threads: any, but not an audio callback of your own; calls on one engine wait for each other. Create and close it
- * off the main thread, both take milliseconds. Propagation and sound run on threads of the library's own and never
- * meet the virtual machine.
+ * Threads: any, except the app's audio callbacks; calls on one engine wait for each other. Creation and closing take
+ * milliseconds: not for the main thread. Propagation and sound run on the library's threads, which are not attached to
+ * the virtual machine.
  *
- * Everything throws [IllegalStateException] once the engine is closed, and [IllegalArgumentException] for numbers that
- * cannot be, with a text that says what to do.
+ * Functions throw [IllegalStateException] once the engine is closed, and [IllegalArgumentException] for values out of
+ * range, with the remedy in the message.
  *
  * ```
  * Engine(EngineOptions(rateHz = deviceRate)).use { engine ->
@@ -32,7 +32,7 @@ import kotlinx.coroutines.flow.flowOn
  * ```
  */
 class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
-    /** Sample rate in Hz; clips are made for it. */
+    /** Sample rate in Hz, which clips need too. */
     val rateHz: Int = options.rateHz
 
     private val handle: Long
@@ -40,25 +40,24 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
     private var output = 0L
     private var playing = false
     private var closed = false
-    private val pathFloats = FloatArray(options.shownPaths * Native.PATH_FLOATS)
+    private val pathNumbers = DoubleArray(options.shownPaths * Native.ShownPath.LENGTH)
     private val sources = arrayOfNulls<Source>(options.maxSources)
     private val frame: ByteBuffer =
         ByteBuffer.allocateDirect((options.maxSources + 1) * Native.POSE_BYTES).order(ByteOrder.nativeOrder())
 
-    /** Where the listener is, from the next [tick] on. */
+    /** The listener, whose pose takes effect with the next [tick]. */
     val listener = Listener()
 
     init {
-        val handles = LongArray(2)
-        Native.create(options.numbers(), options.hrtf, handles)
-        handle = handles[0]
-        rendererHandle = handles[1]
+        val engine = LongArray(1)
+        rendererHandle = Native.engineCreate(options.numbers(), options.hrtf, engine)
+        handle = engine[0]
     }
 
-    /** Adds a silent source at a place in metres. Throws [IllegalStateException] if there are `maxSources` already. */
+    /** Adds a silent source at a position in metres. Throws [IllegalStateException] beyond `maxSources`. */
     @Synchronized
     fun addSource(x: Float, y: Float, z: Float): Source {
-        val id = Native.addSource(handle, x, y, z)
+        val id = Native.sourceAdd(handle, x, y, z)
         return Source(this, id, x, y, z).also { sources[id and 0xffff] = it }
     }
 
@@ -67,12 +66,12 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
         val slot = source.id and 0xffff
         if (sources[slot] !== source) return
         sources[slot] = null
-        Native.removeSource(handle, source.id)
+        Native.sourceRemove(handle, source.id)
     }
 
     /**
-     * Hands over one graphics frame: listener and every source that has moved since the last one. Call it once a frame,
-     * best from the thread that draws: it waits for nothing and allocates nothing.
+     * Submits one graphics frame: the listener and the sources that moved since the last one. Meant for one call a frame
+     * from the thread that draws: it does not wait for propagation or sound and does not allocate.
      */
     @Synchronized
     fun tick() {
@@ -85,52 +84,51 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
                 count++
             }
         }
-        Native.tick(handle, frame, count)
+        Native.engineTick(handle, frame, count)
     }
 
-    /** Replaces the scene; the old one is heard until the new one's first update is there. [scene] may be closed then. */
-    fun setScene(scene: Scene) = Native.setScene(handle, scene.handle)
+    /** Replaces the scene; the old one is audible until the first update with the new one. [scene] may be closed then. */
+    fun setScene(scene: Scene) = Native.engineSetScene(handle, scene.handle)
 
-    /** Sets what propagation may spend: rays from the listener and from each source, and the highest order (0 to 4). */
+    /** Sets the rays from the listener and from each source, and the maximum reflection order (0 to 4). */
     fun setPropagation(guideRays: Int, sourceRays: Int, depth: Int) =
-        Native.setPropagation(handle, guideRays, sourceRays, depth)
+        Native.engineSetPropagation(handle, guideRays, sourceRays, depth)
 
     /**
-     * Plays on the system's device, rendered [blocksAhead] blocks ahead (1 to 64). Once an engine. A device that is lost,
-     * or does not open, is opened again by the library.
+     * Plays on the system's device, rendered [blocksAhead] blocks ahead (1 to 64). Once an engine. The library reopens a
+     * device that is lost or does not open.
      */
     @Synchronized
     fun start(blocksAhead: Int = 2) {
-        check(!playing) { "the engine plays already; pause and resume it" }
-        output = Native.startOutput(rendererHandle, blocksAhead)
+        check(!playing) { "the engine plays already; use pause and resume" }
+        output = Native.outputStart(rendererHandle, blocksAhead)
         playing = true
     }
 
     /**
-     * Renders [frames] audio frames of interleaved stereo into a direct buffer of floats in native order, for apps that
-     * play sound themselves; gives the number of voices. One thread at a time; never waits. Not after [start].
+     * Renders [frames] audio frames of interleaved stereo into a direct buffer of floats in native order, for apps with
+     * an audio callback; returns the number of voices. One thread at a time; never waits. Not after [start].
      */
     fun render(buffer: ByteBuffer, frames: Int): Int = Native.render(rendererHandle, buffer, frames)
 
-    /** Fades to silence within milliseconds; sounds stand still. Call it when the app loses audio focus or its window. */
-    fun pause() = Native.pause(handle)
+    /** Fades to silence within milliseconds and stops the playback positions, as on loss of audio focus or window. */
+    fun pause() = Native.enginePause(handle)
 
-    /** Goes on where [pause] stopped. */
-    fun resume() = Native.resume(handle)
+    /** Continues after [pause]. */
+    fun resume() = Native.engineResume(handle)
 
-    /** Starts propagation anew after [EngineState.PROPAGATION_FAILED]. */
-    fun restart() = Native.restart(handle)
+    /** Restarts propagation after [EngineState.PROPAGATION_FAILED]. */
+    fun restart() = Native.engineRestart(handle)
 
-    /** A look at the engine. */
+    /** Statistics since the engine's creation. Takes microseconds. */
     fun statistics(): Statistics {
-        val numbers = DoubleArray(Native.STATISTICS)
-        Native.statistics(handle, numbers)
+        val numbers = DoubleArray(Native.EngineStatistics.LENGTH)
+        Native.engineStatistics(handle, numbers)
         return Statistics(numbers)
     }
 
     /**
-     * Looks at the engine now and then, at most ten times a second, until it is closed; collect it on any thread. The
-     * looks themselves happen on [dispatcher].
+     * Statistics every [periodMillis], at least 100, until the engine is closed; queried on [dispatcher].
      */
     fun statisticsFlow(
         periodMillis: Long = 500,
@@ -148,58 +146,59 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
         }
     }.flowOn(dispatcher)
 
-    /** Says what the engine may spend, from the next update on: it gives up rays, orders and paths to keep to it. */
-    fun setBudget(budget: Budget) = Native.setBudget(handle, budget.numbers())
+    /** Sets the budget from the next update on: rays, reflection orders and paths are reduced to meet it. */
+    fun setBudget(budget: Budget) = Native.engineSetBudget(handle, budget.numbers())
 
-    /** How the engine bears its load, and the phone its heat. */
+    /** Load of the engine and temperature of the phone. */
     fun health(): Health {
-        val numbers = DoubleArray(Native.HEALTH)
-        Native.health(handle, numbers)
+        val numbers = DoubleArray(Native.EngineHealth.LENGTH)
+        Native.engineHealth(handle, numbers)
         return Health(numbers)
     }
 
-    /** The loudest paths of the newest update for a picture, [EngineOptions.shownPaths] at most, in no order. */
+    /** The loudest paths of the newest update for display, at most [EngineOptions.shownPaths], in no order. */
     @Synchronized
     fun paths(): List<ShownPath> {
-        val count = Native.paths(handle, pathFloats)
-        return List(count) { ShownPath(pathFloats, it * Native.PATH_FLOATS) }
+        val count = Native.enginePaths(handle, pathNumbers)
+        return List(count) { ShownPath(pathNumbers, it * Native.ShownPath.LENGTH) }
     }
 
-    /** What the device granted, and how it goes; `null` before [start]. */
+    /** Properties and state of the device; `null` before [start]. */
     @Synchronized
     fun outputReport(): OutputReport? {
         if (!playing) return null
-        val numbers = DoubleArray(Native.OUTPUT_INFO)
+        val numbers = DoubleArray(Native.OutputInfo.LENGTH)
         Native.outputInfo(output, numbers)
         return OutputReport(numbers)
     }
 
     /**
-     * Adds an instance of a part of the scene that moves, such as a door, at a place in metres, from the next [tick] on.
-     * [part] is a scene of its own in coordinates of its own, a door's hinge at their origin; it may be closed then, and
-     * several instances may share it. Instances stay when the scene is replaced.
+     * Adds an instance of a moving part of the scene, such as a door, at a position in metres, from the next [tick] on.
+     * [part] is a scene in local coordinates, a door's hinge at the origin; it may be closed then, and instances may share
+     * it. Instances stay when the scene is replaced.
      */
-    fun addInstance(part: Scene, x: Float, y: Float, z: Float): Instance =
-        Instance(this, Native.addInstance(handle, part.handle, x, y, z), x, y, z)
+    fun addInstance(part: Scene, x: Float, y: Float, z: Float): Instance {
+        val pose = floatArrayOf(x, y, z, 0f, 0f, 0f, 1f)
+        return Instance(this, Native.instanceAdd(handle, part.handle, pose), pose)
+    }
 
-    internal fun move(id: Int, pose: FloatArray) =
-        Native.moveInstance(handle, id, pose[0], pose[1], pose[2], pose[3], pose[4], pose[5], pose[6])
+    internal fun move(id: Int, pose: FloatArray) = Native.instanceMove(handle, id, pose)
 
-    internal fun removeInstance(id: Int) = Native.removeInstance(handle, id)
+    internal fun removeInstance(id: Int) = Native.instanceRemove(handle, id)
 
-    internal fun configure(id: Int, options: DoubleArray) = Native.configureSource(handle, id, options)
+    internal fun configure(id: Int, options: DoubleArray) = Native.sourceConfigure(handle, id, options)
 
-    internal fun setGain(id: Int, gain: Float) = Native.setGain(handle, id, gain)
+    internal fun setGain(id: Int, gain: Float) = Native.sourceSetGain(handle, id, gain)
 
-    internal fun mute(id: Int, muted: Boolean) = Native.mute(handle, id, muted)
+    internal fun mute(id: Int, muted: Boolean) = Native.sourceMute(handle, id, muted)
 
-    internal fun play(id: Int, clip: Clip, looped: Boolean) = Native.play(handle, id, clip.handle, looped)
+    internal fun play(id: Int, clip: Clip, looped: Boolean) = Native.sourcePlay(handle, id, clip.handle, looped)
 
-    internal fun stop(id: Int) = Native.stop(handle, id)
+    internal fun stop(id: Int) = Native.sourceStop(handle, id)
 
-    internal fun stream(id: Int, capacity: Int): Long = Native.stream(handle, id, capacity)
+    internal fun stream(id: Int, capacity: Int): Long = Native.sourceStream(handle, id, capacity)
 
-    /** Ends sound and threads, after the propagation update under way. Closing twice is nothing. */
+    /** Stops sound and threads, after the running propagation update. Idempotent. */
     @Synchronized
     override fun close() {
         if (closed) return

@@ -1,21 +1,18 @@
 package dev.foresound
 
 /**
- * A part of the scene that moves: a door, a lift, a vehicle. Any one thread at a time; heard from the next [Engine.tick]
- * on. Throws [IllegalArgumentException] for numbers that cannot be, and stays where it was, or once it is closed.
+ * A moving part of the scene: a door, a lift, a vehicle. One thread at a time; changes take effect with the next
+ * [Engine.tick]. Throws [IllegalArgumentException] for an invalid pose, and keeps the last one, or once it is closed.
  */
 class Instance internal constructor(
     private val engine: Engine,
     private val id: Int,
-    x: Float,
-    y: Float,
-    z: Float,
+    private val pose: FloatArray,
 ) : AutoCloseable {
-    private val pose = floatArrayOf(x, y, z, 0f, 0f, 0f, 1f)
     private val wanted = pose.copyOf()
     private var closed = false
 
-    /** Moves the origin of its own coordinates, in metres. */
+    /** Moves the origin of its local coordinates, in metres. */
     fun set(x: Float, y: Float, z: Float) {
         wanted[0] = x
         wanted[1] = y
@@ -23,7 +20,7 @@ class Instance internal constructor(
         move()
     }
 
-    /** Turns it about that origin by a quaternion of length 1; (0, 0, 0, 1) leaves it as its part was made. */
+    /** Rotates it about that origin by a quaternion of length 1; (0, 0, 0, 1) is no rotation. */
     fun turn(x: Float, y: Float, z: Float, w: Float) {
         wanted[3] = x
         wanted[4] = y
@@ -37,12 +34,12 @@ class Instance internal constructor(
             engine.move(id, wanted)
             wanted.copyInto(pose)
         } finally {
-            // What was refused is forgotten.
+            // After an error, the last valid pose.
             pose.copyInto(wanted)
         }
     }
 
-    /** Removes it. Closing twice is nothing. */
+    /** Removes it. Idempotent. */
     override fun close() {
         if (closed) return
         closed = true

@@ -1,22 +1,21 @@
 package dev.foresound
 
 import android.content.Context
+import dev.foresound.Native.SceneInfo as Index
 import java.io.File
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.Dispatchers
 
 /**
- * A room of triangles that does not change; another one replaces it. Any thread. Loading suspends: it runs on a
- * dispatcher of its own choice and takes as long as a tree over the triangles does, milliseconds to seconds.
+ * An immutable scene of triangles. Any thread. Loading suspends on a dispatcher and takes milliseconds to seconds.
  *
- * Cancelling a load ends the wait, and the scene is closed as soon as it is there. An engine that uses a closed scene
- * keeps it.
+ * A cancelled load closes its scene as soon as it exists. Engines continue to use a closed scene.
  */
-class Scene private constructor(handle: Long) : Loaded(handle) {
-    /** What became of the mesh. */
+class Scene private constructor(handle: Long) : Resource(handle) {
+    /** Properties of the scene. */
     val info: SceneInfo
         get() {
-            val numbers = DoubleArray(Native.SCENE_INFO)
+            val numbers = DoubleArray(Native.SceneInfo.LENGTH)
             Native.sceneInfo(handle, numbers)
             return SceneInfo(numbers)
         }
@@ -24,8 +23,8 @@ class Scene private constructor(handle: Long) : Loaded(handle) {
     companion object {
         /**
          * From an OBJ file; `usemtl` names its materials. [materials] is the text of a materials file (TOML) or null.
-         * Throws [java.io.IOException] where the file cannot be read, [IllegalArgumentException] with file and line where
-         * its content is wrong.
+         * Throws [java.io.IOException] for an unreadable file, [IllegalArgumentException] with file and line for invalid
+         * content.
          */
         suspend fun fromFile(
             file: File,
@@ -33,7 +32,7 @@ class Scene private constructor(handle: Long) : Loaded(handle) {
             dispatcher: CoroutineDispatcher = Dispatchers.IO,
         ): Scene = load(dispatcher, ::Scene) { Native.sceneFromFile(file.path, materials, null) }
 
-        /** From an OBJ file among the app's assets, by way of the cache folder. */
+        /** From an OBJ file among the app's assets, copied to the cache folder. */
         suspend fun fromAsset(
             context: Context,
             name: String,
@@ -50,7 +49,7 @@ class Scene private constructor(handle: Long) : Loaded(handle) {
         }
 
         /**
-         * From an engine's buffers: three coordinates a vertex in metres (+y up), three indices a triangle; one index
+         * From a game engine's arrays: three coordinates a vertex in metres (+y up), three indices a triangle; one index
          * into [materialNames] a triangle, or neither.
          */
         suspend fun fromMesh(
@@ -66,16 +65,16 @@ class Scene private constructor(handle: Long) : Loaded(handle) {
     }
 }
 
-/** What became of a mesh. */
+/** Properties of a scene. */
 class SceneInfo internal constructor(numbers: DoubleArray) {
-    val trianglesIn = numbers[0].toLong()
-    val triangles = numbers[1].toLong()
-    val surfaces = numbers[2].toLong()
-    /** Materials whose name no table knows; they are the generic one. */
-    val unknownMaterials = numbers[3].toLong()
-    val memoryBytes = numbers[4].toLong()
-    val speedOfSoundMS = numbers[5]
-    /** Least and greatest coordinates in metres. */
-    val boundsMinM = numbers.copyOfRange(6, 9)
-    val boundsMaxM = numbers.copyOfRange(9, 12)
+    val trianglesIn = numbers[Index.TRIANGLES_IN].toLong()
+    val triangles = numbers[Index.TRIANGLES].toLong()
+    val surfaces = numbers[Index.SURFACES].toLong()
+    /** Materials that no table defines; they have the default's properties. */
+    val unknownMaterials = numbers[Index.UNKNOWN_MATERIALS].toLong()
+    val memoryBytes = numbers[Index.MEMORY_BYTES].toLong()
+    val speedOfSoundMS = numbers[Index.SPEED_OF_SOUND_M_S]
+    /** Minimum and maximum coordinates in metres. */
+    val boundsMinM = numbers.copyOfRange(Index.BOUNDS_MIN_M, Index.BOUNDS_MIN_M + 3)
+    val boundsMaxM = numbers.copyOfRange(Index.BOUNDS_MAX_M, Index.BOUNDS_MAX_M + 3)
 }

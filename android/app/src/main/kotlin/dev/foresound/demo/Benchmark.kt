@@ -101,7 +101,7 @@ private fun Row.json() = buildString {
     append(",\"paper_synchronous_fps\":${paper.baselineFps},\"paper_asynchronous_fps\":${paper.proposedFps}")
     val now = ours.statistics
     append(",\"update_p50_ms\":${number(1e3 * now.propagation.p50S)},\"update_p95_ms\":${number(1e3 * now.propagation.p95S)}")
-    append(",\"level\":${now.level},\"tier\":${ours.health.tier},\"paths\":${now.paths}")
+    append(",\"level\":${now.extrapolationLevel},\"tier\":${ours.health.qualityLevel},\"paths\":${now.paths}")
     append(",\"block_p50_ms\":${number(1e3 * now.block.p50S)},\"block_worst_ms\":${number(1e3 * now.block.worstS)}")
     append(",\"propagation_cores\":${now.propagationCores}")
     append(",\"thermal_headroom\":${ours.health.thermalHeadroom},\"thermal_status\":${ours.health.thermalStatus}}")

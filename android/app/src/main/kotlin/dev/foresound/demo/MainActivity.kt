@@ -125,14 +125,14 @@ class MainActivity : Activity(), Choreographer.FrameCallback {
         val out = engine.outputReport()
         val lines = buildString {
             appendLine("${now.state}, ${now.sources} sources, ${now.paths} paths, ${health.rays} rays")
-            appendLine("${one(1 / maxOf(frameS, 1e-3))} FPS, T_SPS ${milli(health.propagationS)} ms, L ${now.level}, tier ${health.tier}")
+            appendLine("${one(1 / maxOf(frameS, 1e-3))} FPS, T_SPS ${milli(health.propagationS)} ms, L ${now.extrapolationLevel}, quality level ${health.qualityLevel}")
             appendLine("update ${milli(now.propagation.p50S)} ms, p95 ${milli(now.propagation.p95S)}, worst ${milli(now.propagation.worstS)}")
             appendLine("block ${milli(now.block.p50S)} ms, worst ${milli(now.block.worstS)}, ${now.missedDeadlines} missed")
             appendLine("heat ${health.thermalHeadroom}, status ${health.thermalStatus}, hints ${health.hintsPropagation} ${health.hintsSound}")
             if (out != null) {
                 appendLine("device ${out.rateHz} Hz, burst ${out.burstFrames}, buffer ${out.bufferFrames}, playing ${out.playing}")
                 appendLine("exclusive ${out.exclusive}, low latency ${out.lowLatency}, interface ${out.nativeInterface}")
-                appendLine("asks for ${out.leastFrames} to ${out.mostFrames}, ${out.xruns} xruns, ${out.starvedFrames} starved")
+                appendLine("callbacks of ${out.leastFrames} to ${out.mostFrames} frames, ${out.xruns} xruns, ${out.underrunFrames} underrun frames")
                 append("opened ${out.opened}, refused ${out.refused}, lost ${out.lost}, stalled ${out.stalled}")
             }
         }

@@ -46,7 +46,7 @@ class PathView(context: Context) : View(context) {
         canvas.drawRect(x(low[0]), y(low[1]), x(high[0]), y(high[1]), paint)
         for (path in paths) {
             val colour = when {
-                path.bends > 0 -> Color.CYAN
+                path.diffractionOrder > 0 -> Color.CYAN
                 path.reflections == 0 -> Color.WHITE
                 path.reflections == 1 -> Color.GREEN
                 else -> Color.YELLOW

@@ -1,0 +1,132 @@
+package dev.foresound
+
+import java.nio.ByteBuffer
+
+/** Position in metres (right-handed, +y up) and orientation, a quaternion; (0, 0, 0, 1) faces -z. */
+internal class Pose {
+    private val floats = floatArrayOf(0f, 0f, 0f, 0f, 0f, 0f, 1f)
+
+    fun move(x: Float, y: Float, z: Float) {
+        floats[0] = x
+        floats[1] = y
+        floats[2] = z
+    }
+
+    fun turn(x: Float, y: Float, z: Float, w: Float) {
+        floats[3] = x
+        floats[4] = y
+        floats[5] = z
+        floats[6] = w
+    }
+
+    fun write(frame: ByteBuffer, id: Int) {
+        frame.putInt(id)
+        for (float in floats) frame.putFloat(float)
+    }
+}
+
+/** The listener. One thread at a time; changes take effect with the next [Engine.tick]. */
+class Listener internal constructor() {
+    internal val pose = Pose()
+
+    /** Moves the centre of the head, in metres. */
+    fun set(x: Float, y: Float, z: Float) = pose.move(x, y, z)
+
+    /** Rotates the head by a quaternion; (0, 0, 0, 1) faces -z. */
+    fun turn(x: Float, y: Float, z: Float, w: Float) = pose.turn(x, y, z, w)
+}
+
+/**
+ * A sound source. One thread at a time; changes take effect with the next [Engine.tick]. Throws
+ * [IllegalArgumentException] once it is closed.
+ */
+class Source internal constructor(
+    private val engine: Engine,
+    internal val id: Int,
+    x: Float,
+    y: Float,
+    z: Float,
+) : AutoCloseable {
+    internal val pose = Pose().apply { move(x, y, z) }
+    private var moved = false
+
+    /** Moves it, in metres. */
+    fun set(x: Float, y: Float, z: Float) {
+        pose.move(x, y, z)
+        moved = true
+    }
+
+    /** Rotates it by a quaternion; (0, 0, 0, 1) faces -z. Audible with [SourceOptions.directivity]. */
+    fun turn(x: Float, y: Float, z: Float, w: Float) {
+        pose.turn(x, y, z, w)
+        moved = true
+    }
+
+    internal fun takeMoved(): Boolean = moved.also { moved = false }
+
+    /** Sets its options. */
+    fun configure(options: SourceOptions) = engine.configure(id, options.numbers())
+
+    /** Sets its linear gain, 0 to 1000. */
+    fun setGain(gain: Float) = engine.setGain(id, gain)
+
+    /** Mutes or unmutes it; its playback position advances. */
+    fun mute(muted: Boolean) = engine.mute(id, muted)
+
+    /** Plays a clip from its beginning; [clip] may be closed then. */
+    fun play(clip: Clip, looped: Boolean = false) = engine.play(id, clip, looped)
+
+    /** Attaches a stream through a ring buffer of [capacity] samples (1 to 16,777,216). */
+    fun stream(capacity: Int): SampleStream = SampleStream(engine.stream(id, capacity))
+
+    /** Silences it and releases its clip or stream. */
+    fun stop() = engine.stop(id)
+
+    /** Removes it; sound under way fades. Idempotent. */
+    override fun close() = engine.remove(this)
+}
+
+/** Settings of a source. */
+class SourceOptions(
+    /** Computed parts of its sound. */
+    val direct: Boolean = true,
+    val reflections: Boolean = true,
+    val diffraction: Boolean = true,
+    val transmission: Boolean = true,
+    val lateReverb: Boolean = true,
+    /** Radius in metres within which it gets no louder; 0: the engine's. */
+    val radiusM: Float = 0f,
+    /** In eight octave bands from the lowest: 0 omnidirectional, 0.5 cardioid, 1 dipole. */
+    val directivity: FloatArray = FloatArray(8),
+    /** Exponent of the directivity, 0 to 64. */
+    val order: Float = 1f,
+) {
+    internal fun numbers(): DoubleArray {
+        require(directivity.size == 8) { "directivity has ${directivity.size} bands instead of 8" }
+        val effects = listOf(direct, reflections, diffraction, transmission, lateReverb)
+        val bits = effects.foldIndexed(0) { bit, sum, on -> if (on) sum or (1 shl bit) else sum }
+        val numbers = DoubleArray(Native.SourceOptions.LENGTH)
+        numbers[Native.SourceOptions.EFFECTS] = bits.toDouble()
+        numbers[Native.SourceOptions.RADIUS_M] = radiusM.toDouble()
+        numbers[Native.SourceOptions.ORDER] = order.toDouble()
+        directivity.forEachIndexed { band, weight -> numbers[Native.SourceOptions.DIRECTIVITY + band] = weight.toDouble() }
+        return numbers
+    }
+}
+
+/** The writing end of a stream of mono samples. One thread at a time, an audio callback included: writing never waits. */
+class SampleStream internal constructor(private val handle: Long) : AutoCloseable {
+    private var closed = false
+
+    /**
+     * Appends as many of [count] floats in native order from a direct buffer as fit; returns their number. Throws
+     * [IllegalStateException] once the source was removed or plays another signal.
+     */
+    fun write(samples: ByteBuffer, count: Int): Int = Native.streamWrite(handle, samples, count)
+
+    override fun close() {
+        if (closed) return
+        closed = true
+        Native.close(handle)
+    }
+}

@@ -1,0 +1,154 @@
+package dev.foresound
+
+import android.content.Context
+import java.io.File
+import java.io.IOException
+import java.nio.ByteBuffer
+import java.nio.ByteOrder
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+
+private inline fun <reified E : Throwable> refuses(call: () -> Unit) {
+    try {
+        call()
+    } catch (thrown: Throwable) {
+        check(thrown is E && (thrown.message ?: "").length > 5) { "$thrown instead of ${E::class}" }
+        return
+    }
+    error("no exception: ${E::class}")
+}
+
+/** Calls every function of the Kotlin interface on a host. One argument: the folder of the repository's assets. */
+fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
+    val context = Context(File(arguments[0]))
+    val options = EngineOptions(
+        rateHz = 48_000,
+        maxSources = 4,
+        guideRays = 64,
+        depth = 2,
+        schedule = Schedule.SYNCHRONOUS,
+        predictor = Predictor.BEST,
+        frameSeconds = 1.0 / 60.0,
+        shownPaths = 40,
+    )
+    refuses<IllegalArgumentException> { EngineOptions(maxSources = -1) }
+    refuses<IllegalArgumentException> { EngineOptions(maxSources = Int.MAX_VALUE) }
+    refuses<IllegalArgumentException> { EngineOptions(shownPaths = -1) }
+    refuses<IllegalArgumentException> { Engine(EngineOptions(rateHz = -1)).close() }
+    refuses<IllegalArgumentException> { Engine(EngineOptions(frameSeconds = Double.NaN)).close() }
+    refuses<IOException> { Scene.fromAsset(context, "scenes/no_such.obj").close() }
+    refuses<IOException> { Clip.fromAsset(context, "no_such.wav", 48_000).close() }
+    var last = 0
+    Engine(options).use { engine ->
+        val scene = async { Scene.fromAsset(context, "scenes/doorway.obj") }
+        val clip = async { Clip.fromAsset(context, "speech/voice01.wav", engine.rateHz) }
+        scene.await().use {
+            check(it.info.triangles > 100 && it.info.boundsMaxM[0] > 10)
+            engine.setScene(it)
+        }
+        val voice = engine.addSource(5f, 1.5f, 3f)
+        clip.await().use { voice.play(it, looped = true) }
+        voice.configure(SourceOptions(lateReverb = false, directivity = FloatArray(8) { 0.5f }))
+        voice.setGain(0.8f)
+        val buffer = ByteBuffer.allocateDirect(2 * 800 * 4).order(ByteOrder.nativeOrder())
+        var loudest = 0f
+        for (frame in 0 until 30) {
+            engine.listener.set(6.5f, 1.6f, 2f + 0.02f * frame)
+            engine.listener.turn(0f, 0.1f, 0f, 1f)
+            voice.set(5f, 1.5f, 3f - 0.01f * frame)
+            engine.tick()
+            last = engine.render(buffer, 800)
+            for (n in 0 until 1600) loudest = maxOf(loudest, Math.abs(buffer.getFloat(4 * n)))
+        }
+        check(loudest > 1e-3f) { "silent: $loudest" }
+        val now = engine.statistics()
+        check(now.state == EngineState.RUNNING && now.updates == 30L && now.sources == 1) { "${now.updates}" }
+
+        val lines = engine.paths()
+        check(lines.size in 2..40 && lines.all { it.corners.size in 6..18 && it.corners.size % 3 == 0 }) { "$lines" }
+        val direct = lines.single { it.reflections == 0 && it.diffractionOrder == 0 }
+        check(Math.abs(direct.corners[2] - 2.71f) < 1e-4 && Math.abs(direct.corners[3] - 6.5f) < 1e-4)
+        val health = engine.health()
+        check(health.qualityLevel == 0 && health.thermalHeadroom == null && health.thermalStatus == null && health.rays > 64)
+        engine.setBudget(Budget(qualityLevel = 3, fixed = true))
+        engine.tick()
+        check(engine.health().qualityLevel == 3) { "${engine.health().qualityLevel}" }
+        refuses<IllegalArgumentException> { engine.setBudget(Budget(qualityLevel = -1)) }
+        refuses<IllegalArgumentException> { engine.setBudget(Budget(updateSeconds = Double.NaN)) }
+        refuses<IllegalArgumentException> { engine.setBudget(Budget(updateSeconds = 0.0)) }
+        engine.setBudget(Budget())
+
+        // At most ten a second, whatever is asked for: a busy machine is slower, never faster.
+        val began = System.nanoTime()
+        val looks = engine.statisticsFlow(periodMillis = 1).take(3).toList()
+        val took = (System.nanoTime() - began) * 1e-6
+        check(looks.size == 3 && took >= 200) { "$took ms" }
+
+        val door = Scene.fromMesh(
+            floatArrayOf(0f, 0f, 0f, 2f, 0f, 0f, 2f, 2f, 0f, 0f, 2f, 0f),
+            intArrayOf(0, 1, 2, 0, 2, 3),
+        ).use { engine.addInstance(it, 5.5f, 0.5f, 3.6f) }
+        fun loudestDb(): Float {
+            engine.tick()
+            engine.render(buffer, 800)
+            return engine.paths().maxOf { it.levelDb }
+        }
+        door.turn(0f, 0.6f, 0f, 0.8f)
+        val shutDb = loudestDb()
+        door.set(5.5f, 0.5f, 50f)
+        val openDb = loudestDb()
+        check(shutDb < openDb - 3) { "$shutDb dB with the door shut, $openDb dB with it open" }
+        refuses<IllegalArgumentException> { door.turn(0f, 3f, 0f, 4f) }
+        refuses<IllegalArgumentException> { door.set(Float.NaN, 0f, 0f) }
+        door.close()
+        door.close()
+        refuses<IllegalArgumentException> { door.set(0f, 0f, 0f) }
+
+        val stream = voice.stream(64)
+        check(stream.write(buffer, 100) == 64)
+        voice.stop()
+        engine.tick()
+        engine.render(buffer, 800)
+        stream.close()
+        stream.close()
+        voice.mute(true)
+        voice.close()
+        voice.close()
+        refuses<IllegalArgumentException> { voice.setGain(1f) }
+        refuses<IOException> { Scene.fromFile(File("/no/such.obj")).close() }
+        refuses<IllegalArgumentException> { Scene.fromMesh(FloatArray(9), intArrayOf(0, 1, 5)).close() }
+        refuses<IllegalArgumentException> { engine.setPropagation(0, 0, 0) }
+        repeat(4) { engine.addSource(0f, 1f, 0f) }
+        refuses<IllegalStateException> { engine.addSource(0f, 1f, 0f) }
+
+        // Cancelled loads leave no handle open.
+        repeat(20) { n ->
+            val load = launch { Scene.fromAsset(context, "scenes/doorway.obj").close() }
+            if (n % 2 == 0) Thread.sleep(1)
+            load.cancel()
+            load.join()
+        }
+
+        engine.pause()
+        check(engine.statistics().state == EngineState.PAUSED)
+        engine.resume()
+        engine.start()
+        refuses<IllegalStateException> { engine.start() }
+        refuses<IllegalStateException> { engine.render(buffer, 1) }
+        val report = checkNotNull(engine.outputReport())
+        check(report.ringFrames == 2 * 256)
+        val watch = launch { engine.statisticsFlow().collect { } }
+        engine.close()
+        // The flow ends by itself.
+        watch.join()
+        refuses<IllegalStateException> { engine.tick() }
+    }
+    // A cancelled load may end a moment later.
+    for (n in 0 until 100) if (Native.openHandles() != 0) Thread.sleep(50)
+    check(Native.openHandles() == 0) { "${Native.openHandles()} handles are left open" }
+    println("kotlin voices $last")
+}

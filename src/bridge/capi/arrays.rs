@@ -1,0 +1,193 @@
+//! Functions with arrays in the caller's memory.
+
+use std::ffi::c_char;
+
+use super::answer;
+use super::memory::{aligned, slice, slice_mut, store, structure, text, value};
+use crate::bridge::engine::ENGINES;
+use crate::bridge::error::{CallError, Status, catch_panic};
+use crate::bridge::pose::Pose;
+use crate::bridge::scenes::{self, SceneOptions};
+use crate::bridge::shown_paths::ShownPath;
+use crate::bridge::sound::{self, RenderInfo};
+
+/// Submits a graphics frame: the listener's pose, and the poses of the sources that moved. Meant for one call a frame;
+/// never waits for propagation or sound, except that the synchronous schedule runs propagation in it. After an invalid pose
+/// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none. Control
+/// thread.
+///
+/// # Safety
+/// Pointers are null or valid as the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_engine_tick(
+    engine: u64,
+    listener: *const Pose,
+    sources: *const Pose,
+    source_count: usize,
+) -> Status {
+    answer(|| {
+        // SAFETY: the caller's obligation.
+        let listener = unsafe { value("listener", listener) }?;
+        // SAFETY: the caller's obligation.
+        let sources = unsafe { slice("sources", sources, source_count) }?;
+        let poses = sources.iter().copied();
+        ENGINES.with(engine, |engine| engine.tick(listener.listener(), poses))
+    })
+}
+
+/// Writes the loudest paths of the newest update, in no order, as many as fit, and their number. At most the option
+/// `shown_paths` of them are available. Control thread.
+///
+/// # Safety
+/// Pointers are null or valid as the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_engine_paths(
+    engine: u64,
+    paths: *mut ShownPath,
+    capacity: usize,
+    count: *mut usize,
+) -> Status {
+    answer(|| {
+        // SAFETY: the caller's obligation.
+        unsafe { store("count", count, 0) }?;
+        if capacity > 16_384 {
+            let text = format!("capacity: {capacity} is outside 0 to 16384");
+            return Err(CallError::bad(text));
+        }
+        // SAFETY: the caller's obligation.
+        let paths = unsafe { slice_mut("paths", paths, capacity) }?;
+        let written = ENGINES.with(engine, |engine| {
+            let pairs = paths.iter_mut().zip(engine.shown_paths());
+            Ok(pairs.map(|(path, shown)| *path = shown).count())
+        })?;
+        // SAFETY: the caller's obligation.
+        unsafe { store("count", count, written) }
+    })
+}
+
+/// Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
+/// materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a
+/// materials file, or null. `options`: null for the defaults. Takes milliseconds to seconds: a control thread, but not the
+/// one that draws.
+///
+/// # Safety
+/// Pointers are null or valid as the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_scene_from_mesh(
+    positions_m: *const f32,
+    vertex_count: usize,
+    indices: *const u32,
+    index_count: usize,
+    triangle_materials: *const u32,
+    material_names: *const *const c_char,
+    material_count: usize,
+    materials_toml: *const c_char,
+    options: *const SceneOptions,
+    scene: *mut u64,
+) -> Status {
+    answer(|| {
+        // SAFETY: the caller's obligation.
+        unsafe { store("scene", scene, 0) }?;
+        // SAFETY: the caller's obligation.
+        let options = unsafe { structure("options", options) }?;
+        // SAFETY: the caller's obligation.
+        let positions =
+            unsafe { slice("positions", positions_m.cast::<[f32; 3]>(), vertex_count) }?;
+        // SAFETY: the caller's obligation.
+        let indices = unsafe { slice("indices", indices, index_count) }?;
+        // SAFETY: the caller's obligation.
+        let pointers = unsafe { slice("material_names", material_names, material_count) }?;
+        let triangle_count = if pointers.is_empty() {
+            0
+        } else {
+            index_count / 3
+        };
+        // SAFETY: the caller's obligation.
+        let triangle_materials =
+            unsafe { slice("triangle_materials", triangle_materials, triangle_count) }?;
+        let mut names = Vec::with_capacity(pointers.len());
+        for &pointer in pointers {
+            // SAFETY: the caller's obligation.
+            let name = unsafe { text("material name", pointer) }?;
+            names.push(name.ok_or_else(|| CallError::null("a material name"))?);
+        }
+        // SAFETY: the caller's obligation.
+        let toml = unsafe { text("materials_toml", materials_toml) }?;
+        let made = scenes::from_mesh(
+            positions,
+            indices,
+            &names,
+            triangle_materials,
+            toml,
+            &options,
+        )?;
+        // SAFETY: the caller's obligation.
+        unsafe { store("scene", scene, made) }
+    })
+}
+
+/// An error of the audio functions, whose messages are static, for an array that is null, misaligned or too long.
+fn check_array<T>(pointer: *const T, count: usize, most: usize) -> Result<(), CallError> {
+    const TOO_LONG: CallError = CallError::fixed(Status::BadArgument, "too many samples");
+    const NULL: CallError = CallError::fixed(Status::Null, "a pointer is null; pass an address");
+    match count {
+        0 => Ok(()),
+        _ if count > most => Err(TOO_LONG),
+        _ if pointer.is_null() => Err(NULL),
+        _ => aligned(pointer),
+    }
+}
+
+/// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. `info`: null if unused. One thread
+/// at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
+/// most efficient. Audio thread: wait-free, without allocation, without a message.
+///
+/// # Safety
+/// Pointers are null or valid as the header says; `output` has 2 x `frames` elements.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_render(
+    renderer: u64,
+    output: *mut f32,
+    frames: usize,
+    info: *mut RenderInfo,
+) -> Status {
+    let result = catch_panic(|| {
+        check_array(output, frames, 1 << 24)?;
+        // SAFETY: the caller's obligation.
+        let output = unsafe { slice_mut("output", output, 2 * frames) }?;
+        let rendered = sound::render(renderer, output)?;
+        if !info.is_null() {
+            // SAFETY: the caller's obligation.
+            unsafe { store("info", info, rendered) }?;
+        }
+        Ok(())
+    });
+    result.map_or_else(|error| error.status, |()| Status::Ok)
+}
+
+/// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
+/// FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,
+/// without allocation, without a message.
+///
+/// # Safety
+/// Pointers are null or valid as the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn foresound_stream_write(
+    stream: u64,
+    samples: *const f32,
+    count: usize,
+    written: *mut usize,
+) -> Status {
+    let result = catch_panic(|| {
+        check_array(samples, count, 1 << 28)?;
+        // SAFETY: the caller's obligation.
+        let samples = unsafe { slice("samples", samples, count) }?;
+        let fitted = sound::write_stream(stream, samples)?;
+        if !written.is_null() {
+            // SAFETY: the caller's obligation.
+            unsafe { store("written", written, fitted) }?;
+        }
+        Ok(())
+    });
+    result.map_or_else(|error| error.status, |()| Status::Ok)
+}

@@ -1,0 +1,355 @@
+//! Handle tables: numbers with a generation instead of pointers.
+//!
+//! Any thread. A slot holds its object in an atomic box; a call takes the object out with one atomic exchange and has it
+//! exclusively until it puts it back. Audio calls try once ([`HandleTable::try_with`]); control calls wait for the object
+//! ([`HandleTable::with`]), at most as long as another control call takes.
+//!
+//! A handle, from the top bit: 0, 7 bits of kind, 8 fixed bits, 32 bits of generation, 16 bits of slot. It is never 0 and
+//! positive as a Java `long`. A generation repeats after 2^32 objects in one slot.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
+use std::time::Duration;
+
+use crossbeam_utils::Backoff;
+
+use super::error::{CallError, Status, catch_panic};
+use crate::runtime::handover::slot;
+
+/// Maximum number of objects of one kind.
+const MOST: usize = 4096;
+/// The fixed bits, which tell handles from other numbers.
+const MARK: u64 = 0xf5;
+/// Time between a control call's attempts to take an object in use.
+const RETRY_INTERVAL: Duration = Duration::from_micros(100);
+
+/// Type of a handle's object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The control half of an engine.
+    Engine = 1,
+    /// The audio half of an engine.
+    Renderer = 2,
+    /// A committed scene.
+    Scene = 3,
+    /// The samples of a clip.
+    Clip = 4,
+    /// The writing end of a stream.
+    Stream = 5,
+    /// A device that plays a renderer.
+    Output = 6,
+}
+
+impl Kind {
+    const ALL: [Self; 6] = [
+        Self::Engine,
+        Self::Renderer,
+        Self::Scene,
+        Self::Clip,
+        Self::Stream,
+        Self::Output,
+    ];
+
+    /// The error for a handle of another kind. Its message is static, for audio calls.
+    const fn wrong(self) -> CallError {
+        let text = match self {
+            Self::Engine => "the handle is not an engine's; pass an engine's",
+            Self::Renderer => "the handle is not a renderer's; pass a renderer's",
+            Self::Scene => "the handle is not a scene's; pass a scene's",
+            Self::Clip => "the handle is not a clip's; pass a clip's",
+            Self::Stream => "the handle is not a stream's; pass a stream's",
+            Self::Output => "the handle is not an output's; pass an output's",
+        };
+        CallError::fixed(Status::WrongKind, text)
+    }
+}
+
+const CLOSED: CallError = CallError::fixed(
+    Status::Closed,
+    "the handle was closed or never existed; pass an open one",
+);
+const BUSY: CallError = CallError::fixed(
+    Status::Busy,
+    "another thread is using the handle; call from one thread",
+);
+const BROKEN: CallError =
+    CallError::fixed(Status::Panic, "an earlier call panicked; close the handle");
+
+struct Entry<T> {
+    generation: u32,
+    broken: bool,
+    value: T,
+}
+
+struct Slot<T> {
+    claimed: AtomicBool,
+    generation: AtomicU32,
+    entry: slot::Slot<Entry<T>>,
+}
+
+/// The objects of one kind.
+pub struct HandleTable<T> {
+    kind: Kind,
+    slots: OnceLock<Box<[Slot<T>]>>,
+    /// First slot to try for the next object.
+    next: AtomicUsize,
+    count: AtomicUsize,
+}
+
+/// The kind of a handle.
+///
+/// # Errors
+/// [`Status::Closed`] for a number that is no handle.
+pub fn kind_of(handle: u64) -> Result<Kind, CallError> {
+    let is_marked = handle >> 48 & 0xff == MARK;
+    let kind = Kind::ALL.into_iter().find(|k| *k as u64 == handle >> 56);
+    kind.filter(|_| is_marked).ok_or(CLOSED)
+}
+
+impl<T: Send> HandleTable<T> {
+    /// An empty table.
+    pub const fn new(kind: Kind) -> Self {
+        Self {
+            kind,
+            slots: OnceLock::new(),
+            next: AtomicUsize::new(0),
+            count: AtomicUsize::new(0),
+        }
+    }
+
+    /// Objects in the table.
+    pub fn len(&self) -> usize {
+        self.count.load(Ordering::Relaxed)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Adds an object; returns its handle. Control thread.
+    ///
+    /// # Errors
+    /// [`Status::Full`] at 4,096 objects; the object is dropped.
+    pub fn insert(&self, value: T) -> Result<u64, CallError> {
+        let slots = self.slots.get_or_init(|| {
+            let slot = |_| Slot {
+                claimed: AtomicBool::new(false),
+                generation: AtomicU32::new(0),
+                entry: slot::Slot::default(),
+            };
+            (0..MOST).map(slot).collect()
+        });
+        let first = self.next.fetch_add(1, Ordering::Relaxed);
+        let mut indices = (0..MOST).map(|i| first.wrapping_add(i) % MOST);
+        let free = |index: &usize| !slots[*index].claimed.swap(true, Ordering::Acquire);
+        let Some(index) = indices.find(free) else {
+            let text = format!("{MOST} handles are open; close some");
+            return Err(CallError::new(Status::Full, text));
+        };
+        let slot = &slots[index];
+        let generation = slot.generation.load(Ordering::Relaxed);
+        slot.entry.swap(Some(Box::new(Entry {
+            generation,
+            broken: false,
+            value,
+        })));
+        self.count.fetch_add(1, Ordering::Relaxed);
+        Ok((self.kind as u64) << 56 | MARK << 48 | u64::from(generation) << 16 | index as u64)
+    }
+
+    /// Calls `call` with the object if no other call has it. Wait-free except for the call itself; does not allocate unless
+    /// the call panics.
+    ///
+    /// # Errors
+    /// The call's; [`Status::Busy`]; [`Status::Closed`]; [`Status::WrongKind`]; [`Status::Panic`] if the call panics, and
+    /// from then on.
+    pub fn try_with<R>(
+        &self,
+        handle: u64,
+        call: impl FnOnce(&mut T) -> Result<R, CallError>,
+    ) -> Result<R, CallError> {
+        let slot = self.slot(handle)?;
+        let mut entry = take(slot, handle)?;
+        if entry.broken {
+            slot.entry.swap(Some(entry));
+            return Err(BROKEN);
+        }
+        let mut finished = false;
+        let result = catch_panic(|| {
+            let result = call(&mut entry.value);
+            finished = true;
+            result
+        });
+        entry.broken = !finished;
+        slot.entry.swap(Some(entry));
+        result
+    }
+
+    /// Calls `call` with the object, after waiting for other calls. Control thread.
+    ///
+    /// # Errors
+    /// Those of [`Self::try_with`] except [`Status::Busy`].
+    pub fn with<R>(
+        &self,
+        handle: u64,
+        call: impl FnOnce(&mut T) -> Result<R, CallError>,
+    ) -> Result<R, CallError> {
+        let mut call = Some(call);
+        wait(|| {
+            self.try_with(handle, |value| match call.take() {
+                Some(call) => call(value),
+                None => Err(BUSY),
+            })
+        })
+    }
+
+    /// Removes an object, which closes its handle. Control thread.
+    ///
+    /// # Errors
+    /// [`Status::Closed`], [`Status::WrongKind`].
+    pub fn remove(&self, handle: u64) -> Result<T, CallError> {
+        let slot = self.slot(handle)?;
+        let entry = wait(|| take(slot, handle))?;
+        slot.generation.fetch_add(1, Ordering::Relaxed);
+        slot.claimed.store(false, Ordering::Release);
+        self.count.fetch_sub(1, Ordering::Relaxed);
+        Ok(entry.value)
+    }
+
+    fn slot(&self, handle: u64) -> Result<&Slot<T>, CallError> {
+        let kind = kind_of(handle)?;
+        if kind != self.kind {
+            return Err(self.kind.wrong());
+        }
+        let slots = self.slots.get().ok_or(CLOSED)?;
+        slots.get((handle & 0xffff) as usize).ok_or(CLOSED)
+    }
+}
+
+/// Takes the slot's object if the generation is the handle's.
+fn take<T: Send>(slot: &Slot<T>, handle: u64) -> Result<Box<Entry<T>>, CallError> {
+    let generation = (handle >> 16) as u32;
+    if slot.generation.load(Ordering::Relaxed) != generation {
+        return Err(CLOSED);
+    }
+    match slot.entry.take() {
+        Some(entry) if entry.generation == generation => Ok(entry),
+        Some(other) => {
+            // Another object took the slot in between.
+            slot.entry.swap(Some(other));
+            Err(CLOSED)
+        }
+        None if slot.claimed.load(Ordering::Relaxed) => Err(BUSY),
+        None => Err(CLOSED),
+    }
+}
+
+/// Retries while the object is busy.
+fn wait<R>(mut attempt: impl FnMut() -> Result<R, CallError>) -> Result<R, CallError> {
+    let backoff = Backoff::new();
+    loop {
+        match attempt() {
+            Err(error) if error.status == Status::Busy => {}
+            done => return done,
+        }
+        if backoff.is_completed() {
+            std::thread::park_timeout(RETRY_INTERVAL);
+        } else {
+            backoff.snooze();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    static NUMBERS: HandleTable<u64> = HandleTable::new(Kind::Clip);
+
+    fn status<R: std::fmt::Debug>(result: Result<R, CallError>) -> Status {
+        result.expect_err("fails").status
+    }
+
+    #[test]
+    fn a_handle_outlives_its_object_harmlessly() {
+        let table: HandleTable<u64> = HandleTable::new(Kind::Scene);
+        assert_eq!(status(table.remove(0)), Status::Closed);
+        let mut old = Vec::new();
+        for n in 0..3 * MOST as u64 {
+            let handle = table.insert(n).expect("has room");
+            assert!((handle as i64) > 0);
+            assert_eq!(table.with(handle, |value| Ok(*value)), Ok(n));
+            assert_eq!(table.remove(handle), Ok(n));
+            old.push(handle);
+        }
+        for handle in old {
+            assert_eq!(status(table.with(handle, |_| Ok(()))), Status::Closed);
+            assert_eq!(status(table.remove(handle)), Status::Closed);
+        }
+        assert!(table.is_empty());
+    }
+
+    #[test]
+    fn foreign_numbers_are_no_handles() {
+        let table: HandleTable<u64> = HandleTable::new(Kind::Scene);
+        let handle = table.insert(1).expect("has room");
+        let other: HandleTable<u64> = HandleTable::new(Kind::Clip);
+        let clip = other.insert(2).expect("has room");
+        assert_eq!(status(table.with(clip, |_| Ok(()))), Status::WrongKind);
+        for wrong in [
+            0,
+            1,
+            u64::MAX,
+            handle ^ 1,
+            handle ^ 0xffff,
+            handle ^ 1 << 40,
+            handle ^ 1 << 50,
+        ] {
+            assert_eq!(status(table.with(wrong, |_| Ok(()))), Status::Closed);
+        }
+    }
+
+    #[test]
+    fn a_full_table_says_so() {
+        let table: HandleTable<usize> = HandleTable::new(Kind::Clip);
+        let handles: Vec<u64> = (0..MOST)
+            .map(|n| table.insert(n).expect("has room"))
+            .collect();
+        assert_eq!(status(table.insert(0)), Status::Full);
+        table.remove(handles[77]).expect("is there");
+        assert!(table.insert(1).is_ok());
+    }
+
+    #[test]
+    fn a_panic_shuts_the_object() {
+        let table: HandleTable<u64> = HandleTable::new(Kind::Clip);
+        let handle = table.insert(1).expect("has room");
+        let broke = table.with(handle, |_| -> Result<(), CallError> { panic!("oh") });
+        assert_eq!(status(broke), Status::Panic);
+        assert_eq!(status(table.with(handle, |_| Ok(()))), Status::Panic);
+        assert_eq!(table.remove(handle), Ok(1));
+    }
+
+    #[test]
+    fn threads_have_an_object_one_at_a_time() {
+        let handle = NUMBERS.insert(0).expect("has room");
+        let threads: Vec<_> = (0..8)
+            .map(|_| {
+                std::thread::spawn(move || {
+                    for _ in 0..1000 {
+                        let add = |value: &mut u64| {
+                            *value += 1;
+                            Ok(())
+                        };
+                        NUMBERS.with(handle, add).expect("is open");
+                    }
+                })
+            })
+            .collect();
+        for thread in threads {
+            thread.join().expect("ends well");
+        }
+        assert_eq!(NUMBERS.remove(handle), Ok(8000));
+    }
+}

@@ -1,0 +1,507 @@
+//! The table of functions: names, documentation, parameters and bodies, once for C and Java.
+//!
+//! `capi` makes the C functions from [`shared_functions`], `jni` the natives of `dev.foresound.Native`, which have the C
+//! names in camel case without their prefix. Functions of [`java_functions`] differ in C, because Java passes buffers
+//! where C passes pointers; their C counterparts are in `capi`. [`functions`] describes both tables for the C header and
+//! `Native.java`, which tests/c_header.rs writes.
+//!
+//! `unsafe fn` marks C functions with pointers. `name[count]: Kind` is a C array with its length, and one array in Java. A
+//! result is stored through a last pointer in C, and returned in Java.
+
+use std::ffi::c_char;
+use std::marker::PhantomData;
+
+use super::error::CallError;
+use super::pose::Pose;
+use super::record::Record;
+
+/// A kind of parameter or result.
+pub trait Kind {
+    /// The parameter's type in C. Kinds that only Java has: `()`.
+    type C;
+    /// The name of the type in Java, and in the signature of a native.
+    const JAVA: [&str; 2];
+
+    /// The type in C, as Rust source.
+    fn c() -> String;
+}
+
+macro_rules! kinds {
+    ($($(#[doc = $doc:literal])* $kind:ident: $c:ty, $java:literal $signature:literal;)*) => {$(
+        $(#[doc = $doc])*
+        pub struct $kind;
+
+        impl Kind for $kind {
+            type C = $c;
+            const JAVA: [&str; 2] = [$java, $signature];
+
+            fn c() -> String {
+                stringify!($c).into()
+            }
+        }
+    )*};
+}
+
+kinds! {
+    /// A handle of an object.
+    Handle: u64, "long" "J";
+    /// The id of a source or an instance.
+    Id: u32, "int" "I";
+    /// A number that is not negative.
+    Count: u32, "int" "I";
+    /// A size, not negative.
+    Size: usize, "int" "I";
+    /// A real number.
+    Real: f32, "float" "F";
+    /// A flag: 0 is false.
+    Flag: u32, "boolean" "Z";
+    /// A text in UTF-8.
+    Text: *const c_char, "String" "Ljava/lang/String;";
+    /// A text or null.
+    OptionalText: *const c_char, "String" "Ljava/lang/String;";
+    /// Samples.
+    Samples: *const f32, "float[]" "[F";
+    /// Bytes.
+    Bytes: *const u8, "byte[]" "[B";
+    /// Bytes, or null with a length of 0.
+    OptionalBytes: *const u8, "byte[]" "[B";
+    /// A pose: in Java position and orientation, seven floats.
+    PoseIn: *const Pose, "float[]" "[F";
+    /// A variable for a handle: in Java an array of one.
+    HandleOut: *mut u64, "long[]" "[J";
+    /// Java: integers that are not negative, or null.
+    Indices: (), "int[]" "[I";
+    /// Java: texts, or null.
+    Texts: (), "String[]" "[Ljava/lang/String;";
+    /// Java: a list of doubles to fill.
+    List: (), "double[]" "[D";
+    /// Java: a direct buffer in native order.
+    Buffer: (), "ByteBuffer" "Ljava/nio/ByteBuffer;";
+}
+
+/// A structure to read, or null for its defaults: in Java a list of doubles.
+pub struct In<T>(PhantomData<T>);
+
+/// A structure to write: in Java a list of doubles.
+pub struct Out<T>(PhantomData<T>);
+
+impl<T: Record> Kind for In<T> {
+    type C = *const T;
+    const JAVA: [&str; 2] = List::JAVA;
+
+    fn c() -> String {
+        format!("*const {}", T::NAME)
+    }
+}
+
+impl<T: Record> Kind for Out<T> {
+    type C = *mut T;
+    const JAVA: [&str; 2] = List::JAVA;
+
+    fn c() -> String {
+        format!("*mut {}", T::NAME)
+    }
+}
+
+/// Passes the functions common to C and Java to a macro.
+macro_rules! shared_functions {
+    ($emit:ident) => {
+        $emit! {
+            /// Closes a handle of any kind and destroys its object: an engine after its running update, an output after its
+            /// threads. Waits for a call that uses the handle. Control thread.
+            safe fn foresound_close(handle: Handle) { $crate::bridge::close(handle) }
+
+            /// Writes the default options. Any thread.
+            unsafe fn foresound_options_default(options: Out<Options>) { options.store(Options::default()) }
+
+            /// Creates an engine in free field without sources. `engine` receives the handle of the control half, `renderer`
+            /// that of the audio half. Takes some ten milliseconds. Control thread.
+            ///
+            /// `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
+            unsafe fn foresound_engine_create(
+                options: In<Options>, hrtf[hrtf_bytes]: OptionalBytes, engine: HandleOut
+            ) -> renderer: Handle {
+                let handles = engine::create(&options, hrtf.as_deref())?;
+                engine.store(handles.0)?;
+                Ok(handles.1)
+            }
+
+            /// Replaces the scene. The old one is audible until the first update with the new one. The scene's handle may be
+            /// closed afterwards. Control thread.
+            safe fn foresound_engine_set_scene(engine: Handle, scene: Handle) { engine::set_scene(engine, scene) }
+
+            /// Sets the rays of propagation from the listener and from each source (1 to 65,536) and the maximum reflection
+            /// order (0 to 4). Control thread.
+            safe fn foresound_engine_set_propagation(
+                engine: Handle, guide_rays: Count, source_rays: Count, depth: Count
+            ) {
+                ENGINES.with(engine, |engine| engine.set_propagation(guide_rays, source_rays, depth))
+            }
+
+            /// Fades to silence within milliseconds and stops the playback positions. Control thread.
+            safe fn foresound_engine_pause(engine: Handle) {
+                ENGINES.with(engine, |engine| {
+                    engine.controller().pause();
+                    Ok(())
+                })
+            }
+
+            /// Continues after foresound_engine_pause. Control thread.
+            safe fn foresound_engine_resume(engine: Handle) {
+                ENGINES.with(engine, |engine| {
+                    engine.controller().resume();
+                    Ok(())
+                })
+            }
+
+            /// Restarts propagation after its failure (state 2), after the running update. Control thread.
+            safe fn foresound_engine_restart(engine: Handle) {
+                ENGINES.with(engine, |engine| Ok(engine.controller().restart()?))
+            }
+
+            /// Writes the engine's statistics. Takes microseconds; meant for some ten calls a second. Control thread.
+            unsafe fn foresound_engine_statistics(engine: Handle, statistics: Out<EngineStatistics>) {
+                statistics.store(ENGINES.with(engine, |engine| Ok(engine.statistics()))?)
+            }
+
+            /// Writes the default budget, which has no limit. Any thread.
+            unsafe fn foresound_budget_options_default(options: Out<BudgetOptions>) {
+                options.store(BudgetOptions::default())
+            }
+
+            /// Sets the budget from the next update on: rays, reflection orders and paths are reduced to meet it. Temperature may
+            /// reduce them further unless the level is fixed. `options`: null for no limit. Control thread.
+            unsafe fn foresound_engine_set_budget(engine: Handle, options: In<BudgetOptions>) {
+                ENGINES.with(engine, |engine| engine.set_budget(&options))
+            }
+
+            /// Writes the engine's load and the phone's temperature. Takes microseconds; meant for some ten calls a second.
+            /// Control thread.
+            unsafe fn foresound_engine_health(engine: Handle, health: Out<EngineHealth>) {
+                health.store(ENGINES.with(engine, |engine| Ok(engine.health()))?)
+            }
+
+            /// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part is
+            /// a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
+            /// share it. Instances stay when the scene is replaced. Control thread.
+            unsafe fn foresound_instance_add(engine: Handle, part: Handle, pose: PoseIn) -> instance: Id {
+                instances::add(engine, part, &pose)
+            }
+
+            /// Moves an instance from the next tick on. The orientation is a quaternion of length 1; after an invalid pose the
+            /// last valid one stays. Control thread.
+            unsafe fn foresound_instance_move(engine: Handle, instance: Id, pose: PoseIn) {
+                ENGINES.with(engine, |engine| engine.move_instance(instance, &pose))
+            }
+
+            /// Removes an instance from the next tick on. Its id is invalid at once. Control thread.
+            safe fn foresound_instance_remove(engine: Handle, instance: Id) {
+                ENGINES.with(engine, |engine| engine.remove_instance(instance))
+            }
+
+            /// Writes the default options. Any thread.
+            unsafe fn foresound_scene_options_default(options: Out<SceneOptions>) {
+                options.store(SceneOptions::default())
+            }
+
+            /// Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.
+            unsafe fn foresound_scene_from_file(
+                path: Text, materials_toml: OptionalText, options: In<SceneOptions>
+            ) -> scene: Handle {
+                scenes::from_file(&path, materials_toml.as_deref(), &options)
+            }
+
+            /// Writes the properties of a scene. Control thread.
+            unsafe fn foresound_scene_info(scene: Handle, info: Out<SceneInfo>) { info.store(scenes::info(scene)?) }
+
+            /// Writes the renderer's latency from geometry to sound in audio frames, without the device's buffer. Control thread.
+            unsafe fn foresound_renderer_latency(renderer: Handle) -> frames: Count { sound::latency_frames(renderer) }
+
+            /// Plays a renderer on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
+            /// blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
+            /// open is opened again at growing intervals. Control thread.
+            unsafe fn foresound_output_start(renderer: Handle, blocks_ahead: Size) -> output: Handle {
+                sound::start_output(renderer, blocks_ahead)
+            }
+
+            /// Writes the properties and the state of an output's device. Control thread.
+            unsafe fn foresound_output_info(output: Handle, info: Out<OutputInfo>) {
+                info.store(sound::output_info(output)?)
+            }
+
+            /// Adds a silent source at a position in metres; `source` receives its id. Control thread.
+            unsafe fn foresound_source_add(engine: Handle, x_m: Real, y_m: Real, z_m: Real) -> source: Id {
+                ENGINES.with(engine, |engine| engine.add_source([x_m, y_m, z_m]))
+            }
+
+            /// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is not reused.
+            /// Control thread.
+            safe fn foresound_source_remove(engine: Handle, source: Id) {
+                ENGINES.with(engine, |engine| engine.remove_source(source))
+            }
+
+            /// Writes the default options. Any thread.
+            unsafe fn foresound_source_options_default(options: Out<SourceOptions>) {
+                options.store(SourceOptions::default())
+            }
+
+            /// Sets a source's options from the next tick on. `options`: null for the defaults. Control thread.
+            unsafe fn foresound_source_configure(engine: Handle, source: Id, options: In<SourceOptions>) {
+                ENGINES.with(engine, |engine| engine.configure(source, &options))
+            }
+
+            /// Sets a source's linear gain, 0 to 1000, from the next tick on. Control thread.
+            safe fn foresound_source_set_gain(engine: Handle, source: Id, gain: Real) {
+                ENGINES.with(engine, |engine| {
+                    Ok(engine.controller().set_source_gain(source_id(source), gain)?)
+                })
+            }
+
+            /// Mutes (1) or unmutes (0) a source; its playback position advances. Control thread.
+            safe fn foresound_source_mute(engine: Handle, source: Id, muted: Flag) {
+                ENGINES.with(engine, |engine| {
+                    Ok(engine.controller().mute_source(source_id(source), muted)?)
+                })
+            }
+
+            /// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Control
+            /// thread.
+            safe fn foresound_source_play(engine: Handle, source: Id, clip: Handle, looped: Flag) {
+                engine::play(engine, source, clip, looped)
+            }
+
+            /// Silences a source and releases its clip or stream. Control thread.
+            safe fn foresound_source_stop(engine: Handle, source: Id) {
+                ENGINES.with(engine, |engine| Ok(engine.controller().stop(source_id(source))?))
+            }
+
+            /// Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
+            /// the handle for foresound_stream_write. Control thread.
+            unsafe fn foresound_source_stream(engine: Handle, source: Id, capacity: Size) -> stream: Handle {
+                engine::stream(engine, source, capacity)
+            }
+
+            /// Makes a clip of mono samples at `rate_hz` for engines at `engine_rate_hz` (1,000 to 384,000 Hz), copied and
+            /// resampled. A sample of 1 is full scale at 1 m. Control thread.
+            unsafe fn foresound_clip_from_samples(
+                samples[count]: Samples, rate_hz: Count, engine_rate_hz: Count
+            ) -> clip: Handle {
+                clip::from_samples(&samples, rate_hz, engine_rate_hz)
+            }
+
+            /// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines at
+            /// `engine_rate_hz`. Control thread.
+            unsafe fn foresound_clip_from_wav(bytes[count]: Bytes, engine_rate_hz: Count) -> clip: Handle {
+                clip::from_wav(&bytes, engine_rate_hz)
+            }
+        }
+    };
+}
+#[cfg(any(feature = "capi", feature = "jni"))]
+pub(super) use shared_functions;
+
+/// Passes the functions that Java alone has in this form to a macro.
+macro_rules! java_functions {
+    ($emit:ident) => {
+        $emit! {
+            /// Version of the interface.
+            safe fn foresound_version() -> version: Count { Ok(VERSION) }
+
+            /// Number of open handles, for leak tests.
+            safe fn foresound_open_handles() -> handles: Count { Ok($crate::bridge::open_handles() as u32) }
+
+            /// Submits a graphics frame: the listener's pose and `count` sources' poses, {@link #POSE_BYTES} each.
+            safe fn foresound_engine_tick(engine: Handle, frame: Buffer, count: Size) {
+                let bytes = POSE_BYTES.checked_mul(count + 1);
+                frame.check(bytes.ok_or_else(|| CallError::bad("count: exceeds memory"))?)?;
+                let pose = |index: usize| Pose::from_bytes(&frame.read(index * POSE_BYTES));
+                ENGINES.with(engine, |engine| engine.tick(pose(0).listener(), (1..=count).map(pose)))
+            }
+
+            /// Writes the loudest paths of the newest update as {@link ShownPath} lists, as many as fit; returns their number.
+            safe fn foresound_engine_paths(engine: Handle, paths: List) -> count: Count {
+                let most = paths.length / ShownPath::ELEMENTS;
+                let mut list = Vec::new();
+                ENGINES.with(engine, |engine| {
+                    engine.shown_paths().take(most).for_each(|path| path.write(&mut list));
+                    Ok(())
+                })?;
+                paths.store(&list)?;
+                Ok((list.len() / ShownPath::ELEMENTS) as u32)
+            }
+
+            /// Builds a scene from vertices and triangles; the last four may be null.
+            safe fn foresound_scene_from_mesh(
+                positions: Samples, indices: Indices, triangle_materials: Indices, materials: Texts,
+                materials_toml: OptionalText, options: In<SceneOptions>
+            ) -> scene: Handle {
+                let (positions, rest) = positions.as_chunks::<3>();
+                if !rest.is_empty() {
+                    return Err(CallError::bad("positions: pass three coordinates a vertex"));
+                }
+                let indices = indices.ok_or_else(|| CallError::null("indices"))?;
+                let names: Vec<&str> = materials.iter().map(String::as_str).collect();
+                let triangle_materials = triangle_materials.unwrap_or_default();
+                let toml = materials_toml.as_deref();
+                scenes::from_mesh(positions, &indices, &names, &triangle_materials, toml, &options)
+            }
+
+            /// Renders interleaved stereo floats; returns the number of voices.
+            safe fn foresound_render(renderer: Handle, output: Buffer, frames: Size) -> voices: Count {
+                output.check(frames * 2 * size_of::<f32>())?;
+                let info = sound::render_blocks(renderer, frames, |start, block| {
+                    output.write(start, block);
+                    Ok(())
+                })?;
+                Ok(info.voices)
+            }
+
+            /// Appends floats to a stream; returns the number that fitted.
+            safe fn foresound_stream_write(stream: Handle, samples: Buffer, count: Size) -> written: Count {
+                samples.check(count * size_of::<f32>())?;
+                let (mut written, mut piece) = (0, [0.0; 256]);
+                loop {
+                    let piece = &mut piece[..(count - written).min(256)];
+                    for (i, sample) in piece.iter_mut().enumerate() {
+                        *sample = f32::from_ne_bytes(samples.read(4 * (written + i)));
+                    }
+                    let fitted = sound::write_stream(stream, piece)?;
+                    written += fitted;
+                    if fitted < piece.len() || written == count {
+                        break Ok(written as u32);
+                    }
+                }
+            }
+        }
+    };
+}
+#[cfg(feature = "jni")]
+pub(super) use java_functions;
+
+/// A parameter or result.
+pub struct Parameter {
+    /// Its name.
+    pub name: &'static str,
+    /// The name of the array's length in C.
+    pub count: Option<&'static str>,
+    /// The type in C, as Rust source.
+    pub c: String,
+    /// The type in Java and in a signature.
+    pub java: [&'static str; 2],
+}
+
+/// A function of the tables.
+pub struct Function {
+    /// Lines of documentation.
+    pub docs: &'static [&'static str],
+    /// The name in C.
+    pub name: &'static str,
+    /// Parameters without the result.
+    pub parameters: Vec<Parameter>,
+    /// The result beside the status.
+    pub result: Option<Parameter>,
+}
+
+impl Function {
+    /// The name of the native: the C name in camel case without its prefix.
+    pub fn java_name(&self) -> String {
+        camel_case(self.name.trim_start_matches("foresound_"))
+    }
+
+    /// The signature of the native.
+    pub fn java_signature(&self) -> String {
+        let parameters: String = self.parameters.iter().map(|p| p.java[1]).collect();
+        let result = self.result.as_ref().map_or("V", |result| result.java[1]);
+        format!("({parameters}){result}")
+    }
+}
+
+/// A Rust name in Java's case.
+pub fn camel_case(name: &str) -> String {
+    let parts = name.split('_').enumerate();
+    let capital = |(i, part): (usize, &str)| match part.split_at_checked(1) {
+        Some((first, rest)) if i > 0 => first.to_uppercase() + rest,
+        _ => part.to_owned(),
+    };
+    parts.map(capital).collect()
+}
+
+macro_rules! describe {
+    ($($(#[doc = $doc:literal])* $safety:ident fn $name:ident(
+        $($parameter:ident $([$count:ident])?: $kind:ty),*
+    ) $(-> $result:ident: $result_kind:ty)? $body:block)*) => {
+        vec![$({
+            let mut results: Vec<Parameter> = vec![$(parameter::<$result_kind>(stringify!($result), &[]))?];
+            Function {
+                docs: &[$($doc),*],
+                name: stringify!($name),
+                parameters: vec![$(parameter::<$kind>(stringify!($parameter), &[$(stringify!($count))?])),*],
+                result: results.pop(),
+            }
+        }),*]
+    };
+}
+
+/// Fixes the error type of a body.
+pub(super) fn result<T>(result: Result<T, CallError>) -> Result<T, CallError> {
+    result
+}
+
+fn parameter<K: Kind>(name: &'static str, count: &[&'static str]) -> Parameter {
+    Parameter {
+        name,
+        count: count.first().copied(),
+        c: K::c(),
+        java: K::JAVA,
+    }
+}
+
+/// The functions common to C and Java, and those that Java alone has in this form.
+pub fn functions() -> [Vec<Function>; 2] {
+    use super::engine::SourceOptions;
+    use super::health::{BudgetOptions, EngineHealth};
+    use super::scenes::{SceneInfo, SceneOptions};
+    use super::sound::OutputInfo;
+    use super::{EngineStatistics, Options};
+    [shared_functions!(describe), java_functions!(describe)]
+}
+
+/// A structure of the interface.
+#[cfg(feature = "testing")]
+pub struct Structure {
+    /// Its name.
+    pub name: &'static str,
+    /// Its declaration in Rust.
+    pub source: &'static str,
+    /// Length of its list.
+    pub length: usize,
+    /// Its fields and their indices in the list.
+    pub fields: Vec<(&'static str, usize)>,
+}
+
+/// The structures of the interface.
+#[cfg(feature = "testing")]
+pub fn structures() -> Vec<Structure> {
+    use super::{engine, health, options, scenes, shown_paths, sound, statistics};
+    fn of<T: Record>() -> Structure {
+        Structure {
+            name: T::NAME,
+            source: T::SOURCE,
+            length: T::ELEMENTS,
+            fields: T::fields(),
+        }
+    }
+    vec![
+        of::<options::Options>(),
+        of::<engine::SourceOptions>(),
+        of::<scenes::SceneOptions>(),
+        of::<health::BudgetOptions>(),
+        of::<scenes::SceneInfo>(),
+        of::<statistics::Percentiles>(),
+        of::<statistics::EngineStatistics>(),
+        of::<health::EngineHealth>(),
+        of::<shown_paths::ShownPath>(),
+        of::<sound::RenderInfo>(),
+        of::<sound::OutputInfo>(),
+    ]
+}

@@ -1,0 +1,7 @@
+//! NEON: [`TwoQuads`] and prefetch. Every aarch64 target of Rust has NEON.
+
+mod lanes;
+mod prefetch;
+
+pub(crate) use lanes::TwoQuads;
+pub(crate) use prefetch::prefetch;

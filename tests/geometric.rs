@@ -1,0 +1,324 @@
+//! The predictor `best`: where nothing has to be guessed it equals a propagation in every graphics frame.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use foresound::extrapolation::{
+    Extrapolator, FramePaths, GeometricSettings, PredictionTarget, PredictorKind, PreparedUpdate,
+};
+use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::propagation::diffraction::MAX_DIRECT_EDGES;
+use foresound::propagation::rays::directions::{mix, unit};
+use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
+use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
+use foresound::scene::{
+    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+};
+use glam::Vec3;
+
+const BEST: PredictorKind = PredictorKind::Geometric(GeometricSettings::FULL);
+
+const LATE: Schedule = Schedule::Asynchronous {
+    level: 5,
+    latency: Latency::Modelled,
+};
+
+fn doorway() -> Arc<Scene> {
+    committed(&procedural::doorway().mesh)
+}
+
+fn shoebox() -> Arc<Scene> {
+    committed(&procedural::shoebox(Vec3::new(12.0, 4.0, 9.0), "concrete"))
+}
+
+fn committed(mesh: &foresound::scene::TriangleMesh) -> Arc<Scene> {
+    let table = MaterialTable::built_in();
+    Arc::new(Scene::commit(mesh, &table, &SceneSettings::default()).expect("commits"))
+}
+
+fn source(slot: u16, position: Vec3) -> SourcePose {
+    SourcePose::at(SourceId::new(slot, 0), position)
+}
+
+fn listener(position: Vec3) -> ListenerPose {
+    ListenerPose::facing(position, 0.3)
+}
+
+fn render(
+    scene: &Arc<Scene>,
+    schedule: Schedule,
+    sources: &[SourcePose],
+    frames: u32,
+    late: bool,
+    place: impl Fn(f64) -> Vec3,
+) -> Vec<f32> {
+    let settings = OfflineSettings {
+        graphics_rate_hz: 74.6,
+        block_frames: 512,
+        schedule,
+        predictor: BEST,
+        propagation: PropagationSettings::default(),
+        generation: GeneratorSettings {
+            max_sources: 2,
+            late,
+            ..GeneratorSettings::default()
+        },
+    };
+    let hrtf = Arc::new(Hrtf::builtin(settings.generation.rate_hz).expect("a head"));
+    let mut renderer = OfflineRenderer::new(Arc::clone(scene), hrtf, settings).expect("settings");
+    let mut poses = Poses {
+        sources: sources.to_vec(),
+        ..Poses::default()
+    };
+    let mut output = Vec::new();
+    for _ in 0..frames {
+        poses.listener = listener(place(renderer.time_s()));
+        let mut noise = |slot: usize, from: u64, samples: &mut [f32]| {
+            for (n, sample) in samples.iter_mut().enumerate() {
+                *sample = 0.2 * unit(mix((slot as u64) << 40 | (from + n as u64))) - 0.1;
+            }
+        };
+        let mut keep = |block: &[f32]| {
+            output.extend_from_slice(block);
+            Ok(())
+        };
+        renderer
+            .next_frame(&poses, &mut noise, &mut keep)
+            .expect("the sink takes all");
+    }
+    output
+}
+
+fn snr_db(reference: &[f32], estimate: &[f32]) -> f64 {
+    assert_eq!(reference.len(), estimate.len());
+    let square = |v: f64| v * v;
+    let signal: f64 = reference.iter().map(|s| square(f64::from(*s))).sum();
+    let pairs = reference.iter().zip(estimate);
+    let noise: f64 = pairs.map(|(a, b)| square(f64::from(a - b))).sum();
+    10.0 * (signal / noise.max(1e-30)).log10()
+}
+
+#[test]
+fn a_standing_listener_hears_what_every_update_says() {
+    let doorway_layout = procedural::doorway();
+    let place = doorway_layout.walk.standing;
+    let sources: Vec<_> = (0..2)
+        .map(|i| source(i, doorway_layout.sources[usize::from(i)].1))
+        .collect();
+    let scene = doorway();
+    let synchronous = render(&scene, Schedule::Synchronous, &sources, 40, true, |_| place);
+    let late = render(&scene, LATE, &sources, 40, true, |_| place);
+    assert!(synchronous.iter().any(|s| s.abs() > 1e-3));
+    let figure = snr_db(&synchronous, &late);
+    println!("{figure}");
+    assert!(figure > 100.0, "{figure} dB");
+}
+
+#[test]
+fn a_walk_through_an_empty_room_is_followed_exactly() {
+    let sources = [
+        source(0, Vec3::new(2.0, 1.5, 2.0)),
+        source(1, Vec3::new(9.0, 1.2, 7.0)),
+    ];
+    // Beside the room's round numbers: exactly on them, a path through a corner is there in one frame only.
+    let walk = |time_s: f64| Vec3::new(4.13 + 1.4 * time_s as f32, 1.71, 5.07);
+    let scene = shoebox();
+    let both = |late| {
+        let schedules = [Schedule::Synchronous, LATE];
+        schedules.map(|schedule| render(&scene, schedule, &sources, 90, late, walk))
+    };
+    let [synchronous, late] = both(false);
+    let paths = snr_db(&synchronous, &late);
+    assert!(paths > 100.0, "{paths} dB");
+    // The tail is interpolated between updates. Until there are two of a walk it stands still, and what that did rings on
+    // in this room of concrete, where the tail is louder than the paths.
+    let [synchronous, late] = both(true);
+    let all = snr_db(&synchronous, &late);
+    let last = synchronous.len() * 2 / 3;
+    let last = snr_db(&synchronous[last..], &late[last..]);
+    assert!(all > 42.0 && last > 48.0, "{all} dB, {last} dB at last");
+}
+
+/// Runs `best` by hand through the doorway; `each` sees every frame's paths and the number of rays it took.
+fn walk_by_hand(settings: GeometricSettings, mut each: impl FnMut(&FramePaths, u64, &Scene, Vec3)) {
+    let layout = procedural::doorway();
+    let scene = doorway();
+    let sources: Vec<_> = (0..4)
+        .map(|i| source(i, layout.sources[usize::from(i)].1))
+        .collect();
+    let mut propagator =
+        Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
+    let mut best = Extrapolator::new(Arc::clone(&scene), PredictorKind::Geometric(settings), 0.3);
+    let mut frame_paths = FramePaths::default();
+    // An update every eight graphics frames, computed for the place where the listener is when the next one comes.
+    let ahead = if settings.prediction_target == PredictionTarget::End {
+        7
+    } else {
+        0
+    };
+    let place_in = |frame: u32| {
+        let share = frame as f32 / 120.0;
+        layout.walk.from.lerp(layout.walk.to, share)
+    };
+    for frame in 0..80 {
+        let place = place_in(frame);
+        if frame % 8 == 0 {
+            let mut update = PathSet::default();
+            let then = listener(place_in(frame + ahead));
+            propagator.update(&then, &sources, 0.0, &mut update);
+            best.store_update(update, 7);
+        }
+        let rays = best.frame(&listener(place), &sources, &mut frame_paths);
+        each(&frame_paths, rays, &scene, place);
+    }
+}
+
+#[test]
+fn rays_stay_within_their_budget() {
+    for rays_per_source in [0, 7, 64] {
+        let settings = GeometricSettings {
+            rays_per_source,
+            prediction_target: PredictionTarget::None,
+            ..GeometricSettings::FULL
+        };
+        // A direct path takes a ray for every wall it passes and one more: five at most, nine with both faces. A bend
+        // of the direct field takes two, at the edges that the last two updates name.
+        let most = u64::from(4 * rays_per_source) + 4 * (10 + 2 * 2 * MAX_DIRECT_EDGES as u64);
+        walk_by_hand(settings, |_, rays, _, _| {
+            assert!(rays <= most, "{rays} of {most}");
+        });
+    }
+}
+
+#[test]
+fn every_path_is_as_long_as_its_direction_says() {
+    walk_by_hand(GeometricSettings::FULL, |frame, _, scene, _| {
+        assert!(frame.paths.windows(2).all(|pair| pair[0].id < pair[1].id));
+        for path in &frame.paths {
+            assert!(path.arrival.is_normalized() && path.delay_s > 0.0);
+            let length_m = path.delay_s * scene.speed_of_sound_m_s();
+            let loudest = path.amplitude.iter().fold(0f32, |m, a| m.max(a.abs()));
+            // A reflection is no louder than the free field. The direct path may be: with it go the waves of edges that
+            // arrive as one with it, and an opening that passes the first Fresnel zone alone doubles the pressure. With the
+            // waves of its jambs' faces the sum over single edges is 2.04 times the free field here.
+            let most = if path.order == 0 { 2.1 } else { 1.0 };
+            let gain = f64::from(loudest) * length_m.max(0.3);
+            assert!(gain <= most + 1e-5, "{gain} {path:?}");
+        }
+    });
+}
+
+#[test]
+fn an_update_with_its_groundwork_is_no_other_update() {
+    let layout = procedural::doorway();
+    let scene = doorway();
+    let sources: Vec<_> = (0..4)
+        .map(|i| source(i, layout.sources[usize::from(i)].1))
+        .collect();
+    let mut propagator =
+        Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
+    let extrapolator = || Extrapolator::new(Arc::clone(&scene), BEST, 0.3);
+    let (mut plain, mut prepared) = (extrapolator(), extrapolator());
+    let mut frames = [FramePaths::default(), FramePaths::default()];
+    let mut groundwork = PreparedUpdate::default();
+    let mut reflected = 0;
+    for frame in 0..40 {
+        let ear = listener(layout.walk.from.lerp(layout.walk.to, frame as f32 / 60.0));
+        if frame % 5 == 0 {
+            let mut update = PathSet::default();
+            propagator.update(&ear, &sources, 0.0, &mut update);
+            plain.store_update(update.clone(), 4);
+            // Every third one comes without.
+            match frame % 15 {
+                0 => prepared.store_update(update, 4),
+                _ => {
+                    groundwork.prepare(&update, &scene);
+                    prepared.store_prepared_update(update, &mut groundwork, 4)
+                }
+            };
+        }
+        for (extrapolator, frame) in [&mut plain, &mut prepared].into_iter().zip(&mut frames) {
+            extrapolator.frame(&ear, &sources, frame);
+        }
+        assert_eq!(frames[0], frames[1], "graphics frame {frame}");
+        reflected += frames[0].paths.iter().filter(|path| path.order > 0).count();
+    }
+    assert!(reflected > 1000, "{reflected}");
+}
+
+#[test]
+fn paths_of_a_source_that_left_are_gone() {
+    let scene = shoebox();
+    let both = [
+        source(0, Vec3::new(2.0, 1.5, 2.0)),
+        source(1, Vec3::new(9.0, 1.2, 7.0)),
+    ];
+    let mut propagator =
+        Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
+    let mut update = PathSet::default();
+    let ear = listener(Vec3::new(5.0, 1.7, 5.0));
+    propagator.update(&ear, &both, 0.0, &mut update);
+    let mut best = Extrapolator::new(scene, BEST, 0.3);
+    best.store_update(update, 4);
+    let mut frame = FramePaths::default();
+    best.frame(&ear, &both, &mut frame);
+    assert!(frame.paths.iter().any(|path| path.source == both[1].id));
+    best.frame(&ear, &both[..1], &mut frame);
+    assert!(!frame.paths.is_empty());
+    assert!(frame.paths.iter().all(|path| path.source == both[0].id));
+}
+
+#[test]
+fn bent_paths_stand_as_an_update_of_this_frame_has_them() {
+    let scene = doorway();
+    let mut propagator =
+        Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
+    let layout = procedural::doorway();
+    let sources: Vec<_> = (0..4)
+        .map(|i| source(i, layout.sources[usize::from(i)].1))
+        .collect();
+    let mut frames = Vec::new();
+    walk_by_hand(GeometricSettings::FULL, |frame, _, scene, place| {
+        let mut update = PathSet::default();
+        propagator.update(&listener(place), &sources, 0.0, &mut update);
+        let named = |path: &&Path| path.diffraction_order > 0;
+        for path in update.paths.iter().filter(named) {
+            let Some(ours) = frame.paths.iter().find(|ours| ours.id == path.id) else {
+                continue;
+            };
+            assert_eq!(ours.amplitude, path.amplitude);
+            let length_m = ours.delay_s * scene.speed_of_sound_m_s();
+            assert!((length_m - f64::from(path.length_m)).abs() < 1e-5);
+        }
+        frames.push((frame.paths.clone(), update));
+    });
+    let energy = |amplitude: &[f32; 8]| amplitude.iter().map(|a| a * a).sum::<f32>();
+    let bent = |update: &PathSet| {
+        let bent = update
+            .paths
+            .iter()
+            .filter(|path| path.diffraction_order > 0);
+        bent.map(|path| (path.id, energy(&path.amplitude)))
+            .collect::<BTreeMap<_, _>>()
+    };
+    let ever: BTreeSet<_> = frames
+        .iter()
+        .flat_map(|(_, update)| bent(update).into_keys())
+        .collect();
+    let (mut all, mut missing, mut extra) = (0.0, 0.0, 0.0);
+    for (ours, update) in &frames {
+        let mut theirs = bent(update);
+        all += theirs.values().sum::<f32>();
+        for path in ours.iter().filter(|path| ever.contains(&path.id)) {
+            if theirs.remove(&path.id).is_none() {
+                extra += energy(&path.amplitude);
+            }
+        }
+        missing += theirs.values().sum::<f32>();
+    }
+    assert!(ever.len() > 50 && all > 1.0);
+    // Edges that no update knew of yet, and sight lines that the rays have not got round to.
+    assert!(missing < 0.03 * all, "{missing} of {all}");
+    // An update keeps its four loudest double bends and twelve mirrored ones; what one of the last had stays.
+    assert!(extra < 0.05 * all, "{extra} of {all}");
+}

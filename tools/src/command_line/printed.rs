@@ -1,0 +1,50 @@
+//! Results as text: keys and values of JSON objects.
+
+use serde_json::Value;
+
+/// Columns that a line of text has at most.
+const COLUMNS: usize = 110;
+
+/// Prints the keys and values of an object in paragraphs; nested keys are joined by dots.
+pub(crate) fn row(row: &Value) {
+    let mut pairs = Vec::new();
+    flatten("", row, &mut pairs);
+    let mut line = String::new();
+    for pair in pairs {
+        if line.len() + pair.len() > COLUMNS {
+            println!("{line}");
+            line = "   ".to_owned();
+        }
+        let gap = if line.is_empty() { "" } else { "  " };
+        line = format!("{line}{gap}{pair}");
+    }
+    println!("{line}");
+}
+
+/// Prints one JSON object of rows, or each row as text.
+pub(crate) fn rows(rows: &[Value], json: bool) {
+    if json {
+        println!("{}", serde_json::json!({ "rows": rows }));
+    } else {
+        rows.iter().for_each(row);
+    }
+}
+
+fn flatten(key: &str, value: &Value, pairs: &mut Vec<String>) {
+    match value {
+        Value::Object(object) => {
+            for (name, value) in object {
+                let dot = if key.is_empty() { "" } else { "." };
+                flatten(&format!("{key}{dot}{name}"), value, pairs);
+            }
+        }
+        Value::Number(number) if number.is_f64() => {
+            let number = number.as_f64().unwrap_or_default();
+            // Four significant digits.
+            let decimals = (3.0 - number.abs().max(1e-6).log10().floor()).clamp(0.0, 9.0);
+            pairs.push(format!("{key} {number:.*}", decimals as usize));
+        }
+        Value::String(text) => pairs.push(format!("{key} {text}")),
+        other => pairs.push(format!("{key} {other}")),
+    }
+}
