@@ -2,7 +2,8 @@
 
 mod parts;
 
-use foresound::propagation::diffraction::{DiffractionSequence, Endpoints, MAX_TWO_EDGE_PATHS};
+use foresound::propagation::diffraction::{DiffractionSequence, MAX_TWO_EDGE_PATHS};
+use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
 use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose, procedural};

@@ -9,8 +9,9 @@ use super::predictor::{FrameContext, TrackedPath};
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::LateEnergy;
-use crate::propagation::diffraction::{Endpoints, direct_field};
+use crate::propagation::diffraction::direct_field;
 use crate::propagation::diffuse::{common_decay, late_segments};
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 

@@ -8,6 +8,7 @@
 pub mod amplitude;
 pub mod diffraction;
 pub mod diffuse;
+pub mod endpoints;
 pub mod image_source;
 pub mod path;
 pub mod propagator;

@@ -4,7 +4,8 @@
 use glam::{DVec3, Vec3};
 
 use super::amplitude;
-use super::diffraction::{self, DirectEdges, Endpoints};
+use super::diffraction::{self, DirectEdges};
+use super::endpoints::Endpoints;
 use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
 use crate::acoustics::BandArray;

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
-use foresound::propagation::diffraction::{self, Endpoints};
+use foresound::propagation::diffraction;
 use foresound::propagation::diffuse::{
     LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
 };
+use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::image_source::discovery_history::GuideMemory;
 use foresound::propagation::image_source::expansion::fill_up;
 use foresound::propagation::image_source::image_path::{ImagePath, is_clear, mirror_listener};

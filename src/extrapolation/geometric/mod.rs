@@ -29,7 +29,8 @@ use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::PathSet;
-use crate::propagation::diffraction::{Endpoints, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS};
+use crate::propagation::diffraction::{MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS};
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 pub(crate) use crate::extrapolation::geometric::late_energy::extrapolate_late;

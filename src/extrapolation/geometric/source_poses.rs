@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::extrapolation::frame::allows;
 use crate::extrapolation::geometric::FrameInputs;
 use crate::propagation::Path;
-use crate::propagation::diffraction::Endpoints;
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::SourceId;
 
 /// One source in the present graphics frame.

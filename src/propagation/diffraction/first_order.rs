@@ -6,8 +6,6 @@
 
 use std::f64::consts::PI;
 
-use glam::Vec3;
-
 use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::amplitude::{direct_by_source, free_field};
 use crate::propagation::diffraction::complex::Complex;
@@ -15,11 +13,12 @@ use crate::propagation::diffraction::edge_wave::{
     self, ComplexBands, EdgePath, is_unoccluded, local_positions,
 };
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
+use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Stop;
 use crate::propagation::path::Path;
 use crate::propagation::transmission::{direct_path, direct_path_of};
+use crate::scene::Scene;
 use crate::scene::edges::EdgeCrossing;
-use crate::scene::{Scene, SourcePose};
 
 /// Most edges of one source's direct field.
 pub const MAX_DIRECT_EDGES: usize = 6;
@@ -28,32 +27,6 @@ pub const MAX_DIRECT_EDGES: usize = 6;
 /// of its own.
 const MERGED_PHASE: f64 = PI;
 const SEPARATE_PHASE: f64 = 2.0 * PI;
-
-/// A source and where it is heard, in world coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Endpoints {
-    /// The source, its place and its settings.
-    pub source: SourcePose,
-    /// Where it is.
-    pub from: Vec3,
-    /// Where the listener is.
-    pub to: Vec3,
-    /// Distance in metres below which a source gets no louder.
-    pub min_distance_m: f64,
-}
-
-impl Endpoints {
-    /// A source heard at a place; `otherwise_m` is the distance below which sources get no louder that do not say
-    /// themselves.
-    pub fn of(source: &SourcePose, to: Vec3, otherwise_m: f64) -> Self {
-        Self {
-            source: *source,
-            from: source.position,
-            to,
-            min_distance_m: source.settings.min_distance_m(otherwise_m),
-        }
-    }
-}
 
 /// Edges of the direct field, shortest path first.
 #[derive(Debug, Clone, Copy, Default)]

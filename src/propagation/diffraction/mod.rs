@@ -33,13 +33,14 @@ pub mod wedge_geometry;
 pub mod with_reflections;
 
 pub use crate::propagation::diffraction::first_order::{
-    DirectEdges, DirectField, Endpoints, MAX_DIRECT_EDGES, direct_field,
+    DirectEdges, DirectField, MAX_DIRECT_EDGES, direct_field,
 };
 pub use crate::propagation::diffraction::revalidate::{DiffractionPath, DiffractionSequence};
 pub use crate::propagation::diffraction::second_order::MAX_TWO_EDGE_PATHS;
 pub use crate::propagation::diffraction::with_reflections::MAX_REFLECTED_EDGE_PATHS;
 
 use crate::acoustics::smoothstep;
+use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::NearEdges;

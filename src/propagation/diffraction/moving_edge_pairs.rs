@@ -8,8 +8,8 @@ use glam::DVec3;
 
 use crate::propagation::diffraction::MAX_DETOUR_M;
 use crate::propagation::diffraction::edge_wave::local_positions;
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::two_edge_path::{TwoEdgePath, insert_shortest};
+use crate::propagation::endpoints::Endpoints;
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, MOST_NEAR, NearEdge, NearEdges, REACH_M};
 

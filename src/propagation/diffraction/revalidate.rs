@@ -3,9 +3,9 @@
 //! Extrapolation recomputes diffracted paths between updates. Geometry, wave and visibility rays are those of the update, so
 //! a path at rest has the same bits.
 
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::two_edge_path::TwoEdgePath;
 use crate::propagation::diffraction::with_reflections::ReflectedEdgePath;
+use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::{Stop, bent_path_id};
 use crate::propagation::path::Path;
 use crate::scene::Scene;

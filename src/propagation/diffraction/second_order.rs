@@ -1,10 +1,10 @@
 //! Paths of second-order diffraction: around both edges of a thick wall, out of one doorway and into the next.
 
 use crate::propagation::diffraction::edge_wave::local_positions;
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::two_edge_path::{TwoEdgePath, insert_shortest};
 use crate::propagation::diffraction::{MAX_DETOUR_M, moving_edge_pairs};
+use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::NearEdges;

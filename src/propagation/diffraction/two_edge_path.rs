@@ -9,10 +9,10 @@ use glam::DVec3;
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
-use crate::propagation::diffraction::first_order::Endpoints;
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
 use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};
+use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Stop;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
