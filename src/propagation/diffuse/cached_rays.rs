@@ -132,7 +132,7 @@ impl CachedRays {
         buffers.far.renew(far_rays, from.far_bounces());
         buffers.statistics.renew(count, depth, far_rays);
         if scene.has_instances() {
-            buffers.statistics.reserve_legs(count * depth);
+            buffers.statistics.legs.reserve(count * depth);
             let key = Some(CacheKey::of(from, from.fixed_since));
             let is_valid = std::mem::replace(&mut self.static_hits_key, key) == key;
             self.static_hits.begin(count, from.max_legs(), is_valid);
@@ -143,8 +143,8 @@ impl CachedRays {
         let statistics = &buffers.statistics;
         statistics.accumulate(count, &buffers.near, &buffers.far, curve);
         self.legs.clear();
-        self.legs.extend_from_slice(statistics.legs());
-        self.legs_to_instances = statistics.legs_to_instances();
+        self.legs.extend_from_slice(&statistics.legs);
+        self.legs_to_instances = statistics.legs_to_instances;
         self.sequences.clear();
         self.sequences.extend_from_slice(set.entries());
         self.key = Some(CacheKey::of(from, from.scene_state));

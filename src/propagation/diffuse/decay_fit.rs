@@ -40,10 +40,16 @@ pub(crate) struct DecayCurve {
     energy: [BandArray; TIME_STEPS],
     /// Number of far rays.
     count: u32,
-    /// Length and number of all legs after the first.
-    legs_m: f64,
-    legs: u32,
-    /// The same of first legs, which do not start at a surface.
+    /// Legs of all rays.
+    pub(crate) legs: LegSums,
+}
+
+/// Lengths and numbers of legs that end at a surface.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct LegSums {
+    rest_m: f64,
+    rest: u32,
+    /// First legs, which do not start at a surface.
     first_m: f64,
     first: u32,
 }
@@ -109,17 +115,8 @@ pub(crate) struct Decay {
     pub(crate) decay_time_s: BandArray,
 }
 
-/// Sums of legs as in [`DecayCurve`], kept in registers.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct LegSums {
-    rest_m: f64,
-    rest: u32,
-    first_m: f64,
-    first: u32,
-}
-
 impl LegSums {
-    /// Adds a leg that ends at a surface.
+    /// Adds a leg.
     #[inline(always)]
     pub(crate) fn add(&mut self, is_first: bool, leg_m: f32) {
         let leg_m = f64::from(leg_m);
@@ -138,31 +135,12 @@ impl Default for DecayCurve {
         Self {
             energy: [[0.0; BANDS]; TIME_STEPS],
             count: 0,
-            legs_m: 0.0,
-            legs: 0,
-            first_m: 0.0,
-            first: 0,
+            legs: LegSums::default(),
         }
     }
 }
 
 impl DecayCurve {
-    /// The sums of legs.
-    pub(crate) fn legs(&self) -> LegSums {
-        LegSums {
-            rest_m: self.legs_m,
-            rest: self.legs,
-            first_m: self.first_m,
-            first: self.first,
-        }
-    }
-
-    /// Sets the sums of legs.
-    pub(crate) fn set_legs(&mut self, legs: LegSums) {
-        (self.legs_m, self.legs) = (legs.rest_m, legs.rest);
-        (self.first_m, self.first) = (legs.first_m, legs.first);
-    }
-
     /// Adds a far ray.
     #[inline(always)]
     pub(crate) fn begin(&mut self) {
@@ -201,20 +179,20 @@ impl DecayCurve {
             *sum = a + b;
         }
         self.count = a.count + b.count;
-        self.legs_m = a.legs_m + b.legs_m;
-        self.legs = a.legs + b.legs;
-        self.first_m = a.first_m + b.first_m;
-        self.first = a.first + b.first;
+        self.legs = LegSums {
+            rest_m: a.legs.rest_m + b.legs.rest_m,
+            rest: a.legs.rest + b.legs.rest,
+            first_m: a.legs.first_m + b.legs.first_m,
+            first: a.legs.first + b.legs.first,
+        };
     }
 
     /// `None` if no ray hit a surface.
     pub(crate) fn decay(&self, scene: &Scene) -> Option<Decay> {
-        let mean_free_path_m = if self.legs > 0 {
-            self.legs_m / f64::from(self.legs)
-        } else if self.first > 0 {
-            self.first_m / f64::from(self.first)
-        } else {
-            return None;
+        let mean_free_path_m = match self.legs {
+            LegSums { rest_m, rest, .. } if rest > 0 => rest_m / f64::from(rest),
+            LegSums { first_m, first, .. } if first > 0 => first_m / f64::from(first),
+            _ => return None,
         };
         let speed_m_s = scene.speed_of_sound_m_s();
         let mean_free_time_s = mean_free_path_m / speed_m_s;
@@ -234,11 +212,8 @@ impl DecayCurve {
         let energy = |time_step: usize| f64::from(self.energy[time_step][band]);
         let joint =
             ((FIRST_FREE_TIME * mean_free_time_s / TIME_STEP_S) as usize).min(TIME_STEPS / 2);
-        let first = if energy(joint) > MIN_REMAINDER * f64::from(self.count) {
-            joint
-        } else {
-            0
-        };
+        let has_rest = energy(joint) > MIN_REMAINDER * f64::from(self.count);
+        let first = if has_rest { joint } else { 0 };
         let floor = DECAY_FALL * energy(first);
         let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let end = (LAST_FREE_TIME * mean_free_time_s / TIME_STEP_S) as usize;
@@ -246,10 +221,8 @@ impl DecayCurve {
             if energy(time_step) <= floor {
                 break;
             }
-            let (at_s, nepers) = (
-                (time_step - first) as f64 * TIME_STEP_S,
-                energy(time_step).ln(),
-            );
+            let at_s = (time_step - first) as f64 * TIME_STEP_S;
+            let nepers = energy(time_step).ln();
             n += 1.0;
             t += at_s;
             tt += at_s * at_s;

@@ -26,14 +26,14 @@ pub(crate) struct RayStatistics {
     /// Indices of the far rays among all.
     far: Vec<usize>,
     /// [`FAR_BOUNCES`] per far ray.
-    carried: Vec<FarRayEnergy>,
+    at_bounces: Vec<FarRayEnergy>,
     /// At the last bounce of each far ray; `None` if it escaped.
-    left: Vec<Option<FarRayEnergy>>,
-    /// Prefixes met so far.
+    at_end: Vec<Option<FarRayEnergy>>,
+    /// Prefixes so far.
     prefixes: Beginnings,
     /// Recorded legs, and how many of them end at an instance.
-    legs: Vec<Ray>,
-    legs_to_instances: usize,
+    pub(crate) legs: Vec<Ray>,
+    pub(crate) legs_to_instances: usize,
 }
 
 impl RayStatistics {
@@ -41,34 +41,19 @@ impl RayStatistics {
     pub(crate) fn renew(&mut self, count: usize, depth: usize, far: usize) {
         self.far.clear();
         self.far.reserve(far);
-        self.carried
+        self.at_bounces
             .resize(far * FAR_BOUNCES, FarRayEnergy::default());
-        self.left.clear();
-        self.left.resize(far, None);
+        self.at_end.clear();
+        self.at_end.resize(far, None);
         self.prefixes.renew(count * depth);
         self.legs.clear();
         self.legs_to_instances = 0;
-    }
-
-    /// Reserves memory for legs.
-    pub(crate) fn reserve_legs(&mut self, most: usize) {
-        self.legs.reserve(most);
     }
 
     /// Records a leg.
     pub(crate) fn record_leg(&mut self, leg: Ray, ends_at_instance: bool) {
         self.legs.push(leg);
         self.legs_to_instances += usize::from(ends_at_instance);
-    }
-
-    /// The recorded legs.
-    pub(crate) fn legs(&self) -> &[Ray] {
-        &self.legs
-    }
-
-    /// How many of those end at an instance.
-    pub(crate) fn legs_to_instances(&self) -> usize {
-        self.legs_to_instances
     }
 
     /// Adds ray `index` as a far ray and returns its index among these. Rays come in their order.
@@ -87,7 +72,7 @@ impl RayStatistics {
     /// Records a far ray's share of energy and time in seconds at bounce `step`.
     #[inline(always)]
     pub(crate) fn record_bounce(&mut self, far: usize, step: usize, share: &BandArray, at_s: f64) {
-        self.carried[far * FAR_BOUNCES + step] = FarRayEnergy {
+        self.at_bounces[far * FAR_BOUNCES + step] = FarRayEnergy {
             share: *share,
             at_s,
         };
@@ -96,7 +81,7 @@ impl RayStatistics {
     /// Records a far ray's share and time at its last bounce.
     #[inline(always)]
     pub(crate) fn record_end(&mut self, far: usize, share: &BandArray, at_s: f64) {
-        self.left[far] = Some(FarRayEnergy {
+        self.at_end[far] = Some(FarRayEnergy {
             share: *share,
             at_s,
         });
@@ -140,42 +125,42 @@ impl RayStatistics {
         curve: &mut DecayCurve,
     ) {
         let mut next_far = 0;
-        let mut sums = curve.legs();
+        let mut sums = curve.legs;
         for index in 0..count {
             let (packets, lane) = near.packets_of_ray(index);
-            let mut met = 0;
+            let mut bounces = 0;
             for packet in packets {
                 if packet.met.rays >> lane & 1 == 0 {
                     break;
                 }
-                sums.add(met == 0, packet.met.leg_m[lane]);
-                met += 1;
+                sums.add(bounces == 0, packet.met.leg_m[lane]);
+                bounces += 1;
             }
             if self.far.get(next_far) != Some(&index) {
                 continue;
             }
-            let number = next_far;
+            let far_index = next_far;
             next_far += 1;
             curve.begin();
-            if met == packets.len() {
-                let (packets, lane) = far.packets_of_ray(number);
+            if bounces == packets.len() {
+                let (packets, lane) = far.packets_of_ray(far_index);
                 for packet in packets {
                     if packet.met.rays >> lane & 1 == 0 {
                         break;
                     }
                     sums.add(false, packet.met.leg_m[lane]);
-                    met += 1;
+                    bounces += 1;
                 }
             }
             let mut time_step = 0;
-            for carried in &self.carried[number * FAR_BOUNCES..][..met] {
-                time_step = curve.accumulate(&carried.share, time_step, carried.at_s);
+            for at_bounce in &self.at_bounces[far_index * FAR_BOUNCES..][..bounces] {
+                time_step = curve.accumulate(&at_bounce.share, time_step, at_bounce.at_s);
             }
-            if let Some(left) = &self.left[number] {
-                curve.extrapolate(&left.share, left.at_s);
+            if let Some(at_end) = &self.at_end[far_index] {
+                curve.extrapolate(&at_end.share, at_end.at_s);
             }
         }
-        curve.set_legs(sums);
+        curve.legs = sums;
     }
 }
 
