@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
-# Proves what can be proved of the bridges and the Android library without a device: a line a proof, with its figure.
-# Usage: check.sh [--all] [--json] [PROOF...]; names of proofs run those alone. --all adds the slow ones. --json prints
-# one object at the end instead. Ends non-zero if a proof fails; what a missing package prevents is a SKIP line
-# (install.sh has the packages).
+# Checks the C and Java interfaces and the Android library without a device: prints a line with a figure for each check.
+# Usage: check.sh [--all] [--json] [NAME...]; names select checks. --all adds the slow ones. --json prints one object at the
+# end instead. Exits non-zero if a check fails; a missing package is a SKIP line (install.sh installs the packages).
 set -uo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(dirname "$here")
@@ -20,7 +19,7 @@ for argument in "$@"; do
 done
 
 rows=() failed=0
-tell() { # status, name, figure
+report() { # status, name, figure
     [ "$json" = 1 ] || printf '%-4s %-12s %s\n' "$1" "$2" "$3"
     local figure=${3//\\/\\\\}
     rows+=("$(printf '{"proof":"%s","status":"%s","figure":"%s"}' "$2" "$1" "${figure//\"/\\\"}")")
@@ -39,11 +38,11 @@ prove() {
     local code=$? figure
     figure=$(grep -av '^$' "$work/$name.log" | tail -n 1)
     case $code in
-    0) tell ok "$name" "$figure" ;;
-    77) tell SKIP "$name" "$figure" ;;
+    0) report ok "$name" "$figure" ;;
+    77) report SKIP "$name" "$figure" ;;
     *)
         failed=1
-        tell FAIL "$name" "see $work/$name.log: $figure"
+        report FAIL "$name" "see $work/$name.log: $figure"
         [ "$json" = 1 ] || tail -n 15 "$work/$name.log"
         ;;
     esac
@@ -67,7 +66,7 @@ flags() { # the recipe as cargo's flags
 host=$work/host
 mapfile -t cargo_flags < <(flags)
 
-# Exactly these are exported: what the header declares, and JNI_OnLoad.
+# The library exports the header's functions and JNI_OnLoad, and nothing else.
 exports() { # nm, library
     grep -oE '\bforesound_[a-z_]+\(' include/foresound.h | tr -d '(' | sort -u >"$work/wanted.txt"
     echo JNI_OnLoad >>"$work/wanted.txt"
@@ -118,7 +117,7 @@ java_run() { # part, arguments
     local code=$?
     cat "$work/java-$1.out"
     [ $code = 0 ] || return 1
-    # What -Xcheck:jni has to say is a failure.
+    # A message of -Xcheck:jni is a failure.
     ! grep -E '^(WARNING|FATAL)' "$work/java-$1.out" | grep -v 'native access'
 }
 compile_java() {
@@ -339,7 +338,7 @@ prove scripts
 prove android
 prove apk
 for name in arm64 arm64_count arm64_tests; do
-    if [ $all = 1 ] || [ ${#only[@]} != 0 ]; then prove $name; else tell SKIP $name "slow; run with --all"; fi
+    if [ $all = 1 ] || [ ${#only[@]} != 0 ]; then prove $name; else report SKIP $name "slow; run with --all"; fi
 done
 if [ $json = 1 ]; then
     printf '{"proofs":[%s]}\n' "$(IFS=,; echo "${rows[*]}")"

@@ -326,9 +326,9 @@ final class Bridge {
         }
         boolean plays = info[Native.OutputInfo.PLAYING] == 1 && info[Native.OutputInfo.RATE_HZ] == RATE_HZ;
         if (!plays || info[Native.OutputInfo.OPENED] != 1) throw new AssertionError(Arrays.toString(info));
-        for (long handle : new long[] {output, stream, clip, scene, engine}) {
-            Native.close(handle);
-            refuses(state, () -> Native.close(handle));
+        for (long open : new long[] {output, stream, clip, scene, engine}) {
+            Native.close(open);
+            refuses(state, () -> Native.close(open));
         }
         for (Call call : engineCalls(engine, source, scene, clip, frame)) refuses(state, call);
         System.out.printf("abuse refused %d%n", refused);

@@ -52,22 +52,19 @@ impl Default for SourceOptions {
 
 impl SourceOptions {
     fn settings(&self) -> Result<SourceSettings, CallError> {
-        let check = |valid: bool, name: &str, value: &dyn std::fmt::Display, range: &str| {
-            let text = || CallError::bad(format!("{name}: {value} is outside {range}"));
-            if valid { Ok(()) } else { Err(text()) }
-        };
-        check(self.effects <= 31, "effects", &self.effects, "0 to 31")?;
-        let is_order = (0.0..=64.0).contains(&self.order);
-        check(is_order, "order", &self.order, "0 to 64")?;
-        let is_radius = self.radius_m.is_finite() && self.radius_m >= 0.0;
-        check(is_radius, "radius_m", &self.radius_m, "0 to infinity")?;
-        for weight in self.directivity {
-            check(
-                (0.0..=1.0).contains(&weight),
-                "directivity",
-                &weight,
-                "0 to 1",
-            )?;
+        let out_of_range =
+            |name, value: f32, range| CallError::bad(format!("{name}: {value} is outside {range}"));
+        if self.effects > 31 {
+            return Err(out_of_range("effects", self.effects as f32, "0 to 31"));
+        }
+        if !(0.0..=64.0).contains(&self.order) {
+            return Err(out_of_range("order", self.order, "0 to 64"));
+        }
+        if !(0.0..f32::INFINITY).contains(&self.radius_m) {
+            return Err(out_of_range("radius_m", self.radius_m, "0 to infinity"));
+        }
+        if let Some(weight) = self.directivity.iter().find(|w| !(0.0..=1.0).contains(*w)) {
+            return Err(out_of_range("directivity", *weight, "0 to 1"));
         }
         let has = |bit: u32| self.effects & bit != 0;
         Ok(SourceSettings {

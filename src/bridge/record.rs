@@ -165,6 +165,7 @@ macro_rules! record {
 pub(super) use record;
 
 #[cfg(test)]
+#[expect(unreachable_pub, reason = "the macro declares public structures")]
 mod tests {
     use super::super::Status;
     use super::*;

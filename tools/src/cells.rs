@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-/// Numbers of sources that the paper's columns stand for.
+/// Numbers of sources of the paper's columns.
 pub const SOURCE_COUNTS: [usize; 5] = [1, 2, 4, 8, 16];
 
-/// The paper's three scenes; ours of the same names stand in for them.
+/// Names of the paper's three scenes, and of ours that replace them.
 pub const SCENES: [&str; 3] = ["concert_hall", "bootcamp", "angrybot"];
 
 /// The two machines of the paper.
@@ -35,7 +35,7 @@ impl Platform {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Condition {
-    /// Nobody moves.
+    /// Listener and sources are at rest.
     Static,
     /// The listener walks to and fro, as in the paper.
     Dynamic,

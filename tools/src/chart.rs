@@ -261,8 +261,9 @@ impl Axes<'_> {
         let mut chart = ChartBuilder::on(area)
             .margin_top(px(28.0))
             .margin_right(px(16.0))
-            .x_label_area_size(px(52.0))
-            .y_label_area_size(px(76.0))
+            .margin_left(px(16.0))
+            .x_label_area_size(px(46.0))
+            .y_label_area_size(px(60.0))
             .build_cartesian_2d(self.x.clone(), self.y.clone())?;
         chart
             .configure_mesh()

@@ -1,7 +1,7 @@
 //! The dry sound of a source, from a WAV file.
 //!
-//! Control side. Takes a WAV file of any usual sample rate, gives samples at the rate that was asked for. A source has one
-//! channel: other files are refused ([`load_clip`]) or mixed down ([`load_recording`]).
+//! Control side. Reads a WAV file of any usual sample rate and resamples it. A source has one channel: other files are
+//! refused ([`load_clip`]) or mixed down ([`load_recording`]).
 
 use std::fs::File;
 use std::io::BufReader;
@@ -13,7 +13,7 @@ use rubato::{Fft, FixedSync, Resampler};
 
 use foresound::{Error, Result};
 
-/// Sample rates a file may have, in Hz. Below is no audible speech; above no recorder.
+/// Accepted sample rates in Hz.
 const RATES_HZ: std::ops::RangeInclusive<u32> = 1_000..=768_000;
 
 /// Channels of a recording that are mixed down: as many as microphone arrays have.
@@ -24,8 +24,7 @@ pub const MOST_CHANNELS: u16 = 64;
 /// Converting another rate takes five times as much for its time.
 pub const MOST_SAMPLES: usize = 1 << 26;
 
-/// Loudest sample of a file of floats, whose full scale is 1: whole numbers of 32 bits that somebody wrote as floats. Of
-/// louder ones the resampler makes infinity.
+/// Largest accepted float sample: 32-bit integers written as floats. The resampler turns larger ones into infinity.
 const LOUDEST_SAMPLE: f32 = 2_147_483_648.0;
 
 /// Audio frames the resampler takes at once. Its filter is at least as long: 4096 taps keep the transition band
@@ -66,8 +65,7 @@ impl Clip {
 
 /// Reads a mono WAV file (PCM of 16, 24 or 32 bits, or 32-bit float) and brings it to `rate_hz`.
 ///
-/// The notes say, one line each, what is worth telling the user: that the file was resampled, is silent or exceeds
-/// full scale.
+/// The notes, one line each, report that the file was resampled, is silent or exceeds full scale.
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be opened, [`Error::Format`] if it is no WAV file, is not mono, has another
@@ -150,8 +148,7 @@ fn finished(
     Ok((Clip { rate_hz, samples }, notes))
 }
 
-/// Resamples by a windowed sinc filter in the frequency domain; the filter's delay is cut off, so that an event
-/// keeps its time. The length is that of the input times the ratio, rounded up.
+/// Resamples by a windowed sinc filter in the frequency domain; the filter's delay is removed. The length is that of the input times the ratio, rounded up.
 ///
 /// # Errors
 /// The resampler's own words; none is known for rates above zero.

@@ -1,6 +1,6 @@
-//! Where the listener is over time: a place, a recorded path, or a scene's walk.
+//! The listener over time: a position, a recorded path, or a scene's walk.
 //!
-//! Control side. A file is read to [`LARGEST_FILE`] at most, so that a device that never ends cannot fill memory.
+//! Control side. Reads at most [`LARGEST_FILE`] of a file.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -16,13 +16,13 @@ use foresound::{Error, Result};
 /// Largest file in bytes: an hour at a hundred rows a second is a third of it.
 pub const LARGEST_FILE: u64 = 1 << 26;
 
-/// A listener's whereabouts.
+/// A listener over time.
 pub enum ListenerPath {
-    /// Stands and looks along −z.
+    /// At rest, looking along −z.
     Standing(Vec3),
     /// Walks to and fro, looking along −z.
     Walking(Walk),
-    /// Goes through rows in time, straight in between, and stands before the first and after the last.
+    /// Interpolates rows in time; at rest before the first and after the last.
     Recorded(Vec<Row>),
 }
 

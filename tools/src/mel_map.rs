@@ -14,7 +14,7 @@ pub const RIGHT_PX: f32 = 118.0;
 /// Room for the label above the map, and for the time axis below, in pixels.
 pub const ABOVE_PX: f32 = 28.0;
 /// Room for the time axis, in pixels.
-pub const BELOW_PX: f32 = 52.0;
+pub const BELOW_PX: f32 = 46.0;
 /// Labelled frequencies in Hz.
 const TICKS_HZ: [f64; 7] = [250.0, 500.0, 1e3, 2e3, 4e3, 8e3, 16e3];
 
@@ -53,7 +53,8 @@ impl MelMap<'_> {
         let mut chart = ChartBuilder::on(&left)
             .margin_top(px(ABOVE_PX))
             .x_label_area_size(px(BELOW_PX))
-            .y_label_area_size(px(LEFT_PX))
+            .margin_left(px(16.0))
+            .y_label_area_size(px(LEFT_PX) - px(16.0))
             .build_cartesian_2d(0.0..self.duration_s, mels)?;
         let surface = chart.plotting_area().strip_coord_spec();
         let (width, height) = surface.dim_in_pixel();
@@ -95,6 +96,7 @@ impl MelMap<'_> {
             .disable_mesh()
             .disable_x_axis()
             .y_labels(5)
+            .set_tick_mark_size(LabelAreaPosition::Right, px(8.0))
             .axis_style(AXIS)
             .label_style(axis_style())
             .y_label_formatter(self.text)

@@ -1,7 +1,7 @@
-//! Places in a mesh that came without any: a walk for the listener and places for sources, in open space above floors.
+//! A walk for the listener and positions for sources in a mesh without a layout, in open space above floors.
 //!
-//! Own work. Looks down through the mesh on a grid, keeps what is floor with head room, walks the longest free straight
-//! line through the middle of it, and spreads sources over what can be reached from there. The same mesh gives the same places.
+//! Own method: vertical rays on a grid find floors with head room; the walk is the longest free straight line near their
+//! middle, and sources are spread over the floors that it reaches. The result depends on the mesh only.
 
 use glam::{Vec2, Vec3};
 
@@ -25,33 +25,33 @@ const WALK_M: [f32; 2] = [1.5, 10.0];
 const STEP_M: f32 = 0.5;
 /// Least distance of sources from each other and from the walk, in metres.
 const APART_M: f32 = 1.0;
-/// Farthest that a source stands from the walk's middle, in metres.
+/// Largest distance of a source from the walk's middle, in metres.
 const FAR_M: f32 = 30.0;
-/// Floors looked for below each other.
+/// Most floors above each other.
 const STOREYS: usize = 8;
 /// Walking speed in m/s.
 const SPEED_M_S: f64 = 1.4;
 
-/// What fits into a mesh.
+/// A layout found in a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenSpace {
     /// The listener's walk.
     pub walk: Walk,
-    /// Places for sources, those that are best spread first.
+    /// Positions of sources, in the order of their distance from those before.
     pub sources: Vec<Vec3>,
 }
 
-/// A place at ear height above a floor.
+/// A position at ear height above a floor.
 #[derive(Debug, Clone, Copy)]
 struct Endpoints {
     square: [i32; 2],
     at: Vec3,
 }
 
-/// Finds a walk and up to `most_sources` places.
+/// Finds a walk and up to `most_sources` positions.
 ///
 /// # Errors
-/// [`Error::Setting`] if no floor has room for a walk: the advice says how to give places by hand.
+/// [`Error::Setting`] if no floor has room for a walk: the advice says how to write a layout.
 pub fn open_space(scene: &Scene, most_sources: usize) -> Result<OpenSpace> {
     let none = || {
         Error::setting(
@@ -76,12 +76,12 @@ fn hits(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     scene.bvh().any_hit(&ray, [NO_GROUP; 2])
 }
 
-/// How far it is from a place to the first surface along a way; the way's length if there is none.
-pub fn clear_m(scene: &Scene, from: Vec3, way: Vec3) -> f32 {
+/// Distance from a position to the first surface along a vector; the vector's length if there is none.
+pub fn clear_m(scene: &Scene, from: Vec3, along: Vec3) -> f32 {
     let local = |p: Vec3| scene.to_local(p).as_vec3();
-    let ray = Ray::between(local(from), local(from + way));
+    let ray = Ray::between(local(from), local(from + along));
     let hit = scene.bvh().closest_hit(&ray, [NO_GROUP; 2]);
-    way.length() * hit.map_or(1.0, |hit| hit.t)
+    along.length() * hit.map_or(1.0, |hit| hit.t)
 }
 
 fn bounds(scene: &Scene) -> [Vec3; 2] {
@@ -99,15 +99,15 @@ fn is_clear(scene: &Scene, at: Vec3) -> bool {
     })
 }
 
-/// Heights of the surfaces below each other at a place of the floor plan, the highest first, without a roof: the highest
-/// does not count where a room can be below it.
+/// Heights of the surfaces at a point of the floor plan, the highest first. The highest is left out as a roof if there is
+/// head room below it.
 fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
     let mut floors = Vec::new();
     let mut top = high + 1.0;
     while floors.len() < STOREYS {
-        let way = Vec3::NEG_Y * (top - low + 1.0);
-        let depth = clear_m(scene, Vec3::new(x, top, z), way);
-        if depth >= way.length() {
+        let down = Vec3::NEG_Y * (top - low + 1.0);
+        let depth = clear_m(scene, Vec3::new(x, top, z), down);
+        if depth >= down.length() {
             break;
         }
         floors.push(top - depth);
@@ -120,7 +120,7 @@ fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
     floors
 }
 
-/// Places with a floor below and head room above, in the grid's order.
+/// Positions with a floor below and head room above, in the grid's order.
 fn spots(scene: &Scene) -> Vec<Endpoints> {
     let [low, high] = bounds(scene);
     let extent = high - low;
@@ -129,7 +129,7 @@ fn spots(scene: &Scene) -> Vec<Endpoints> {
     let mut spots = Vec::new();
     for x in 0..count(extent.x) {
         for z in 0..count(extent.z) {
-            // Off the squares' middles by parts that no mesh shares, so that rays miss its edges.
+            // Off the squares' middles by uncommon fractions: rays then miss the mesh's edges.
             let at = low + pitch * Vec3::new(x as f32 + 0.4871, 0.0, z as f32 + 0.5127);
             for floor in floors(scene, at.x, at.z, [low.y, high.y]) {
                 let ground = Vec3::new(at.x, floor + 0.05, at.z);
@@ -147,7 +147,7 @@ fn spots(scene: &Scene) -> Vec<Endpoints> {
     spots
 }
 
-/// Whether one can walk straight from a place to another: nothing between, a floor below all the way.
+/// Whether a straight walk is free: nothing between its ends, a floor below all of it.
 fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     if hits(scene, from, to) {
         return false;
@@ -160,29 +160,29 @@ fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     })
 }
 
-/// The longest free way to both sides of a spot, of all spots; of equals the one nearest to the spots' middle.
+/// The longest free line through a spot; of equal ones the nearest to the middle of all spots.
 fn longest_walk(scene: &Scene, spots: &[Endpoints]) -> Option<Walk> {
     let middle = spots.iter().map(|s| s.at).sum::<Vec3>() / spots.len().max(1) as f32;
     let mut best: Option<(f32, Walk)> = None;
-    // At most some two hundred spots are tried, evenly over the list: a large yard has thousands alike.
+    // At most some two hundred spots are tried, evenly over the list.
     for spot in spots.iter().step_by(spots.len().div_ceil(200).max(1)) {
         for k in 0..4 {
             let (sine, cosine) = (std::f32::consts::PI * k as f32 / 4.0).sin_cos();
-            let way = Vec3::new(cosine, 0.0, sine);
-            let room = |way: Vec3| {
-                let room = clear_m(scene, spot.at, way * (0.5 * WALK_M[1] + CLEARANCE_M));
+            let ahead_dir = Vec3::new(cosine, 0.0, sine);
+            let room = |direction: Vec3| {
+                let room = clear_m(scene, spot.at, direction * (0.5 * WALK_M[1] + CLEARANCE_M));
                 (room - CLEARANCE_M).max(0.0)
             };
-            let [mut ahead, mut behind] = [room(way), room(-way)];
-            while ahead > 0.0 && !can_walk(scene, spot.at, spot.at + way * ahead) {
+            let [mut ahead, mut behind] = [room(ahead_dir), room(-ahead_dir)];
+            while ahead > 0.0 && !can_walk(scene, spot.at, spot.at + ahead_dir * ahead) {
                 ahead -= 0.5;
             }
-            while behind > 0.0 && !can_walk(scene, spot.at, spot.at - way * behind) {
+            while behind > 0.0 && !can_walk(scene, spot.at, spot.at - ahead_dir * behind) {
                 behind -= 0.5;
             }
             let (from, to) = (
-                spot.at - way * behind.max(0.0),
-                spot.at + way * ahead.max(0.0),
+                spot.at - ahead_dir * behind.max(0.0),
+                spot.at + ahead_dir * ahead.max(0.0),
             );
             let length = from.distance(to);
             if length < WALK_M[0] {
@@ -203,7 +203,7 @@ fn longest_walk(scene: &Scene, spots: &[Endpoints]) -> Option<Walk> {
     best.map(|(_, walk)| walk)
 }
 
-/// Spots that can be reached from a place over neighbouring squares, through doors too.
+/// Positions that can be reached from a start over neighbouring squares, through doors too.
 fn reached(scene: &Scene, spots: &[Endpoints], start: Vec3) -> Vec<Vec3> {
     let near = |a: &Endpoints, b: &Endpoints| {
         let apart = [0, 1].map(|i| (a.square[i] - b.square[i]).abs());
@@ -236,9 +236,9 @@ fn reached(scene: &Scene, spots: &[Endpoints], start: Vec3) -> Vec<Vec3> {
         .collect()
 }
 
-/// One after the other the place that is farthest from those already taken, and from the walk; the first one at the middle
-/// distance, so that one source alone is neither at the ear nor at the end of the world.
-fn spread(places: &[Vec3], walk: &Walk, most: usize) -> Vec<Vec3> {
+/// Positions, each the farthest from those before and from the walk. The first has the median distance from the walk: a
+/// single source is neither at the ear nor far away.
+fn spread(positions: &[Vec3], walk: &Walk, most: usize) -> Vec<Vec3> {
     let from_walk = |p: Vec3| {
         let (from, to) = (walk.from, walk.to);
         let along = ((p - from).dot(to - from) / from.distance_squared(to)).clamp(0.0, 1.0);
@@ -248,15 +248,19 @@ fn spread(places: &[Vec3], walk: &Walk, most: usize) -> Vec<Vec3> {
         let flat = |v: Vec3| Vec2::new(v.x, v.z);
         from_walk(**p) >= APART_M && flat(**p).distance(flat(walk.standing)) <= FAR_M
     };
-    let mut places: Vec<Vec3> = places.iter().filter(is_near).copied().collect();
-    places.sort_by(|a, b| from_walk(*a).total_cmp(&from_walk(*b)));
-    let mut taken: Vec<Vec3> = places.get(places.len() / 2).copied().into_iter().collect();
+    let mut positions: Vec<Vec3> = positions.iter().filter(is_near).copied().collect();
+    positions.sort_by(|a, b| from_walk(*a).total_cmp(&from_walk(*b)));
+    let mut taken: Vec<Vec3> = positions
+        .get(positions.len() / 2)
+        .copied()
+        .into_iter()
+        .collect();
     while taken.len() < most {
         let room = |p: &Vec3| {
             let others = taken.iter().map(|other| other.distance(*p));
             others.fold(2.0 * from_walk(*p), f32::min)
         };
-        let Some(next) = places.iter().max_by(|a, b| room(a).total_cmp(&room(b))) else {
+        let Some(next) = positions.iter().max_by(|a, b| room(a).total_cmp(&room(b))) else {
             break;
         };
         if room(next) < APART_M {

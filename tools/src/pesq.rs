@@ -7,7 +7,7 @@
 //! - noise, filters, clipping, coarse steps, loss, echo, a fixed delay: by less than 0.01 (`tests/pesq.rs` holds it to 0.02);
 //! - a delay that varies slowly within the sound: by up to 0.13 (held to 0.15);
 //! - `evaluate`'s own pairs, three predictors in four scenes with four sources: by 0.0009 at most;
-//! - no utterance: both refuse (at sixteen voices in a hall without a pause, so `talk` gives them pauses).
+//! - no utterance: both refuse (sixteen voices in a hall without a pause; `talk` adds pauses).
 
 use super::clip::resample;
 use foresound::{Error, Result};

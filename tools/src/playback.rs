@@ -1,23 +1,22 @@
-//! What a sound device plays when graphics frames take longer than they last: the paper's Figure 8, on a virtual clock.
+//! Playback when graphics frames take longer than their time: the paper's Figure 8, on a virtual clock.
 //!
-//! Own model, literal and without randomness. A graphics frame makes one block of sound, as long as a frame should last. The
-//! device takes one block a frame time; blocks that arrive wait in a line, and where none waits, the device plays the
-//! last one again, as drivers do. A loop that is late goes on with the frame that is due by then: the ones between are
-//! dropped, so that sound does not fall behind for ever. Blocks themselves are those of a machine that is never late.
+//! Own model, without randomness. A graphics frame makes one block of sound, one frame time long. The device takes one
+//! block a frame time from a queue; when the queue is empty it repeats the last block, as drivers do. A late loop continues
+//! with the frame that is due, and drops those between. The blocks are those of a machine that is never late.
 
-/// Blocks that the line is filled with before anything plays.
+/// Blocks in the queue before playback starts.
 pub const AHEAD: usize = 2;
 
 /// What was played.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Playback {
-    /// For each block of the device the block it played, `None` for the silence before the first.
+    /// For each block time the block that was played; `None` for the silence before the first.
     pub played: Vec<Option<usize>>,
     /// Graphics frames that took longer than a frame time.
     pub late: usize,
     /// Graphics frames that were made.
     pub made: usize,
-    /// Blocks that the device played again for want of another.
+    /// Blocks that were repeated because the queue was empty.
     pub repeated: usize,
     /// Graphics frames that were dropped, their blocks never made.
     pub dropped: usize,
@@ -69,19 +68,19 @@ impl Playback {
         }
         sound
     }
-
-    /// Share of the device's blocks that were played again.
-    pub fn repeated_share(&self) -> f64 {
-        self.repeated as f64 / self.played.len().max(1) as f64
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Share of the device's blocks that were played again.
+    fn repeated_share(playback: &Playback) -> f64 {
+        playback.repeated as f64 / playback.played.len().max(1) as f64
+    }
+
     #[test]
-    fn whoever_is_in_time_plays_everything_once() {
+    fn frames_in_time_are_played_once() {
         let playback = play(&[0.9; 50]);
         let all: Vec<_> = (0..50).map(Some).collect();
         assert_eq!(playback.played, all);
@@ -92,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn one_long_frame_is_hidden_by_what_waits() {
+    fn the_queue_hides_one_long_frame() {
         let mut cost = [0.5; 20];
         cost[7] = 1.4;
         let playback = play(&cost);
@@ -109,14 +108,14 @@ mod tests {
             (800, 200, 800)
         );
         assert!(
-            (playback.repeated_share() - 0.2).abs() < 0.01,
+            (repeated_share(&playback) - 0.2).abs() < 0.01,
             "{playback:?}"
         );
         // Sound does not fall behind.
         let last = playback.played.last().copied().flatten();
         assert!(last.is_some_and(|frame| frame >= 990), "{last:?}");
         // The paper's own ratio leaves one block in eight.
-        assert!((play(&[7.69; 1000]).repeated_share() - (1.0 - 1.0 / 7.69)).abs() < 0.02);
+        assert!((repeated_share(&play(&[7.69; 1000])) - (1.0 - 1.0 / 7.69)).abs() < 0.02);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Room-acoustic parameters of an impulse response, in octave bands.
 //!
 //! Source: \[ISO3382-1\] for the definitions; own octave filters: raised-cosine masks in the frequency domain, of zero
-//! phase and half amplitude at the band edges, so that the bands' energies share neither onset nor delay.
+//! phase and half amplitude at the band edges, which keeps all bands free of delay.
 
 use realfft::RealFftPlanner;
 
@@ -13,7 +13,7 @@ const FLANK_OCTAVES: f64 = 1.0 / 6.0;
 /// Level below the peak at which the response begins (\[ISO3382-1\] A.3.1), in dB.
 const ONSET_DB: f64 = -20.0;
 
-/// Parameters of one band. `None` where the response does not decay far enough to tell.
+/// Parameters of one band. `None` where the response does not decay far enough.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BandParameters {
     /// Reverberation time in seconds, from the decay between −5 and −35 dB (T30).
@@ -114,7 +114,7 @@ fn parameters(energy: &[f64], onset: usize, rate_hz: f64) -> BandParameters {
 }
 
 /// Time for 60 dB by a straight line through the decay between two levels; `None` if the lower one is not reached in
-/// the first 95 % of the response, where cutting it off bends the curve.
+/// the first 95 % of the response; truncation distorts the curve after that.
 fn decay_time(decay_db: &[f64], from_db: f64, to_db: f64, rate_hz: f64) -> Option<f64> {
     let first = decay_db.iter().position(|d| *d <= from_db)?;
     let last = decay_db.iter().position(|d| *d <= to_db)?;

@@ -1,4 +1,4 @@
-//! How alike two binaural sounds are, in the paper's three figures, and what repeats of them come to.
+//! Similarity of two binaural sounds in the paper's three figures, and means over repeats.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::si_snr::si_snr_ears_db;
 use super::ssim::mel_ssim_ears;
 use foresound::Result;
 
-/// Seconds at the start that are not scored: filters and tails fill up.
+/// Seconds at the start that are not scored: filters and reverb build up.
 pub const SKIP_S: f64 = 0.5;
 
 /// One comparison.

@@ -3,10 +3,10 @@
 //! Literal after Eq. 5 and 6 of the paper: the mean of each channel is removed, the estimate is projected onto the
 //! reference, what is left is noise. Accumulated in f64.
 
-/// Highest ratio that is told apart, in dB; the paper prints "> 40" above.
+/// Highest printed ratio in dB; the paper prints "> 40" above.
 pub const CAP_DB: f64 = 40.0;
 
-/// Least energy of numerator and denominator, so that silence and identity stay finite.
+/// Least energy of numerator and denominator: keeps silence and identity finite.
 const LEAST_ENERGY: f64 = 1e-20;
 
 /// SI-SNR of one channel in dB, not capped. The longer signal is cut to the shorter one's length.
@@ -36,11 +36,6 @@ pub fn si_snr_db<S: Copy + Into<f64>>(reference: &[S], estimate: &[S]) -> f64 {
 /// SI-SNR in dB of each ear by itself, averaged, not capped.
 pub fn si_snr_ears_db<S: Copy + Into<f64>>(reference: [&[S]; 2], estimate: [&[S]; 2]) -> f64 {
     (si_snr_db(reference[0], estimate[0]) + si_snr_db(reference[1], estimate[1])) / 2.0
-}
-
-/// The ratio, or [`CAP_DB`] if it is higher.
-pub fn cap(si_snr_db: f64) -> f64 {
-    si_snr_db.min(CAP_DB)
 }
 
 /// The ratio as the paper prints it: two decimals, or "> 40".
@@ -100,7 +95,6 @@ mod tests {
     fn silence_and_identity_stay_finite_and_are_capped() {
         let same = si_snr_db(&REFERENCE, &REFERENCE);
         assert!(same.is_finite() && same > 150.0);
-        assert_eq!(cap(same), 40.0);
         assert_eq!(capped_text(same), "> 40");
         assert_eq!(capped_text(12.345), "12.35");
         let silence = [0.0f64; 12];

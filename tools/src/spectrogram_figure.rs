@@ -189,7 +189,7 @@ mod tests {
         sounds
     }
 
-    /// Folder for pictures that a human wants to see: set FORESOUND_FIGURES to keep them.
+    /// Keeps a picture in the folder FORESOUND_FIGURES, if that is set.
     fn keep(canvas: &Picture, name: &str) {
         if let Some(folder) = std::env::var_os("FORESOUND_FIGURES") {
             canvas

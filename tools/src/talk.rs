@@ -1,21 +1,21 @@
-//! Speech with pauses: every voice speaks at the same times and is silent at the same times.
+//! Speech with pauses: all voices speak at the same times and pause at the same times.
 //!
-//! P.862 tells speech from pauses by their levels, and finds no utterance where sixteen voices in a hall never pause;
-//! P.862.3 wants 40 to 80 % of activity. The paper does not say how its voices pause.
+//! P.862 separates speech from pauses by level and finds no utterance if sixteen voices in a hall never pause; P.862.3
+//! requires 40 to 80 % of activity. The paper does not say how its voices pause.
 
 use super::clip::Clip;
 
 /// Seconds of speech between two pauses.
 pub const TALK_S: f64 = 2.4;
 
-/// Seconds of a pause: a hall's tail falls by 30 dB.
+/// Seconds of a pause: a hall's reverb falls by 30 dB.
 pub const PAUSE_S: f64 = 1.2;
 
-/// Seconds in which a voice comes and goes.
+/// Seconds of a fade in or out.
 const FADE_S: f64 = 0.02;
 
-/// Fills `samples` with the clip from sample `from` on, over and over, [`TALK_S`] at a time. What a pause cuts goes on
-/// after it.
+/// Fills `samples` with the clip from sample `from` on, over and over, [`TALK_S`] at a time. Speech continues after a
+/// pause where it stopped.
 pub fn spoken(clip: &Clip, from: u64, samples: &mut [f32]) {
     let count = |seconds: f64| (seconds * f64::from(clip.rate_hz)).round() as u64;
     let (talk, turn) = (count(TALK_S), count(TALK_S + PAUSE_S));

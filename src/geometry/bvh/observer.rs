@@ -54,8 +54,9 @@ impl Bvh {
 }
 
 #[cfg(test)]
-#[expect(clippy::disallowed_types, reason = "the observer of a test locks")]
 mod tests {
+    #![expect(clippy::disallowed_types, reason = "the observer of a test locks")]
+
     use std::sync::Mutex;
 
     use glam::Vec3;

@@ -99,13 +99,14 @@ impl SlabRay {
         planes: &Planes<W>,
         t_max: f32,
     ) -> (LaneMask, [u32; W]) {
-        let [mut near, mut far] = self.spans(planes, f32::NEG_INFINITY, f32::INFINITY);
-        for lane in 0..W {
-            let (entry, exit) = (near[lane] * NEAR_NARROWING, far[lane] * FAR_WIDENING);
-            near[lane] = if entry > 0.0 { entry } else { 0.0 };
-            far[lane] = if exit < t_max { exit } else { t_max };
-        }
-        (LaneMask::of_spans(&near, &far), near.map(f32::to_bits))
+        let mut entered = 0;
+        let entries = std::array::from_fn(|lane| {
+            let (near, far) = self.span(|row| planes[row.index()][lane]);
+            let entry = if near > 0.0 { near } else { 0.0 };
+            entered |= u32::from(entry <= far.min(t_max)) << lane;
+            entry.to_bits()
+        });
+        (LaneMask(entered), entries)
     }
 }
 

@@ -1,4 +1,4 @@
-//! An allocator that counts, so that it can be shown that a thread leaves memory alone.
+//! An allocator that counts the operations of each thread.
 //!
 //! Wait-free besides the system's allocator; operations are counted by thread, bytes altogether.
 //! `tests/engine_realtime.rs` uses it too.
@@ -7,7 +7,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::atomic::{AtomicIsize, Ordering};
 
-/// Bytes that the whole program has asked for and not given back.
+/// Bytes that the whole program has allocated and not freed.
 pub(crate) static LIVE: AtomicIsize = AtomicIsize::new(0);
 
 thread_local! {
@@ -19,7 +19,7 @@ pub(crate) fn operations() -> u64 {
     OPERATIONS.get()
 }
 
-/// Counts an operation that takes so many bytes, or gives them back.
+/// Counts an operation that allocates so many bytes, or frees them.
 fn count(bytes: isize) {
     LIVE.fetch_add(bytes, Ordering::Relaxed);
     // A thread that is ending has no count any more.

@@ -16,8 +16,8 @@ use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::top_view::{TopView, path_lines};
 use serde_json::json;
 
-use crate::inputs::{LoadedScene, SceneArguments, load_scene, tell, voice, within};
-use crate::session::{Rendered, Session, Sound, median};
+use crate::inputs::{LoadedScene, SceneArguments, load_scene, print_notes, voice, within};
+use crate::session::{Rendered, Session, Sound, median, milliseconds};
 
 /// Sample rate of the speech.
 const RATE_HZ: u32 = 44_100;
@@ -30,7 +30,7 @@ const PREDICTOR: PredictorKind = PredictorKind::Geometric(GeometricSettings::FUL
 /// Height at which the top view cuts the hall open: above the last row of seats.
 const HALL_CUT_M: f32 = 3.2;
 
-/// Sources that speak.
+/// Number of speaking sources.
 const SOURCES: usize = 4;
 
 #[derive(clap::Args)]
@@ -66,7 +66,7 @@ struct Walked {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     within("--seconds", arguments.seconds, 1.0..=600.0, " s")?;
     let hall = load_scene(Path::new("concert_hall"), &SceneArguments::default())?;
-    tell(&hall.notes);
+    print_notes(&hall.notes);
     let layout = hall.layout.as_ref().filter(|l| l.sources.len() >= SOURCES);
     let (Some(layout), Some(walk)) = (layout, hall.walk()) else {
         return Err(Error::file(
@@ -214,10 +214,7 @@ fn print_findings(
     si_snr_db: f64,
     figures: &[PathBuf],
 ) {
-    let stage_ms = |times: &[std::time::Duration]| {
-        let ms: Vec<f64> = times.iter().map(|t| t.as_secs_f64() * 1e3).collect();
-        median(&ms)
-    };
+    let stage_ms = |times| median(&milliseconds(times));
     let reports = [&synchronous.rendered.report, &asynchronous.rendered.report];
     let files: Vec<&PathBuf> = [&synchronous.file, &asynchronous.file]
         .into_iter()

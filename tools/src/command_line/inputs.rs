@@ -94,7 +94,7 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
     let dropped = report.dropped_non_finite + report.dropped_degenerate + report.dropped_duplicate;
     if dropped > 0 {
         notes.push(format!(
-            "{}: dropped {} triangles that are not finite, {} without area, {} that stand twice",
+            "{}: dropped {} triangles that are not finite, {} without area, {} that are duplicates",
             file.display(),
             report.dropped_non_finite,
             report.dropped_degenerate,
@@ -103,7 +103,7 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
     }
     if !scene.defaulted_materials().is_empty() {
         notes.push(format!(
-            "{}: no material is called {}; \"generic\" stands in: give a --materials file that names them",
+            "{}: no material is called {}; \"generic\" is used: give a --materials file that names them",
             file.display(),
             listed(scene.defaulted_materials())
         ));
@@ -254,12 +254,12 @@ pub(crate) fn voice(number: usize, rate_hz: u32) -> Result<Clip> {
 /// Loads a sound; what had to be changed goes to standard error.
 pub(crate) fn load_sound(file: &Path, rate_hz: u32) -> Result<Clip> {
     let (clip, notes) = load_clip(file, rate_hz)?;
-    tell(&notes);
+    print_notes(&notes);
     Ok(clip)
 }
 
 /// Notes on standard error, a line each.
-pub(crate) fn tell(notes: &[String]) {
+pub(crate) fn print_notes(notes: &[String]) {
     for note in notes {
         eprintln!("note: {note}");
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use foresound::Result;
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, tell};
+use crate::inputs::{SceneArguments, load_scene, print_notes};
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let loaded = load_scene(&arguments.file, &arguments.scene)?;
-    tell(&loaded.notes);
+    print_notes(&loaded.notes);
     let scene = &loaded.scene;
     let report = scene.report();
     let names: Vec<&str> = scene.materials().iter().map(|m| m.name.as_str()).collect();

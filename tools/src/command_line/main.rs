@@ -1,8 +1,8 @@
 //! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `evaluate`, `bench`, `soak`,
 //! `scenes`, and with the feature `play` also `play`.
 //!
-//! Results go to standard output, everything else to standard error. A wrong argument or file ends in one line that
-//! says what to do, and exit code 2; a law that does not hold in exit code 1.
+//! Results go to standard output, everything else to standard error. A wrong argument or file gives one line with advice
+//! and exit code 2; a law that does not hold gives exit code 1.
 
 #![expect(
     clippy::print_stdout,
@@ -37,7 +37,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use foresound::Result;
 
-/// Counts, so that `soak` can tell what the audio side does to memory.
+/// Counts allocations for `soak`.
 #[global_allocator]
 static ALLOCATOR: counting::Counting = counting::Counting;
 
@@ -51,9 +51,9 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Walks the concert hall with four speaking sources, by both schedules (the default).
+    /// Renders a walk through the concert hall with four voices, by both schedules (the default).
     Demo(demo::Arguments),
-    /// Renders your scene, sounds and listener to a binaural WAV.
+    /// Renders your scene, sounds and listener to a binaural WAV file.
     Render(render::Arguments),
     /// Writes an impulse response and its room-acoustic parameters.
     Rir(rir::Arguments),
@@ -61,14 +61,14 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Checks propagation against closed forms and standards.
     Validate(validate::Arguments),
-    /// Runs the engine in real time into a null device while everything changes at random.
+    /// Runs the engine in real time into a null device while its state changes at random.
     Soak(soak::Arguments),
-    /// Plays a scene on the sound device, live, with a listener who walks by the keyboard.
+    /// Plays a scene live on the sound device; the keyboard moves the listener.
     #[cfg(feature = "play")]
     Play(play::Arguments),
     /// Scores asynchronous rendering against synchronous: the paper's Tables 5 and 6, with a report.
     Evaluate(evaluate::Arguments),
-    /// Writes the benchmark scenes anew.
+    /// Writes the benchmark scenes.
     Scenes(scenes::Arguments),
     /// Measures speed on this machine.
     Bench(bench::Arguments),
@@ -116,7 +116,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What an argument error says before it comes to usage, on one line.
+/// The text of an argument error before its usage, on one line.
 fn one_line(text: &str) -> String {
     let saying = text
         .lines()

@@ -1,7 +1,7 @@
-//! How much memory a run takes, and whether that grows.
+//! Memory use of a run and its growth.
 //!
-//! Two figures: what the system has given (resident), which moves by megabytes as an allocator keeps and returns pages, and
-//! what the program has asked for and not given back (live), which a leak cannot hide in.
+//! Resident memory varies by megabytes as the allocator keeps and returns pages; live memory (allocated and not freed)
+//! shows every leak.
 
 use std::sync::atomic::Ordering;
 
@@ -10,12 +10,12 @@ use crate::counting;
 /// Memory while the engine runs, once a second.
 #[derive(Default)]
 pub(crate) struct Memory {
-    /// Seconds since the beginning, megabytes resident and megabytes that the program has asked for.
+    /// Seconds since the beginning, resident and live megabytes.
     samples: Vec<[f64; 3]>,
 }
 
 impl Memory {
-    /// Looks at a time in seconds.
+    /// Takes a sample at a time in seconds.
     pub(crate) fn sample(&mut self, time_s: f64) {
         self.samples.push([time_s, resident_mb(), live_mb()]);
     }
@@ -33,7 +33,7 @@ impl Memory {
         })
     }
 
-    /// Growth of a kind in megabytes a minute: the line that leaves least squares.
+    /// Growth of a kind in megabytes a minute, by least squares.
     pub(crate) fn growth(&self, kind: usize) -> f64 {
         let count = self.samples.len().max(1) as f64;
         let mean = |kind: usize| self.samples.iter().map(|s| s[kind]).sum::<f64>() / count;
@@ -51,7 +51,7 @@ impl Memory {
     }
 }
 
-/// Memory asked for and not given back, in MB.
+/// Live memory in MB.
 fn live_mb() -> f64 {
     counting::LIVE.load(Ordering::Relaxed) as f64 / 1_048_576.0
 }

@@ -21,7 +21,7 @@ use foresound::{Error, Result};
 use glam::Vec3;
 
 use crate::inputs::{
-    LoadedScene, SceneArguments, load_scene, predictor_named, tell, voice, within,
+    LoadedScene, SceneArguments, load_scene, predictor_named, print_notes, voice, within,
 };
 use crate::traces::write_trace;
 use crate::walker::{Pressed, Walker};
@@ -135,7 +135,7 @@ impl Session {
             ..EngineSettings::default()
         };
         let loaded = load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
-        tell(&loaded.notes);
+        print_notes(&loaded.notes);
         let stand_in = StandIn {
             rate_hz,
             block_frames: settings.block_frames,

@@ -1,6 +1,6 @@
-//! How much of its period each block's own work took: processor time of the sound thread, whatever else the machine did.
+//! Share of its period that each block's work takes, by processor time of the sound thread.
 //!
-//! Counted in bins that were there before the first block, so that the thread that counts leaves memory alone.
+//! The bins are allocated before the first block; counting does not allocate.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -30,7 +30,7 @@ impl ProcessorShares {
         self.bins[bin.min(BINS - 1)].fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The share that this share of all blocks does not pass; `None` of nothing.
+    /// The share that a fraction of all blocks does not exceed; `None` without blocks.
     pub(crate) fn percentile(&self, share: f64) -> Option<f64> {
         let counts: Vec<u64> = self
             .bins

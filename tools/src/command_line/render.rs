@@ -1,9 +1,8 @@
-//! `render`: a user's scene, sounds and listener into a binaural WAV.
+//! `render`: renders a scene, sounds and a listener to a binaural WAV file.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf};
 use foresound::output::wav::WavSink;
 use foresound::propagation::PropagationSettings;
@@ -12,10 +11,12 @@ use foresound::{Error, Result};
 use foresound_tools::listener_path::ListenerPath;
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, load_sound, parse_source, predictor_named, tell};
-use crate::session::{MovingPart, Session, Sound, median};
+use crate::inputs::{
+    SceneArguments, load_scene, load_sound, parse_source, predictor_named, print_notes,
+};
+use crate::session::{MovingPart, Session, Sound, median, milliseconds};
 
-/// Seconds of tail after the last sound ends.
+/// Seconds of reverb after the last sound ends.
 const TAIL_S: f64 = 1.5;
 
 #[derive(clap::Args)]
@@ -25,7 +26,7 @@ pub(crate) struct Arguments {
     scene: PathBuf,
     #[command(flatten)]
     intake: SceneArguments,
-    /// A sound and its place in metres, +y up, or a source's name in the scene's TOML file; may be given many times.
+    /// Position in metres (+y up) or name in the scene's TOML file, and sound of a source; may be given many times.
     #[arg(
         long = "source",
         value_name = "x,y,z|NAME=voice.wav",
@@ -33,11 +34,11 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true
     )]
     sources: Vec<String>,
-    /// The listener's place, or a CSV file with the columns t,x,y,z and, if wanted, yaw and pitch in degrees.
+    /// Position of the listener, or a CSV file with the columns t,x,y,z and optionally yaw and pitch in degrees.
     #[arg(long, value_name = "PATH.csv|x,y,z", allow_hyphen_values = true)]
     listener: String,
-    /// A part that moves: an OBJ file in coordinates of its own, and where its origin is, as for the listener; may be
-    /// given many times.
+    /// A moving part: an OBJ file in coordinates of its own, and the path of its origin as for the listener; may be given
+    /// many times.
     #[arg(
         long = "part",
         value_name = "PART.obj=PATH.csv|x,y,z",
@@ -50,7 +51,7 @@ pub(crate) struct Arguments {
     /// synchronous or asynchronous.
     #[arg(long, default_value = "asynchronous")]
     schedule: String,
-    /// How paths continue between updates: hold, linear or best.
+    /// Extrapolation between updates: hold, linear or best.
     #[arg(long, default_value = "linear")]
     predictor: String,
     /// Extrapolation level L of the asynchronous schedule.
@@ -65,7 +66,7 @@ pub(crate) struct Arguments {
     /// Graphics frames a second.
     #[arg(long, default_value_t = 60.0, value_name = "HZ")]
     graphics_rate: f64,
-    /// Length; else until the last sound or the listener's path ends.
+    /// Length in seconds; by default to the end of the last sound or of the listener's path.
     #[arg(long)]
     seconds: Option<f64>,
     /// Repeat sounds that are shorter than the rendering.
@@ -100,10 +101,6 @@ impl Arguments {
         }
     }
 
-    fn predictor(&self) -> Result<PredictorKind> {
-        predictor_named(&self.predictor)
-    }
-
     fn duration_s(&self, sounds: &[Sound], listener: &ListenerPath) -> Result<f64> {
         let longest = sounds
             .iter()
@@ -130,7 +127,7 @@ fn load_part(text: &str, intake: &SceneArguments) -> Result<MovingPart> {
     };
     let path = ListenerPath::parse(path)?;
     let loaded = load_scene(Path::new(file), intake)?;
-    tell(&loaded.notes);
+    print_notes(&loaded.notes);
     Ok(MovingPart {
         part: loaded.scene,
         path,
@@ -139,7 +136,7 @@ fn load_part(text: &str, intake: &SceneArguments) -> Result<MovingPart> {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let schedule = arguments.schedule()?;
-    let predictor = arguments.predictor()?;
+    let predictor = predictor_named(&arguments.predictor)?;
     let sources: Vec<_> = arguments
         .sources
         .iter()
@@ -148,7 +145,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let listener = ListenerPath::parse(&arguments.listener)?;
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
-    tell(&loaded.notes);
+    print_notes(&loaded.notes);
     let parts: Vec<_> = arguments
         .parts
         .iter()
@@ -194,11 +191,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let rendered = session.render(&mut |block| sink.write(block))?;
     sink.finish()?;
     let report = &rendered.report;
-    let sps_ms: Vec<f64> = report
-        .propagation
-        .iter()
-        .map(|t| t.as_secs_f64() * 1e3)
-        .collect();
+    let sps_ms = milliseconds(&report.propagation);
     if arguments.json {
         let value = json!({
             "out": arguments.out,

@@ -16,7 +16,7 @@ use foresound_tools::listener_path::{ListenerPath, parse_place};
 use foresound_tools::room_parameters::{BandParameters, room_parameters};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, tell, within};
+use crate::inputs::{SceneArguments, load_scene, print_notes, within};
 use crate::session::{Session, Sound};
 
 /// Graphics frames, and updates, a second of the standing listener: nothing moves, so more of them decide nothing.
@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     within("--seconds", arguments.seconds, 0.1..=60.0, " s")?;
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
-    tell(&loaded.notes);
+    print_notes(&loaded.notes);
     let channels = if arguments.binaural { 2 } else { 1 };
     let mut sink = WavSink::create(&arguments.out, arguments.rate, channels)?;
     let settings = OfflineSettings {

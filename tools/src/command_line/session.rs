@@ -1,6 +1,7 @@
-//! One rendering from start to end: sounds looped or played once, a listener who moves, a sink.
+//! One offline rendering: sounds looped or played once, moving parts, a moving listener, a sink.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use foresound::Result;
 use foresound::generation::Hrtf;
@@ -12,17 +13,17 @@ use foresound_tools::listener_path::ListenerPath;
 
 use crate::progress::Progress;
 
-/// A sound and the source that it comes from.
+/// A source and its sound.
 pub(crate) struct Sound {
     pub(crate) source: SourcePose,
     pub(crate) clip: Clip,
     pub(crate) looped: bool,
 }
 
-/// A part of the scene that moves, in coordinates of its own.
+/// A moving part of the scene, in coordinates of its own.
 pub(crate) struct MovingPart {
     pub(crate) part: Arc<Scene>,
-    /// Where its origin is and how it is turned.
+    /// Position of its origin and its rotation.
     pub(crate) path: ListenerPath,
 }
 
@@ -50,7 +51,7 @@ pub(crate) struct Session<'a> {
     pub(crate) settings: OfflineSettings,
 }
 
-/// What came of it.
+/// Result of a rendering.
 pub(crate) struct Rendered {
     pub(crate) report: OfflineReport,
     /// The update in use in the middle of the rendering.
@@ -58,7 +59,7 @@ pub(crate) struct Rendered {
 }
 
 impl Session<'_> {
-    /// Renders into a sink of interleaved stereo. The output is as long as asked, to a graphics frame.
+    /// Renders into a sink of interleaved stereo. The output ends with a whole graphics frame.
     pub(crate) fn render(&self, sink: &mut dyn FnMut(&[f32]) -> Result<()>) -> Result<Rendered> {
         let mut renderer = OfflineRenderer::new(
             Arc::clone(self.scene),
@@ -110,7 +111,12 @@ fn play_once(clip: &[f32], from: usize, samples: &mut [f32]) {
     samples[count..].fill(0.0);
 }
 
-/// The value below which half of the others lie; 0 of none.
+/// Times in milliseconds.
+pub(crate) fn milliseconds(times: &[Duration]) -> Vec<f64> {
+    times.iter().map(|time| 1e3 * time.as_secs_f64()).collect()
+}
+
+/// The median; 0 of none.
 pub(crate) fn median<T: Copy + PartialOrd + Default>(values: &[T]) -> T {
     let mut sorted = values.to_vec();
     sorted.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));

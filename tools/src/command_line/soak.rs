@@ -246,7 +246,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     drop(load);
     let statistics = restless.controller.statistics();
     let operations = operations.load(Ordering::Relaxed);
-    tell(
+    print_findings(
         arguments,
         &restless,
         &heard,
@@ -261,7 +261,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-fn tell(
+fn print_findings(
     arguments: &Arguments,
     restless: &Restless,
     heard: &NullDeviceReport,

@@ -1,6 +1,6 @@
 //! Parts of the page: tables, and text with HTML's own characters replaced.
 
-/// What stands for a missing figure.
+/// Text of a missing figure.
 pub(super) const NONE: &str = "–";
 
 /// A table in a frame that scrolls. The caption may be empty.

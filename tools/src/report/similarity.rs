@@ -9,7 +9,7 @@ use crate::paper::{Printed, table_five};
 /// Names of the figures, in the order of [`figures`].
 const FIGURES: [&str; 3] = ["PESQ", "SSIM", "SI-SNR dB"];
 
-/// What tells one table from the next.
+/// Platform, condition and signal of a table.
 type Heading<'a> = (Platform, Condition, &'a str);
 
 /// One table a platform, condition and signal.

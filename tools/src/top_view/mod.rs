@@ -16,7 +16,7 @@ use super::chart::{
 use super::floor_plan::draw_plan;
 use super::plan_ground::PlanFrame;
 use foresound::propagation::{MAX_ORDER, PathSet};
-use foresound::scene::{ListenerPose, TriangleMesh};
+use foresound::scene::ListenerPose;
 use foresound::{Error, Result};
 
 /// Largest width and height of the plan, in pixels.
@@ -82,15 +82,6 @@ pub fn path_lines(set: &PathSet) -> Vec<PathLine> {
         })
     };
     set.paths.iter().filter_map(line).collect()
-}
-
-/// The corners of a mesh's triangles; a triangle that names a missing vertex is left out.
-pub fn mesh_triangles(mesh: &TriangleMesh) -> Vec<[Vec3; 3]> {
-    let corner = |i: u32| mesh.vertices.get(i as usize).copied();
-    let triangles = mesh.triangles.iter();
-    triangles
-        .filter_map(|&[a, b, c]| Some([corner(a)?, corner(b)?, corner(c)?]))
-        .collect()
 }
 
 /// What the picture shows. World coordinates in metres, +y up; +x is to the right, +z down the picture.

@@ -1,12 +1,8 @@
 //! Law *edge*: sound behind edges against an exact solution and a measured chart, and with source and listener exchanged.
 
-#[path = "../../../tests/reference/wedge.rs"]
-#[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
-pub(crate) mod oracle;
-
 use std::f64::consts::PI;
 
-use super::Row;
+use super::{Row, wedge as oracle};
 use foresound::acoustics::BANDS;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::error::Result;

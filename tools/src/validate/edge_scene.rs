@@ -6,8 +6,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::edge::oracle;
-use super::{Row, rooms};
+use super::{Row, rooms, wedge as oracle};
 use foresound::acoustics::BANDS;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::error::Result;
@@ -153,7 +152,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         case.at_most("octaves, 2 to 60° before the boundary", lit_db, 0.5, "dB");
         case.at_most("within 0.5° of the boundary", off_db, 0.3, "dB");
         case.at_most("step through the boundary", jump_db, 0.3, "dB");
-        // Deep in the shadow, and the way back.
+        // Deep in the shadow, and with source and listener exchanged.
         let (mut deep, mut deep_low, mut swap_db) = (0f64, 0f64, 0f64);
         for depth in 1..=11 {
             let outgoing = boundary + 4.0 * f64::from(depth) * degree - 0.02;

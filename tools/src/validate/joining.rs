@@ -69,7 +69,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     Ok(cases()?.iter().flat_map(Case::rows).collect())
 }
 
-/// Computes one room's response both ways.
+/// Computes one room's response by propagation and by the oracle.
 ///
 /// # Errors
 /// Those of committing a scene.
@@ -128,7 +128,7 @@ pub fn measure(size: [f64; 3], scattering: f32) -> Result<Case> {
         paths,
         late: late(&set),
         exact,
-        // Without scattering a rectangular room's decay is bent, and one line through it is off at its end.
+        // Without scattering a rectangular room's decay is not exponential.
         bound_db: if scattering > 0.0 { 2.0 } else { 3.0 },
     })
 }

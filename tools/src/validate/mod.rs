@@ -14,6 +14,9 @@ pub mod rooms;
 pub mod shoebox;
 pub mod thread_count;
 pub mod transmission;
+#[path = "../../../tests/reference/wedge.rs"]
+#[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
+pub(crate) mod wedge;
 
 use foresound::error::{Error, Result};
 

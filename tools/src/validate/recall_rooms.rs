@@ -84,7 +84,7 @@ impl Rectangles {
         }
     }
 
-    /// The sides of a box; `bottom` too if asked.
+    /// The sides and top of a box, and its bottom.
     fn add_box(&mut self, [low, high]: [Vec3; 2], bottom: bool) {
         for axis in 0..3 {
             let (mut near, mut far) = (low, high);

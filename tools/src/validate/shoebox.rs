@@ -49,7 +49,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
 }
 
 fn room_rows(size: [f64; 3]) -> Result<Vec<Row>> {
-    // Six different walls, so that a path with the wrong walls has the wrong amplitude.
+    // Six different walls: a path with wrong walls has a wrong amplitude.
     let walls = std::array::from_fn(|w| {
         let slope = |b: usize| 0.02 + 0.01 * w as f32 + 0.03 * b as f32;
         Material {

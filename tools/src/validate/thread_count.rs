@@ -16,7 +16,7 @@ const THREADS: [usize; 3] = [2, 3, 5];
 /// Updates of a walk that are compared, and metres between two of them.
 const WALK: (u32, f32) = (6, 0.07);
 
-/// Sources that sound: more than threads, and not a multiple of them.
+/// Number of sources: more than threads, and not a multiple of them.
 const SOURCES: usize = 7;
 
 /// A closed scene and one with shadows.
@@ -42,7 +42,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// All that a few updates give, as words.
+/// Results of a few updates as words.
 fn walk(
     scene: &Arc<Scene>,
     benchmark: &procedural::BenchmarkScene,

@@ -174,7 +174,7 @@ fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
 impl Walked {
     /// Microseconds of every block, and the most voices at once.
     ///
-    /// A function of its own, so that `callgrind --toggle-collect` can count it.
+    /// Not inlined: `callgrind --toggle-collect` counts it by name.
     #[inline(never)]
     fn generate(&self, generator: &mut Generator, block: usize) -> (Vec<f64>, u32) {
         let frame_frames = f64::from(self.settings.rate_hz) / self.graphics_rate_hz;

@@ -1,6 +1,6 @@
 //! Instances that all move: a door, or boxes, in a scene's open space.
 //!
-//! Every instance turns and goes to and fro about its place, so that all of them move in every update.
+//! Every instance turns and slides to and fro about its position in every update.
 
 use std::sync::Arc;
 
@@ -49,10 +49,10 @@ impl Boxes {
         let mesh = procedural::shoebox(size, "wood");
         let part = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())?;
         let part = Arc::new(part);
-        for place in places(walk, sources, count)? {
-            let at = InstancePose::at(InstanceId::default(), place.as_dvec3());
+        for position in positions(walk, sources, count)? {
+            let at = InstancePose::at(InstanceId::default(), position.as_dvec3());
             let id = to.scene_mut().add_instance(Arc::clone(&part), &at)?;
-            result.instances.push((id, place));
+            result.instances.push((id, position));
         }
         Ok(result)
     }
@@ -66,17 +66,17 @@ impl Boxes {
         let time_s = step as f32 * UPDATE_S;
         let instances = self.instances.iter().zip(0..);
         self.poses
-            .extend(instances.map(|((id, place), number)| pose(*id, *place, number, time_s)));
+            .extend(instances.map(|((id, position), number)| pose(*id, *position, number, time_s)));
         of.scene_mut().set_instance_poses(&self.poses);
     }
 }
 
 /// Open places away from the sources.
-fn places(walk: &Walk, poses: &[SourcePose], count: usize) -> Result<Vec<Vec3>> {
+fn positions(walk: &Walk, poses: &[SourcePose], count: usize) -> Result<Vec<Vec3>> {
     let own: Vec<_> = walk.benchmark.sources.iter().map(|(_, at)| *at).collect();
     let open = sources(&walk.scene, &own, 2 * own.len() + 4 * count);
-    let clear = |place: &Vec3| {
-        let mut away = poses.iter().map(|pose| pose.position.distance(*place));
+    let clear = |position: &Vec3| {
+        let mut away = poses.iter().map(|pose| pose.position.distance(*position));
         away.all(|m| m > CLEARANCE_M)
     };
     let found: Vec<Vec3> = open
@@ -93,11 +93,11 @@ fn places(walk: &Walk, poses: &[SourcePose], count: usize) -> Result<Vec<Vec3>> 
 }
 
 /// An instance at a time: it turns about the vertical through its corner and slides half a metre to and fro.
-fn pose(id: InstanceId, place: Vec3, number: usize, time_s: f32) -> InstancePose {
+fn pose(id: InstanceId, position: Vec3, number: usize, time_s: f32) -> InstancePose {
     let phase = time_s + number as f32;
     InstancePose {
         id,
-        position: place.as_dvec3() + DVec3::X * f64::from(0.5 * phase.sin()),
+        position: position.as_dvec3() + DVec3::X * f64::from(0.5 * phase.sin()),
         rotation: Quat::from_rotation_y(0.7 * phase),
     }
 }

@@ -1,7 +1,7 @@
-//! The three fixed sets of rays that are measured: what propagation casts, without what it does between rays.
+//! The three fixed sets of rays that are measured, as propagation casts them.
 //!
-//! Rays start a millimetre off the surfaces they leave, so that another tracer, which knows no groups to ignore, can
-//! be asked the same.
+//! Rays start a millimetre off the surfaces that they leave; another tracer, without groups to ignore, then traces the
+//! same.
 
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::geometry::{Bvh, Ray};
@@ -18,7 +18,7 @@ const SOURCE_RAYS: u32 = 128;
 /// Legs of a ray.
 const LEGS: u64 = 4;
 
-/// Segments between places where rays went by.
+/// Segments between origins of rays.
 const SEGMENTS: u64 = 16_384;
 
 /// How far from a surface a ray starts, in metres.
@@ -29,11 +29,11 @@ pub(super) struct RaySet {
     /// `guide`, `source` or `visibility`.
     pub(super) name: &'static str,
     pub(super) rays: Vec<Ray>,
-    /// Whether any hit is asked for, instead of the closest.
+    /// Any hit instead of the closest.
     pub(super) any: bool,
 }
 
-/// The sets of a scene, from its listener's place and its sources' in local coordinates.
+/// The sets of a scene, from the positions of listener and sources in local coordinates.
 pub(super) fn ray_sets(scene: &Scene, listener: Vec3, sources: &[Vec3]) -> [RaySet; 3] {
     let guide = legs(scene, listener, GUIDE_RAYS, None);
     let source: Vec<Ray> = sources
@@ -41,10 +41,10 @@ pub(super) fn ray_sets(scene: &Scene, listener: Vec3, sources: &[Vec3]) -> [RayS
         .zip(0u64..)
         .flat_map(|(&from, seed)| legs(scene, from, SOURCE_RAYS, Some(seed)))
         .collect();
-    let places: Vec<Vec3> = guide.iter().chain(&source).map(|ray| ray.origin).collect();
-    let draw = |k: u64| (mix(k) % places.len() as u64) as usize;
+    let origins: Vec<Vec3> = guide.iter().chain(&source).map(|ray| ray.origin).collect();
+    let draw = |k: u64| (mix(k) % origins.len() as u64) as usize;
     let visibility = (0..SEGMENTS)
-        .map(|i| Ray::between(places[draw(2 * i)], places[draw(2 * i + 1)]))
+        .map(|i| Ray::between(origins[draw(2 * i)], origins[draw(2 * i + 1)]))
         .filter(|ray| ray.direction != Vec3::ZERO)
         .collect();
     [
@@ -66,7 +66,7 @@ pub(super) fn ray_sets(scene: &Scene, listener: Vec3, sources: &[Vec3]) -> [RayS
     ]
 }
 
-/// Every leg of rays from one place: mirrored, or scattered by a seed.
+/// All legs of rays from one position: mirrored, or scattered by a seed.
 fn legs(scene: &Scene, from: Vec3, count: u32, scattered: Option<u64>) -> Vec<Ray> {
     let mut all = Vec::new();
     for index in 0..count {
@@ -92,7 +92,7 @@ fn legs(scene: &Scene, from: Vec3, count: u32, scattered: Option<u64>) -> Vec<Ra
     all
 }
 
-/// Asks a tree all rays of a set; how many hit.
+/// Traces all rays of a set and returns the number of hits.
 pub(super) fn trace(bvh: &Bvh, set: &RaySet) -> usize {
     let hits = |ray: &&Ray| {
         if set.any {

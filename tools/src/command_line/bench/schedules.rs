@@ -1,10 +1,10 @@
-//! The two schedules of the same engine on the same two threads, in turns: Tables 3 and 4 of the paper.
+//! The two schedules of the same engine on the same two threads: Tables 3 and 4 of the paper.
 //!
 //! A graphics frame is some milliseconds of the caller's own work, a tick, then 1/60 s of audio, one after the other on
-//! this thread and as fast as it goes. In the synchronous schedule both threads trace within the tick; in the asynchronous
-//! one the propagation thread runs by itself. Rounds of both alternate, so that whatever else the machine does falls on
-//! both; frames a second are those of the middle round. On a machine that others keep busy, frames a second of this
-//! thread's own processor time say more: what it would do alone, but for waits on its helper in the baseline.
+//! this thread, as fast as possible. In the synchronous schedule both threads trace within the tick; in the asynchronous
+//! one the propagation thread runs by itself. Rounds of both alternate, which spreads other load evenly; frames a second
+//! are those of the median round. Frames a second of this thread's processor time exclude other programs, but also waits
+//! for the helper thread in the baseline.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -39,15 +39,14 @@ const LEAST_LOAD: f64 = 1.0 / 32.0;
 /// Most engines and rounds of each in a search for a load.
 const SEARCHES: usize = 12;
 const SEARCH_ROUNDS: usize = 4;
-/// How near to the middle of a level's range a load is near enough, in graphics frames.
+/// Tolerance around the middle of a level's range, in graphics frames.
 const NEAR: f64 = 0.15;
-/// Most measurements of a cell until one has the level that its load was chosen for.
+/// Most measurements of a cell until one has its level.
 const TRIES: usize = 4;
-/// Spans that a thread may record in a round.
+/// Most spans that a thread records in a round.
 const SPANS: usize = 1 << 16;
 
-/// Whose propagation is so many graphics frames long at a level L: the asynchronous schedule's, on one thread, of which Eq. 1
-/// tells what is extrapolated, or the baseline's, on two.
+/// The schedule whose updates define the level L: the asynchronous one (one thread, Eq. 1) or the baseline (two threads).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum LevelOf {
     Asynchronous,
@@ -55,7 +54,7 @@ pub(super) enum LevelOf {
 }
 
 impl LevelOf {
-    /// The level that a row has.
+    /// The level of a row.
     pub(super) fn found(self, row: &Value) -> Option<f64> {
         match self {
             Self::Asynchronous => row["level"]["p50"].as_f64(),
@@ -76,7 +75,7 @@ pub(super) struct Cell<'a> {
     pub(super) trace: bool,
 }
 
-/// One schedule's engine and what its rounds gave.
+/// One schedule's engine and its measurements.
 struct Side {
     controller: Controller,
     renderer: Renderer,
@@ -106,7 +105,7 @@ impl Cell<'_> {
             schedule,
             predictor: self.predictor,
             budget: self.budget,
-            // Pinned, one thread could be held up by another program for a whole round.
+            // A pinned thread can be delayed by another program for a whole round.
             affinity: AffinityPolicy::None,
             trace_spans: if self.trace { SPANS } else { 0 },
             ..EngineSettings::default()
@@ -145,7 +144,7 @@ impl Cell<'_> {
         Ok(side)
     }
 
-    /// Measures both schedules at a load; gives the row's keys.
+    /// Measures both schedules at a load and returns the row's keys.
     pub(super) fn measure(&self, load: f64, log: &mut TraceLog) -> Result<Value> {
         let mut synchronous = self.side(EngineSchedule::Synchronous, load)?;
         let mut asynchronous = self.side(EngineSchedule::Asynchronous, load)?;
@@ -161,8 +160,8 @@ impl Cell<'_> {
         Ok(row(&synchronous, &asynchronous, load))
     }
 
-    /// Measures both schedules at the load that gives one of them a level L, `most` at the most; a measurement whose middle
-    /// update had another level is made again with a load in proportion.
+    /// Measures both schedules at the load that gives one of them a level L, `most` at most. A measurement with another
+    /// median level is repeated with a load in proportion.
     pub(super) fn measure_at(
         &self,
         level: u32,
@@ -275,8 +274,8 @@ impl Side {
 
 /// Processor time of this thread in seconds; 0 where the system does not say.
 fn processor_s() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = told.split_whitespace().next().map(str::parse::<f64>);
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = text.split_whitespace().next().map(str::parse::<f64>);
     1e-9 * nanoseconds.and_then(|ns| ns.ok()).unwrap_or(0.0)
 }
 

@@ -21,13 +21,13 @@ use crate::traces::write_trace;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Benchmark scenes by name, or `million` (the three of the paper's kind, if not given).
+    /// Benchmark scenes by name, or `million`; default: the three of the paper's kind.
     #[arg(long, value_delimiter = ',')]
     scene: Vec<String>,
     /// Numbers of sources.
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16])]
     sources: Vec<usize>,
-    /// Seconds that each row takes.
+    /// Seconds for each row.
     #[arg(long, default_value_t = 2.0)]
     seconds: f64,
     /// Milliseconds of the caller's own work in a graphics frame.
@@ -41,10 +41,10 @@ pub(crate) struct Arguments {
         conflicts_with = "level"
     )]
     load: f64,
-    /// Chooses the load that gives this level L: a number, or `workstation` or `mobile` for the paper's of each cell.
+    /// Choose the load that gives this level L: a number, or `workstation` or `mobile` for the paper's of each cell.
     #[arg(long, value_name = "L")]
     level: Option<String>,
-    /// Whose T_SPS is L graphics frames long then.
+    /// Schedule whose T_SPS is L graphics frames.
     #[arg(long, value_enum, default_value_t = LevelOf::Asynchronous, requires = "level")]
     level_of: LevelOf,
     /// Predictor of the asynchronous schedule: hold, linear or best.
@@ -53,13 +53,13 @@ pub(crate) struct Arguments {
     /// Tier of detail, 0 (everything) to 5.
     #[arg(long, default_value_t = 0)]
     tier: u8,
-    /// Leave propagation updates by themselves out.
+    /// Measure the schedules only, not single updates.
     #[arg(long)]
     schedules_only: bool,
-    /// Numbers of moving instances: rows of updates with them beside updates without, instead.
+    /// Numbers of moving instances: measure updates with and without them instead of the schedules.
     #[arg(long, value_name = "N", value_delimiter = ',')]
     instances: Vec<usize>,
-    /// Write what every thread did when, for Perfetto.
+    /// Write a trace of all threads' work for Perfetto.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     /// Print one JSON object.
@@ -174,14 +174,14 @@ fn extend(row: &mut Value, more: Value) {
     }
 }
 
-/// The paper's machine whose levels are asked for.
+/// The paper's platform of a name.
 fn platform_named(level: &str) -> Option<Platform> {
     Platform::ALL
         .into_iter()
         .find(|platform| platform.name() == level)
 }
 
-/// What the paper printed of a cell, where its levels are asked for.
+/// The paper's figures of a cell, if `--level` names a platform.
 fn printed_cell(arguments: &Arguments, scene: &str, sources: usize) -> Option<Value> {
     let platform = platform_named(arguments.level.as_deref()?)?;
     let printed = printed_speed(platform, scene, sources)?;
@@ -194,7 +194,7 @@ fn printed_cell(arguments: &Arguments, scene: &str, sources: usize) -> Option<Va
     }))
 }
 
-/// Means over the rows that the paper has too.
+/// Means over the rows with figures of the paper.
 fn summary(rows: &[Value], of: LevelOf) -> Option<Value> {
     let cells: Vec<&Value> = rows.iter().filter(|row| row["paper"].is_object()).collect();
     let mean = |key: &str| {
@@ -215,7 +215,7 @@ fn summary(rows: &[Value], of: LevelOf) -> Option<Value> {
     })
 }
 
-/// The level asked for in a cell.
+/// The level of a cell by `--level`.
 fn wanted_level(arguments: &Arguments, scene: &str, sources: usize) -> Result<Option<u32>> {
     let Some(text) = &arguments.level else {
         return Ok(None);

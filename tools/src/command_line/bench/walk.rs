@@ -1,5 +1,4 @@
-//! A benchmark scene with any number of sources in it and a listener who walks to and fro at 1.4 m/s, looked at 20 times a
-//! second.
+//! A benchmark scene with any number of sources and a listener that walks to and fro at 1.4 m/s, with 20 updates a second.
 
 use std::sync::Arc;
 
@@ -13,7 +12,7 @@ use super::sources::sources;
 /// Metres between two updates.
 const STEP_M: f32 = 0.07;
 
-/// Name of the scene that shows growth.
+/// Name of the scene with a million triangles.
 const MILLION: &str = "million";
 
 /// A benchmark scene, ready to be walked through.
@@ -45,10 +44,14 @@ impl Walk {
         })
     }
 
-    /// So many sources in the scene's open space.
+    /// A number of sources in the scene's open space.
     pub(super) fn sources(&self, count: usize) -> Result<Vec<SourcePose>> {
-        let places = self.benchmark.sources.iter();
-        let own: Vec<_> = places.map(|(_, place)| *place).collect();
+        let own: Vec<_> = self
+            .benchmark
+            .sources
+            .iter()
+            .map(|source| source.1)
+            .collect();
         let sources = sources(&self.scene, &own, count);
         if sources.len() < count {
             let problem = format!("{count} do not fit into the scene's open space");
@@ -72,8 +75,8 @@ impl Walk {
     pub(super) fn ear(&self, step: usize) -> ListenerPose {
         let walk = &self.benchmark.walk;
         let length_m = walk.from.distance(walk.to);
-        let way = (0.5 * length_m + STEP_M * step as f32).rem_euclid(2.0 * length_m);
-        let share = 1.0 - (way / length_m - 1.0).abs();
+        let walked_m = (0.5 * length_m + STEP_M * step as f32).rem_euclid(2.0 * length_m);
+        let share = 1.0 - (walked_m / length_m - 1.0).abs();
         ListenerPose {
             position: walk.from.lerp(walk.to, share),
             ..ListenerPose::default()

@@ -1,4 +1,4 @@
-//! The report's pictures and players, and the conditions it was made under.
+//! The report's pictures, players and conditions.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ use super::plan::{Part, Unit};
 use super::stage::RATE_HZ;
 use super::unit::{UnitResult, both, heard_as, wav_file};
 
-/// Seconds that the doorway's pictures show, around where paths come and go.
+/// Seconds of the doorway's pictures.
 const WINDOW_S: f64 = 3.0;
 
-/// Adds figures and players to a report whose rows are there.
+/// Adds figures and players to a report with rows.
 pub(super) fn add(out: &Path, units: &[Unit], report: &mut Report) -> Result<()> {
     for unit in units.iter().filter(|unit| unit.repeat == 0) {
         report.listening.push(listening(out, unit));
@@ -29,7 +29,7 @@ pub(super) fn add(out: &Path, units: &[Unit], report: &mut Report) -> Result<()>
         };
         report.figures.extend(figures);
     }
-    // The paper's order, which the titles' numbers give.
+    // In the order of the paper's figure numbers.
     report.figures.sort_by(|a, b| a.title.cmp(&b.title));
     Ok(())
 }
@@ -64,11 +64,7 @@ fn listening(out: &Path, unit: &Unit) -> Listening {
             unit.scene,
             unit.platform.name(),
             unit.condition.name(),
-            if unit.sources == 1 {
-                "1 source".to_owned()
-            } else {
-                format!("{} sources", unit.sources)
-            },
+            sources_text(unit.sources),
             unit.signal
         ),
         files: files.filter(|(_, file)| out.join(file).is_file()).collect(),
@@ -107,14 +103,17 @@ fn pictures(out: &Path, unit: &Unit, rows: &[Row]) -> Result<Vec<Figure>> {
         });
         let ratio = row.map_or(0.0, |row| row.si_snr_db.mean);
         let what = format!(
-            "{}, {} sources, L = {}, {name}",
-            unit.scene, unit.sources, unit.pace.level
+            "{}, {}, L = {}, {name}",
+            unit.scene,
+            sources_text(unit.sources),
+            unit.pace.level
         );
         let mut caption = format!("{what}: SI-SNR {} dB", si_snr::capped_text(ratio));
         if doorway {
             let from_s = window.start as f64 / f64::from(RATE_HZ);
-            caption =
-                format!("{caption} over all; shown from {from_s:.2} s, where paths come and go");
+            caption = format!(
+                "{caption} over all; shown from {from_s:.2} s, where paths appear and vanish"
+            );
         }
         let (mel, similar) = if doorway {
             ("Figure 7: past a wall's edge beside a door", None)
@@ -134,7 +133,7 @@ fn pictures(out: &Path, unit: &Unit, rows: &[Row]) -> Result<Vec<Figure>> {
             estimate: &estimate,
         };
         let stem = format!("{}-{name}", unit.cell_name());
-        let told = format!(
+        let text = format!(
             "{caption}. Above the synchronous reference, in the middle {name}, below the difference: red where {name} \
              is louder, blue where it is quieter."
         );
@@ -143,7 +142,7 @@ fn pictures(out: &Path, unit: &Unit, rows: &[Row]) -> Result<Vec<Figure>> {
             &format!("{stem}-mel"),
             &spectrograms.draw()?,
             mel,
-            told,
+            text,
         )?);
         if let Some(title) = similar {
             let map = SimilarityMap {
@@ -152,7 +151,7 @@ fn pictures(out: &Path, unit: &Unit, rows: &[Row]) -> Result<Vec<Figure>> {
                 reference: &reference,
                 estimate: &estimate,
             };
-            let told = format!(
+            let text = format!(
                 "{what}: structural similarity around each point, 1 where nothing differs."
             );
             figures.push(figure(
@@ -160,14 +159,14 @@ fn pictures(out: &Path, unit: &Unit, rows: &[Row]) -> Result<Vec<Figure>> {
                 &format!("{stem}-ssim"),
                 &map.draw()?,
                 title,
-                told,
+                text,
             )?);
         }
     }
     Ok(figures)
 }
 
-/// The stretch in which an estimate departs most from the reference, in samples.
+/// The window in which an estimate differs most from the reference, in samples.
 fn worst_window(reference: &[Vec<f32>; 2], estimate: &[Vec<f32>; 2]) -> std::ops::Range<usize> {
     let samples = |seconds: f64| (seconds * f64::from(RATE_HZ)) as usize;
     let (length, step) = (samples(WINDOW_S), samples(0.25));
@@ -202,19 +201,24 @@ pub(super) fn figure(
     })
 }
 
+/// A number of sources as text.
+fn sources_text(count: usize) -> String {
+    format!("{count} source{}", if count == 1 { "" } else { "s" })
+}
+
 /// Both ears of a rendering.
 pub(super) fn read_ears(file: &Path) -> Result<[Vec<f32>; 2]> {
     let wrong = |e: hound::Error| Error::file(file, e, "delete the folder's cells and run again");
     let mut reader = hound::WavReader::open(file).map_err(wrong)?;
     let mut ears = [Vec::new(), Vec::new()];
-    for (place, sample) in reader.samples::<i16>().enumerate() {
+    for (index, sample) in reader.samples::<i16>().enumerate() {
         let sample = f32::from(sample.map_err(wrong)?) / 32_768.0;
-        ears[place % 2].push(sample);
+        ears[index % 2].push(sample);
     }
     Ok(ears)
 }
 
-/// What the figures were made of and on.
+/// The conditions of the evaluation.
 pub(super) fn conditions(
     arguments: &Arguments,
     units: &[Unit],
@@ -227,12 +231,12 @@ pub(super) fn conditions(
         Some(folder) => format!("recordings of {}", folder.display()),
         None => "the sixteen voices of assets/speech".to_owned(),
     };
-    let told = [
+    let conditions = [
         ("Program", format!("foresound {}", env!("CARGO_PKG_VERSION"))),
         ("Machine", format!("{} {}, {cores} cores", std::env::consts::ARCH, std::env::consts::OS)),
-        ("Work", format!("{} renderings in {work_min:.1} minutes of one core's time or what others left of it", results.iter().map(|r| r.estimates.len() + 1).sum::<usize>())),
+        ("Work", format!("{} renderings in {work_min:.1} minutes of one core", results.iter().map(|r| r.estimates.len() + 1).sum::<usize>())),
         ("Length", format!("{seconds} s, the first half second not scored, 44.1 kHz")),
-        ("Speech", format!("{speech}; all speak for {TALK_S} s and pause for {PAUSE_S} s, so that PESQ finds utterances however many there are")),
+        ("Speech", format!("{speech}; all speak for {TALK_S} s and pause for {PAUSE_S} s, which PESQ needs to find utterances")),
         ("Rays", "1024 guide rays, 128 source rays a source, depth 4".to_owned()),
         ("Reference", "the synchronous schedule of the same engine: a whole propagation every graphics frame".to_owned()),
         ("Late reverb", if arguments.no_late { "left out of all renderings" } else { "heard in all renderings" }.to_owned()),
@@ -240,8 +244,10 @@ pub(super) fn conditions(
         ("Stress", "a listener at 5 m/s whose head turns at 180 degrees a second, sources that sway at up to 2 m/s, L = 24".to_owned()),
         ("SI-SNR", "both ears averaged; means above 40 dB are written \"> 40\" as in the paper".to_owned()),
         ("PESQ", "wideband, crate pesq 0.2, an ear that has no utterance left out; within 0.02 of the ITU's program on ordinary degradations, up to 0.15 off where a delay varies slowly within the sound, within 0.001 on cells of this report (tools/src/pesq.rs)".to_owned()),
-        ("Recall", "of the reference, in the table above: what it misses it misses in both renderings".to_owned()),
+        ("Recall", "of the reference, in the table above: paths that it misses are missing in both renderings".to_owned()),
         ("Repeats", "other ray seeds and other starts of the walk; mean ± standard deviation".to_owned()),
     ];
-    told.map(|(name, value)| (name.to_owned(), value)).into()
+    conditions
+        .map(|(name, value)| (name.to_owned(), value))
+        .into()
 }

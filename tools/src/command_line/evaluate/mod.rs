@@ -1,4 +1,4 @@
-//! `evaluate`: the paper's Tables 5 and 6 with our engine, and the report on them.
+//! `evaluate`: the paper's Tables 5 and 6 with this engine, and the report.
 
 mod figures;
 mod motion;
@@ -20,23 +20,23 @@ use serde_json::Value;
 use self::plan::{Part, Unit};
 use self::stage::Stage;
 use self::tables::Found;
-use crate::inputs::{SceneArguments, tell, within};
+use crate::inputs::{SceneArguments, print_notes, within};
 
 /// What `bench speed --json` printed, if nothing else is named.
 const SPEED_FILE: &str = "out/speed.json";
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// workstation, mobile or both: whose graphics rates and levels.
+    /// Platform of graphics rates and levels: workstation, mobile or both.
     #[arg(long, default_value = "both")]
     platform: String,
-    /// One scene instead of the paper's three: a name, or an OBJ file. Where no layout stands beside it (FILE.toml),
-    /// sources and a walk are laid out in open space.
+    /// One scene instead of the paper's three: a name, or an OBJ file. Without a layout beside it (FILE.toml), sources and
+    /// a walk are placed in open space.
     #[arg(long)]
     scene: Option<String>,
     #[command(flatten)]
     intake: SceneArguments,
-    /// Folder of WAV files that the sources speak, instead of the sixteen voices.
+    /// Folder of WAV files for the sources, instead of the sixteen voices.
     #[arg(long, value_name = "DIR")]
     speech: Option<PathBuf>,
     /// One number of sources instead of 1, 2, 4, 8 and 16.
@@ -45,37 +45,37 @@ pub(crate) struct Arguments {
     /// static, dynamic, stress (a running listener, moving sources, L = 24), both (the paper's two), or all.
     #[arg(long, default_value = "both")]
     condition: String,
-    /// The stress condition, besides.
+    /// Add the stress condition.
     #[arg(long)]
     stress: bool,
     /// hold, linear, best or all.
     #[arg(long, default_value = "all")]
     predictor: String,
-    /// modelled: results are used L + 1 graphics frames late; none: at once; both.
+    /// When results are used: modelled (L + 1 graphics frames later), none (at once) or both.
     #[arg(long, default_value = "modelled")]
     latency: String,
     /// speech, music, percussion, or all.
     #[arg(long, default_value = "speech")]
     signal: String,
-    /// Leave the late reverb out of reference and estimates: discrete paths alone are compared.
+    /// Compare discrete paths alone, without late reverb.
     #[arg(long)]
     no_late: bool,
     /// Repeats of each cell; five, or one with --quick.
     #[arg(long)]
     repeats: Option<u64>,
-    /// Length of each rendering.
+    /// Length of each rendering in seconds.
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
-    /// One cell a scene, one repeat.
+    /// One cell of each scene and one repeat.
     #[arg(long)]
     quick: bool,
-    /// Output of `bench speed --json` for the report's Tables 3 and 4 (out/speed.json, if it is there).
+    /// Output of `bench speed --json` for Tables 3 and 4 of the report; default out/speed.json, if it exists.
     #[arg(long, value_name = "FILE")]
     speed: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
-    /// Folder for what is written; results found there are not made again.
+    /// Output folder; results found there are reused.
     #[arg(long, default_value = "out/evaluation")]
     out: PathBuf,
 }
@@ -141,25 +141,25 @@ fn stages(arguments: &Arguments, units: &[Unit]) -> Result<BTreeMap<String, Stag
     Ok(stages)
 }
 
-/// Leaves out, or refuses if asked for, cells of more sources than their scene has places for.
+/// Removes cells with more sources than their scene has; refuses them if `--sources` names them.
 fn keep_possible(
     arguments: &Arguments,
     stages: &BTreeMap<String, Stage>,
     units: &mut Vec<Unit>,
 ) -> Result<()> {
     for (label, stage) in stages {
-        let places = stage.sources.len();
-        let too_many = |unit: &Unit| unit.scene == *label && unit.sources > places;
+        let available = stage.sources.len();
+        let too_many = |unit: &Unit| unit.scene == *label && unit.sources > available;
         if !units.iter().any(too_many) {
             continue;
         }
         if let Some(count) = arguments.sources {
-            let problem = format!("{count}, but {label} has places for {places}");
-            let advice = format!("give at most {places}, or add sources to its TOML file");
+            let problem = format!("{count}, but {label} has {available}");
+            let advice = format!("give at most {available}, or add sources to its TOML file");
             return Err(Error::setting("--sources", problem, &advice));
         }
-        tell(&[format!(
-            "{label}: has places for {places} sources; cells of more are left out"
+        print_notes(&[format!(
+            "{label}: has {available} sources; cells of more are left out"
         )]);
         units.retain(|unit| !too_many(unit));
     }

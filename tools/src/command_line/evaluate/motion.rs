@@ -1,4 +1,4 @@
-//! Where everybody is at a time, under each condition.
+//! Positions of listener and sources at a time, under each condition.
 
 use foresound::runtime::Poses;
 use foresound::scene::layout::Walk;
@@ -18,7 +18,7 @@ const TURN_RAD_S: f64 = std::f64::consts::PI;
 const SWAY_M_S: f64 = 2.0;
 const SWAY_RAD_S: f64 = std::f64::consts::PI;
 
-/// Puts everybody to their places. `start_m` is how far along the walk the listener begins.
+/// Sets the poses at a time. `start_m` is the start along the walk.
 pub(super) fn place(unit: &Unit, stage: &Stage, time_s: f64, start_m: f64, poses: &mut Poses) {
     poses.listener = match unit.condition {
         Condition::Static => ListenerPose::facing(stage.walk.standing, 0.0),
@@ -33,8 +33,8 @@ pub(super) fn place(unit: &Unit, stage: &Stage, time_s: f64, start_m: f64, poses
     };
     poses.sources.clear();
     let sources = stage.sources.iter().zip(&stage.sways);
-    for (slot, (place, sway)) in sources.take(unit.sources).enumerate() {
-        let mut position = *place;
+    for (slot, (base, sway)) in sources.take(unit.sources).enumerate() {
+        let mut position = *base;
         if unit.condition == Condition::Stress && sway.length() > 0.0 {
             let speed_rad_s = (SWAY_M_S / f64::from(sway.length())).min(SWAY_RAD_S);
             let phase = speed_rad_s * time_s + slot as f64;
@@ -48,8 +48,8 @@ pub(super) fn place(unit: &Unit, stage: &Stage, time_s: f64, start_m: f64, poses
 /// The turning head: a quarter turn to one side, half a turn back, and so on, at constant speed.
 fn yaw_rad(time_s: f64) -> f64 {
     let half = std::f64::consts::FRAC_PI_2;
-    let way = (TURN_RAD_S * time_s + half).rem_euclid(4.0 * half);
-    half - (way - 2.0 * half).abs()
+    let phase = (TURN_RAD_S * time_s + half).rem_euclid(4.0 * half);
+    half - (phase - 2.0 * half).abs()
 }
 
 #[cfg(test)]

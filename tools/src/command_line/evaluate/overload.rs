@@ -1,4 +1,4 @@
-//! Playback on a machine that is too slow: the paper's Figure 8, played on the virtual clock.
+//! Playback on a machine that is too slow: the paper's Figure 8, on the virtual clock.
 
 use std::path::Path;
 
@@ -24,16 +24,16 @@ use crate::session::median;
 const SCENE: &str = "concert_hall";
 const SOURCES: usize = 8;
 
-/// What an update takes of a graphics frame's time in the cases that are told, besides the paper's own ratio.
+/// Time of an update in graphics frames, of the reported cases besides the paper's own ratio.
 const LOADS: [f64; 4] = [0.8, 1.0, 1.25, 2.0];
 
-/// The case that is heard and pictured.
+/// The case with sound and pictures.
 const PICTURED: f64 = 1.25;
 
-/// The stretch that is pictured, in seconds.
+/// Start and end of the pictures in seconds.
 const SHOWN_S: [f64; 2] = [3.5, 6.5];
 
-/// What came of it; empty without the cell.
+/// The results; empty without the cell.
 #[derive(Default)]
 pub(super) struct Overload {
     pub(super) rows: Vec<OverloadRow>,
@@ -41,11 +41,11 @@ pub(super) struct Overload {
     pub(super) listening: Option<Listening>,
 }
 
-/// Plays the cell's reference as a slow machine would, and `best` as the same machine would.
+/// Plays the cell's reference and `best` as a slow machine would.
 ///
-/// Cost model: a ray takes the same time wherever it is cast, so that the median update takes a load's share of a graphics
-/// frame. The synchronous loop casts all of an update's rays within a frame, ours those that `best` may spend on a frame,
-/// while the update has a core of its own and L + 1 frames. Generation is left out on both sides.
+/// Cost model: all rays take the same time, and the median update takes a load's share of a graphics frame. The
+/// synchronous loop casts all of an update's rays within a frame; `best` casts its own few, while the update has another
+/// core and L + 1 frames. Generation is free on both sides.
 pub(super) fn overload(out: &Path, units: &[Unit], results: &[UnitResult]) -> Result<Overload> {
     let fits = |unit: &Unit| {
         unit.part == Part::Table
@@ -74,13 +74,13 @@ pub(super) fn overload(out: &Path, units: &[Unit], results: &[UnitResult]) -> Re
     let mut overload = Overload::default();
     for load in LOADS.into_iter().chain(paper) {
         let cost: Vec<f64> = rays.iter().map(|rays| load * rays / typical).collect();
-        let starved = play(&cost);
-        let spared = play(&vec![load * own / typical; rays.len()]);
-        let heard = sound(unit, &starved, &reference);
-        let heard_of_ours = sound(unit, &spared, &ours);
+        let repeated = play(&cost);
+        let in_time = play(&vec![load * own / typical; rays.len()]);
+        let heard = sound(unit, &repeated, &reference);
+        let heard_of_ours = sound(unit, &in_time, &ours);
         for (schedule, playback, ears) in [
-            ("synchronous", &starved, &heard),
-            ("asynchronous, best", &spared, &heard_of_ours),
+            ("synchronous", &repeated, &heard),
+            ("asynchronous, best", &in_time, &heard_of_ours),
         ] {
             overload.rows.push(OverloadRow {
                 scene: unit.scene.clone(),
@@ -95,13 +95,12 @@ pub(super) fn overload(out: &Path, units: &[Unit], results: &[UnitResult]) -> Re
             });
         }
         if load == PICTURED {
-            for (name, ears, file) in [
-                ("starved", &heard, "overload-synchronous"),
-                ("best", &heard_of_ours, "overload-best"),
-            ] {
+            let late = ("synchronous playback", "too slow", "overload-synchronous");
+            let best = ("asynchronous playback with best", "best", "overload-best");
+            for (names, ears) in [(late, &heard), (best, &heard_of_ours)] {
                 overload
                     .figures
-                    .push(picture(out, unit, (name, file), &reference, ears)?);
+                    .push(picture(out, unit, names, &reference, ears)?);
             }
             overload.listening = Some(listening(out, unit, &heard)?);
         }
@@ -128,54 +127,38 @@ fn scored(ears: &[Vec<f32>; 2]) -> [&[f32]; 2] {
 fn picture(
     out: &Path,
     unit: &Unit,
-    (name, file): (&str, &str),
+    (schedule, label, file): (&str, &str, &str),
     reference: &[Vec<f32>; 2],
     heard: &[Vec<f32>; 2],
 ) -> Result<Figure> {
     let [from, to] = SHOWN_S.map(|s| (s * f64::from(RATE_HZ)) as usize);
-    let cut = |ears: &[Vec<f32>; 2]| -> [Vec<f32>; 2] {
-        [0, 1].map(|ear| {
-            let end = to.min(ears[ear].len());
-            ears[ear][from.min(end)..end].to_vec()
-        })
-    };
-    let (reference, heard) = (cut(reference), cut(heard));
-    let who = if name == "best" {
-        "asynchronous playback with best"
-    } else {
-        "synchronous playback"
-    };
+    let cut = |ears| both(ears).map(|ear| &ear[from.min(ear.len())..to.min(ear.len())]);
     let caption = format!(
-        "{}, {} sources, {who}, updates of {PICTURED} frame times, from {} s",
+        "{}, {} sources, {schedule}, updates of {PICTURED} frame times, from {} s",
         unit.scene, unit.sources, SHOWN_S[0]
     );
     let title = "Figure 8: playback under overload";
-    let figures = SpectrogramFigure {
+    let spectrograms = SpectrogramFigure {
         title,
         caption: &caption,
         rate_hz: RATE_HZ,
         reference_label: "in time",
-        estimate_label: if name == "best" { "best" } else { "too slow" },
-        reference: &both(&reference),
-        estimate: &both(&heard),
+        estimate_label: label,
+        reference: &cut(reference),
+        estimate: &cut(heard),
     };
-    let told = format!(
-        "{caption}. Above the synchronous rendering as a machine would play it that is never late, in the middle what the \
-         slow machine plays, below the difference."
+    let text = format!(
+        "{caption}. Above the synchronous rendering on a machine that is never late, in the middle playback on the slow \
+         machine, below the difference."
     );
-    figure(
-        out,
-        &format!("{}-{file}", unit.cell_name()),
-        &figures.draw()?,
-        title,
-        told,
-    )
+    let file = format!("{}-{file}", unit.cell_name());
+    figure(out, &file, &spectrograms.draw()?, title, text)
 }
 
-fn listening(out: &Path, unit: &Unit, starved: &[Vec<f32>; 2]) -> Result<Listening> {
+fn listening(out: &Path, unit: &Unit, repeated: &[Vec<f32>; 2]) -> Result<Listening> {
     let name = "overload-synchronous";
     let mut sink = WavSink::create_with(wav_file(out, unit, name), RATE_HZ, 2, WavFormat::Pcm16)?;
-    sink.write_planar(&both(starved))?;
+    sink.write_planar(&both(repeated))?;
     sink.finish()?;
     let file = |name: &str| wav_file(Path::new(""), unit, name).display().to_string();
     Ok(Listening {

@@ -1,4 +1,4 @@
-//! What is to be rendered and compared: units of one reference and its estimates, with names for their results.
+//! The work of a command line: units of one reference and its estimates.
 
 use foresound::extrapolation::PredictorKind;
 use foresound::runtime::Latency;
@@ -9,27 +9,27 @@ use foresound_tools::paper;
 use super::Arguments;
 use super::stage::label;
 
-/// Repeats of a cell, each with rays and a start of its own.
+/// Repeats of a cell, each with its own ray seed and start of the walk.
 const REPEATS: u64 = 5;
 
 /// The scene of the paper's Figure 7.
 const DOORWAY: &str = "doorway";
 
-/// Where a unit's figures go.
+/// Part of the report that a unit belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
-    /// Into the tables.
+    /// The tables.
     Table,
-    /// To the doorway's picture only.
+    /// The doorway's section.
     Doorway,
 }
 
-/// One reference rendering and what is compared with it.
+/// One reference rendering and the estimates compared with it.
 #[derive(Debug, Clone)]
 pub(super) struct Unit {
     pub(super) part: Part,
     pub(super) platform: Platform,
-    /// The scene's label, of letters that a file's name may have.
+    /// The scene's label, valid in file names.
     pub(super) scene: String,
     pub(super) sources: usize,
     pub(super) condition: Condition,
@@ -45,7 +45,7 @@ pub(super) struct Unit {
 }
 
 impl Unit {
-    /// What a folder's or file's name begins with, alike for all repeats.
+    /// Stem of file names, the same for all repeats.
     pub(super) fn cell_name(&self) -> String {
         let signal = match self.signal.as_str() {
             "speech" => String::new(),
@@ -67,7 +67,7 @@ impl Unit {
         latencies.flat_map(|&late| self.predictors.iter().map(move |&kind| (kind, late)))
     }
 
-    /// Everything a result depends on besides the program, the scene and the sounds.
+    /// Everything that a result depends on besides program, scene and sounds.
     pub(super) fn key(&self) -> String {
         let estimates: Vec<_> = self
             .estimates()
@@ -83,8 +83,8 @@ impl Unit {
         )
     }
 
-    /// How long it takes compared with other units, roughly: propagation grows with the sources, and is asked for in every
-    /// graphics frame by the reference, in every (L + 1)th by each estimate.
+    /// Rough relative cost: propagation grows with the sources and runs in every graphics frame of the reference and in
+    /// every (L + 1)th of each estimate.
     pub(super) fn weight(&self) -> u64 {
         let frames = self.duration_s * self.pace.graphics_rate_hz;
         let update = 1.0 + 0.3 * self.sources as f64;
@@ -94,7 +94,7 @@ impl Unit {
     }
 }
 
-/// A choice of several by one word: one of them, or a word that stands for some.
+/// The choices that a word names: one of them, or a group.
 fn chosen<T: Copy>(
     argument: &str,
     text: &str,
@@ -117,16 +117,8 @@ fn chosen<T: Copy>(
     ))
 }
 
-struct Choices {
-    platforms: Vec<Platform>,
-    conditions: Vec<Condition>,
-    latencies: Vec<Latency>,
-    signals: Vec<&'static str>,
-    scenes: Vec<String>,
-    counts: Vec<usize>,
-}
-
-fn choices(arguments: &Arguments) -> Result<Choices> {
+/// All units of a command line, cell by cell.
+pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     use Condition::{Dynamic, Static, Stress};
     let platforms = Platform::ALL.map(|platform| (platform.name(), platform));
     let platforms = chosen(
@@ -171,19 +163,6 @@ fn choices(arguments: &Arguments) -> Result<Choices> {
         (None, true) => vec![4],
         (None, false) => SOURCE_COUNTS.to_vec(),
     };
-    Ok(Choices {
-        platforms,
-        conditions,
-        latencies,
-        signals,
-        scenes,
-        counts,
-    })
-}
-
-/// All units of a command line, cell by cell.
-pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
-    let choices = choices(arguments)?;
     let repeats = arguments
         .repeats
         .unwrap_or(if arguments.quick { 1 } else { REPEATS });
@@ -200,7 +179,7 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     let unit = |platform, condition, scene: &str, sources, repeat, signal: &str| {
         let scene = label(scene);
         let mut pace = paper::pace(platform, &scene, sources);
-        if condition == Condition::Stress {
+        if condition == Stress {
             pace.level = cells::STRESS_LEVEL;
         }
         Unit {
@@ -211,7 +190,7 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
             condition,
             pace,
             repeat,
-            latencies: choices.latencies.clone(),
+            latencies: latencies.clone(),
             signal: signal.to_owned(),
             late: !arguments.no_late,
             duration_s: arguments.seconds,
@@ -219,22 +198,22 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
         }
     };
     let mut units = Vec::new();
-    for &platform in &choices.platforms {
-        for &condition in &choices.conditions {
+    for &platform in &platforms {
+        for &condition in &conditions {
             let left_out = match condition {
-                Condition::Static => arguments.quick && arguments.is_default_choice(),
-                Condition::Dynamic => false,
-                // Its level is no platform's.
-                Condition::Stress => platform == Platform::Mobile && choices.platforms.len() > 1,
+                Static => arguments.quick && arguments.is_default_choice(),
+                Dynamic => false,
+                // Its level is the same on both platforms.
+                Stress => platform == Platform::Mobile && platforms.len() > 1,
             };
             let quick_mobile =
                 arguments.quick && platform == Platform::Mobile && arguments.is_default_choice();
             if left_out || quick_mobile {
                 continue;
             }
-            for scene in &choices.scenes {
-                for &sources in &choices.counts {
-                    for signal in &choices.signals {
+            for scene in &scenes {
+                for &sources in &counts {
+                    for signal in &signals {
                         units.extend((0..repeats).map(|repeat| {
                             unit(platform, condition, scene, sources, repeat, signal)
                         }));
@@ -243,13 +222,13 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
             }
         }
     }
-    let walks = choices.conditions.contains(&Condition::Dynamic);
-    if arguments.scene.is_none() && walks && choices.signals.contains(&"speech") {
-        let platform = choices.platforms[0];
-        let pictured = unit(platform, Condition::Dynamic, DOORWAY, 4, 0, "speech");
+    let walks = conditions.contains(&Dynamic);
+    if arguments.scene.is_none() && walks && signals.contains(&"speech") {
+        let platform = platforms[0];
+        let pictured = unit(platform, Dynamic, DOORWAY, 4, 0, "speech");
         units.push(Unit {
             part: Part::Doorway,
-            latencies: vec![choices.latencies[0]],
+            latencies: vec![latencies[0]],
             ..pictured
         });
     }

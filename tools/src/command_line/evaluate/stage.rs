@@ -1,4 +1,4 @@
-//! What units are played on: a scene, where its sources stand, how its listener walks; and the sounds.
+//! What units share: a scene with its sources and walk, and the sounds.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use foresound_tools::open_space::{clear_m, open_space};
 use glam::Vec3;
 
 use super::Arguments;
-use crate::inputs::{SceneArguments, asset, load_scene, tell};
+use crate::inputs::{SceneArguments, asset, load_scene, print_notes};
 
 /// Sample rate of everything.
 pub(super) const RATE_HZ: u32 = 44_100;
@@ -21,21 +21,21 @@ pub(super) const RATE_HZ: u32 = 44_100;
 /// Most sources of a cell.
 const MOST_SOURCES: usize = 16;
 
-/// Farthest that a source of the stress condition sways to each side, in metres.
+/// Largest sway of a source to each side in the stress condition, in metres.
 const SWAY_M: f32 = 1.5;
 
 /// A scene ready to be rendered in.
 pub(super) struct Stage {
     pub(super) scene: Arc<Scene>,
     pub(super) sources: Vec<Vec3>,
-    /// Which way each source may sway, and how far to each side.
+    /// Direction and distance of each source's sway.
     pub(super) sways: Vec<Vec3>,
     pub(super) walk: Walk,
-    /// Of the scene and all places.
+    /// Checksum of the scene and all positions.
     pub(super) checksum: u64,
 }
 
-/// What a scene is called in tables and files: its name, or its file's without folder and ending.
+/// Label of a scene in tables and files: its name, or its file's stem.
 pub(super) fn label(named: &str) -> String {
     let stem = Path::new(named).file_stem();
     let stem = stem.map_or(named.into(), |stem| stem.to_string_lossy());
@@ -49,22 +49,22 @@ pub(super) fn label(named: &str) -> String {
     stem.chars().map(plain).collect()
 }
 
-/// Loads a scene by name or file. What its layout leaves out is laid out in open space.
+/// Loads a scene by name or file. Sources or a walk that its layout lacks are placed in open space.
 pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
     let loaded = load_scene(Path::new(named), intake)?;
-    tell(&loaded.notes);
+    print_notes(&loaded.notes);
     let mut sources = loaded.sources();
     let mut walk = loaded.walk();
     if sources.is_empty() || walk.is_none() {
         let found = open_space(&loaded.scene, MOST_SOURCES)?;
         if sources.is_empty() {
             let count = found.sources.len();
-            tell(&[format!("{named}: {count} sources laid out in open space")]);
+            print_notes(&[format!("{named}: {count} sources laid out in open space")]);
             sources = found.sources;
         }
         walk.get_or_insert_with(|| {
             let Walk { from, to, .. } = found.walk;
-            tell(&[format!("{named}: a walk laid out from {from} to {to}")]);
+            print_notes(&[format!("{named}: a walk laid out from {from} to {to}")]);
             found.walk
         });
     }
@@ -75,12 +75,12 @@ pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
     sources.truncate(MOST_SOURCES);
     let sways: Vec<Vec3> = sources
         .iter()
-        .map(|place| sway(&loaded.scene, *place))
+        .map(|position| sway(&loaded.scene, *position))
         .collect();
     let corners = loaded.scene.triangles().flatten();
     let ends = [walk.from, walk.to, walk.standing];
-    let places = corners.chain(sources.iter().copied()).chain(ends);
-    let numbers = places.flat_map(|place| place.to_array());
+    let positions = corners.chain(sources.iter().copied()).chain(ends);
+    let numbers = positions.flat_map(|position| position.to_array());
     let materials = format!("{:?}{}", loaded.scene.materials(), walk.speed_m_s);
     let bytes = numbers.flat_map(f32::to_le_bytes).chain(materials.bytes());
     Ok(Stage {
@@ -92,36 +92,36 @@ pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
     })
 }
 
-/// The horizontal way in which a place has most room to both sides, as far as a source may sway.
-fn sway(scene: &Scene, place: Vec3) -> Vec3 {
-    let ways = (0..8).map(|k| {
+/// The horizontal vector with most room on both sides of a position, [`SWAY_M`] long at most.
+fn sway(scene: &Scene, position: Vec3) -> Vec3 {
+    let vectors = (0..8).map(|k| {
         let (sine, cosine) = (std::f32::consts::PI * k as f32 / 8.0).sin_cos();
-        let way = SWAY_M * Vec3::new(cosine, 0.0, sine);
-        let room = clear_m(scene, place, way).min(clear_m(scene, place, -way));
-        (0.8 * room / SWAY_M) * way
+        let vector = SWAY_M * Vec3::new(cosine, 0.0, sine);
+        let room = clear_m(scene, position, vector).min(clear_m(scene, position, -vector));
+        (0.8 * room / SWAY_M) * vector
     });
-    ways.fold(Vec3::ZERO, |best, way| {
-        if way.length() > best.length() {
-            way
+    vectors.fold(Vec3::ZERO, |best, vector| {
+        if vector.length() > best.length() {
+            vector
         } else {
             best
         }
     })
 }
 
-/// What sources say.
+/// Sounds of the sources.
 pub(super) struct Sounds {
     pub(super) clips: Vec<Clip>,
     pub(super) checksum: u64,
 }
 
-/// What all units share.
+/// Shared by all units.
 pub(super) struct Props {
     pub(super) hrtf: Arc<Hrtf>,
     /// By the signal's name.
     pub(super) sounds: BTreeMap<String, Sounds>,
     pub(super) out: PathBuf,
-    /// Of the program: a result made by another program does not count.
+    /// Checksum of the program; results of another program are not reused.
     pub(super) program: u64,
 }
 
@@ -144,7 +144,7 @@ pub(super) fn props<'a>(
         hrtf: Arc::new(Hrtf::builtin(RATE_HZ)?),
         sounds,
         out: arguments.out.clone(),
-        // A program that cannot read itself finds no earlier results.
+        // Without the checksum no earlier results are reused.
         program: program.map_or(u64::from(std::process::id()), fnv),
     })
 }
@@ -164,7 +164,7 @@ fn load(signal: &str, own: Option<&Path>) -> Result<Sounds> {
 
 fn clip(file: &Path) -> Result<Clip> {
     let (clip, notes) = load_clip(file, RATE_HZ)?;
-    tell(&notes);
+    print_notes(&notes);
     Ok(clip)
 }
 
@@ -189,7 +189,7 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
     let mut clips = Vec::with_capacity(files.len());
     for file in files.iter().take(MOST_SOURCES) {
         let (clip, notes) = load_recording(file, RATE_HZ)?;
-        tell(&notes);
+        print_notes(&notes);
         if clip.samples.iter().all(|sample| *sample == 0.0) {
             let advice = "take it out of the folder: nothing can be compared in silence";
             return Err(Error::format(file, None, "is silent", advice));
@@ -197,7 +197,7 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
         clips.push(clip);
     }
     if files.len() > MOST_SOURCES {
-        tell(&[format!(
+        print_notes(&[format!(
             "{}: the first {MOST_SOURCES} of {} files are used",
             folder.display(),
             files.len()

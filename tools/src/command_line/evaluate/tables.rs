@@ -134,11 +134,11 @@ pub(super) fn write(out: &Path, found: &Found, text: &Value) -> Result<()> {
     let path = out.join("tables.csv");
     let mut writer = csv::Writer::from_writer(Vec::new());
     let wrong = |e: csv::Error| Error::file(&path, e, "report this as a mistake of ours");
-    for (place, row) in rows.enumerate() {
+    for (index, row) in rows.enumerate() {
         let Value::Object(object) = value(row) else {
             continue;
         };
-        if place == 0 {
+        if index == 0 {
             writer.write_record(object.keys()).map_err(wrong)?;
         }
         let text = object.values().map(|value| match value {

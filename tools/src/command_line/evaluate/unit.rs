@@ -1,4 +1,4 @@
-//! One unit: the synchronous reference, its asynchronous estimates, their scores, kept in a file for the next time.
+//! One unit: the synchronous reference, its asynchronous estimates and their scores, kept in a file for later runs.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,10 +22,10 @@ use super::plan::Unit;
 use super::stage::{Props, RATE_HZ, Sounds, Stage, fnv};
 use crate::session::median;
 
-/// How many times the usual rays the path set is looked for with, to tell the reference's recall.
+/// Factor on the rays of the search that the reference's recall is measured against.
 const THOROUGH: u32 = 8;
 
-/// What came of a unit.
+/// Result of a unit.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct UnitResult {
     key: String,
@@ -33,7 +33,7 @@ pub(super) struct UnitResult {
     pub(super) reference_checksum: String,
     /// Paths of the reference, median over updates.
     pub(super) reference_paths: usize,
-    /// Share of the paths that a search with eight times the rays finds which the reference has in mid-walk.
+    /// Share of the paths of a search with eight times the rays that the reference has in mid-walk.
     pub(super) reference_recall: f64,
     /// The same by energy.
     pub(super) reference_energy_recall: f64,
@@ -41,7 +41,7 @@ pub(super) struct UnitResult {
     pub(super) reference_rays: Vec<u64>,
     /// Files of the first repeat, the reference's first, by name and FNV-1a of their bytes.
     files: Vec<(String, String)>,
-    /// How long all of it took.
+    /// Seconds that all of it took.
     pub(super) seconds: f64,
     pub(super) estimates: Vec<Estimate>,
 }
@@ -53,11 +53,11 @@ pub(super) struct Estimate {
     /// modelled or none.
     pub(super) latency: String,
     pub(super) scores: Scores,
-    /// Processor time of a graphics frame's extrapolation in µs, the mean of all frames, on whatever machine this was.
+    /// Mean processor time of a graphics frame's extrapolation in µs.
     pub(super) extrapolation_us: f64,
 }
 
-/// Frames in which an update arrives take longer than others and count like them.
+/// Mean in seconds. Frames in which an update arrives take longer and count like the others.
 fn mean_s(times: &[Duration]) -> f64 {
     let all: Duration = times.iter().sum();
     all.as_secs_f64() / times.len().max(1) as f64
@@ -69,7 +69,7 @@ struct Rendered {
     middle: PathSet,
 }
 
-/// The unit's result, and whether it was kept: from the file that an earlier run left, or made anew.
+/// The unit's result, and whether it comes from the file of an earlier run.
 pub(super) fn result(unit: &Unit, stage: &Stage, props: &Props) -> Result<(UnitResult, bool)> {
     let sounds = &props.sounds[&unit.signal];
     let key = format!(
@@ -96,7 +96,7 @@ pub(super) fn result(unit: &Unit, stage: &Stage, props: &Props) -> Result<(UnitR
     Ok((made, false))
 }
 
-/// Whether a result's sound files are still those that were written with it: a run of other sounds overwrites them.
+/// Whether a result's sound files are unchanged; a run with other sounds overwrites them.
 fn are_there(files: &[(String, String)], props: &Props) -> bool {
     files.iter().all(|(name, checksum)| {
         let bytes = std::fs::read(props.out.join("wav").join(name));
@@ -106,7 +106,7 @@ fn are_there(files: &[(String, String)], props: &Props) -> bool {
 
 #[expect(
     clippy::disallowed_methods,
-    reason = "tells how long the work took; nothing depends on it"
+    reason = "measures the time of the work; nothing depends on it"
 )]
 fn make(unit: &Unit, stage: &Stage, props: &Props, key: String) -> Result<UnitResult> {
     let started = Instant::now();
@@ -200,7 +200,7 @@ fn render(
     let mut renderer =
         OfflineRenderer::new(Arc::clone(&stage.scene), Arc::clone(&props.hrtf), settings)?;
     let frames = (unit.duration_s * unit.pace.graphics_rate_hz).ceil() as u64;
-    // A step that divides no walk's length: starts are spread over the way there and back.
+    // A fraction that spreads the starts of repeats over the walk there and back.
     let start_m =
         unit.repeat as f64 * 0.382 * 2.0 * f64::from(stage.walk.from.distance(stage.walk.to));
     let mut ears = [Vec::new(), Vec::new()];
@@ -234,7 +234,7 @@ fn render(
     })
 }
 
-/// The share of a thorough search's paths that a set has, by number and by energy.
+/// Share of the paths of a search with more rays that a set has, by number and by energy.
 fn recall(found: &PathSet, stage: &Stage) -> Result<[f64; 2]> {
     let usual = PropagationSettings::default();
     let settings = PropagationSettings {
@@ -267,7 +267,7 @@ fn recall(found: &PathSet, stage: &Stage) -> Result<[f64; 2]> {
     ])
 }
 
-/// Writes the WAV of a first repeat, 16 bits; gives its name and checksum.
+/// Writes the WAV file of a first repeat, 16 bits, and returns its name and checksum.
 fn write_wav(
     unit: &Unit,
     props: &Props,
@@ -286,7 +286,7 @@ fn write_wav(
     Ok(Some((name.into_owned(), format!("{:016x}", fnv(bytes)))))
 }
 
-/// Where a rendering of the first repeat stands.
+/// File of a rendering of the first repeat.
 pub(super) fn wav_file(out: &Path, unit: &Unit, name: &str) -> PathBuf {
     out.join("wav")
         .join(format!("{}-{name}.wav", unit.cell_name()))

@@ -11,7 +11,7 @@ use super::stage::{Props, Stage};
 use super::unit::{self, UnitResult};
 use crate::progress::Progress;
 
-/// Results of all units in their order. The longest are begun first, so that no thread waits long for another at the end. No
+/// Results of all units in their order. The longest are started first to keep all threads busy to the end. No
 /// result depends on the others or on the threads.
 pub(super) fn all_results(
     units: &[Unit],
@@ -19,7 +19,7 @@ pub(super) fn all_results(
     props: &Props,
 ) -> Result<Vec<UnitResult>> {
     let mut order: Vec<usize> = (0..units.len()).collect();
-    order.sort_by_key(|&place| (std::cmp::Reverse(units[place].weight()), place));
+    order.sort_by_key(|&index| (std::cmp::Reverse(units[index].weight()), index));
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
     let stop = AtomicBool::new(false);
@@ -33,28 +33,28 @@ pub(super) fn all_results(
             scope.spawn(move || {
                 while !stop.load(Ordering::Relaxed) {
                     let turn = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(&place) = order.get(turn) else {
+                    let Some(&index) = order.get(turn) else {
                         break;
                     };
-                    let unit = &units[place];
+                    let unit = &units[index];
                     let Some(stage) = stages.get(&unit.scene) else {
                         break;
                     };
                     let result = unit::result(unit, stage, props);
-                    if sender.send((place, result)).is_err() {
+                    if sender.send((index, result)).is_err() {
                         break;
                     }
                 }
             });
         }
         drop(sender);
-        for (place, result) in receiver {
+        for (index, result) in receiver {
             if result.is_err() {
                 stop.store(true, Ordering::Relaxed);
             }
             let (result, kept) = result?;
-            results[place] = Some(result);
-            progress.advance(units[place].weight(), kept);
+            results[index] = Some(result);
+            progress.advance(units[index].weight(), kept);
         }
         Ok(())
     })?;
