@@ -27,7 +27,7 @@ fn propagation(criterion: &mut Criterion) {
         let directions: Vec<_> = (0..1024).map(|i| fibonacci_direction(i, 1024)).collect();
         let guide = GuideRays {
             origin: scene.to_local(ear.position),
-            turn: rotation(0, 1),
+            rotation: rotation(0, 1),
             directions: &directions,
             depth: 4,
         };

@@ -1,4 +1,4 @@
-//! How loud a path is, in eight bands.
+//! Amplitudes of paths in eight bands, relative to the free field at 1 m.
 
 use glam::Vec3;
 
@@ -8,26 +8,18 @@ use crate::propagation::image_source::finite_panel;
 use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::{Scene, SourcePose};
 
-/// Spherical spreading and air: the pressure ratio of the free field at a distance, relative to 1 m without air.
-///
-/// Nearer than `min_distance_m` the level stays what it is there, since a real source is not a point.
+/// Spherical spreading and air absorption over `distance_m` metres. Within `min_distance_m` (above 0) the spreading stays
+/// that of this distance: a real source is not a point.
 pub fn free_field(scene: &Scene, distance_m: f64, min_distance_m: f64) -> BandArray {
     let spreading = (1.0 / distance_m.max(min_distance_m)) as f32;
-    let mut amplitude = *scene.air_np_per_m();
-    for value in &mut amplitude {
-        *value *= distance_m as f32;
-    }
-    amplitude = exp_neg(&amplitude);
-    for value in &mut amplitude {
-        *value *= spreading;
-    }
-    amplitude
+    let nepers = scene.air_np_per_m().map(|np| np * distance_m as f32);
+    exp_neg(&nepers).map(|value| value * spreading)
 }
 
-/// Amplitude of a reflected path: free field over its length, times each surface's reflection factor at its angle, and
-/// what small panels leave of it.
+/// Amplitude of a reflected path: free field over its length, times each surface's reflection factor at the angle of
+/// incidence, times the factor of finite panels.
 pub fn reflected(scene: &Scene, path: &ImagePath, min_distance_m: f64) -> BandArray {
-    let mut amplitude = unbounded(scene, path, min_distance_m);
+    let mut amplitude = reflected_unbounded(scene, path, min_distance_m);
     if let Some(factor) = finite_panel::factor(scene, path) {
         for b in 0..BANDS {
             amplitude[b] *= factor[b];
@@ -36,8 +28,8 @@ pub fn reflected(scene: &Scene, path: &ImagePath, min_distance_m: f64) -> BandAr
     amplitude
 }
 
-/// The same as if no surface had an end.
-pub fn unbounded(scene: &Scene, path: &ImagePath, min_distance_m: f64) -> BandArray {
+/// [`reflected`] without the factor of finite panels.
+pub fn reflected_unbounded(scene: &Scene, path: &ImagePath, min_distance_m: f64) -> BandArray {
     let mut amplitude = free_field(scene, path.length_m, min_distance_m);
     for step in 0..path.order {
         let reflectance = scene.reflectance(path.surfaces[step]);
@@ -49,8 +41,8 @@ pub fn unbounded(scene: &Scene, path: &ImagePath, min_distance_m: f64) -> BandAr
     amplitude
 }
 
-/// Takes in what the source's directivity does to a path that leaves it towards a world direction.
-pub fn direct_by_source(amplitude: &mut BandArray, source: &SourcePose, departure: Vec3) {
+/// Multiplies by the source's directivity towards a world direction of any length.
+pub fn apply_directivity(amplitude: &mut BandArray, source: &SourcePose, departure: Vec3) {
     if source.settings.directivity.is_omni() {
         return;
     }

@@ -1,9 +1,9 @@
-//! SPS: the sound propagation stage. Rays suggest surfaces, mirrored sources turn a list of surfaces into one exact
-//! path, validation throws out what something blocks.
+//! SPS: the sound propagation stage. Rays suggest surface sequences, mirrored sources turn a sequence into one exact path,
+//! and validation rejects what is blocked.
 //!
-//! Runs on threads that the caller owns (none of its own; [`Workers`]), takes a committed [`crate::scene::Scene`] and poses,
-//! gives a [`PathSet`]. Follows the paper's section III-A and \[TAYLOR12\]; differs in that paths are found in merged
-//! surfaces and named by canonical sequences, and that valid sequences are remembered for sixteen updates.
+//! Runs on threads that the caller owns ([`Workers`]). Input: a committed [`crate::scene::Scene`] and poses. Output: a
+//! [`PathSet`]. Follows the paper's section III-A and \[TAYLOR12\]. Own: paths are found in merged surfaces and identified by
+//! canonical sequences, and valid sequences stay candidates for sixteen updates.
 
 pub mod amplitude;
 pub mod diffraction;

@@ -1,43 +1,43 @@
-//! What propagation gives: valid paths with eight-band amplitudes, and what the late reverb needs.
+//! Output of propagation: valid paths with eight-band amplitudes, and the energy of the late reverb.
 
 use glam::Vec3;
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::scene::{InstancePose, ListenerPose, SourceId, SourcePose};
 
-/// Highest reflection order of a discrete path (the paper's depth).
+/// Highest reflection order of a path (the paper's depth).
 pub const MAX_ORDER: usize = 4;
 
-/// Most edges that one path bends around.
+/// Most edges that one path is diffracted at.
 pub const MAX_DIFFRACTION_ORDER: usize = 2;
 
-/// Identity of a path across updates: source and canonical surface sequence, folded into 64 bits.
+/// Identity of a path across updates: a 64-bit hash of its source and its interactions in canonical order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct PathId(pub u64);
 
-/// One valid path from a source to the listener.
+/// One valid path from a source to the listener, in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Path {
     /// Identity across updates.
     pub id: PathId,
     /// The source it starts at.
     pub source: SourceId,
-    /// Number of reflections; 0 is the direct path, or one that bends around edges only.
+    /// Number of reflections, 0 to [`MAX_ORDER`].
     pub order: u8,
-    /// Number of edges that it bends around, 0 to [`MAX_DIFFRACTION_ORDER`]; together with `order` at most [`MAX_ORDER`].
+    /// Number of diffractions, 0 to [`MAX_DIFFRACTION_ORDER`]; together with `order` at most [`MAX_ORDER`].
     pub diffraction_order: u8,
     /// Indices of the reflecting surfaces from source to listener; the first `order` count.
     pub surfaces: [u32; MAX_ORDER],
-    /// Numbers of the edges in [`crate::scene::Scene::edges`] from source to listener; the first `diffraction_order` count.
+    /// Indices of the edges in [`crate::scene::Scene::edges`] from source to listener; the first `diffraction_order` count.
     pub edges: [u32; MAX_DIFFRACTION_ORDER],
-    /// Reflection points and bends in metres, from source to listener; the first `order` + `diffraction_order` count.
+    /// Reflection and diffraction points in metres from source to listener; the first `order` + `diffraction_order` count.
     pub points: [Vec3; MAX_ORDER],
-    /// Position of the image source in metres: the listener hears the path from there. Of a bent path: as far off as
-    /// the path is long, in the direction of its last bend or what reflects it after that.
+    /// Position of the image source in metres, from which the listener hears the path. For a diffracted path: the point at
+    /// the path's length in the direction of its last edge, or of that edge's image in the surfaces after it.
     pub image: Vec3,
     /// Length in metres.
     pub length_m: f32,
-    /// Signed pressure ratio a band, relative to the free field at 1 m.
+    /// Signed pressure factor of each band, relative to the free field at 1 m.
     pub amplitude: BandArray,
 }
 
@@ -47,51 +47,50 @@ impl Path {
         self.order == 0 && self.diffraction_order == 0
     }
 
-    /// Whether this path is computed anew in every graphics frame instead of being continued from its last update: the
-    /// direct path and those that bend once on their way and do nothing else
-    /// ([`crate::propagation::diffraction::direct_field`]).
+    /// Whether this path is recomputed in every graphics frame instead of being extrapolated: the direct path, and those with
+    /// one diffraction and no reflection ([`crate::propagation::diffraction::direct_field`]).
     pub fn is_frame_validated(&self) -> bool {
         self.order == 0 && self.diffraction_order <= 1
     }
 
-    /// The edges it bends around, from source to listener.
+    /// The indices of its edges from source to listener.
     pub fn edges(&self) -> &[u32] {
         &self.edges[..usize::from(self.diffraction_order).min(MAX_DIFFRACTION_ORDER)]
     }
 
-    /// The reflecting surfaces from source to listener.
+    /// The indices of its reflecting surfaces from source to listener.
     pub fn surfaces(&self) -> &[u32] {
         &self.surfaces[..usize::from(self.order).min(MAX_ORDER)]
     }
 
-    /// The reflection points and bends from source to listener.
+    /// The reflection and diffraction points from source to listener.
     pub fn points(&self) -> &[Vec3] {
         &self.points
             [..(usize::from(self.order) + usize::from(self.diffraction_order)).min(MAX_ORDER)]
     }
 }
 
-/// Steps in time that a tail's energy is told in.
+/// Time segments of the late-energy envelope.
 pub const LATE_SEGMENTS: usize = 4;
 
-/// What the late reverb needs of one source: the energy that no discrete path carries.
+/// Late energy of one source: what no discrete path carries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateEnergy {
     /// The source.
     pub source: SourceId,
-    /// Energy of the diffuse impulse response in each step of time, relative to the free field at 1 m, one a band. Steps
-    /// start at [`crate::propagation::diffuse::envelope::LATE_SEGMENT_STARTS`]; the last one has no end.
+    /// Energy of the diffuse impulse response in each time segment and band, relative to the free field at 1 m. Segments
+    /// start at [`crate::propagation::diffuse::envelope::LATE_SEGMENT_STARTS`]; the last one is unbounded.
     pub energy: [BandArray; LATE_SEGMENTS],
-    /// Reverberation time T60 in seconds around this source, one a band.
+    /// Reverberation time T60 around this source in seconds, by band.
     pub decay_time_s: BandArray,
-    /// Seconds from emission before which nothing can arrive: the straight line's.
+    /// Delay of the straight line in seconds, before which nothing arrives.
     pub start_s: f32,
-    /// Mean seconds between two bounces.
+    /// Mean time between two bounces in seconds.
     pub mean_free_time_s: f32,
 }
 
 impl LateEnergy {
-    /// A source without a late field.
+    /// No late energy.
     pub fn silent(source: SourceId) -> Self {
         Self {
             source,
@@ -103,38 +102,50 @@ impl LateEnergy {
     }
 }
 
-/// The result of one propagation update.
+/// The result of one propagation update. [`Default`] is an empty set, whose memory updates reuse.
+///
+/// ```
+/// use foresound::paths::{Path, PathSet};
+///
+/// /// The strongest path at 1 kHz, and its delay in seconds at 343.4 m/s.
+/// fn strongest(set: &PathSet) -> Option<(&Path, f32)> {
+///     let level = |path: &&Path| path.amplitude[4].abs();
+///     let path = set.paths.iter().max_by(|a, b| level(a).total_cmp(&level(b)))?;
+///     Some((path, path.length_m / 343.4))
+/// }
+/// assert!(strongest(&PathSet::default()).is_none());
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PathSet {
     /// Number of the update, from 0.
     pub update: u64,
-    /// Time the poses belong to, in seconds on the caller's clock.
+    /// Time of the poses in seconds on the caller's clock.
     pub time_s: f64,
-    /// The listener it was computed for.
+    /// The listener.
     pub listener: ListenerPose,
-    /// The sources it was computed for, by slot.
+    /// The sources, in the caller's order.
     pub sources: Vec<SourcePose>,
-    /// The poses of the scene's instances that it was computed for, by slot.
+    /// The poses of the scene's instances, by slot.
     pub instances: Vec<InstancePose>,
     /// Valid paths, sorted by [`Path::id`].
     pub paths: Vec<Path>,
-    /// Reflected paths that are not there but may be for a listener nearby, as if nothing stood in their way and no
-    /// surface had an end; sorted by [`Path::id`], none of [`Self::paths`]. Empty unless asked for
-    /// ([`super::Propagator::set_nearby_radius`]).
+    /// Reflected paths that are invalid but may become valid for a listener nearby, with amplitudes as if nothing blocked them
+    /// and surfaces had no ends; sorted by [`Path::id`], none of [`Self::paths`]. Empty unless enabled by
+    /// [`super::Propagator::set_nearby_radius`].
     pub nearby: Vec<Path>,
-    /// Edges near which each source's direct field is to be looked at in every graphics frame, in the order of
-    /// [`Self::sources`], nearest first.
+    /// Edges at which each source's direct field is computed in every graphics frame, in the order of [`Self::sources`],
+    /// nearest first.
     pub direct_edges: Vec<(SourceId, u32)>,
-    /// Late reverb, one entry a source, in the order of [`Self::sources`].
+    /// Late energy of each source, in the order of [`Self::sources`].
     pub late: Vec<LateEnergy>,
-    /// Other places where the listener may be while this is used, if somebody asked for them
-    /// ([`super::Propagator::set_predicted_positions`]).
-    pub way: Vec<Vec3>,
-    /// Late reverb there: for each place the entries of [`Self::late`].
+    /// Predicted positions of the listener, as given to [`super::Propagator::set_predicted_positions`]; empty if a source's
+    /// late energy was not due.
+    pub predicted_positions: Vec<Vec3>,
+    /// Late energy at the predicted positions: for each of them the entries of [`Self::late`].
     pub predicted_late: Vec<LateEnergy>,
-    /// Where the sources are taken to be then, one place an entry of [`Self::predicted_late`].
+    /// Positions of the sources for each entry of [`Self::predicted_late`].
     pub predicted_sources: Vec<Vec3>,
-    /// Rays cast for it. The same for any number of threads; instruction sets may differ in it, since what blocked a
-    /// candidate last is whatever their tree came upon first.
+    /// Number of rays cast. It does not depend on the number of threads. It may differ between instruction sets, whose
+    /// searches may find another one of several occluders first.
     pub rays: u64,
 }

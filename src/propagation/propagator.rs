@@ -1,7 +1,7 @@
-//! One propagation update: cast all rays, make ready what guide rays found, validate a source at a time, sort.
+//! One propagation update: cast all rays, cull what guide rays found, validate one source at a time, sort.
 //!
-//! Each phase is a list of shares that do not depend on each other, given to the caller's [`Workers`]; results are put
-//! together in the order of the list, so the number of threads does not change a bit.
+//! Each phase is a list of independent shares for the caller's [`Workers`]. Results are merged in the order of the list: the
+//! number of threads does not change a bit.
 
 use std::sync::Arc;
 
@@ -10,118 +10,138 @@ use glam::{DVec3, Vec3};
 use crate::error::Result;
 use crate::propagation::diffraction::MAX_DIRECT_EDGES;
 use crate::propagation::diffuse::VisibilityCells;
-use crate::propagation::image_source::discovery_history::GuideMemory;
-use crate::propagation::image_source::expansion::fill_up;
+use crate::propagation::image_source::discovery_history::DiscoveryHistory;
+use crate::propagation::image_source::expansion::expand;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
-use crate::propagation::image_source::window_cull::{Candidates, Onlookers};
+use crate::propagation::image_source::window_cull::{CandidateCull, CullViews};
 use crate::propagation::path::{Path, PathId, PathSet};
 use crate::propagation::quality_level::PropagationQuality;
-use crate::propagation::rays::directions::{ROTATIONS, lattice, renew_lattice, rotation};
+use crate::propagation::rays::directions::{ROTATIONS, fill_lattice, lattice, rotation};
 use crate::propagation::rays::guide_rays::GuideRays;
-use crate::propagation::rays::prefix_set::Beginnings;
-use crate::propagation::scene_revision::SceneState;
+use crate::propagation::rays::prefix_set::PrefixSet;
+use crate::propagation::scene_revision::SceneRevision;
 use crate::propagation::settings::PropagationSettings;
-use crate::propagation::source_task::{Moment, PredictedPosition, Scratch, Shared, SourceTask};
+use crate::propagation::source_task::{
+    PredictedPosition, ReflectionContext, Scratch, SourceTask, UpdateContext,
+};
 use crate::propagation::workers::{Serial, Workers};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
-/// Shares that guide rays and their sequences are split into: several a thread, so that none waits long for another.
+/// Shares of the guide rays and of the candidates: several a thread, for even load.
 const SHARES: usize = 16;
 
-/// One share of the guide rays. Far enough from the next one that two threads write to no common cache line, nor to two that
-/// are fetched together.
+/// One share of the guide rays. Aligned to two cache lines: threads write to neighbouring ones.
 #[derive(Debug)]
 #[repr(align(128))]
 struct GuideShare {
-    met: Beginnings,
+    prefixes: PrefixSet,
     found: Vec<Sequence>,
     rays: u64,
 }
 
 impl GuideShare {
-    fn trace(&mut self, scene: &Scene, rays: &GuideRays<'_>, number: usize) {
+    fn trace(&mut self, scene: &Scene, rays: &GuideRays<'_>, index: usize) {
         self.found.clear();
-        let range = part(number, rays.directions.len());
-        let found = &mut self.found;
-        self.rays = rays.trace_with(&mut self.met, scene, range, |sequence| found.push(sequence));
+        let range = share_range(index, rays.directions.len());
+        let (prefixes, found) = (&mut self.prefixes, &mut self.found);
+        self.rays = rays.trace_with(prefixes, scene, range, |sequence| found.push(sequence));
     }
 }
 
-/// Computes path sets of one scene. Owned by the propagation thread; one call at a time.
+/// Computes path sets of one scene. One thread owns it and makes one call at a time.
 ///
 /// # Real-time
-/// Not for the audio thread. Allocates while a source or a number of paths is new, not afterwards.
+/// Not for the audio thread. Allocates while sources or numbers of paths are new, not afterwards.
+///
+/// ```
+/// use std::sync::Arc;
+/// use foresound::paths::{PathSet, Propagator};
+/// use foresound::{
+///     ListenerPose, MaterialTable, PropagationSettings, Scene, SceneSettings, SourceId, SourcePose, glam::Vec3, shoebox,
+/// };
+///
+/// # fn main() -> foresound::Result<()> {
+/// let room = shoebox(Vec3::new(6.0, 3.0, 4.0), "concrete");
+/// let scene = Scene::commit(&room, &MaterialTable::built_in(), &SceneSettings::default())?;
+/// let mut propagator = Propagator::new(Arc::new(scene), PropagationSettings::default())?;
+/// let source = SourcePose::at(SourceId::new(0, 0), Vec3::new(1.0, 1.5, 2.0));
+/// let listener = ListenerPose::facing([4.0, 1.5, 2.0], 0.0);
+/// let mut set = PathSet::default();
+/// propagator.update(&listener, &[source], 0.0, &mut set);
+/// // Direct sound, and the six walls' first reflections.
+/// assert!(set.paths.iter().any(|path| path.is_direct()));
+/// assert_eq!(set.paths.iter().filter(|path| path.order == 1).count(), 6);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Propagator {
     scene: Arc<Scene>,
-    /// Whether somebody may have changed it since it was last looked at.
-    is_touched: bool,
-    state: SceneState,
-    viewpoints: VisibilityCells,
-    /// See [`Self::set_predicted_positions`].
-    way: Vec<PredictedPosition>,
-    /// As it was made.
+    /// Whether the scene may have changed since the last update.
+    is_scene_touched: bool,
+    revision: SceneRevision,
+    cells: VisibilityCells,
+    predicted: Vec<PredictedPosition>,
+    /// As given at creation.
     settings: PropagationSettings,
-    /// As much of it as is in use.
-    in_use: PropagationSettings,
-    effort: PropagationQuality,
+    /// Within the present quality.
+    active_settings: PropagationSettings,
+    quality: PropagationQuality,
     update: u64,
-    /// The rays' lattices before rotation.
+    /// Directions before rotation.
     guide_directions: Vec<Vec3>,
     source_directions: Vec<Vec3>,
     shares: Vec<GuideShare>,
     guide: SequenceSet,
-    memory: GuideMemory,
-    /// See [`Self::set_nearby_radius`].
-    reach_m: Option<f64>,
-    candidates: Vec<Candidates>,
-    /// Of the update's sources, local coordinates.
-    places: Vec<DVec3>,
-    /// Those of the update's sources first, in their order; then those that wait for another source.
+    history: DiscoveryHistory,
+    nearby_m: Option<f64>,
+    candidates: Vec<CandidateCull>,
+    /// Positions of the update's sources in local coordinates.
+    source_positions: Vec<DVec3>,
+    /// Those of the update's sources in their order, then idle ones.
     tasks: Vec<SourceTask>,
-    /// What they are worked in, one a thread.
+    /// One a thread.
     scratch: Vec<Scratch>,
-    /// The paths of all tasks by identity: task and place.
+    /// Paths by identity: task and index within it.
     order: Vec<(PathId, u32, u32)>,
 }
 
 impl Propagator {
-    /// For a committed scene.
+    /// A propagator for a committed scene. Allocates its memory.
     ///
     /// # Errors
     /// [`crate::Error::Setting`] names a setting outside its range.
     pub fn new(scene: Arc<Scene>, settings: PropagationSettings) -> Result<Self> {
         settings.check()?;
         let count = settings.guide_rays;
-        let rays_a_share = (count as usize).div_ceil(SHARES);
-        let sequences = rays_a_share * settings.depth;
-        let capacity = (SHARES * sequences).max(GuideMemory::MOST);
+        let sequences = (count as usize).div_ceil(SHARES) * settings.depth;
+        let capacity = (SHARES * sequences).max(DiscoveryHistory::CAPACITY);
         let share = |_| GuideShare {
-            met: Beginnings::with_capacity(sequences),
+            prefixes: PrefixSet::with_capacity(sequences),
             found: Vec::with_capacity(sequences),
             rays: 0,
         };
         Ok(Self {
             scene,
-            is_touched: true,
-            state: SceneState::default(),
-            viewpoints: VisibilityCells::default(),
-            way: Vec::new(),
+            is_scene_touched: true,
+            revision: SceneRevision::default(),
+            cells: VisibilityCells::default(),
+            predicted: Vec::new(),
             settings,
-            in_use: settings,
-            effort: PropagationQuality::full(&settings),
+            active_settings: settings,
+            quality: PropagationQuality::full(&settings),
             update: 0,
             guide_directions: lattice(count),
             source_directions: lattice(settings.source_rays),
             shares: (0..SHARES).map(share).collect(),
             guide: SequenceSet::with_capacity(capacity),
-            memory: GuideMemory::default(),
-            reach_m: None,
+            history: DiscoveryHistory::default(),
+            nearby_m: None,
             candidates: (0..SHARES)
-                .map(|_| Candidates::with_capacity(capacity.div_ceil(SHARES)))
+                .map(|_| CandidateCull::with_capacity(capacity.div_ceil(SHARES)))
                 .collect(),
-            places: Vec::new(),
+            source_positions: Vec::new(),
             tasks: Vec::new(),
             scratch: Vec::new(),
             order: Vec::new(),
@@ -133,72 +153,71 @@ impl Propagator {
         &self.scene
     }
 
-    /// The same to move its instances, to add and to remove some: the next update is computed with them as they stand
-    /// then. Copies the scene, but not what is fixed, as long as somebody else has it too. What is remembered of paths
-    /// stays, and is seen again where it stands.
+    /// Mutable access to move, add and remove instances; the next update uses the result. Copies the scene, but not its fixed
+    /// data, while another reference to it exists. Caches keep what is still valid.
     pub fn scene_mut(&mut self) -> &mut Scene {
-        self.is_touched = true;
+        self.is_scene_touched = true;
         Arc::make_mut(&mut self.scene)
     }
 
-    /// The settings it was made with.
+    /// The settings given at creation.
     pub fn settings(&self) -> &PropagationSettings {
         &self.settings
     }
 
-    /// Spends as much as this from the next update on, within the settings it was made with; what it remembers stays.
-    /// Allocates nothing.
-    pub fn set_quality(&mut self, effort: PropagationQuality) {
-        let effort = effort.within(&self.settings);
-        if effort.guide_rays != self.effort.guide_rays {
-            renew_lattice(&mut self.guide_directions, effort.guide_rays);
+    /// Sets the quality of the next updates, limited by the settings given at creation. Caches are kept. Allocates nothing.
+    pub fn set_quality(&mut self, quality: PropagationQuality) {
+        let quality = quality.within(&self.settings);
+        if quality.guide_rays != self.quality.guide_rays {
+            fill_lattice(&mut self.guide_directions, quality.guide_rays);
         }
-        if effort.source_rays != self.effort.source_rays {
-            renew_lattice(&mut self.source_directions, effort.source_rays);
+        if quality.source_rays != self.quality.source_rays {
+            fill_lattice(&mut self.source_directions, quality.source_rays);
         }
-        self.effort = effort;
-        self.in_use = PropagationSettings {
-            guide_rays: effort.guide_rays,
-            source_rays: effort.source_rays,
-            depth: effort.depth,
-            cache_updates: effort.cache_updates,
+        self.quality = quality;
+        self.active_settings = PropagationSettings {
+            guide_rays: quality.guide_rays,
+            source_rays: quality.source_rays,
+            depth: quality.depth,
+            cache_updates: quality.cache_updates,
             ..self.settings
         };
     }
 
-    /// Has the next updates name reflected paths that are not there, but may be for a listener within `reach_m` metres, in
-    /// [`PathSet::nearby`]; `None` names none, which is where a propagator begins.
-    pub fn set_nearby_radius(&mut self, reach_m: Option<f64>) {
-        self.reach_m = reach_m;
+    /// Has the next updates list in [`PathSet::nearby`] the reflected paths that may become valid for a listener within
+    /// `radius_m` metres (0 or more). `None`, the initial value, lists none.
+    pub fn set_nearby_radius(&mut self, radius_m: Option<f64>) {
+        self.nearby_m = radius_m;
     }
 
-    /// Has the next updates estimate the late reverb for these places too, world coordinates, in [`PathSet::way`]; none is
-    /// where a propagator begins. An estimate costs the shadow rays of a listener who goes there.
+    /// Has the next updates estimate the late energy at these listener positions too (world coordinates, metres), in
+    /// [`PathSet::predicted_late`]. Initially there are none. An estimate costs the shadow rays of a listener who moves there.
     ///
-    /// `sources` says where the sources will be then: for each place all of them, in the order of the update's; where it says
-    /// nothing they are taken to be where the update has them.
-    pub fn set_predicted_positions(&mut self, places: &[Vec3], sources: &[Vec3]) {
-        self.way
-            .resize_with(places.len(), PredictedPosition::default);
-        let count = sources.len() / places.len().max(1);
-        for (number, (there, place)) in self.way.iter_mut().zip(places).enumerate() {
-            there.place = *place;
+    /// `sources` has the positions of the update's sources for each listener position in turn; sources without one are taken
+    /// to be at rest.
+    pub fn set_predicted_positions(&mut self, listeners: &[Vec3], sources: &[Vec3]) {
+        self.predicted
+            .resize_with(listeners.len(), PredictedPosition::default);
+        let count = sources.len() / listeners.len().max(1);
+        for (index, (there, listener)) in self.predicted.iter_mut().zip(listeners).enumerate() {
+            there.position = *listener;
             there.sources.clear();
-            let own = sources.get(number * count..(number + 1) * count);
+            let own = sources.get(index * count..(index + 1) * count);
             there.sources.extend_from_slice(own.unwrap_or_default());
         }
     }
 
-    /// Runs sixteen updates at one place and drops their results, so that every ray rotation has been seen there and
-    /// the next update finds what a listener at rest would hear.
+    /// Runs one update for each ray rotation at one pose and drops the results. The next update finds what a listener at rest
+    /// hears.
     pub fn warm_up(&mut self, listener: &ListenerPose, sources: &[SourcePose]) {
-        let mut scratch = PathSet::default();
+        let mut set = PathSet::default();
         for _ in 0..ROTATIONS {
-            self.update(listener, sources, 0.0, &mut scratch);
+            self.update(listener, sources, 0.0, &mut set);
         }
     }
 
-    /// Computes all valid paths for these poses into `result`, whose memory is used again. On the calling thread.
+    /// Computes all valid paths for these poses into `result`, whose memory is reused; `time_s` becomes [`PathSet::time_s`]. Runs
+    /// on the calling thread.
     pub fn update(
         &mut self,
         listener: &ListenerPose,
@@ -209,7 +228,7 @@ impl Propagator {
         self.update_with(&Serial, listener, sources, time_s, result);
     }
 
-    /// The same on the caller's workers; their number does not change a bit of the result.
+    /// [`Self::update`] on the caller's workers. Their number does not change a bit of the result.
     pub fn update_with(
         &mut self,
         workers: &impl Workers,
@@ -218,150 +237,147 @@ impl Propagator {
         time_s: f64,
         result: &mut PathSet,
     ) {
-        if std::mem::take(&mut self.is_touched) {
-            self.state.look(&self.scene, self.update);
+        if std::mem::take(&mut self.is_scene_touched) {
+            self.revision.refresh(&self.scene, self.update);
         }
-        self.state.go_on(self.update);
-        let scene_state = self.state.now();
-        self.arrange(sources);
+        self.revision.begin_update(self.update);
+        let scene_state = self.revision.current();
+        self.arrange_tasks(sources);
         while self.scratch.len() < workers.count() {
             self.scratch.push(Scratch::new(&self.settings));
         }
-        let ear = self.scene.to_local(listener.position);
-        let own_rays = self
-            .viewpoints
-            .renew(&self.scene, ear.as_vec3(), scene_state);
-        let mut way_rays = 0;
-        for there in &mut self.way {
-            there.ear = self.scene.to_local(there.place);
-            let ear = there.ear.as_vec3();
-            way_rays += there.viewpoints.renew(&self.scene, ear, scene_state);
+        let scene = &*self.scene;
+        let ear = scene.to_local(listener.position);
+        let mut cell_rays = self.cells.renew(scene, ear.as_vec3(), scene_state);
+        for there in &mut self.predicted {
+            there.listener = scene.to_local(there.position);
+            let ear = there.listener.as_vec3();
+            cell_rays += there.cells.renew(scene, ear, scene_state);
         }
-        let moment = Moment {
-            scene: &self.scene,
-            settings: &self.in_use,
-            effort: &self.effort,
+        let context = UpdateContext {
+            scene,
+            settings: &self.active_settings,
+            quality: &self.quality,
             update: self.update,
             scene_state,
-            poses_since: self.state.poses_since(),
-            fixed_since: self.state.fixed_since(),
+            poses_since: self.revision.poses_since(),
+            fixed_since: self.revision.fixed_since(),
             listener,
             ear,
-            viewpoints: &self.viewpoints,
-            way: &self.way,
-            reach_m: self.reach_m,
+            cells: &self.cells,
+            predicted: &self.predicted,
+            nearby_m: self.nearby_m,
             directions: &self.source_directions,
         };
         let guide_rays = GuideRays {
             origin: ear,
-            turn: rotation(self.update, self.in_use.seed),
+            rotation: rotation(self.update, self.active_settings.seed),
             directions: &self.guide_directions,
-            depth: self.in_use.depth,
+            depth: self.active_settings.depth,
         };
-        let tasks = &mut self.tasks[..sources.len()];
-        // All rays at once: a source's are a larger piece than a share of the guide rays, so they come first.
+        // Sources first: each is a larger piece of work than a share of the guide rays.
         workers.for_both(
-            (tasks, &mut self.shares),
+            (&mut self.tasks[..sources.len()], &mut self.shares),
             &mut self.scratch,
-            |place, task, scratch| task.trace(&moment, place, &sources[place], scratch),
-            |number, share, _| share.trace(moment.scene, &guide_rays, number),
+            |index, task, scratch| task.trace(&context, index, &sources[index], scratch),
+            |index, share, _| share.trace(scene, &guide_rays, index),
         );
-        merge(&moment, &self.shares, &mut self.guide, &mut self.memory);
+        self.guide.clear();
+        for sequence in self.shares.iter().flat_map(|share| &share.found) {
+            self.guide.insert(*sequence);
+        }
+        let nearby = self.nearby_m.is_some();
+        self.history
+            .merge(scene, self.update, nearby, &mut self.guide);
+        let depth = self.active_settings.depth;
+        expand(scene, self.update, depth, &mut self.guide);
         let sequences = self.guide.entries();
-        self.places.clear();
-        let place = |source: &SourcePose| self.scene.to_local(source.position);
-        self.places.extend(sources.iter().map(place));
-        let onlookers = Onlookers {
-            ear,
-            reach_m: moment.reach_m,
-            sources: &self.places,
+        self.source_positions.clear();
+        let position = |source: &SourcePose| scene.to_local(source.position);
+        self.source_positions.extend(sources.iter().map(position));
+        let views = CullViews {
+            listener: ear,
+            nearby_m: self.nearby_m,
+            sources: &self.source_positions,
         };
-        workers.for_each(&mut self.candidates, |number, candidates| {
-            let range = part(number, sequences.len());
+        workers.for_each(&mut self.candidates, |index, candidates| {
+            let range = share_range(index, sequences.len());
             let share = &sequences[range.clone()];
-            candidates.prepare(moment.scene, share, range.start, &onlookers);
+            candidates.cull(scene, share, range.start, &views);
         });
-        let shared = Shared {
-            moment,
+        let context = ReflectionContext {
+            update: context,
             guide: &self.guide,
             candidates: &self.candidates,
         };
         workers.for_both(
             (&mut self.tasks[..sources.len()], &mut [(); 0]),
             &mut self.scratch,
-            |place, task, scratch| task.find(&shared, place, &sources[place], scratch),
+            |index, task, scratch| task.find_reflections(&context, index, &sources[index], scratch),
             |_, (), _| (),
         );
-        self.gather(sources, result);
-        result.rays += own_rays + way_rays;
+        self.collect(sources, result);
+        result.rays += cell_rays;
         result.update = self.update;
         result.time_s = time_s;
         result.listener = *listener;
         self.update += 1;
     }
 
-    /// Puts the tasks into the order of the sources. New sources take over the tasks of those that have gone.
-    fn arrange(&mut self, sources: &[SourcePose]) {
-        for (place, pose) in sources.iter().enumerate() {
-            let known = (place..self.tasks.len()).find(|&i| self.tasks[i].belongs_to(pose.id));
-            if let Some(there) = known {
-                self.tasks.swap(place, there);
+    /// Brings the tasks into the order of the sources. New sources take over the tasks of sources that have gone.
+    fn arrange_tasks(&mut self, sources: &[SourcePose]) {
+        for (index, pose) in sources.iter().enumerate() {
+            let own = (index..self.tasks.len()).find(|&i| self.tasks[i].belongs_to(pose.id));
+            if let Some(own) = own {
+                self.tasks.swap(index, own);
                 continue;
             }
-            let wanted = |task: &SourceTask| sources[place..].iter().any(|s| task.belongs_to(s.id));
-            let free = (place..self.tasks.len()).find(|&i| !wanted(&self.tasks[i]));
-            let there = free.unwrap_or_else(|| {
+            let is_needed =
+                |task: &SourceTask| sources[index..].iter().any(|s| task.belongs_to(s.id));
+            let free = (index..self.tasks.len()).find(|&i| !is_needed(&self.tasks[i]));
+            let free = free.unwrap_or_else(|| {
                 let task = SourceTask::new(pose.id, &self.settings);
                 self.tasks.push(task);
                 self.tasks.len() - 1
             });
-            self.tasks[there].reset(pose.id);
-            self.tasks.swap(place, there);
+            self.tasks[free].reset(pose.id);
+            self.tasks.swap(index, free);
         }
         for task in &mut self.tasks[sources.len()..] {
-            task.waits = true;
+            task.is_idle = true;
         }
     }
 
-    /// Puts the tasks' paths together, sorted by identity.
-    fn gather(&mut self, sources: &[SourcePose], result: &mut PathSet) {
-        let tasks = &self.tasks[..sources.len()];
-        sorted(
-            tasks,
-            |task| &task.paths,
-            &mut self.order,
-            &mut result.paths,
-        );
-        let nearby = &mut result.nearby;
-        sorted(tasks, |task| &task.nearby, &mut self.order, nearby);
+    /// Merges the results of the tasks.
+    fn collect(&mut self, sources: &[SourcePose], result: &mut PathSet) {
+        let (tasks, order) = (&self.tasks[..sources.len()], &mut self.order);
+        collect_sorted(tasks, |task| &task.paths, order, &mut result.paths);
+        collect_sorted(tasks, |task| &task.nearby, order, &mut result.nearby);
         result.direct_edges.clear();
         result.direct_edges.reserve(tasks.len() * MAX_DIRECT_EDGES);
         for (pose, task) in sources.iter().zip(tasks) {
             let edges = task.direct_edges.as_slice().iter();
-            result
-                .direct_edges
-                .extend(edges.map(|edge| (pose.id, *edge)));
+            let edges = edges.map(|edge| (pose.id, *edge));
+            result.direct_edges.extend(edges);
         }
         result.late.clear();
-        result
-            .late
-            .extend(tasks.iter().filter_map(|task| task.late_source));
-        result.way.clear();
+        let late = tasks.iter().filter_map(|task| task.late_energy);
+        result.late.extend(late);
+        result.predicted_positions.clear();
         result.predicted_late.clear();
         result.predicted_sources.clear();
-        let all_looked = tasks
-            .iter()
-            .all(|t| t.predicted_late.len() == self.way.len());
-        for (number, there) in self.way.iter().enumerate().filter(|_| all_looked) {
-            result.way.push(there.place);
-            let late = tasks.iter().map(|task| task.predicted_late[number]);
+        let count = self.predicted.len();
+        let is_complete = tasks.iter().all(|t| t.predicted_late.len() == count);
+        let predicted = self.predicted.iter().filter(|_| is_complete);
+        for (index, there) in predicted.enumerate() {
+            result.predicted_positions.push(there.position);
+            let late = tasks.iter().map(|task| task.predicted_late[index]);
             result.predicted_late.extend(late);
-            let at = |(place, pose): (usize, &SourcePose)| {
-                there.sources.get(place).copied().unwrap_or(pose.position)
+            let position = |(index, pose): (usize, &SourcePose)| {
+                there.sources.get(index).copied().unwrap_or(pose.position)
             };
-            result
-                .predicted_sources
-                .extend(sources.iter().enumerate().map(at));
+            let positions = sources.iter().enumerate().map(position);
+            result.predicted_sources.extend(positions);
         }
         result.instances.clear();
         result.instances.extend(self.scene.instance_poses());
@@ -372,8 +388,8 @@ impl Propagator {
     }
 }
 
-/// Puts one of the tasks' lists together, sorted by identity.
-fn sorted(
+/// Merges one list of all tasks, sorted by identity.
+fn collect_sorted(
     tasks: &[SourceTask],
     list: impl Fn(&SourceTask) -> &Vec<Path>,
     order: &mut Vec<(PathId, u32, u32)>,
@@ -382,32 +398,17 @@ fn sorted(
     order.clear();
     for (number, task) in tasks.iter().enumerate() {
         let entries = list(task).iter().enumerate();
-        order.extend(entries.map(|(place, path)| (path.id, number as u32, place as u32)));
+        order.extend(entries.map(|(index, path)| (path.id, number as u32, index as u32)));
     }
     order.sort_unstable();
     result.clear();
-    // Room for half as many again, so that a walk seldom asks for more.
+    // Half as much again: a walking listener seldom causes an allocation.
     result.reserve((order.len() * 3 / 2).next_power_of_two());
-    let path = |&(_, task, place): &(PathId, u32, u32)| list(&tasks[task as usize])[place as usize];
+    let path = |&(_, task, index): &(PathId, u32, u32)| list(&tasks[task as usize])[index as usize];
     result.extend(order.iter().map(path));
 }
 
-/// The set of what guide rays have found in the order of the rays, filled up with what they found before and with neighbours.
-fn merge(
-    moment: &Moment<'_>,
-    shares: &[GuideShare],
-    guide: &mut SequenceSet,
-    memory: &mut GuideMemory,
-) {
-    guide.clear();
-    for sequence in shares.iter().flat_map(|share| &share.found) {
-        guide.insert(*sequence);
-    }
-    memory.turn(moment.scene, moment.update, moment.reach_m.is_some(), guide);
-    fill_up(moment.scene, moment.update, moment.settings.depth, guide);
-}
-
-/// Share `number` of `count` things.
-fn part(number: usize, count: usize) -> std::ops::Range<usize> {
-    number * count / SHARES..(number + 1) * count / SHARES
+/// Range of share `index` of `count` items.
+fn share_range(index: usize, count: usize) -> std::ops::Range<usize> {
+    index * count / SHARES..(index + 1) * count / SHARES
 }

@@ -1,8 +1,8 @@
-//! How much of its settings a propagator uses: less of everything under a budget, without forgetting what it knows.
+//! The part of its settings that a propagator uses. A budget lowers it; caches are kept.
 
 use crate::propagation::settings::PropagationSettings;
 
-/// What the next updates may spend, at most what the propagator was made with.
+/// Cost of the next updates, limited by the propagator's settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PropagationQuality {
     /// Guide rays, at least 1.
@@ -11,15 +11,15 @@ pub struct PropagationQuality {
     pub source_rays: u32,
     /// Highest reflection order.
     pub depth: usize,
-    /// Updates for which a sequence that was valid is tried again.
+    /// Updates for which a sequence stays a candidate after it was valid.
     pub cache_updates: u64,
-    /// Updates between two looks at a source's late field, at least 1: its rays are cast, and sequences of its own
-    /// suggested, in one update of so many; sources take turns.
+    /// Updates between two estimates of a source's late field, at least 1. Source rays, and with them candidates of the
+    /// source's own, are due in one update of so many; sources take turns.
     pub late_interval: u64,
 }
 
 impl PropagationQuality {
-    /// Everything that the settings allow.
+    /// The highest quality that the settings allow.
     pub fn full(settings: &PropagationSettings) -> Self {
         Self {
             guide_rays: settings.guide_rays,
@@ -30,7 +30,7 @@ impl PropagationQuality {
         }
     }
 
-    /// No more than the settings allow, and no less than works.
+    /// Limited by the settings, and at least the minimum of each field.
     pub(crate) fn within(self, settings: &PropagationSettings) -> Self {
         Self {
             guide_rays: self.guide_rays.clamp(1, settings.guide_rays),
@@ -41,9 +41,9 @@ impl PropagationQuality {
         }
     }
 
-    /// Whether a source's rays are cast in this update, and by which rotation: all sixteen come round at any interval.
-    pub(crate) fn late_turn(&self, update: u64, place: u64) -> Option<u64> {
-        let turn = update + place % self.late_interval;
+    /// The rotation of a source's rays if they are due in this update. All rotations occur at any interval.
+    pub(crate) fn late_turn(&self, update: u64, slot: u64) -> Option<u64> {
+        let turn = update + slot % self.late_interval;
         turn.is_multiple_of(self.late_interval)
             .then_some(turn / self.late_interval)
     }
@@ -56,13 +56,13 @@ mod tests {
     #[test]
     fn every_source_gets_every_rotation_at_any_interval() {
         for late_interval in 1..=4 {
-            let effort = PropagationQuality {
+            let quality = PropagationQuality {
                 late_interval,
                 ..PropagationQuality::full(&PropagationSettings::default())
             };
-            for place in 0..5 {
+            for slot in 0..5 {
                 let turns: Vec<u64> = (0..16 * late_interval)
-                    .filter_map(|update| effort.late_turn(update, place))
+                    .filter_map(|update| quality.late_turn(update, slot))
                     .collect();
                 assert_eq!(turns.len(), 16);
                 assert!(turns.windows(2).all(|pair| pair[1] == pair[0] + 1));
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn effort_stays_within_the_settings() {
+    fn quality_stays_within_the_settings() {
         let settings = PropagationSettings::default();
         let wild = PropagationQuality {
             guide_rays: 0,

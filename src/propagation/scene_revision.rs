@@ -1,58 +1,58 @@
-//! Since when a scene is what it is, for what rays found of it in earlier updates. Own.
+//! Revision counter of a scene, for caches of rays. Own.
 
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
 use crate::scene::instances::{Change, SceneSnapshot};
 
-/// Counts a scene's states.
+/// Counts the states of a scene.
 #[derive(Debug, Default)]
-pub(crate) struct SceneState {
-    standing: SceneSnapshot,
-    /// Another one whenever the scene is.
-    now: u64,
-    /// The state after the last change of more than poses.
-    fixed: u64,
-    /// While instances move: the state after their first move, and the last update that saw one.
+pub(crate) struct SceneRevision {
+    snapshot: SceneSnapshot,
+    /// Increases with every change.
+    current: u64,
+    /// The revision after the last change of more than poses.
+    fixed_since: u64,
+    /// While instances move: the revision after their first move, and the last update with a move.
     moving: Option<(u64, u64)>,
 }
 
-impl SceneState {
-    /// Looks at a scene that may have changed. Allocates while the number of instances is new.
-    pub(crate) fn look(&mut self, scene: &Scene, update: u64) {
-        let change = self.standing.renew(scene);
-        self.now += u64::from(change != Change::Nothing);
+impl SceneRevision {
+    /// Compares a scene with its last state. Allocates while the number of instances is new.
+    pub(crate) fn refresh(&mut self, scene: &Scene, update: u64) {
+        let change = self.snapshot.renew(scene);
+        self.current += u64::from(change != Change::Nothing);
         if change == Change::Everything {
-            self.fixed = self.now;
+            self.fixed_since = self.current;
         }
         self.moving = match (change, self.moving) {
             (Change::Nothing, moving) => moving,
             (Change::Poses, Some((since, _))) => Some((since, update)),
-            (Change::Poses, None) => Some((self.now, update)),
+            (Change::Poses, None) => Some((self.current, update)),
             (Change::Everything, _) => None,
         };
     }
 
-    /// Notes an update. Apps move things once a graphics frame, and updates may come oftener: what has not moved for as many
-    /// updates as there are rotations rests.
-    pub(crate) fn go_on(&mut self, update: u64) {
+    /// Begins an update. Instances count as at rest after as many updates without a move as there are rotations: apps move
+    /// them once a graphics frame, and updates may be more frequent.
+    pub(crate) fn begin_update(&mut self, update: u64) {
         self.moving = self
             .moving
             .filter(|(_, last)| update.saturating_sub(*last) < ROTATIONS);
     }
 
-    /// The present state, by number.
-    pub(crate) fn now(&self) -> u64 {
-        self.now
+    /// The present revision.
+    pub(crate) fn current(&self) -> u64 {
+        self.current
     }
 
-    /// The first state from which on nothing but poses of instances has changed.
+    /// The first revision since which only poses of instances have changed.
     pub(crate) fn fixed_since(&self) -> u64 {
-        self.fixed
+        self.fixed_since
     }
 
-    /// The same from their first move on, while they move; the present one else.
+    /// While instances move, the revision after their first move; otherwise the present one.
     pub(crate) fn poses_since(&self) -> u64 {
-        self.moving.map_or(self.now, |(since, _)| since)
+        self.moving.map_or(self.current, |(since, _)| since)
     }
 }
 
@@ -75,31 +75,31 @@ mod tests {
         };
         let (mut scene, part) = (commit(5.0), Arc::new(commit(0.5)));
         let at = |id, x: f64| InstancePose::at(id, DVec3::new(x, 1.0, 1.0));
-        let mut state = SceneState::default();
-        let mut look = |scene: &Scene, update| {
-            state.look(scene, update);
-            state.go_on(update);
-            (state.now(), state.poses_since())
+        let mut revision = SceneRevision::default();
+        let mut refresh = |scene: &Scene, update| {
+            revision.refresh(scene, update);
+            revision.begin_update(update);
+            (revision.current(), revision.poses_since())
         };
-        assert_eq!(look(&scene, 0), (1, 1));
-        assert_eq!(look(&scene, 1), (1, 1));
+        assert_eq!(refresh(&scene, 0), (1, 1));
+        assert_eq!(refresh(&scene, 1), (1, 1));
         let id = scene
             .add_instance(part, &at(InstanceId::default(), 1.0))
             .expect("one");
-        assert_eq!(look(&scene, 2), (2, 2));
-        // What was found before the first move is of another place.
+        assert_eq!(refresh(&scene, 2), (2, 2));
+        // The revision before the first move has other poses.
         scene.set_instance_poses(&[at(id, 1.1)]);
-        assert_eq!(look(&scene, 3), (3, 3));
-        assert_eq!(look(&scene, 4), (3, 3));
+        assert_eq!(refresh(&scene, 3), (3, 3));
+        assert_eq!(refresh(&scene, 4), (3, 3));
         scene.set_instance_poses(&[at(id, 1.2)]);
-        assert_eq!(look(&scene, 5), (4, 3));
-        assert_eq!(look(&scene, 5 + ROTATIONS - 1), (4, 3));
-        assert_eq!(look(&scene, 5 + ROTATIONS), (4, 4));
+        assert_eq!(refresh(&scene, 5), (4, 3));
+        assert_eq!(refresh(&scene, 5 + ROTATIONS - 1), (4, 3));
+        assert_eq!(refresh(&scene, 5 + ROTATIONS), (4, 4));
         scene.set_instance_poses(&[at(id, 1.3)]);
-        assert_eq!(look(&scene, 30), (5, 5));
+        assert_eq!(refresh(&scene, 30), (5, 5));
         scene.set_instance_poses(&[at(id, 1.4)]);
-        assert_eq!(look(&scene, 31), (6, 5));
+        assert_eq!(refresh(&scene, 31), (6, 5));
         scene.remove_instance(id).expect("there");
-        assert_eq!(look(&scene, 32), (7, 7));
+        assert_eq!(refresh(&scene, 32), (7, 7));
     }
 }

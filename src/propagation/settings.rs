@@ -1,9 +1,22 @@
-//! What propagation may spend, and where its limits are.
+//! Settings of the propagation stage.
 
 use super::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER};
 use crate::error::{Error, Result};
 
-/// What propagation may spend, and where its limits are.
+/// Settings of a propagator: rays, orders, caches.
+///
+/// ```
+/// use foresound::PropagationSettings;
+///
+/// // Half of the rays, and no diffraction.
+/// let settings = PropagationSettings {
+///     guide_rays: 512,
+///     source_rays: 64,
+///     diffraction_order: 0,
+///     ..PropagationSettings::default()
+/// };
+/// assert_eq!(settings.depth, 4);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PropagationSettings {
     /// Guide rays from the listener, 1 to 65,536. The paper: 1,024.
@@ -14,13 +27,13 @@ pub struct PropagationSettings {
     pub depth: usize,
     /// Seed of the rays' rotations and diffuse bounces.
     pub seed: u64,
-    /// Updates for which a sequence that was valid is tried again without being rediscovered.
+    /// Updates for which a sequence stays a candidate after it was valid.
     pub cache_updates: u64,
-    /// Sequences remembered for each source.
+    /// Valid sequences kept for each source, 1 to 65,536.
     pub cache_capacity: usize,
-    /// Distance in metres below which a source gets no louder.
+    /// Distance in metres below which a source gets no louder, above 0. Sources may have their own.
     pub min_distance_m: f32,
-    /// Most edges that one path bends around, 0 to [`MAX_DIFFRACTION_ORDER`]; 0 is sound without diffraction.
+    /// Most edges that one path is diffracted at, 0 (no diffraction) to [`MAX_DIFFRACTION_ORDER`].
     pub diffraction_order: usize,
 }
 

@@ -1,5 +1,5 @@
-//! One source's part of an update: source rays, direct field, bent paths, validation of candidates. Depends on no other source, so
-//! that sources can be spread over threads.
+//! One source's part of an update: source rays, direct and diffracted paths, validation of reflections. Depends on no other
+//! source: sources are spread over threads.
 
 use glam::{DVec3, Vec3};
 
@@ -12,308 +12,281 @@ use crate::acoustics::BandArray;
 use crate::propagation::diffuse::{
     LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
 };
-use crate::propagation::image_source::image_path::{ImagePath, Unfolded};
-use crate::propagation::image_source::occluder_cache::{Blocked, Occluders};
+use crate::propagation::image_source::image_path::{ImagePath, MARGIN_M, UnfoldedPath};
+use crate::propagation::image_source::occluder_cache::{Occluder, OccluderCache};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
-use crate::propagation::image_source::valid_cache::SequenceCache;
-use crate::propagation::image_source::validation_queue::{Standing, Waiting};
-use crate::propagation::image_source::window_cull::{Candidates, Ready};
+use crate::propagation::image_source::valid_cache::ValidCache;
+use crate::propagation::image_source::validation_queue::{Unvalidated, ValidationQueue};
+use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, mix, rotation};
 use crate::scene::edges::NearEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
-/// Rotations whose rays a moving source casts anew in one update at most, as many as while it is at rest. One who walks leaves
-/// one of its still places every hundredth of a second.
-const MOST_CAST: usize = 1;
+/// Most rotations whose rays a moving source casts anew in one update: as many as a source at rest. A walking source leaves
+/// one of its ray origins every hundredth of a second.
+const MAX_CAST_ROTATIONS: usize = 1;
 
-/// Farthest from the scene's centre that source and listener are heard, in metres along an axis: squares of such lengths
-/// are far within single precision, which rays are cast in. Anything beyond, or no number at all, has no path.
-const FARTHEST_M: f64 = 1e9;
+/// Largest coordinate of source and listener in metres. Rays are cast in single precision, whose range holds the square of
+/// it. A position beyond, or one that is not a number, has no path.
+const MAX_COORDINATE_M: f64 = 1e9;
 
-/// Paths that a source has room for at first.
-const PATHS_AT_FIRST: usize = 256;
+/// Initial room for a source's paths.
+const INITIAL_PATHS: usize = 256;
 
-/// Most paths nearby that an update names of one source.
-const MOST_NEARBY: usize = 256;
+/// Most nearby paths of a source.
+const MAX_NEARBY: usize = 256;
 
-/// Another place where the listener may be.
+/// Sequences of a source's own up to which an update with nearby paths adds those of other rotations.
+const MAX_OWN: usize = 2048;
+
+/// A predicted position of the listener.
 #[derive(Debug, Default)]
 pub(super) struct PredictedPosition {
-    pub(super) place: Vec3,
-    /// The same, local coordinates.
-    pub(super) ear: DVec3,
-    pub(super) viewpoints: VisibilityCells,
-    /// Where the sources will be then, world coordinates.
+    /// In world coordinates.
+    pub(super) position: Vec3,
+    /// In local coordinates.
+    pub(super) listener: DVec3,
+    pub(super) cells: VisibilityCells,
+    /// Positions of the sources at that time, in world coordinates.
     pub(super) sources: Vec<Vec3>,
 }
 
-/// Sequences that a source tries for itself in an update that names what is nearby, as far as other rotations' rays have found
-/// so many.
-const MOST_OWN: usize = 2048;
-
-/// What is known when an update begins.
+/// Input of an update that all sources share.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Moment<'a> {
+pub(super) struct UpdateContext<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a PropagationSettings,
-    pub(super) effort: &'a PropagationQuality,
+    pub(super) quality: &'a PropagationQuality,
     pub(super) update: u64,
     /// See [`SourceRays::scene_state`], [`SourceRays::poses_since`] and [`SourceRays::fixed_since`].
     pub(super) scene_state: u64,
     pub(super) poses_since: u64,
     pub(super) fixed_since: u64,
     pub(super) listener: &'a ListenerPose,
-    /// The listener, local coordinates.
+    /// The listener in local coordinates.
     pub(super) ear: DVec3,
-    /// From where late fields are looked at.
-    pub(super) viewpoints: &'a VisibilityCells,
-    /// Other places that late fields are estimated for.
-    pub(super) way: &'a [PredictedPosition],
-    /// Within what distance paths are named that are not there; nothing names none.
-    pub(super) reach_m: Option<f64>,
-    /// The source rays' lattice before rotation.
+    pub(super) cells: &'a VisibilityCells,
+    pub(super) predicted: &'a [PredictedPosition],
+    /// See [`crate::propagation::Propagator::set_nearby_radius`].
+    pub(super) nearby_m: Option<f64>,
+    /// Directions of the source rays before rotation.
     pub(super) directions: &'a [Vec3],
 }
 
-/// What all sources share once guide rays have been cast.
+/// Input of the second half of an update.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shared<'a> {
-    pub(super) moment: Moment<'a>,
-    /// What guide rays have found.
+pub(super) struct ReflectionContext<'a> {
+    pub(super) update: UpdateContext<'a>,
+    /// Candidates of the guide rays.
     pub(super) guide: &'a SequenceSet,
-    /// The same, made ready.
-    pub(super) candidates: &'a [Candidates],
+    /// The same, culled for every source.
+    pub(super) candidates: &'a [CandidateCull],
 }
 
-/// What a thread does a source's part of an update in, and then another one's: nothing of it is remembered, and no two threads
-/// write to one line of it.
+/// Memory of a thread, reused for source after source; carries nothing over. Aligned to two cache lines: threads write to
+/// neighbouring ones.
 #[derive(Debug)]
 #[repr(align(128))]
 pub(super) struct Scratch {
-    /// Also sequences that a source alone tries.
+    /// Also the sequences that only the present source tries.
     rays: RayScratch,
-    /// Candidates whose turn comes next.
-    waiting: Waiting,
-    /// Those that have a path, by number.
+    queue: ValidationQueue,
+    /// Valid sequences by candidate index.
     valid: Vec<(u32, Sequence)>,
-    /// Where the points of what is nearby lie.
-    unfolded: Unfolded,
+    /// A nearby path.
+    unfolded: UnfoldedPath,
 }
 
 impl Scratch {
-    /// Room for what settings ask for.
     pub(super) fn new(settings: &PropagationSettings) -> Self {
         let own = settings.source_rays as usize * settings.depth.max(1) + settings.cache_capacity;
         Self {
             rays: RayScratch::with_capacity(own),
-            waiting: Waiting::new(),
-            valid: Vec::with_capacity(PATHS_AT_FIRST),
-            unfolded: Unfolded::default(),
+            queue: ValidationQueue::default(),
+            valid: Vec::with_capacity(INITIAL_PATHS),
+            unfolded: UnfoldedPath::default(),
         }
     }
 }
 
-/// What is remembered of one source between updates, and what the last update gave. Far enough from the next one that two
-/// threads write to no common cache line, nor to two that are fetched together.
+/// State of one source between updates, and its results in the last one. Aligned to two cache lines: threads write to
+/// neighbouring ones.
 #[derive(Debug)]
 #[repr(align(128))]
 pub(super) struct SourceTask {
     id: SourceId,
-    /// Where it was when its rays were cast last, local coordinates.
-    place: Option<DVec3>,
-    /// Whether its source has gone, so that another can have it.
-    pub(super) waits: bool,
+    /// Position when its rays were last cast, in local coordinates.
+    last_position: Option<DVec3>,
+    /// Whether its source has gone.
+    pub(super) is_idle: bool,
     late: LateEstimator,
-    cache: SequenceCache,
-    occluders: Occluders,
-    /// Rotation of the rays that were cast in this update, or found what they would find again.
+    cache: ValidCache,
+    occluders: OccluderCache,
+    /// Rotation of this update's rays, cast or cached; `None` if none are due.
     rotation: Option<u64>,
-    /// Valid paths in no order that means anything.
+    /// Valid paths, unsorted.
     pub(super) paths: Vec<Path>,
-    /// Those that are not there, in no order either.
+    /// Nearby paths, unsorted.
     pub(super) nearby: Vec<Path>,
     /// Edges near the straight line in the last update.
-    near: NearEdges,
-    /// Edges that its direct field is followed at until the next update.
+    near_edges: NearEdges,
+    /// Edges of the direct field until the next update.
     pub(super) direct_edges: DirectEdges,
-    pub(super) late_source: Option<LateEnergy>,
-    /// The same for the other places, in their order.
+    pub(super) late_energy: Option<LateEnergy>,
+    /// Late energy at the predicted positions, in their order.
     pub(super) predicted_late: Vec<LateEnergy>,
     pub(super) rays: u64,
 }
 
 impl SourceTask {
-    /// Nothing is known yet of this source.
     pub(super) fn new(id: SourceId, settings: &PropagationSettings) -> Self {
         Self {
             id,
-            place: None,
-            waits: false,
+            last_position: None,
+            is_idle: false,
             late: LateEstimator::default(),
-            cache: SequenceCache::with_capacity(settings.cache_capacity),
-            occluders: Occluders::default(),
+            cache: ValidCache::with_capacity(settings.cache_capacity),
+            occluders: OccluderCache::default(),
             rotation: None,
-            paths: Vec::with_capacity(PATHS_AT_FIRST),
+            paths: Vec::with_capacity(INITIAL_PATHS),
             nearby: Vec::new(),
-            near: NearEdges::default(),
+            near_edges: NearEdges::default(),
             direct_edges: DirectEdges::default(),
-            late_source: None,
+            late_energy: None,
             predicted_late: Vec::new(),
             rays: 0,
         }
     }
 
-    /// Whether it remembers this source.
+    /// Whether it holds the state of this source.
     pub(super) fn belongs_to(&self, id: SourceId) -> bool {
-        self.id == id && !self.waits
+        self.id == id && !self.is_idle
     }
 
-    /// Becomes another source's; the memory stays.
+    /// Becomes the task of another source; the memory stays.
     pub(super) fn reset(&mut self, id: SourceId) {
         self.id = id;
-        self.place = None;
-        self.waits = false;
+        self.last_position = None;
+        self.is_idle = false;
         self.late = LateEstimator::default();
-        self.late_source = None;
+        self.late_energy = None;
         self.cache.clear();
     }
 
-    /// First half, which does not wait for guide rays: casts the source's own, and finds the direct path and bent ones.
+    /// First half of an update, independent of the guide rays: source rays, direct path and diffracted ones. `index` is the
+    /// source's position in the list of sources.
     pub(super) fn trace(
         &mut self,
-        moment: &Moment<'_>,
-        number: usize,
+        context: &UpdateContext<'_>,
+        index: usize,
         pose: &SourcePose,
         scratch: &mut Scratch,
     ) {
         self.rays = 0;
-        let place = pose.id.slot() as u64;
-        let turn = match self.late_source {
-            // A new source is not kept waiting.
-            None => Some(moment.update),
-            Some(_) => moment.effort.late_turn(moment.update, place),
+        let slot = pose.id.slot() as u64;
+        let turn = match self.late_energy {
+            // A new source does not wait for its turn.
+            None => Some(context.update),
+            Some(_) => context.quality.late_turn(context.update, slot),
         };
         self.rotation = turn.map(|turn| turn % ROTATIONS);
         match turn {
-            Some(turn) => self.cast(moment, number, pose, turn, &mut scratch.rays),
+            Some(turn) => self.update_late(context, index, pose, turn, &mut scratch.rays),
             None => self.predicted_late.clear(),
         }
-        self.bend(moment, pose);
+        self.find_direct_and_diffracted(context, pose);
     }
 
-    /// The direct path and bent ones.
-    fn bend(&mut self, moment: &Moment<'_>, pose: &SourcePose) {
+    fn find_direct_and_diffracted(&mut self, context: &UpdateContext<'_>, pose: &SourcePose) {
         self.paths.clear();
         self.nearby.clear();
         self.direct_edges = DirectEdges::default();
-        if !is_within_reach(moment, pose) {
+        if !is_in_range(context, pose) {
             return;
         }
-        let otherwise_m = f64::from(moment.settings.min_distance_m);
-        let spot = Endpoints::of(pose, moment.listener.position, otherwise_m);
-        let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.near);
-        let diffraction_order = moment.settings.diffraction_order;
-        let mut give = |path| paths.push(path);
-        self.direct_edges = diffraction::update(
-            moment.scene,
-            &spot,
-            diffraction_order,
-            near,
-            rays,
-            &mut give,
-        );
+        let default_m = f64::from(context.settings.min_distance_m);
+        let endpoints = Endpoints::of(pose, context.listener.position, default_m);
+        let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.near_edges);
+        let order = context.settings.diffraction_order;
+        let mut push = |path| paths.push(path);
+        self.direct_edges =
+            diffraction::update(context.scene, &endpoints, order, near, rays, &mut push);
     }
 
-    /// What this source's rays have found and what was valid before, and guide rays have not met: its own list.
-    fn gather_own(&mut self, shared: &Shared<'_>, own: &mut SequenceSet) {
-        let Moment {
-            scene, settings, ..
-        } = shared.moment;
-        let moves = scene.has_instances();
+    /// Collects the source's own candidates: what its rays found and what was valid before, without those of the guide rays.
+    fn collect_own(&self, context: &ReflectionContext<'_>, own: &mut SequenceSet) {
+        let (scene, depth) = (context.update.scene, context.update.settings.depth);
         own.clear();
-        let mut add = |sequence: Sequence| {
+        let add = |own: &mut SequenceSet, sequence: Sequence| {
             let hash = sequence.hash();
-            if sequence.len() <= settings.depth && !shared.guide.contains_hashed(&sequence, hash) {
+            if sequence.len() <= depth && !context.guide.contains_hashed(&sequence, hash) {
                 own.insert_hashed(sequence, hash);
             }
         };
         if let Some(rotation) = self.rotation {
-            self.late.sequences(rotation).iter().for_each(|s| add(*s));
+            let found = self.late.sequences(rotation).iter();
+            found.for_each(|sequence| add(own, *sequence));
         }
-        for sequence in self.cache.entries() {
-            add(match moves {
-                // What commutes depends on how instances stand.
-                true => Sequence::canonical(scene, sequence.surfaces()),
-                false => *sequence,
-            });
-        }
-        // What other rotations have found, of which none is lost while the source stays: where there is time.
-        let Some(rotation) = self.rotation.filter(|_| shared.moment.reach_m.is_some()) else {
+        let cached = self.cache.entries().iter();
+        cached.for_each(|sequence| add(own, sequence.renewed(scene)));
+        // An update with nearby paths has time for what other rotations found, too.
+        let Some(rotation) = self.rotation.filter(|_| context.update.nearby_m.is_some()) else {
             return;
         };
         for other in 1..ROTATIONS {
             for sequence in self.late.sequences(rotation + other) {
-                if own.entries().len() >= MOST_OWN {
+                if own.entries().len() >= MAX_OWN {
                     return;
                 }
-                let sequence = match moves {
-                    true => Sequence::canonical(scene, sequence.surfaces()),
-                    false => *sequence,
-                };
-                if sequence.len() <= settings.depth && !shared.guide.contains(&sequence) {
-                    own.insert(sequence);
-                }
+                add(own, sequence.renewed(scene));
             }
         }
     }
 
-    /// Casts the source's rays by rotation number `turn` and renews the late field; it is number `place` of all. A moving source's
-    /// rays start at places near it that stand still, so that its tail depends on where it is and not on how it came there.
-    fn cast(
+    /// Casts the source's rays of rotation `turn` and estimates the late field. The rays of a moving source start at fixed
+    /// points near it: the late energy then depends on its position and not on its past.
+    fn update_late(
         &mut self,
-        moment: &Moment<'_>,
-        place: usize,
+        context: &UpdateContext<'_>,
+        index: usize,
         pose: &SourcePose,
         turn: u64,
         scratch: &mut RayScratch,
     ) {
-        let Moment {
+        let UpdateContext {
             scene, settings, ..
-        } = *moment;
+        } = *context;
         let own_seed = mix(u64::from(self.id.bits()));
-        let here = scene.to_local(pose.position);
-        let moves = self.place.replace(here).is_some_and(|last| last != here);
-        let is_wanted = pose.settings.effects.late;
-        let estimate = |late: &mut LateEstimator| match is_wanted {
-            true => late.estimate(scene, self.id),
-            false => LateEnergy::silent(self.id),
-        };
-        let mut late_at = |source: DVec3, ear: DVec3, viewpoints: &VisibilityCells| {
-            let mut left = match (moves, moment.reach_m) {
+        let position = scene.to_local(pose.position);
+        let last = self.last_position.replace(position);
+        let moves = last.is_some_and(|last| last != position);
+        let is_audible = pose.settings.effects.late;
+        let mut late_at = |source: DVec3, listener: DVec3, cells: &VisibilityCells| {
+            let mut left = match (moves, context.nearby_m) {
                 (false, _) => 1,
-                (true, None) => MOST_CAST,
+                (true, None) => MAX_CAST_ROTATIONS,
                 (true, Some(_)) => ROTATIONS as usize,
             };
+            let rays = &mut self.rays;
             for turn in turn..turn + ROTATIONS {
-                let rays = &mut self.rays;
                 let source_rays = SourceRays {
                     origin: match moves {
                         true => stable_viewpoint(scene, source, turn, rays),
                         false => source,
                     },
-                    listener: ear,
-                    viewpoints,
+                    listener,
+                    viewpoints: cells,
                     pose: *pose,
-                    directions: moment.directions,
+                    directions: context.directions,
                     turn: rotation(turn, settings.seed ^ own_seed),
                     rotation: turn % ROTATIONS,
                     depth: settings.depth,
                     seed: mix(settings.seed) ^ own_seed,
-                    scene_state: moment.scene_state,
-                    poses_since: moment.poses_since,
-                    fixed_since: moment.fixed_since,
+                    scene_state: context.scene_state,
+                    poses_since: context.poses_since,
+                    fixed_since: context.fixed_since,
                 };
                 let is_new = self.late.cast_rays(scene, &source_rays, scratch, rays);
                 left -= usize::from(is_new || !moves);
@@ -322,227 +295,205 @@ impl SourceTask {
                 }
             }
             self.late
-                .test_visibility(scene, [source, ear], viewpoints, &mut self.rays);
-            estimate(&mut self.late)
+                .test_visibility(scene, [source, listener], cells, rays);
+            match is_audible {
+                true => self.late.estimate(scene, self.id),
+                false => LateEnergy::silent(self.id),
+            }
         };
         self.predicted_late.clear();
-        for there in moment.way {
-            let source = there
-                .sources
-                .get(place)
-                .map_or(here, |at| scene.to_local(*at));
-            let late = late_at(source, there.ear, &there.viewpoints);
+        for there in context.predicted {
+            let source = there.sources.get(index);
+            let source = source.map_or(position, |source| scene.to_local(*source));
+            let late = late_at(source, there.listener, &there.cells);
             self.predicted_late.push(late);
         }
-        self.late_source = Some(late_at(here, moment.ear, moment.viewpoints));
+        self.late_energy = Some(late_at(position, context.ear, context.cells));
     }
 
-    /// Second half: reflected paths. It is number `place` of all.
-    pub(super) fn find(
+    /// Second half of an update: reflected paths. `index` is the source's position in the list of sources.
+    pub(super) fn find_reflections(
         &mut self,
-        shared: &Shared<'_>,
-        place: usize,
+        context: &ReflectionContext<'_>,
+        index: usize,
         pose: &SourcePose,
         scratch: &mut Scratch,
     ) {
-        let moment = &shared.moment;
-        if pose.settings.effects.reflections && is_within_reach(moment, pose) {
-            self.validate(shared, place, pose, scratch);
+        let update = &context.update;
+        if pose.settings.effects.reflections && is_in_range(update, pose) {
+            let query = SourceQuery {
+                context: update,
+                pose,
+                ends: [update.scene.to_local(pose.position), update.ear],
+            };
+            self.validate_candidates(context, &query, index, scratch);
             keep_loudest(&mut self.nearby);
         }
-        let most = moment.settings.cache_updates;
-        self.cache.turn(moment.update, most);
+        let max_age = update.settings.cache_updates;
+        self.cache.end_update(update.update, max_age);
     }
 
-    fn validate(
+    fn validate_candidates(
         &mut self,
-        shared: &Shared<'_>,
-        place: usize,
-        pose: &SourcePose,
+        context: &ReflectionContext<'_>,
+        query: &SourceQuery<'_>,
+        index: usize,
         scratch: &mut Scratch,
     ) {
-        let origin = shared.moment.scene.to_local(pose.position);
-        let trial = Trial {
-            moment: &shared.moment,
-            pose,
-            ends: [origin, shared.moment.ear],
-        };
-        let guide = shared.guide.entries();
-        for share in shared.candidates {
-            share.seen_from(place, |number| {
-                self.put(&trial, scratch, &guide[number], number);
+        let guide = context.guide.entries();
+        for share in context.candidates {
+            share.visible_from(index, |index| {
+                self.queue(query, scratch, &guide[index], index);
             });
         }
-        self.gather_own(shared, &mut scratch.rays.sequences);
-        for place in 0..scratch.rays.sequences.entries().len() {
-            let sequence = scratch.rays.sequences.entries()[place];
-            self.put(&trial, scratch, &sequence, guide.len() + place);
+        self.collect_own(context, &mut scratch.rays.sequences);
+        for index in 0..scratch.rays.sequences.entries().len() {
+            let sequence = scratch.rays.sequences.entries()[index];
+            self.queue(query, scratch, &sequence, guide.len() + index);
         }
         for length in 1..=MAX_ORDER {
-            self.unfold(&trial, scratch, length);
+            self.unfold(query, scratch, length);
         }
-        self.try_all(&trial, scratch);
-        scratch.valid.sort_unstable_by_key(|(number, _)| *number);
+        self.validate(query, scratch);
+        scratch.valid.sort_unstable_by_key(|(index, _)| *index);
         for (_, sequence) in scratch.valid.drain(..) {
-            self.cache.renew(sequence, shared.moment.update);
+            self.cache.insert(sequence, context.update.update);
         }
     }
 
-    /// Has a candidate wait for its turn, and those that it was waited for take theirs.
+    /// Queues a candidate; unfolds a full batch.
     #[inline(always)]
-    fn put(
+    fn queue(
         &mut self,
-        trial: &Trial<'_>,
+        query: &SourceQuery<'_>,
         scratch: &mut Scratch,
         sequence: &Sequence,
-        number: usize,
+        index: usize,
     ) {
-        let waiting = &mut scratch.waiting;
-        if waiting.put(trial.moment.scene, sequence, number) {
-            self.unfold(trial, scratch, sequence.len());
+        if scratch.queue.push(query.context.scene, sequence, index) {
+            self.unfold(query, scratch, sequence.len());
         }
     }
 
-    /// Unfolds the candidates of one length that wait.
+    /// Unfolds the queued candidates of one length; validates when enough are unfolded.
     #[inline(never)]
-    fn unfold(&mut self, trial: &Trial<'_>, scratch: &mut Scratch, length: usize) {
-        let Trial { moment, ends, .. } = *trial;
-        let (waiting, unfolded) = (&mut scratch.waiting, &mut scratch.unfolded);
-        let is_time = waiting.unfold(
-            moment.scene,
+    fn unfold(&mut self, query: &SourceQuery<'_>, scratch: &mut Scratch, length: usize) {
+        let SourceQuery { context, ends, .. } = *query;
+        let (scene, unfolded) = (context.scene, &mut scratch.unfolded);
+        let is_due = scratch.queue.unfold(
+            scene,
             &self.occluders,
             length,
             ends,
-            |four, lane, sequence| {
-                if let Some(reach_m) = moment.reach_m {
-                    let ready = four.ready(lane, length);
-                    self.nearby
-                        .extend(nearby(trial, unfolded, sequence, &ready, reach_m));
+            |batch, lane, sequence| {
+                if let Some(nearby_m) = context.nearby_m
+                    && unfolded.take(scene, sequence, batch, lane, nearby_m + MARGIN_M)
+                {
+                    self.nearby.push(query.nearby_path(sequence, unfolded));
                 }
             },
         );
-        if is_time {
-            self.try_all(trial, scratch);
+        if is_due {
+            self.validate(query, scratch);
         }
     }
 
-    /// Adds the paths along the candidates that are left, or has them nearby.
-    fn try_all(&mut self, trial: &Trial<'_>, scratch: &mut Scratch) {
-        let Trial { moment, pose, .. } = *trial;
-        let Scratch {
-            waiting,
-            valid,
-            unfolded,
-            ..
-        } = scratch;
-        let scene = moment.scene;
-        waiting.try_all(scene, &mut self.occluders, |occluders, standing, last| {
-            let sequence = &standing.sequence;
-            if let Some(path) = open(trial, standing, last, occluders, &mut self.rays) {
-                valid.push((standing.number, *sequence));
-                let level = amplitude::reflected;
-                self.paths
-                    .push(reflected_path(moment, sequence, pose, &path, level));
-            } else if let Some(reach_m) = moment.reach_m {
-                let ready = Ready::of(scene, sequence, moment.ear);
-                self.nearby
-                    .extend(nearby(trial, unfolded, sequence, &ready, reach_m));
-            }
-        });
+    /// Adds the paths along the unfolded candidates, or nearby ones.
+    fn validate(&mut self, query: &SourceQuery<'_>, scratch: &mut Scratch) {
+        let (scene, occluders, valid) =
+            (query.context.scene, &mut self.occluders, &mut scratch.valid);
+        scratch
+            .queue
+            .validate(scene, occluders, |occluders, candidate, last| {
+                let sequence = &candidate.sequence;
+                if query.is_valid(candidate, last, occluders, &mut self.rays) {
+                    valid.push((candidate.index, *sequence));
+                    let path = query.path(sequence, &candidate.unfolded, amplitude::reflected);
+                    self.paths.push(path);
+                } else if query.context.nearby_m.is_some() {
+                    self.nearby
+                        .push(query.nearby_path(sequence, &candidate.unfolded));
+                }
+            });
     }
 }
 
-/// What all candidates of a source are tried with.
+/// What all candidates of a source are validated with.
 #[derive(Debug, Clone, Copy)]
-struct Trial<'a> {
-    moment: &'a Moment<'a>,
+struct SourceQuery<'a> {
+    context: &'a UpdateContext<'a>,
     pose: &'a SourcePose,
-    /// Source and listener, local coordinates.
+    /// Source and listener in local coordinates.
     ends: [DVec3; 2],
 }
 
-/// The geometry of the path along a candidate that is left, if nothing blocks it and its points lie on its surfaces.
-///
-/// What was blocked most likely is again, which is sooner known than whether a point lies on any surface.
-fn open(
-    trial: &Trial<'_>,
-    standing: &Standing,
-    last: Option<Blocked>,
-    occluders: &mut Occluders,
-    rays: &mut u64,
-) -> Option<ImagePath> {
-    let (scene, ends, unfolded) = (trial.moment.scene, trial.ends, &standing.unfolded);
-    let legs = unfolded.legs();
-    if last.is_some_and(|blocked| blocked.again(scene, legs, ends))
-        || !unfolded.lies_on_surfaces(scene)
-        || !occluders.is_clear(scene, standing.hash, legs, ends, rays)
-    {
-        return None;
+impl SourceQuery<'_> {
+    /// Whether nothing blocks an unfolded candidate and its points lie on its surfaces. The last occluder most likely blocks
+    /// again, and its test costs less than that of the points.
+    fn is_valid(
+        &self,
+        candidate: &Unvalidated,
+        last: Option<Occluder>,
+        occluders: &mut OccluderCache,
+        rays: &mut u64,
+    ) -> bool {
+        let (scene, unfolded) = (self.context.scene, &candidate.unfolded);
+        let legs = unfolded.legs();
+        !last.is_some_and(|occluder| occluder.blocks(scene, legs, self.ends))
+            && unfolded.lies_on_surfaces(scene)
+            && occluders.is_clear(scene, candidate.hash, legs, self.ends, rays)
     }
-    Some(unfolded.finish(scene, [ends[0], unfolded.goal()]))
-}
 
-/// The path along a candidate that is not there, but may be for a listener within `reach_m` metres.
-fn nearby(
-    trial: &Trial<'_>,
-    unfolded: &mut Unfolded,
-    sequence: &Sequence,
-    ready: &Ready,
-    reach_m: f64,
-) -> Option<Path> {
-    let Trial { moment, pose, ends } = *trial;
-    let (scene, line) = (moment.scene, [ends[0], ready.image]);
-    let is_there = unfolded.along_nearby(scene, sequence, &ready.order, line, reach_m);
-    is_there.then(|| {
-        let path = unfolded.finish(scene, line);
-        reflected_path(moment, sequence, pose, &path, amplitude::unbounded)
-    })
-}
+    /// A nearby path: without occlusion and as if surfaces had no ends.
+    fn nearby_path(&self, sequence: &Sequence, unfolded: &UnfoldedPath) -> Path {
+        self.path(sequence, unfolded, amplitude::reflected_unbounded)
+    }
 
-/// Whether source and listener are where sound is followed.
-fn is_within_reach(moment: &Moment<'_>, pose: &SourcePose) -> bool {
-    let within = |place: DVec3| place.abs().max_element() < FARTHEST_M && place.is_finite();
-    within(moment.scene.to_local(pose.position)) && within(moment.ear)
-}
-
-/// The path of a source along a sequence.
-fn reflected_path(
-    moment: &Moment<'_>,
-    sequence: &Sequence,
-    pose: &SourcePose,
-    path: &ImagePath,
-    level: impl Fn(&Scene, &ImagePath, f64) -> BandArray,
-) -> Path {
-    let scene = moment.scene;
-    let min_distance_m = pose
-        .settings
-        .min_distance_m(f64::from(moment.settings.min_distance_m));
-    let mut amplitude = level(scene, path, min_distance_m);
-    let departure = (path.points[0] - scene.to_local(pose.position)).as_vec3();
-    amplitude::direct_by_source(&mut amplitude, pose, departure);
-    Path {
-        id: sequence.path_id(scene, pose.id),
-        source: pose.id,
-        order: path.order as u8,
-        diffraction_order: 0,
-        surfaces: path.surfaces,
-        edges: [0; MAX_DIFFRACTION_ORDER],
-        points: path.points.map(|p| scene.to_world(p)),
-        image: scene.to_world(path.image),
-        length_m: path.length_m as f32,
-        amplitude,
+    /// The path of the source along an unfolded sequence.
+    fn path(
+        &self,
+        sequence: &Sequence,
+        unfolded: &UnfoldedPath,
+        amplitude: impl Fn(&Scene, &ImagePath, f64) -> BandArray,
+    ) -> Path {
+        let Self { context, pose, .. } = *self;
+        let (scene, source) = (context.scene, self.ends[0]);
+        let path = unfolded.finish(scene, [source, unfolded.listener_image()]);
+        let default_m = f64::from(context.settings.min_distance_m);
+        let min_distance_m = pose.settings.min_distance_m(default_m);
+        let mut amplitude = amplitude(scene, &path, min_distance_m);
+        let departure = (path.points[0] - source).as_vec3();
+        amplitude::apply_directivity(&mut amplitude, pose, departure);
+        Path {
+            id: sequence.path_id(scene, pose.id),
+            source: pose.id,
+            order: path.order as u8,
+            diffraction_order: 0,
+            surfaces: path.surfaces,
+            edges: [0; MAX_DIFFRACTION_ORDER],
+            points: path.points.map(|p| scene.to_world(p)),
+            image: scene.to_world(path.image),
+            length_m: path.length_m as f32,
+            amplitude,
+        }
     }
 }
 
-/// Keeps the loudest [`MOST_NEARBY`].
+/// Whether source and listener are at positions within [`MAX_COORDINATE_M`].
+fn is_in_range(context: &UpdateContext<'_>, pose: &SourcePose) -> bool {
+    let in_range = |at: DVec3| at.abs().max_element() < MAX_COORDINATE_M && at.is_finite();
+    in_range(context.scene.to_local(pose.position)) && in_range(context.ear)
+}
+
+/// Keeps the loudest [`MAX_NEARBY`].
 fn keep_loudest(nearby: &mut Vec<Path>) {
-    if nearby.len() > MOST_NEARBY {
+    if nearby.len() > MAX_NEARBY {
         let energy = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
-        nearby.select_nth_unstable_by(MOST_NEARBY, |a, b| {
+        nearby.select_nth_unstable_by(MAX_NEARBY, |a, b| {
             energy(b)
                 .total_cmp(&energy(a))
                 .then_with(|| a.id.cmp(&b.id))
         });
-        nearby.truncate(MOST_NEARBY);
+        nearby.truncate(MAX_NEARBY);
     }
 }

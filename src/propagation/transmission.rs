@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::{Scene, SourceId, SourcePose};
@@ -75,7 +75,7 @@ pub fn direct_path_of(
     }
     let min_distance_m = source.settings.min_distance_m(default_min_distance_m);
     let mut path = direct_path(scene, source.id, from, to, min_distance_m, rays)?;
-    direct_by_source(&mut path.amplitude, source, to - from);
+    apply_directivity(&mut path.amplitude, source, to - from);
     Some(path)
 }
 

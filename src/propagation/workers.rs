@@ -1,14 +1,22 @@
-//! Who does the work: a small fork and join, so that the stage can be split over threads without owning one.
+//! Fork and join over threads that the caller owns.
 
-/// Most threads that work at once.
+/// Most threads of a [`Workers`].
 pub const MOST_WORKERS: usize = 64;
 
-/// Something that runs a job for every item of a list, on as many threads as it has, and comes back when all are done.
+/// Runs a job for every item of a list on several threads, and returns when all jobs have ended.
 ///
-/// Items are handed out in any order to any thread; a job that depends on nothing but its own item and what all of them
-/// share gives the same result on every number of threads. [`crate::propagation`] has no other kind.
+/// Items go to threads in any order. Jobs of propagation depend on their own item and on shared input only: the result is
+/// the same for every number of threads.
+///
+/// ```
+/// use foresound::paths::{Serial, Workers};
+///
+/// let mut squares = [0; 4];
+/// Serial.for_each(&mut squares, |index, square| *square = index * index);
+/// assert_eq!(squares, [0, 1, 4, 9]);
+/// ```
 pub trait Workers {
-    /// Threads that work at once, the caller among them; 1 to [`MOST_WORKERS`].
+    /// Number of threads, the caller included; 1 to [`MOST_WORKERS`].
     fn count(&self) -> usize;
 
     /// Calls `job` once for every item, with the item's index.
@@ -24,11 +32,12 @@ pub trait Workers {
         self.for_both((items, &mut [(); 0]), nothing, job, |_, (), ()| ());
     }
 
-    /// The same for two lists that are worked off as one, the first one first: each item with its index in its own list.
-    /// Every thread has one of `scratch` for itself: memory in which jobs leave nothing that matters.
+    /// Calls `first` for every item of the first list and `second` for every item of the second, with the item's index in its
+    /// own list. Items of the first list start first. Each thread has one element of `scratch`, whose content jobs must not
+    /// depend on.
     ///
     /// # Panics
-    /// If there is less of `scratch` than threads; if a job panics, after all others have ended.
+    /// If `scratch` has fewer elements than there are threads; if a job panics, after all others have ended.
     ///
     /// # Real-time
     /// Implementations allocate nothing.
@@ -41,7 +50,7 @@ pub trait Workers {
     );
 }
 
-/// The calling thread, alone.
+/// The calling thread alone.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Serial;
 

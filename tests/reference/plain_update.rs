@@ -1,5 +1,6 @@
-//! Oracle: an update in the plainest way. Every candidate of every source is unfolded and cast in full, on lists that
-//! are searched from end to end; canonical forms are the least of all orders that swaps of neighbours reach.
+//! Oracle: an update in the plainest way. Every candidate of every source is unfolded and cast in full, on lists that are
+//! searched from end to end; canonical forms are the least of all orders that swaps of neighbours reach. Shared with the
+//! library: rays, the late estimator, diffraction, and the amplitude of a path, which have oracles of their own.
 
 use std::sync::Arc;
 
@@ -10,11 +11,8 @@ use foresound::propagation::diffuse::{
     LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
 };
 use foresound::propagation::endpoints::Endpoints;
-use foresound::propagation::image_source::discovery_history::GuideMemory;
-use foresound::propagation::image_source::expansion::fill_up;
-use foresound::propagation::image_source::image_path::{ImagePath, is_clear, mirror_listener};
+use foresound::propagation::image_source::image_path::ImagePath;
 use foresound::propagation::image_source::sequence::Sequence;
-use foresound::propagation::image_source::sequence_set::SequenceSet;
 use foresound::propagation::rays::directions::{
     ROTATIONS, fibonacci_direction, lattice, mix, rotation,
 };
@@ -40,8 +38,12 @@ pub struct PlainPropagator {
     settings: PropagationSettings,
     update: u64,
     memories: Vec<Memory>,
-    guide_memory: GuideMemory,
+    /// Sequences that guide rays met and the update in which they last did, the newest first.
+    history: Vec<(Sequence, u64)>,
 }
+
+/// Candidates up to which an update adds sequences that its rays did not meet.
+const CANDIDATES: usize = 1024;
 
 impl PlainPropagator {
     pub fn new(scene: Arc<Scene>, settings: PropagationSettings) -> Self {
@@ -50,7 +52,7 @@ impl PlainPropagator {
             settings,
             update: 0,
             memories: Vec::new(),
-            guide_memory: GuideMemory::default(),
+            history: Vec::new(),
         }
     }
 
@@ -100,14 +102,51 @@ impl PlainPropagator {
                 ray = Ray::new(ray.at(hit.t), onward);
             }
         }
-        // Which candidates there are is not the oracle's to say.
-        let mut set = SequenceSet::with_capacity(1 << 14);
-        for sequence in found {
-            set.insert(sequence);
+        let mut old = std::mem::take(&mut self.history);
+        old.retain(|(sequence, _)| !found.contains(sequence));
+        self.history = found.iter().map(|s| (*s, self.update)).collect();
+        for (sequence, _) in &old {
+            if found.len() < CANDIDATES {
+                add(&mut found, least_order(scene, sequence.surfaces()));
+            }
         }
-        self.guide_memory.turn(scene, self.update, false, &mut set);
-        fill_up(scene, self.update, self.settings.depth, &mut set);
-        set.entries().to_vec()
+        old.retain(|(_, seen)| self.update - seen < 4 * ROTATIONS);
+        self.history.extend(old);
+        self.history.truncate(4096);
+        self.expand(&mut found);
+        found
+    }
+
+    /// Fills the candidates up: each with one of the 32 largest surfaces of single reflections in front, pairs first, then
+    /// longer ones from where this update's turn begins.
+    fn expand(&self, candidates: &mut Vec<Sequence>) {
+        let scene = &*self.scene;
+        let singles = candidates.iter().filter(|sequence| sequence.len() == 1);
+        let mut largest: Vec<u32> = singles.map(|single| single.surfaces()[0]).collect();
+        let area = |surface: u32| scene.surface(surface).area_m2;
+        largest.sort_by(|a, b| area(*b).total_cmp(&area(*a)));
+        largest.truncate(32);
+        let prepend = |candidates: &mut Vec<Sequence>, index: usize| {
+            let rest = candidates[index];
+            for &surface in &largest {
+                if candidates.len() < CANDIDATES && surface != rest.surfaces()[0] {
+                    let longer = [&[surface], rest.surfaces()].concat();
+                    add(candidates, least_order(scene, &longer));
+                }
+            }
+        };
+        for index in 0..candidates.len() {
+            if candidates[index].len() == 1 && self.settings.depth > 1 {
+                prepend(candidates, index);
+            }
+        }
+        let count = candidates.len();
+        let start = count * (self.update % ROTATIONS) as usize / ROTATIONS as usize;
+        for index in (start..count).chain(0..start) {
+            if (2..self.settings.depth).contains(&candidates[index].len()) {
+                prepend(candidates, index);
+            }
+        }
     }
 
     fn source(
@@ -213,9 +252,10 @@ impl PlainPropagator {
             if sequence.len() > settings.depth {
                 continue;
             }
-            let image = mirror_listener(&scene, sequence, ear);
+            let mirror = |point, &index: &u32| scene.surface(index).mirror(point);
+            let image = sequence.surfaces().iter().rev().fold(ear, mirror);
             let found = unfold(&scene, sequence, origin, image)
-                .filter(|path| is_clear(&scene, path, origin, ear, &mut 0));
+                .filter(|path| is_clear(&scene, path, [origin, ear]));
             let Some(path) = found else { continue };
             valid.push((*sequence, update));
             result.paths.push(Path {
@@ -258,9 +298,9 @@ pub fn least_order(scene: &Scene, surfaces: &[u32]) -> Sequence {
     while place < orders.len() {
         for i in 1..surfaces.len() {
             let mut swapped = orders[place].clone();
-            let [a, b] = [swapped[i - 1], swapped[i]].map(|s| scene.surface(s).normal);
+            let commutes = commute(scene, swapped[i - 1], swapped[i]);
             swapped.swap(i - 1, i);
-            if a.dot(b).abs() < 1e-4 && !orders.contains(&swapped) {
+            if commutes && !orders.contains(&swapped) {
                 orders.push(swapped);
             }
         }
@@ -286,24 +326,32 @@ fn unfold(
         length_m: source.distance(listener_image),
         image: source,
     };
-    descend(scene, *sequence, source, listener_image, &mut path).then_some(())?;
+    descend(
+        scene,
+        sequence.surfaces(),
+        source,
+        listener_image,
+        &mut path,
+    )
+    .then_some(())?;
     for step in 0..path.order {
         path.image = scene.surface(path.surfaces[step]).mirror(path.image);
     }
     Some(path)
 }
 
-fn descend(scene: &Scene, rest: Sequence, from: DVec3, image: DVec3, path: &mut ImagePath) -> bool {
+fn descend(scene: &Scene, rest: &[u32], from: DVec3, image: DVec3, path: &mut ImagePath) -> bool {
     if rest.is_empty() {
         return true;
     }
     let line = image - from;
     let step = path.order;
-    for (place, &index) in rest.surfaces().iter().enumerate() {
-        if place > 0 && !rest.can_lead(scene, place) {
+    for (place, &index) in rest.iter().enumerate() {
+        let surface = scene.surface(index);
+        let commutes = |&other: &u32| commute(scene, index, other);
+        if !rest[..place].iter().all(commutes) {
             continue;
         }
-        let surface = scene.surface(index);
         let here = surface.distance_m(from);
         let there = surface.distance_m(image);
         if here * there >= 0.0 || here.abs() < 1e-6 || there.abs() < 1e-6 {
@@ -318,10 +366,29 @@ fn descend(scene: &Scene, rest: Sequence, from: DVec3, image: DVec3, path: &mut 
         path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
         path.order = step + 1;
         let next = surface.mirror(image);
-        if descend(scene, rest.without(place), point, next, path) {
+        let others = [&rest[..place], &rest[place + 1..]].concat();
+        if descend(scene, &others, point, next, path) {
             return true;
         }
         path.order = step;
     }
     false
+}
+
+/// Whether two planes are perpendicular but for 0.006°.
+fn commute(scene: &Scene, a: u32, b: u32) -> bool {
+    let [a, b] = [a, b].map(|index| scene.surface(index).normal);
+    a.dot(b).abs() < 1e-4
+}
+
+/// Whether nothing blocks the legs of a path, whose ends lie in the surfaces that a leg ignores.
+fn is_clear(scene: &Scene, path: &ImagePath, [source, listener]: [DVec3; 2]) -> bool {
+    let mut stops = vec![(source, NO_GROUP)];
+    let reflections = path.points.into_iter().zip(path.surfaces);
+    stops.extend(reflections.take(path.order));
+    stops.push((listener, NO_GROUP));
+    stops.windows(2).all(|leg| {
+        let ray = Ray::between(leg[0].0.as_vec3(), leg[1].0.as_vec3());
+        !scene.any_hit(&ray, [leg[0].1, leg[1].1])
+    })
 }

@@ -6,10 +6,10 @@ use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
 use crate::extrapolation::geometric::line_extrapolation::PathLine;
 use crate::extrapolation::geometric::source_poses::FrameSource;
-use crate::propagation::amplitude::{direct_by_source, reflected};
+use crate::propagation::amplitude::{apply_directivity, reflected};
 use crate::propagation::diffraction::DiffractionSequence;
 use crate::propagation::image_source::image_path::{ImagePath, mirror_listener, unfold};
-use crate::propagation::image_source::sequence::{Order, Sequence};
+use crate::propagation::image_source::sequence::{Precedence, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
 use crate::scene::{ListenerPose, Scene};
 
@@ -27,7 +27,7 @@ pub struct Candidate {
     /// Its surfaces and edges.
     pub geometry: PathGeometry,
     /// For each reflection the earlier ones that must precede it, in a scene without instances.
-    order: Order,
+    order: Precedence,
     /// The number of the update in or after which it was last valid.
     pub valid_in: u64,
     /// The line through its last evaluations; `None` where every frame evaluates it.
@@ -72,14 +72,14 @@ pub enum PathGeometry {
 pub(crate) struct PathRecipe {
     pub(crate) id: PathId,
     geometry: PathGeometry,
-    order: Order,
+    order: Precedence,
 }
 
 impl PathRecipe {
     fn new(id: PathId, geometry: PathGeometry, scene: &Scene) -> Self {
         let order = match &geometry {
-            PathGeometry::Reflection(sequence) => Order::of(scene, sequence),
-            PathGeometry::Diffraction(_) | PathGeometry::Unknown => Order::default(),
+            PathGeometry::Reflection(sequence) => Precedence::of(scene, sequence),
+            PathGeometry::Diffraction(_) | PathGeometry::Unknown => Precedence::default(),
         };
         Self {
             id,
@@ -187,11 +187,11 @@ impl Candidate {
         };
         let [from, ear] = source.local;
         let order = match scene.has_instances() {
-            true => &Order::of(scene, sequence),
+            true => &Precedence::of(scene, sequence),
             false => &self.order,
         };
         let line = [from, mirror_listener(scene, sequence, ear)];
-        if !arena.unfolded.along(scene, sequence, order, line) {
+        if !arena.unfolded.unfold(scene, sequence, order, line) {
             return FrameGeometry::Invalid;
         }
         arena.line = line;
@@ -231,7 +231,7 @@ impl Candidate {
         let scene = inputs.scene;
         let mut amplitude = reflected(scene, image, source.endpoints.min_distance_m);
         let departure = (image.points[0] - source.local[0]).as_vec3();
-        direct_by_source(&mut amplitude, &source.endpoints.source, departure);
+        apply_directivity(&mut amplitude, &source.endpoints.source, departure);
         // Rounded as in an update: a path at rest has the same bits either way.
         let (position, length_m) = (scene.to_world(image.image), image.length_m as f32);
         FramePath {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::work_budget::cost;
 use crate::propagation::diffraction::DiffractionPath;
-use crate::propagation::image_source::image_path::{ImagePath, Unfolded};
+use crate::propagation::image_source::image_path::{ImagePath, UnfoldedPath};
 use crate::scene::Scene;
 
 /// A candidate's geometry in one graphics frame; numbers are indices in [`GeometryArena`].
@@ -48,7 +48,7 @@ impl FrameGeometry {
 #[derive(Debug, Default)]
 pub(crate) struct GeometryArena {
     /// The reflected path that was unfolded last.
-    pub(crate) unfolded: Unfolded,
+    pub(crate) unfolded: UnfoldedPath,
     /// Its source, and the listener's image.
     pub(crate) line: [DVec3; 2],
     images: Vec<ImagePath>,

@@ -113,7 +113,7 @@ fn of_update(update: &PathSet) -> impl Iterator<Item = Estimates<'_>> {
     let count = update.late.len().max(1);
     let late = update.predicted_late.chunks_exact(count);
     let sources = update.predicted_sources.chunks_exact(count);
-    let each = update.way.iter().zip(late.zip(sources));
+    let each = update.predicted_positions.iter().zip(late.zip(sources));
     let predicted = each.map(|(position, (late, sources))| Estimates {
         position: *position,
         late,

@@ -8,13 +8,13 @@ use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::geometry::Ray;
-use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE;
 use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::utd::wedge_field;
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles};
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::image_source::sequence::{Stop, bent_path_id};
+use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing};
@@ -170,7 +170,7 @@ pub fn is_audible(gains: &BandArray, spreading: f64) -> bool {
 /// The geometry of a diffracted path, from source to listener.
 pub struct EdgePath<'a> {
     /// Reflections and diffractions.
-    pub interactions: &'a [Stop],
+    pub interactions: &'a [Interaction],
     /// Their points in local coordinates.
     pub points: &'a [DVec3],
     /// Length in metres.
@@ -191,17 +191,17 @@ impl EdgePath<'_> {
         let (source, listener) = local_positions(scene, endpoints);
         if let Some(first) = self.points.first() {
             let departure = (*first - source).as_vec3();
-            direct_by_source(&mut amplitude, &endpoints.source, departure);
+            apply_directivity(&mut amplitude, &endpoints.source, departure);
         }
         let (mut surfaces, mut edges) = ([0; MAX_ORDER], [0; MAX_DIFFRACTION_ORDER]);
         let (mut order, mut diffraction_order) = (0, 0);
         for interaction in self.interactions {
             match *interaction {
-                Stop::Surface(surface) => {
+                Interaction::Surface(surface) => {
                     surfaces[order] = surface;
                     order += 1;
                 }
-                Stop::Edge(edge) => {
+                Interaction::Edge(edge) => {
                     edges[diffraction_order] = edge;
                     diffraction_order += 1;
                 }
@@ -214,7 +214,7 @@ impl EdgePath<'_> {
         let arrival = (self.last_point - listener).normalize_or_zero();
         let interactions = self.interactions.iter().copied();
         Path {
-            id: bent_path_id(scene, endpoints.source.id, interactions),
+            id: interaction_path_id(scene, endpoints.source.id, interactions),
             source: endpoints.source.id,
             order: order as u8,
             diffraction_order: diffraction_order as u8,

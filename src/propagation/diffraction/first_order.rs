@@ -7,14 +7,14 @@
 use std::f64::consts::PI;
 
 use crate::acoustics::{BANDS, BandArray, smoothstep};
-use crate::propagation::amplitude::{direct_by_source, free_field};
+use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::edge_wave::{
     self, ComplexBands, EdgePath, is_unoccluded, local_positions,
 };
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
@@ -221,7 +221,7 @@ pub fn direct_field(
         if is_path {
             let apex = field.path.crossing.apex;
             let path = EdgePath {
-                interactions: &[Stop::Edge(edge)],
+                interactions: &[Interaction::Edge(edge)],
                 points: &[apex],
                 length_m,
                 last_point: apex,
@@ -236,7 +236,7 @@ pub fn direct_field(
                 *value = (*value * factor.abs() as f32).min(1.0 / min_distance_m as f32);
             }
         }
-        direct_by_source(&mut path.amplitude, source, to - from);
+        apply_directivity(&mut path.amplitude, source, to - from);
         emit(*path);
     }
     result

@@ -6,7 +6,7 @@
 use crate::propagation::diffraction::two_edge_path::TwoEdgePath;
 use crate::propagation::diffraction::with_reflections::ReflectedEdgePath;
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::image_source::sequence::{Stop, bent_path_id};
+use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 
@@ -38,8 +38,9 @@ impl DiffractionSequence {
             }),
             (&[edge], &[surface]) => {
                 // Only the path's identity has the order of surface and edge.
-                let interactions = [Stop::Surface(surface), Stop::Edge(edge)].into_iter();
-                let is_before = bent_path_id(scene, path.source, interactions) == path.id;
+                let interactions =
+                    [Interaction::Surface(surface), Interaction::Edge(edge)].into_iter();
+                let is_before = interaction_path_id(scene, path.source, interactions) == path.id;
                 let surfaces = match is_before {
                     true => [Some(surface), None],
                     false => [None, Some(surface)],

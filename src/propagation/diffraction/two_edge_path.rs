@@ -1,6 +1,6 @@
 //! A path over two edges: its geometry and its wave.
 //!
-//! Each edge is a wedge on its own and their fields multiply. The distance parameters are \[PIERCE74\]'s: the edge with the
+//! PerRay edge is a wedge on its own and their fields multiply. The distance parameters are \[PIERCE74\]'s: the edge with the
 //! greater diffraction angle has the whole rest of the path on its other side, the lesser one only the leg between the
 //! two; this is reciprocal. Along a face that both edges share the wave and its reflection coincide, so each product is
 //! halved.
@@ -13,7 +13,7 @@ use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
 use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing};
@@ -112,7 +112,7 @@ impl TwoEdgePath {
         let spreading = straight_m.max(endpoints.min_distance_m) / self.length_m;
         edge_wave::is_audible(&gains, spreading).then(|| {
             let path = EdgePath {
-                interactions: &self.edges.map(Stop::Edge),
+                interactions: &self.edges.map(Interaction::Edge),
                 points: &self.crossings.map(|crossing| crossing.apex),
                 length_m: self.length_m,
                 last_point: self.crossings[1].apex,

@@ -14,7 +14,7 @@ use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::wedge_geometry::WedgeAngles;
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::image_source::sequence::Stop;
+use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing, MOST_EDGE_MIRRORS, NearEdges};
@@ -278,14 +278,14 @@ impl ReflectedEdgePath {
 
     fn to_path(self, scene: &Scene, endpoints: &Endpoints, gains: &BandArray) -> Path {
         let apex = self.crossing.apex;
-        let mut interactions = [Stop::Edge(self.edge); 3];
+        let mut interactions = [Interaction::Edge(self.edge); 3];
         let mut points = [apex; 3];
         let mut count = 0;
         let reflection = |end: usize| {
-            let surface = self.ends[end].surface.map(Stop::Surface);
+            let surface = self.ends[end].surface.map(Interaction::Surface);
             surface.zip(self.hits[end])
         };
-        let edge = Some((Stop::Edge(self.edge), apex));
+        let edge = Some((Interaction::Edge(self.edge), apex));
         for (interaction, point) in [reflection(0), edge, reflection(1)].into_iter().flatten() {
             (interactions[count], points[count]) = (interaction, point);
             count += 1;

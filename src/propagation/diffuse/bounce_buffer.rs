@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::rays::packet::{Each, Met, TOGETHER, Vectors, vector};
+use crate::propagation::rays::packet::{HitPacket, PACKET_SIZE, PerRay, Vectors, vector};
 
 /// Distance from the source in metres within which bounces are selected by energy alone: the listener's assumed distance.
 const SELECTION_SPREAD_M: f32 = 20.0;
@@ -24,25 +24,25 @@ pub(crate) struct Bounce {
 /// One bounce of each ray of a packet.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BouncePacket {
-    pub(crate) met: Met,
+    pub(crate) met: HitPacket,
     /// Bit mask of the rays with only specular reflections in panels up to this bounce.
     pub(crate) mirrored: u32,
     pub(crate) point: Vectors,
     /// Unit normals on the side of the outgoing sound.
     pub(crate) normal: Vectors,
     /// Path lengths from the source.
-    pub(crate) length_m: Each<f32>,
+    pub(crate) length_m: PerRay<f32>,
     /// Outgoing energy, without air absorption.
-    pub(crate) energy: Each<BandArray>,
+    pub(crate) energy: PerRay<BandArray>,
 }
 
 impl BouncePacket {
     /// Divisors of the selection weights, by the distance from the source.
     #[inline(always)]
-    pub(crate) fn spread_factors(&self, source: Vec3) -> Each<f32> {
-        let mut spread_factors = [0.0; TOGETHER];
+    pub(crate) fn spread_factors(&self, source: Vec3) -> PerRay<f32> {
+        let mut spread_factors = [0.0; PACKET_SIZE];
         let [x, y, z] = &self.point;
-        for l in 0..TOGETHER {
+        for l in 0..PACKET_SIZE {
             let (x, y, z) = (x[l] - source.x, y[l] - source.y, z[l] - source.z);
             spread_factors[l] =
                 ((x * x) + (y * y) + (z * z)) + SELECTION_SPREAD_M * SELECTION_SPREAD_M;
@@ -63,7 +63,7 @@ pub(crate) fn weight(e: &BandArray, spread: f32) -> f32 {
 pub(crate) struct BounceBuffer {
     /// Bounces per ray.
     steps: usize,
-    /// Packets of [`TOGETHER`] rays, `steps` of each in turn. Bounces of weight 0 are unspecified.
+    /// Packets of [`PACKET_SIZE`] rays, `steps` of each in turn. Bounces of weight 0 are unspecified.
     packets: Vec<BouncePacket>,
     /// In the order of the rays, `steps` per ray.
     pub(crate) weights: Vec<f32>,
@@ -74,7 +74,7 @@ impl BounceBuffer {
     pub(crate) fn renew(&mut self, rays: usize, steps: usize) {
         self.steps = steps;
         self.packets
-            .resize_with(rays.div_ceil(TOGETHER) * steps, BouncePacket::default);
+            .resize_with(rays.div_ceil(PACKET_SIZE) * steps, BouncePacket::default);
         self.weights.clear();
         self.weights.resize(rays * steps, 0.0);
     }
@@ -82,7 +82,7 @@ impl BounceBuffer {
     /// The blocks of the rays from `first` on, by steps, and the weights of these.
     #[inline(always)]
     pub(crate) fn packets_from(&mut self, first: usize) -> (&mut [BouncePacket], &mut [f32]) {
-        let packet = first / TOGETHER * self.steps;
+        let packet = first / PACKET_SIZE * self.steps;
         (
             &mut self.packets[packet..][..self.steps],
             &mut self.weights[first * self.steps..],
@@ -92,8 +92,8 @@ impl BounceBuffer {
     /// The packets of a ray, by steps, and its lane in them.
     #[inline(always)]
     pub(crate) fn packets_of_ray(&self, ray: usize) -> (&[BouncePacket], usize) {
-        let packet = ray / TOGETHER * self.steps;
-        (&self.packets[packet..][..self.steps], ray % TOGETHER)
+        let packet = ray / PACKET_SIZE * self.steps;
+        (&self.packets[packet..][..self.steps], ray % PACKET_SIZE)
     }
 
     /// The bounce at an index of `weights`.

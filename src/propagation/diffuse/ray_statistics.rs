@@ -1,4 +1,4 @@
-//! Energies of one rotation's far rays, legs and specular prefixes of all. Rays are traced in packets; sums and lists that
+//! Energies of one rotation's far rays, legs and specular prefixes of all. RayPacket are traced in packets; sums and lists that
 //! depend on an order are made afterwards, ray by ray.
 
 use crate::acoustics::BandArray;
@@ -9,8 +9,8 @@ use crate::propagation::diffuse::source_rays::FAR_BOUNCES;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::path::MAX_ORDER;
-use crate::propagation::rays::packet::TOGETHER;
-use crate::propagation::rays::prefix_set::{Beginnings, NONE_YET};
+use crate::propagation::rays::packet::PACKET_SIZE;
+use crate::propagation::rays::prefix_set::{EMPTY_PREFIX, PrefixSet};
 use crate::scene::Scene;
 
 /// Energy and time of a far ray at a bounce.
@@ -30,7 +30,7 @@ pub(crate) struct RayStatistics {
     /// At the last bounce of each far ray; `None` if it escaped.
     at_end: Vec<Option<FarRayEnergy>>,
     /// Prefixes so far.
-    prefixes: Beginnings,
+    prefixes: PrefixSet,
     /// Recorded legs, and how many of them end at an instance.
     pub(crate) legs: Vec<Ray>,
     pub(crate) legs_to_instances: usize,
@@ -45,7 +45,7 @@ impl RayStatistics {
             .resize(far * FAR_BOUNCES, FarRayEnergy::default());
         self.at_end.clear();
         self.at_end.resize(far, None);
-        self.prefixes.renew(count * depth);
+        self.prefixes.reset(count * depth);
         self.legs.clear();
         self.legs_to_instances = 0;
     }
@@ -56,7 +56,7 @@ impl RayStatistics {
         self.legs_to_instances += usize::from(ends_at_instance);
     }
 
-    /// Adds ray `index` as a far ray and returns its index among these. Rays come in their order.
+    /// Adds ray `index` as a far ray and returns its index among these. RayPacket come in their order.
     #[inline(always)]
     pub(crate) fn begin_far_ray(&mut self, index: usize) -> usize {
         self.far.push(index);
@@ -97,18 +97,18 @@ impl RayStatistics {
     ) {
         let depth = packets.len().min(MAX_ORDER);
         let packets = &packets[..depth];
-        for lane in 0..TOGETHER {
-            let mut list = NONE_YET;
-            let mut sequence = Sequence::NONE;
+        for lane in 0..PACKET_SIZE {
+            let mut list = EMPTY_PREFIX;
+            let mut sequence = Sequence::EMPTY;
             for (step, packet) in packets.iter().enumerate() {
                 if packet.mirrored >> lane & 1 == 0 {
                     break;
                 }
                 let is_new;
-                (list, is_new) = self.prefixes.go_on(list, packet.met.surface[lane]);
+                (list, is_new) = self.prefixes.extend(list, packet.met.surface[lane]);
                 if is_new {
                     for packet in &packets[sequence.len()..=step] {
-                        sequence.put_last(scene, packet.met.surface[lane]);
+                        sequence.push_canonical(scene, packet.met.surface[lane]);
                     }
                     found.insert(sequence);
                 }
@@ -196,8 +196,8 @@ mod tests {
             for (step, leg_m) in legs.iter().enumerate() {
                 let (packets, lane) = match step < DEPTH {
                     true => (
-                        near.packets_from(ray / TOGETHER * TOGETHER).0,
-                        ray % TOGETHER,
+                        near.packets_from(ray / PACKET_SIZE * PACKET_SIZE).0,
+                        ray % PACKET_SIZE,
                     ),
                     false => (far.packets_from(0).0, far_index.unwrap_or_default()),
                 };
@@ -241,13 +241,13 @@ mod tests {
     fn sequences_come_in_the_order_of_the_rays() {
         let scene = room();
         let mut statistics = RayStatistics::default();
-        statistics.renew(2 * TOGETHER, DEPTH, 0);
-        let mut found = SequenceSet::with_capacity(2 * TOGETHER * DEPTH);
-        let mut expected = SequenceSet::with_capacity(2 * TOGETHER * DEPTH);
+        statistics.renew(2 * PACKET_SIZE, DEPTH, 0);
+        let mut found = SequenceSet::with_capacity(2 * PACKET_SIZE * DEPTH);
+        let mut expected = SequenceSet::with_capacity(2 * PACKET_SIZE * DEPTH);
         for round in 0..2 {
             let mut packets = std::array::from_fn::<_, DEPTH, _>(|_| BouncePacket::default());
-            for lane in 0..TOGETHER {
-                let bits = mix((round * TOGETHER + lane) as u64);
+            for lane in 0..PACKET_SIZE {
+                let bits = mix((round * PACKET_SIZE + lane) as u64);
                 let surfaces = [0, 1, 2].map(|step| (bits >> (8 * step)) as u32 % 6);
                 for step in 0..bits as usize % (DEPTH + 1) {
                     packets[step].mirrored |= 1 << lane;
@@ -257,7 +257,7 @@ mod tests {
             }
             statistics.emit_sequences(&scene, &packets, &mut found);
         }
-        assert!(found.entries().len() > TOGETHER);
+        assert!(found.entries().len() > PACKET_SIZE);
         assert!(found.entries() == expected.entries());
     }
 }

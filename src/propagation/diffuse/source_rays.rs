@@ -9,7 +9,7 @@ use crate::propagation::diffuse::visibility_cells::VisibilityCells;
 use crate::propagation::rays::directions::{mix, unit};
 use crate::scene::SourcePose;
 
-/// Rays traced beyond the depth of discrete paths.
+/// RayPacket traced beyond the depth of discrete paths.
 pub const FAR_RAYS: usize = 8;
 
 /// Last bounce of a far ray: in a diffuse field of absorption 0.1 its energy has fallen by 15 dB, enough for the decay.
@@ -38,19 +38,19 @@ pub struct SourceRays<'a> {
     pub seed: u64,
     /// Revision of the scene: the same revision gives the same rays.
     pub scene_state: u64,
-    /// While instances move the first revision since which only their poses have changed, `scene_state` else. Rays of
+    /// While instances move the first revision since which only their poses have changed, `scene_state` else. RayPacket of
     /// these revisions stay valid as long as instances touch few of them.
     pub poses_since: u64,
     /// The first revision since which only poses of instances have changed.
     pub fixed_since: u64,
 }
 
-/// Rays of `count` that one far ray represents.
+/// RayPacket of `count` that one far ray represents.
 pub(crate) fn rays_per_far_ray(count: usize) -> usize {
     (count / FAR_RAYS).max(1)
 }
 
-/// Whether ray `index` of `count` is a far one in a rotation. Each rotation has another residue, which covers all heights
+/// Whether ray `index` of `count` is a far one in a rotation. PerRay rotation has another residue, which covers all heights
 /// of the lattice.
 pub fn is_far(index: usize, count: usize, rotation: u64) -> bool {
     let every = rays_per_far_ray(count);

@@ -10,7 +10,7 @@ use crate::propagation::diffuse::source_rays::{
 use crate::propagation::diffuse::static_hit_cache::StaticHitCache;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::rays::directions::lambert_direction;
-use crate::propagation::rays::packet::{Each, Rays, TOGETHER, lanes, put_vector, vector};
+use crate::propagation::rays::packet::{PACKET_SIZE, PerRay, RayPacket, lanes, put_vector, vector};
 use crate::scene::{Scene, Surface};
 use crate::simd::kernel;
 
@@ -22,7 +22,7 @@ const MIN_SHARE: f32 = 1e-6;
 
 /// Most far rays of any number of rays: one in `count / FAR_RAYS`, rounded dbounce. They are one packet.
 const MAX_FAR_RAYS: usize = 2 * FAR_RAYS;
-const _: () = assert!(MAX_FAR_RAYS <= TOGETHER);
+const _: () = assert!(MAX_FAR_RAYS <= PACKET_SIZE);
 
 /// Scratch memory and results of tracing one rotation's rays.
 #[derive(Debug, Clone, Default)]
@@ -40,7 +40,7 @@ pub(crate) struct TraceBuffers {
 }
 
 kernel! {
-    /// Traces all rays into `buffers`, and their specular prefixes into `found`. Rays and bands are lanes. No fused products:
+    /// Traces all rays into `buffers`, and their specular prefixes into `found`. RayPacket and bands are lanes. No fused products:
     /// all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     pub(crate) fn trace_rays<L>(
@@ -53,10 +53,10 @@ kernel! {
         let (count, depth) = (from.count(), from.near_bounces());
         let TraceBuffers { near, far, statistics, static_hits, .. } = buffers;
         let mut far_rays = RayState::NONE;
-        for first in (0..count).step_by(TOGETHER) {
+        for first in (0..count).step_by(PACKET_SIZE) {
             let mut packet_rays = RayState::NONE;
             let mut far_lanes = 0;
-            for (lane, index) in (first..count).take(TOGETHER).enumerate() {
+            for (lane, index) in (first..count).take(PACKET_SIZE).enumerate() {
                 packet_rays.begin(from, lane, index);
                 if is_far(index, count, from.rotation) && statistics.far_count() < MAX_FAR_RAYS {
                     packet_rays.far[lane] = statistics.begin_far_ray(index) as u8;
@@ -115,35 +115,35 @@ struct PacketStep<'a> {
 /// State of a packet's rays, one per lane.
 #[derive(Clone, Copy)]
 struct RayState {
-    rays: Rays,
+    rays: RayPacket,
     /// Indices among all rays, and of far rays among those.
-    index: Each<u32>,
-    far: Each<u8>,
+    index: PerRay<u32>,
+    far: PerRay<u8>,
     /// Bit masks: rays that have left the scene; with specular reflections in panels only; with panels only.
     escaped: u32,
     mirrored: u32,
     panels: u32,
-    length_m: Each<f32>,
+    length_m: PerRay<f32>,
     /// The source's directivity as energy.
-    squares: Each<BandArray>,
+    squares: PerRay<BandArray>,
     /// Share of the initial energy, without air absorption.
-    share: Each<BandArray>,
+    share: PerRay<BandArray>,
     /// Part of it that discrete paths carry.
-    specular: Each<BandArray>,
+    specular: PerRay<BandArray>,
 }
 
 impl RayState {
     const NONE: Self = Self {
-        rays: Rays::NONE,
-        index: [0; TOGETHER],
-        far: [0; TOGETHER],
+        rays: RayPacket::NONE,
+        index: [0; PACKET_SIZE],
+        far: [0; PACKET_SIZE],
         escaped: 0,
         mirrored: u32::MAX,
         panels: u32::MAX,
-        length_m: [0.0; TOGETHER],
-        squares: [[1.0; BANDS]; TOGETHER],
-        share: [[1.0; BANDS]; TOGETHER],
-        specular: [[1.0; BANDS]; TOGETHER],
+        length_m: [0.0; PACKET_SIZE],
+        squares: [[1.0; BANDS]; PACKET_SIZE],
+        share: [[1.0; BANDS]; PACKET_SIZE],
+        specular: [[1.0; BANDS]; PACKET_SIZE],
     };
 
     /// Starts a ray.
@@ -167,7 +167,7 @@ impl RayState {
         put_vector(&mut to.origin, lane, vector(&rays.origin, other));
         put_vector(&mut to.direction, lane, vector(&rays.direction, other));
         to.last[lane] = rays.last[other];
-        to.under_way |= (rays.under_way >> other & 1) << lane;
+        to.active |= (rays.active >> other & 1) << lane;
         self.index[lane] = others.index[other];
         self.far[lane] = others.far[other];
         self.escaped |= (others.escaped >> other & 1) << lane;
@@ -191,7 +191,7 @@ impl RayState {
         packet: &mut BouncePacket,
         rays: &mut u64,
     ) {
-        *rays += u64::from(self.rays.under_way.count_ones());
+        *rays += u64::from(self.rays.active.count_ones());
         if scene.has_instances() {
             self.cast_among_instances(scene, from, bounce.static_hits, bounce.step, packet);
             if bounce.step < from.near_bounces() {
@@ -200,15 +200,15 @@ impl RayState {
         } else {
             self.rays.cast(scene, &mut packet.met);
         }
-        self.escaped |= self.rays.under_way & !packet.met.rays;
-        let mut surfaces = [None; TOGETHER];
+        self.escaped |= self.rays.active & !packet.met.rays;
+        let mut surfaces = [None; PACKET_SIZE];
         self.gather_surfaces(scene, packet, &mut surfaces);
         if bounce.step >= from.depth {
             self.panels = 0;
         }
         self.mirrored &= self.panels;
         packet.mirrored = self.mirrored & packet.met.rays;
-        for l in 0..TOGETHER {
+        for l in 0..PACKET_SIZE {
             self.length_m[l] += packet.met.leg_m[l];
         }
         for lane in lanes(packet.met.rays & bounce.far_lanes) {
@@ -224,13 +224,13 @@ impl RayState {
         packet.point = self.rays.origin;
         packet.length_m = self.length_m;
         let spread_factors = packet.spread_factors(from.origin.as_vec3());
-        let mut randoms = [0.0; TOGETHER];
-        for l in 0..TOGETHER {
+        let mut randoms = [0.0; PACKET_SIZE];
+        for l in 0..PACKET_SIZE {
             randoms[l] = from.random(self.index[l], bounce.step, 0);
         }
         let is_omni = from.pose.settings.directivity.is_omni();
         self.rays.last = packet.met.surface;
-        self.rays.under_way = 0;
+        self.rays.active = 0;
         for lane in lanes(packet.met.rays) {
             let Some(surface) = surfaces[lane] else {
                 continue;
@@ -252,7 +252,7 @@ impl RayState {
             if !is_alive {
                 continue;
             }
-            self.rays.under_way |= 1 << lane;
+            self.rays.active |= 1 << lane;
             if !is_omni {
                 for b in 0..BANDS {
                     energy[b] *= self.squares[lane][b];
@@ -271,7 +271,7 @@ impl RayState {
         &mut self,
         scene: &'a Scene,
         packet: &mut BouncePacket,
-        surfaces: &mut Each<Option<&'a Surface>>,
+        surfaces: &mut PerRay<Option<&'a Surface>>,
     ) {
         let mut panels = 0;
         for lane in lanes(packet.met.rays) {
@@ -332,7 +332,7 @@ impl RayState {
     /// Records the legs of all rays cast.
     #[inline(never)]
     fn record_legs(&self, scene: &Scene, packet: &BouncePacket, statistics: &mut RayStatistics) {
-        for lane in lanes(self.rays.under_way) {
+        for lane in lanes(self.rays.active) {
             let has_met = packet.met.rays >> lane & 1 == 1;
             let ends_at_instance = has_met && scene.is_of_instance(packet.met.surface[lane]);
             let ray = self.rays.ray(lane);

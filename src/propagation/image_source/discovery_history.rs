@@ -1,155 +1,149 @@
-//! What guide rays have met in the last updates: sixteen rotations see more than one.
+//! Sequences that guide rays met in recent updates: sixteen rotations see more than one.
 //!
-//! A path through a small window is met by one ray in some rotations only. Since a sequence that was met stays one as long
-//! as the listener is near, what the last updates have met is tried again where there is room for it: what is found
-//! depends less on which rotation the turn has come to, so that few updates find nearly what many do. Own.
+//! Only some rotations have a ray through a small opening. A sequence remains possible while the listener is near, so recent
+//! ones are tried again while there is room. The result then depends less on the present rotation, and few updates find
+//! nearly what many do. Own.
 
-use crate::propagation::image_source::expansion::CANDIDATES;
+use crate::propagation::image_source::expansion::MAX_CANDIDATES;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
 use crate::simd::prefetch;
 
-/// Updates for which a sequence is tried again that rays have met: as many as there are rotations at least.
-const AGE_UPDATES: u64 = 4 * ROTATIONS;
+/// Updates for which a sequence is kept after rays met it: four times as many as there are rotations.
+const MAX_AGE: u64 = 4 * ROTATIONS;
 
-/// Shelves: as many as are remembered, and as many that an update may add before others are cleared.
-const SHELVES: usize = 2 * GuideMemory::MOST;
+/// Entries: those that are kept, and as many that one update may add before it drops others.
+const ENTRIES: usize = 2 * DiscoveryHistory::CAPACITY;
 
-/// Slots of the table, a power of two: at most half of them are taken.
-const SLOTS: usize = 2 * SHELVES;
+/// Slots of the table, a power of two, at most half of them occupied.
+const SLOTS: usize = 2 * ENTRIES;
 
-/// Sequences between one that is looked up and one that is asked for.
+/// Sequences between the one that is looked up and the one that is prefetched.
 const AHEAD: usize = 8;
 
-/// A remembered sequence.
 #[derive(Debug, Clone, Copy, Default)]
-struct Shelf {
+struct Entry {
     sequence: Sequence,
-    /// The slot of the table where a search for it begins.
+    /// Slot of the table at which a search for it begins.
     home: u32,
 }
 
-/// Sequences that guide rays have met, with the update in which they last did. Fixed memory.
+/// Sequences with the update in which guide rays last met them. Fixed memory.
 #[derive(Debug)]
-pub struct GuideMemory {
-    /// Each stays on its shelf while it is remembered, so that an update moves numbers only.
-    shelves: Vec<Shelf>,
-    /// The update in which rays last met what is on each. Apart from them, since all are asked in every update.
-    seen: Vec<u64>,
-    /// Shelves that are empty.
-    empty: Vec<u32>,
-    /// Shelves in the order in which they are tried: what was met in the newest update first.
+pub struct DiscoveryHistory {
+    /// An entry keeps its number while it is in use.
+    entries: Vec<Entry>,
+    /// Of each entry the last update that met it. Separate, since every update reads all of them.
+    last_met: Vec<u64>,
+    /// Numbers of unused entries.
+    unused: Vec<u32>,
+    /// Numbers of entries, the most recently met first.
     order: Vec<u32>,
-    /// The next order, while it is made.
+    /// The next order while it is made.
     next: Vec<u32>,
-    /// Shelves plus one by their sequences' hashes; 0 is none.
+    /// Entry numbers plus one by hash, with linear probing; 0 is free.
     table: Vec<u32>,
 }
 
-impl Default for GuideMemory {
+impl Default for DiscoveryHistory {
     fn default() -> Self {
         Self {
-            shelves: vec![Shelf::default(); SHELVES],
-            seen: vec![0; SHELVES],
-            empty: (0..SHELVES as u32).rev().collect(),
-            order: Vec::with_capacity(Self::MOST),
-            next: Vec::with_capacity(Self::MOST),
+            entries: vec![Entry::default(); ENTRIES],
+            last_met: vec![0; ENTRIES],
+            unused: (0..ENTRIES as u32).rev().collect(),
+            order: Vec::with_capacity(Self::CAPACITY),
+            next: Vec::with_capacity(Self::CAPACITY),
             table: vec![0; SLOTS],
         }
     }
 }
 
-impl GuideMemory {
-    /// Sequences that an update tries at most where it is asked for more than its own poses need
-    /// ([`crate::propagation::Propagator::set_nearby_radius`]); others try [`CANDIDATES`].
-    pub const MOST: usize = 4096;
+impl DiscoveryHistory {
+    /// Most sequences that are kept, and that an update with nearby paths tries
+    /// ([`crate::propagation::Propagator::set_nearby_radius`]). Other updates try [`MAX_CANDIDATES`].
+    pub const CAPACITY: usize = 4096;
 
-    /// Adds what is remembered to `guide`, which holds what rays have met now, and remembers that.
-    pub fn turn(&mut self, scene: &Scene, update: u64, is_wide: bool, guide: &mut SequenceSet) {
+    /// Stores the sequences of `guide`, which rays met in this update, and appends those of earlier ones while there is room.
+    pub fn merge(&mut self, scene: &Scene, update: u64, nearby: bool, guide: &mut SequenceSet) {
         let met = guide.entries();
-        let met = &met[..met.len().min(Self::MOST)];
-        for (place, sequence) in met.iter().enumerate() {
-            self.prefetch(met, place);
-            let shelf = self.put(sequence, update);
-            self.next.push(shelf);
+        let met = &met[..met.len().min(Self::CAPACITY)];
+        for (index, sequence) in met.iter().enumerate() {
+            self.prefetch(met, index);
+            let entry = self.put(sequence, update);
+            self.next.push(entry);
         }
-        let moves = scene.has_instances();
-        let most = match is_wide {
-            true => Self::MOST,
-            false => CANDIDATES,
+        let limit = match nearby {
+            true => Self::CAPACITY,
+            false => MAX_CANDIDATES,
         };
-        for &shelf in &self.order {
-            if guide.entries().len() >= most {
+        for &entry in &self.order {
+            if guide.entries().len() >= limit {
                 break;
             }
-            // What was met now is there already.
-            if self.seen[shelf as usize] != update {
-                let sequence = &self.shelves[shelf as usize].sequence;
-                guide.insert(match moves {
-                    // What commutes depends on how instances stand.
-                    true => Sequence::canonical(scene, sequence.surfaces()),
-                    false => *sequence,
-                });
+            if self.last_met[entry as usize] != update {
+                let sequence = &self.entries[entry as usize].sequence;
+                guide.insert(sequence.renewed(scene));
             }
         }
         let mut order = std::mem::take(&mut self.order);
-        for shelf in order.drain(..) {
-            let seen = self.seen[shelf as usize];
-            if seen == update {
+        for entry in order.drain(..) {
+            let last_met = self.last_met[entry as usize];
+            if last_met == update {
                 continue;
             }
-            if update - seen < AGE_UPDATES && self.next.len() < Self::MOST {
-                self.next.push(shelf);
+            if update - last_met < MAX_AGE && self.next.len() < Self::CAPACITY {
+                self.next.push(entry);
             } else {
-                self.clear(shelf);
+                self.remove(entry);
             }
         }
         self.order = std::mem::replace(&mut self.next, order);
     }
 
-    /// Asks for what sequences further on in the list will be looked up in: shelves lie in no order that they come in.
+    /// Prefetches slot and entry of sequences further on in the list.
     #[inline(always)]
-    fn prefetch(&self, met: &[Sequence], place: usize) {
-        if let Some(sequence) = met.get(place + 2 * AHEAD) {
+    fn prefetch(&self, met: &[Sequence], index: usize) {
+        if let Some(sequence) = met.get(index + 2 * AHEAD) {
             prefetch(&self.table[sequence.hash() as usize % SLOTS]);
         }
-        if let Some(sequence) = met.get(place + AHEAD) {
-            let shelf = self.table[sequence.hash() as usize % SLOTS].wrapping_sub(1) as usize;
-            if let (Some(shelf), Some(seen)) = (self.shelves.get(shelf), self.seen.get(shelf)) {
-                prefetch(shelf);
-                prefetch(seen);
+        if let Some(sequence) = met.get(index + AHEAD) {
+            let entry = self.table[sequence.hash() as usize % SLOTS].wrapping_sub(1) as usize;
+            let found = self.entries.get(entry).zip(self.last_met.get(entry));
+            if let Some((entry, last_met)) = found {
+                prefetch(entry);
+                prefetch(last_met);
             }
         }
     }
 
-    /// The shelf of a sequence that was met now.
+    /// The entry of a sequence met in this update.
     fn put(&mut self, sequence: &Sequence, update: u64) -> u32 {
         let home = sequence.hash() as usize % SLOTS;
         let mut slot = home;
-        while let Some(shelf) = self.table[slot].checked_sub(1) {
-            if self.shelves[shelf as usize].sequence == *sequence {
-                self.seen[shelf as usize] = update;
-                return shelf;
+        while let Some(entry) = self.table[slot].checked_sub(1) {
+            if self.entries[entry as usize].sequence == *sequence {
+                self.last_met[entry as usize] = update;
+                return entry;
             }
             slot = (slot + 1) % SLOTS;
         }
-        // At most as many are remembered, and as many added, as half of the shelves.
-        let shelf = self.empty.pop().unwrap_or_default();
-        self.table[slot] = shelf + 1;
-        self.shelves[shelf as usize] = Shelf {
+        // At most half of the entries are kept and half are added: one is unused.
+        let entry = self.unused.pop().unwrap_or_default();
+        self.table[slot] = entry + 1;
+        self.entries[entry as usize] = Entry {
             sequence: *sequence,
             home: home as u32,
         };
-        self.seen[shelf as usize] = update;
-        shelf
+        self.last_met[entry as usize] = update;
+        entry
     }
 
-    /// Forgets what is on a shelf, and moves what a search would not find beyond the gap.
-    fn clear(&mut self, shelf: u32) {
-        let mut gap = self.shelves[shelf as usize].home as usize;
-        while self.table[gap] != shelf + 1 {
+    /// Frees an entry and closes the gap in the table, without which a search would end early.
+    fn remove(&mut self, entry: u32) {
+        let mut gap = self.entries[entry as usize].home as usize;
+        while self.table[gap] != entry + 1 {
             gap = (gap + 1) % SLOTS;
         }
         let mut slot = gap;
@@ -158,7 +152,7 @@ impl GuideMemory {
             let Some(other) = self.table[slot].checked_sub(1) else {
                 break;
             };
-            let home = self.shelves[other as usize].home as usize;
+            let home = self.entries[other as usize].home as usize;
             let from_home = slot.wrapping_sub(home) % SLOTS;
             if from_home >= slot.wrapping_sub(gap) % SLOTS {
                 self.table[gap] = other + 1;
@@ -166,7 +160,7 @@ impl GuideMemory {
             }
         }
         self.table[gap] = 0;
-        self.empty.push(shelf);
+        self.unused.push(entry);
     }
 }
 
@@ -186,22 +180,22 @@ mod tests {
             .expect("commits")
     }
 
-    /// Surfaces in the order in which they come, for none commute.
+    /// A sequence in the given order; its surfaces need not exist.
     fn sequence(surfaces: &[u32]) -> Sequence {
-        let mut sequence = Sequence::NONE;
+        let mut sequence = Sequence::EMPTY;
         surfaces.iter().for_each(|surface| sequence.push(*surface));
         sequence
     }
 
-    /// A plain list remembers the same in the same order, past age and capacity.
+    /// A plain list keeps the same in the same order, past age and capacity.
     #[test]
     fn the_newest_come_first_and_the_oldest_go() {
         let scene = room();
-        let mut memory = GuideMemory::default();
+        let mut history = DiscoveryHistory::default();
         let mut plain: Vec<(Sequence, u64)> = Vec::new();
         let mut seed = 5;
         for update in 0..150 {
-            let mut guide = SequenceSet::with_capacity(3 * GuideMemory::MOST);
+            let mut guide = SequenceSet::with_capacity(3 * DiscoveryHistory::CAPACITY);
             let many = match update < 80 {
                 true => [3, 400, 900, 5000][(update % 4) as usize],
                 false => 5,
@@ -213,21 +207,24 @@ mod tests {
             }
             let met: Vec<Sequence> = guide.entries().to_vec();
             let is_met: HashSet<Sequence> = met.iter().copied().collect();
-            let is_wide = update % 3 == 0;
-            let most = match is_wide {
-                true => GuideMemory::MOST,
-                false => CANDIDATES,
+            let nearby = update % 3 == 0;
+            let most = match nearby {
+                true => DiscoveryHistory::CAPACITY,
+                false => MAX_CANDIDATES,
             };
             let old = plain.iter().filter(|(s, _)| !is_met.contains(s));
             let room = most.saturating_sub(met.len());
             let added = old.clone().take(room).map(|(s, _)| *s);
             let expected: Vec<Sequence> = met.iter().copied().chain(added).collect();
-            let young = old.filter(|(_, seen)| update - seen < AGE_UPDATES);
+            let young = old.filter(|(_, seen)| update - seen < MAX_AGE);
             let new = met.iter().map(|s| (*s, update));
-            plain = new.chain(young.copied()).take(GuideMemory::MOST).collect();
-            memory.turn(&scene, update, is_wide, &mut guide);
+            plain = new
+                .chain(young.copied())
+                .take(DiscoveryHistory::CAPACITY)
+                .collect();
+            history.merge(&scene, update, nearby, &mut guide);
             assert!(guide.entries() == expected, "update {update}");
         }
-        assert!(plain.len() < 800, "what is old has gone");
+        assert!(plain.len() < 800, "old entries are dropped");
     }
 }

@@ -1,45 +1,52 @@
-//! From a list of surfaces to one exact path: mirrored listeners and backward validation.
+//! From a surface sequence to one exact path: mirrored listener and backward validation.
 //!
-//! Source: \[ALLEN79\] for images, \[BORISH84\] for the validation in polyhedra. All in `f64` local coordinates.
-//! Differs from the usual in that the order within a class of commuting reflections is left open: the image is the same
-//! for all of them, so the straight line from the source to it decides which surface comes first.
+//! Source: \[ALLEN79\] for images, \[BORISH84\] for the validation in polyhedra. All positions are `f64` in local coordinates.
+//! Own: the order within a class of commuting reflections is left open. All orders have the same image, and the straight
+//! line from the source to it decides which surface comes first.
 
 use glam::DVec3;
 
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::image_source::sequence::{Order, Sequence};
+use crate::propagation::image_source::sequence::{Precedence, Sequence};
+use crate::propagation::image_source::unfold::{Lines, index_of, planes_of, vector};
 use crate::propagation::image_source::unfold_x4::SequenceBatch4;
 use crate::propagation::path::MAX_ORDER;
 use crate::scene::{Scene, Surface};
 
-/// Distance from a plane below which a point counts as lying in it, in metres.
-pub(crate) const ON_PLANE_M: f64 = 1e-6;
-
-/// How far outside a surface's bounds a point still counts, in metres: ten times
-/// [`crate::scene::surface::INSIDE_TOLERANCE_M`], so that a first look refuses nothing that the exact test accepts.
+/// Margin outside a surface's bounds within which a point still counts, in metres: ten times
+/// [`crate::scene::surface::INSIDE_TOLERANCE_M`]. The test of bounds rejects nothing that the exact test accepts.
 pub(crate) const MARGIN_M: f64 = 1e-4;
 
-/// Geometry of one valid path, from source to listener.
+/// Geometry of one path, from source to listener, in local coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImagePath {
-    /// Reflecting surfaces; the first `order` count.
+    /// Indices of the reflecting surfaces; entries beyond `order` are stale.
     pub surfaces: [u32; MAX_ORDER],
-    /// Reflection points in local coordinates; the first `order` count.
+    /// Reflection points; entries beyond `order` are stale.
     pub points: [DVec3; MAX_ORDER],
-    /// Cosines of the angles of incidence; the first `order` count.
+    /// Cosines of the angles of incidence, 0 to 1; entries beyond `order` are stale.
     pub cosines: [f64; MAX_ORDER],
-    /// Number of reflections.
+    /// Number of reflections, 0 to [`MAX_ORDER`].
     pub order: usize,
     /// Length in metres.
     pub length_m: f64,
-    /// The source mirrored along the path, in local coordinates: the listener hears the path from there.
+    /// The source mirrored along the path: the position from which the listener hears it.
     pub image: DVec3,
 }
 
 impl ImagePath {
-    /// A leg from one stop to the next, counted from the source, and the surfaces it joins: it meets their planes at its
-    /// ends only, so they cannot block it. `ends` are source and listener.
+    const EMPTY: Self = Self {
+        surfaces: [0; MAX_ORDER],
+        points: [DVec3::ZERO; MAX_ORDER],
+        cosines: [0.0; MAX_ORDER],
+        order: 0,
+        length_m: 0.0,
+        image: DVec3::ZERO,
+    };
+
+    /// Leg number `step` from the source, 0 to `order`, and the surfaces at its ends. The leg meets their planes at its ends
+    /// only, so they cannot block it. `ends` are source and listener.
     #[inline]
     pub fn leg(&self, ends: [DVec3; 2], step: usize) -> (Ray, [u32; 2]) {
         let (from, from_surface) = match step {
@@ -56,20 +63,17 @@ impl ImagePath {
     }
 }
 
-/// The listener mirrored in all surfaces of a sequence, last one first: where the source's line of flight points to.
+/// The listener mirrored in all surfaces of a sequence, last one first: the point that the unfolded path leads to.
 #[inline]
 pub fn mirror_listener(scene: &Scene, sequence: &Sequence, listener: DVec3) -> DVec3 {
-    sequence
-        .surfaces()
-        .iter()
-        .rev()
-        .fold(listener, |point, &surface| {
-            scene.surface(surface).mirror(point)
-        })
+    let surfaces = sequence.surfaces().iter().rev();
+    surfaces.fold(listener, |point, &surface| {
+        scene.surface(surface).mirror(point)
+    })
 }
 
-/// The path along a sequence, if the straight line to the listener's image meets every surface within its bounds, from
-/// its outside. Says nothing of what stands in between.
+/// The path along a sequence, if the straight line from the source to `listener_image` ([`mirror_listener`]) meets every
+/// surface. Tests no occlusion. Any thread, no allocation.
 pub fn unfold(
     scene: &Scene,
     sequence: &Sequence,
@@ -77,10 +81,10 @@ pub fn unfold(
     listener: DVec3,
     listener_image: DVec3,
 ) -> Option<ImagePath> {
-    let order = Order::of(scene, sequence);
+    let precedence = Precedence::of(scene, sequence);
     let line = [source, listener_image];
-    let mut unfolded = Unfolded::default();
-    if !unfolded.along(scene, sequence, &order, line) {
+    let mut unfolded = UnfoldedPath::default();
+    if !unfolded.unfold(scene, sequence, &precedence, line) {
         return None;
     }
     let path = unfolded.finish(scene, line);
@@ -90,76 +94,59 @@ pub fn unfold(
     Some(path)
 }
 
-/// A path whose points are known, but not yet its angles and its image: most are blocked, and need none. One is used again
-/// for candidate after candidate.
+/// A path with its points but without angles and image, which most candidates never need: they are blocked. The memory is
+/// reused for candidate after candidate.
 #[derive(Debug)]
-pub(crate) struct Unfolded {
-    /// The first `order` surfaces and points count; the rest is of who knows which candidate.
+pub(crate) struct UnfoldedPath {
     path: ImagePath,
-    /// Where each leg points to.
-    images: [DVec3; MAX_ORDER],
+    /// The listener's image that each leg leads to.
+    targets: [DVec3; MAX_ORDER],
 }
 
-impl Default for Unfolded {
+impl Default for UnfoldedPath {
     fn default() -> Self {
         Self {
-            path: NO_PATH,
-            images: [DVec3::ZERO; MAX_ORDER],
+            path: ImagePath::EMPTY,
+            targets: [DVec3::ZERO; MAX_ORDER],
         }
     }
 }
 
-const NO_PATH: ImagePath = ImagePath {
-    surfaces: [0; MAX_ORDER],
-    points: [DVec3::ZERO; MAX_ORDER],
-    cosines: [0.0; MAX_ORDER],
-    order: 0,
-    length_m: 0.0,
-    image: DVec3::ZERO,
-};
-
-impl Unfolded {
-    /// The path so far: its legs.
+impl UnfoldedPath {
+    /// Surfaces, points and order; the rest is not computed.
     pub(crate) fn legs(&self) -> &ImagePath {
         &self.path
     }
 
-    /// The listener's image that it was unfolded to; of a path with a reflection.
-    pub(crate) fn goal(&self) -> DVec3 {
-        self.images[0]
+    /// The image of the listener that it was unfolded to. The path must have a reflection.
+    pub(crate) fn listener_image(&self) -> DVec3 {
+        self.targets[0]
     }
 
-    /// Becomes lane number `lane` of four sequences that have been unfolded, which is of `sequence`, as far as its points are
-    /// within their surfaces' bounds; gives whether all are, so whether the sequence has a path if its points lie
-    /// on its surfaces.
+    /// Takes a lane of an unfolded batch, which holds `sequence`. Returns whether the line meets all planes within
+    /// `margin_m` metres of the surfaces' bounds. Otherwise the value is partly overwritten.
     #[inline(always)]
     pub(crate) fn take(
         &mut self,
         scene: &Scene,
         sequence: &Sequence,
-        four: &SequenceBatch4,
+        batch: &SequenceBatch4,
         lane: usize,
+        margin_m: f64,
     ) -> bool {
-        if !four.meets(lane) {
+        if !batch.meets_all(lane) {
             return false;
         }
-        let order = sequence.len().min(MAX_ORDER);
-        let path = &mut self.path;
-        let points = path.surfaces.iter_mut().zip(&mut path.points);
-        for (step, (number, point)) in points.enumerate() {
-            if step == order {
-                break;
-            }
-            let (place, at) = four.step(lane, step);
-            *number = sequence.surface_at(place);
-            *point = at;
-            if !near_bounds(scene.surface(*number), at, MARGIN_M) {
+        self.path.order = sequence.len().min(MAX_ORDER);
+        for step in 0..self.path.order {
+            let (index, point, target) = batch.step(lane, step);
+            let surface = sequence.surface_at(index);
+            if !is_near_bounds(scene.surface(surface), point, margin_m) {
                 return false;
             }
-        }
-        path.order = order;
-        for (step, image) in self.images.iter_mut().enumerate() {
-            *image = four.goal(lane, step);
+            self.path.surfaces[step] = surface;
+            self.path.points[step] = point;
+            self.targets[step] = target;
         }
         true
     }
@@ -176,13 +163,13 @@ impl Unfolded {
             order: self.path.order,
             length_m: source.distance(listener_image),
             image: source,
-            ..NO_PATH
+            ..ImagePath::EMPTY
         };
         let mut from = source;
         for step in 0..path.order {
             let (number, point) = (self.path.surfaces[step], self.path.points[step]);
             let surface = scene.surface(number);
-            let line = self.images[step] - from;
+            let line = self.targets[step] - from;
             path.surfaces[step] = number;
             path.points[step] = point;
             path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
@@ -192,131 +179,44 @@ impl Unfolded {
         path
     }
 
-    /// The first part of [`unfold`], on the line from the source to the listener's image; gives whether there is a path.
-    pub(crate) fn along(
+    /// Unfolds a sequence along the line from the source to the listener's image. Returns whether the line meets every
+    /// surface; otherwise the value is partly overwritten.
+    pub(crate) fn unfold(
         &mut self,
         scene: &Scene,
         sequence: &Sequence,
-        order: &Order,
-        line: [DVec3; 2],
-    ) -> bool {
-        let accepts = |number, surface: &Surface, point| {
-            near_bounds(surface, point, MARGIN_M) && scene.reflects_at(number, point)
-        };
-        self.along_where(scene, sequence, order, line, accepts)
-    }
-
-    /// The same for a path that may miss its surfaces by `reach_m` metres: one that may be there for a listener nearby.
-    pub(crate) fn along_nearby(
-        &mut self,
-        scene: &Scene,
-        sequence: &Sequence,
-        order: &Order,
-        line: [DVec3; 2],
-        reach_m: f64,
-    ) -> bool {
-        let margin_m = reach_m + MARGIN_M;
-        let accepts = |_, surface: &Surface, point| near_bounds(surface, point, margin_m);
-        self.along_where(scene, sequence, order, line, accepts)
-    }
-
-    #[inline(always)]
-    fn along_where(
-        &mut self,
-        scene: &Scene,
-        sequence: &Sequence,
-        order: &Order,
+        precedence: &Precedence,
         [source, listener_image]: [DVec3; 2],
-        mut accepts: impl FnMut(u32, &Surface, DVec3) -> bool,
     ) -> bool {
-        self.path.order = sequence.len();
-        let surfaces = sequence.surfaces();
-        let Some(&first) = surfaces.first() else {
-            return true;
-        };
-        // Each is looked up once, however often its distance is asked for.
-        let mut planes = [(first, scene.surface(first)); MAX_ORDER];
-        for place in 1..surfaces.len().min(MAX_ORDER) {
-            planes[place] = (surfaces[place], scene.surface(surfaces[place]));
-        }
-        let (mut from, mut image) = (source, listener_image);
-        let mut rest = order.all();
-        for step in 0..self.path.order.min(MAX_ORDER) {
-            let Some(next) = next_plane(&planes, order, rest, from, image) else {
-                return false;
-            };
-            let (number, surface) = planes[next.place % MAX_ORDER];
-            let point = from + (image - from) * next.share;
-            if !accepts(number, surface, point) {
+        let count = sequence.len().min(MAX_ORDER);
+        self.path.order = count;
+        let planes = planes_of(scene, sequence);
+        let image = listener_image.to_array().map(|value| [value]);
+        let mut line = Lines::new(source, image, [precedence.bits().into()], count);
+        for step in 0..count {
+            self.targets[step] = vector(&line.image, 0);
+            let [taken] = line.advance(&planes, count);
+            if line.misses != [0] {
                 return false;
             }
-            self.path.surfaces[step] = number;
+            let surface = sequence.surface_at(index_of(taken));
+            let point = vector(&line.from, 0);
+            if !is_near_bounds(scene.surface(surface), point, MARGIN_M)
+                || !scene.reflects_at(surface, point)
+            {
+                return false;
+            }
+            self.path.surfaces[step] = surface;
             self.path.points[step] = point;
-            self.images[step] = image;
-            from = point;
-            image -= 2.0 * next.there * surface.normal;
-            rest &= !(1 << next.place);
         }
         true
     }
 }
 
-/// The plane that a line meets first.
-#[derive(Clone, Copy)]
-struct Next {
-    place: usize,
-    /// Where on the line, from 0 to 1; beyond it if there is none yet.
-    share: f64,
-    /// Distance of the line's end from the plane.
-    there: f64,
-}
-
-/// Of the planes that may come next the one that the line from `from` to `image` meets first, if it meets them all.
-///
-/// Those that may come next commute, so mirroring in one changes no distance from another: whichever of them is not met,
-/// or only behind one that was taken first, is never met.
-#[inline(always)]
-fn next_plane(
-    planes: &[(u32, &Surface); MAX_ORDER],
-    order: &Order,
-    rest: u8,
-    from: DVec3,
-    image: DVec3,
-) -> Option<Next> {
-    let mut next = Next {
-        place: 0,
-        share: f64::INFINITY,
-        there: 0.0,
-    };
-    let mut left = rest;
-    while left != 0 {
-        let place = left.trailing_zeros() as usize % MAX_ORDER;
-        left &= left - 1;
-        if !order.leads(place, rest) {
-            continue;
-        }
-        let plane = planes[place].1;
-        let (here, there) = (plane.distance_m(from), plane.distance_m(image));
-        if here * there >= 0.0 || here.abs() < ON_PLANE_M || there.abs() < ON_PLANE_M {
-            return None;
-        }
-        let share = here / (here - there);
-        if share < next.share {
-            next = Next {
-                place,
-                share,
-                there,
-            };
-        }
-    }
-    // Places that are no numbers have no share.
-    (next.share < f64::INFINITY).then_some(next)
-}
-
-/// Whether a point of a surface's plane is inside its bounds or within `margin_m` metres, as seen along the surface's main
-/// axis; cheap, and from [`MARGIN_M`] on never false where the surface has the point.
+/// Whether a point of a surface's plane lies within `margin_m` metres of its bounds, seen along the surface's main axis. With
+/// [`MARGIN_M`] or more it holds for every point of the surface.
 #[inline]
-pub(crate) fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
+fn is_near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> bool {
     let (low, high) = (surface.bounds_min, surface.bounds_max);
     let within = |at: f64, low: f32, high: f32| {
         at >= f64::from(low) - margin_m && at <= f64::from(high) + margin_m
@@ -327,7 +227,7 @@ pub(crate) fn near_bounds(surface: &Surface, point: DVec3, margin_m: f64) -> boo
         && (within(point.z, low.z, high.z) || is_main(surface.normal.z))
 }
 
-/// Whether nothing stands between the points of a path. Adds the rays it cast to `rays`.
+/// Whether nothing blocks the legs of a path. Adds the number of rays cast to `rays`.
 pub fn is_clear(
     scene: &Scene,
     path: &ImagePath,

@@ -1,7 +1,7 @@
-//! What blocked a path in the last update most likely blocks it now: that triangle is asked before the tree.
+//! The triangles that last blocked a source's candidates, tested before the tree.
 //!
-//! A remembered triangle counts only by the test that the tree itself makes of it, so the answer is the tree's, whatever
-//! is remembered; only the number of rays depends on the past. Own; one table a source, so that threads share none.
+//! A cached triangle is tested by the tree's own triangle test, so the cache changes the number of rays and never the result.
+//! Own. One table a source: threads share none.
 
 use glam::DVec3;
 
@@ -9,26 +9,26 @@ use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::Scene;
 use crate::simd::prefetch;
 
-/// Slots a source, a power of two; paths that share one displace each other.
+/// Slots of a source, a power of two. Candidates of one slot displace each other.
 const SLOTS: usize = 2048;
 
-/// Bits of a tag that say which leg was blocked.
+/// Low bits of a tag, which hold the leg.
 const LEG_BITS: u64 = 7;
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Slot {
-    /// The path's hash and, in its low bits, the leg; 0 if empty.
+    /// Part of the candidate's hash and, in the low bits, the leg plus one; 0 if empty.
     tag: u32,
     triangle: u32,
 }
 
-/// The triangles that last blocked a source's candidates.
+/// Last occluder of each candidate, by its hash. Fixed memory; newer entries displace older ones.
 #[derive(Debug)]
-pub(crate) struct Occluders {
+pub(crate) struct OccluderCache {
     slots: Vec<Slot>,
 }
 
-impl Default for Occluders {
+impl Default for OccluderCache {
     fn default() -> Self {
         Self {
             slots: vec![Slot::default(); SLOTS],
@@ -36,26 +36,26 @@ impl Default for Occluders {
     }
 }
 
-impl Occluders {
-    /// Asks for the slot of a candidate's hash.
+impl OccluderCache {
+    /// Prefetches the slot of a hash.
     #[inline(always)]
     pub(crate) fn prefetch(&self, hash: u64) {
         prefetch(&self.slots[hash as usize % SLOTS]);
     }
 
-    /// What blocked the candidate of this hash, if that is remembered.
+    /// The last occluder of the candidate with this hash. Rarely that of another candidate with the same tag.
     #[inline(always)]
-    pub(crate) fn recall(&self, hash: u64) -> Option<Blocked> {
+    pub(crate) fn get(&self, hash: u64) -> Option<Occluder> {
         let slot = self.slots[hash as usize % SLOTS];
         let leg = slot.tag & LEG_BITS as u32;
-        let known = slot.tag != 0 && slot.tag & !(LEG_BITS as u32) == tag(hash);
-        known.then(|| Blocked {
+        let is_stored = slot.tag != 0 && slot.tag & !(LEG_BITS as u32) == tag(hash);
+        is_stored.then(|| Occluder {
             step: leg as usize - 1,
             triangle: slot.triangle,
         })
     }
 
-    /// Whether nothing stands between the points of a path; `hash` tells candidates apart. Adds the rays cast to `rays`.
+    /// Whether nothing blocks a path; stores what does. Adds the number of rays cast to `rays`.
     pub(crate) fn is_clear(
         &mut self,
         scene: &Scene,
@@ -68,7 +68,6 @@ impl Occluders {
             let (leg, ignored) = path.leg(ends, step);
             *rays += 1;
             if let Some(triangle) = scene.blocker(&leg, ignored) {
-                // Most blocked candidates come again.
                 self.slots[hash as usize % SLOTS] = Slot {
                     tag: tag(hash) | (step as u32 + 1),
                     triangle,
@@ -80,16 +79,16 @@ impl Occluders {
     }
 }
 
-/// What blocked a candidate.
+/// A triangle that blocked one leg of a candidate.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Blocked {
-    /// Which of its legs.
+pub(crate) struct Occluder {
+    /// The leg.
     step: usize,
     triangle: u32,
 }
 
-impl Blocked {
-    /// Asks for where it is said which corners the triangle has.
+impl Occluder {
+    /// Prefetches the triangle's corner indices.
     #[inline(always)]
     pub(crate) fn prefetch_triangle(&self, scene: &Scene) {
         if let Some(triangle) = scene.kept_triangle(self.triangle) {
@@ -97,17 +96,17 @@ impl Blocked {
         }
     }
 
-    /// Asks for the triangle's corners, which lie anywhere.
+    /// Prefetches the triangle's corners.
     #[inline(always)]
     pub(crate) fn prefetch_corners(&self, scene: &Scene) {
         let corners = scene.kept_corners(self.triangle);
         corners.into_iter().flatten().for_each(prefetch);
     }
 
-    /// Whether it blocks the candidate's path again. `ends` are source and listener.
+    /// Whether it blocks the path now. `ends` are source and listener.
     #[inline(never)]
-    pub(crate) fn again(&self, scene: &Scene, path: &ImagePath, ends: [DVec3; 2]) -> bool {
-        // Another candidate of the same tag may be longer.
+    pub(crate) fn blocks(&self, scene: &Scene, path: &ImagePath, ends: [DVec3; 2]) -> bool {
+        // Another candidate with the same tag may be longer.
         if self.step > path.order {
             return false;
         }
@@ -117,7 +116,7 @@ impl Blocked {
     }
 }
 
-/// What of a candidate's hash a slot keeps.
+/// The part of a hash that a slot stores.
 fn tag(hash: u64) -> u32 {
     (hash >> 32 & !LEG_BITS) as u32
 }

@@ -1,13 +1,14 @@
-//! Surface sequences in canonical order, their identity, and sets of them.
+//! Surface sequences in canonical order, and the identity of paths.
 //!
-//! Reflections in perpendicular planes commute: both orders have the same image, length, angles and amplitude, and at
-//! most one of them is valid for a given listener, so a listener who crosses the line where they swap must not see one
-//! path die and another be born. A sequence is therefore kept in the lexicographic normal form of its class
-//! (\[DIEKERT95\], trace monoids).
+//! Reflections in perpendicular planes commute: both orders have the same image, length, angles and amplitude, and at most
+//! one of them is valid for a given listener. A path must keep its identity when the listener crosses the line where the
+//! orders swap. A sequence is therefore stored in the lexicographic normal form of its class (\[DIEKERT95\], trace
+//! monoids).
 
 use glam::DVec3;
 
 use crate::propagation::path::{MAX_ORDER, PathId};
+use crate::propagation::rays::directions::GOLDEN_RATIO_64;
 use crate::scene::{Scene, SourceId};
 
 /// Up to [`MAX_ORDER`] surface indices from source to listener.
@@ -17,37 +18,47 @@ pub struct Sequence {
     order: u8,
 }
 
-/// Planes whose normals' cosine is below this commute: 0.006°, far beyond what merging of surfaces leaves.
+/// Two planes commute if the cosine of their normals is below this: 0.006° from perpendicular, far beyond the error of
+/// merged surfaces.
 pub(crate) const COMMUTING_COSINE: f64 = 1e-4;
 
-/// What a symbol of a path's identity stands for.
+/// Top two bits of an interaction's key.
 const REFLECTION: u64 = 0;
 const EDGE: u64 = 1;
 
 impl Sequence {
-    /// No surface.
-    pub(crate) const NONE: Self = Self {
+    /// The empty sequence: the direct path's.
+    pub(crate) const EMPTY: Self = Self {
         surfaces: [0; MAX_ORDER],
         order: 0,
     };
 
-    /// The canonical form of surfaces given from source to listener; at most [`MAX_ORDER`] count.
+    /// The canonical form of surface indices from source to listener. Indices beyond [`MAX_ORDER`] are dropped.
     #[inline]
     pub fn canonical(scene: &Scene, surfaces: &[u32]) -> Self {
-        let mut result = Self::NONE;
+        let mut result = Self::EMPTY;
         for &surface in surfaces.iter().take(MAX_ORDER) {
-            result.put_last(scene, surface);
+            result.push_canonical(scene, surface);
         }
         result
     }
 
-    /// Puts a surface behind all others of a canonical sequence that has room for it, which stays canonical: of what it may
-    /// pass it passes all from the first one on that has a higher number. What comes out before it in the lexicographic
-    /// normal form is what would come out without it, since nothing waits for the last surface.
+    /// The canonical form in the present poses of instances, which decide what commutes.
     #[inline]
-    pub(crate) fn put_last(&mut self, scene: &Scene, surface: u32) {
+    pub(crate) fn renewed(&self, scene: &Scene) -> Self {
+        match scene.has_instances() {
+            true => Self::canonical(scene, self.surfaces()),
+            false => *self,
+        }
+    }
+
+    /// Appends a surface to a canonical sequence with room for it and restores canonical order: the surface moves in front
+    /// of the first one of higher index among those that it may pass. The normal form of the others does not change, since
+    /// none of them depends on the last surface.
+    #[inline]
+    pub(crate) fn push_canonical(&mut self, scene: &Scene, surface: u32) {
         let last = self.len();
-        let mut place = last;
+        let mut index = last;
         if last > 0 {
             let normal = scene.surface(surface).normal;
             for earlier in (0..last).rev() {
@@ -56,25 +67,25 @@ impl Sequence {
                     break;
                 }
                 if surface < other {
-                    place = earlier;
+                    index = earlier;
                 }
             }
         }
-        for place in (place..last).rev() {
-            self.surfaces[place + 1] = self.surfaces[place];
+        for index in (index..last).rev() {
+            self.surfaces[index + 1] = self.surfaces[index];
         }
-        self.surfaces[place] = surface;
+        self.surfaces[index] = surface;
         self.order += 1;
     }
 
-    /// Puts a surface behind all others as it comes.
-    #[inline]
+    /// Appends a surface without canonical ordering. The sequence must have room for it.
+    #[cfg(test)]
     pub(crate) fn push(&mut self, surface: u32) {
         self.surfaces[self.len()] = surface;
         self.order += 1;
     }
 
-    /// Number of reflections.
+    /// Number of reflections, 0 to [`MAX_ORDER`].
     #[inline]
     pub fn len(&self) -> usize {
         usize::from(self.order)
@@ -85,154 +96,113 @@ impl Sequence {
         self.order == 0
     }
 
-    /// The surfaces from source to listener.
+    /// The surface indices from source to listener.
     #[inline]
     pub fn surfaces(&self) -> &[u32] {
         &self.surfaces[..self.len()]
     }
 
-    /// The surface at a place below [`MAX_ORDER`]; of no meaning from [`Self::len`] on.
+    /// The surface at an index below [`MAX_ORDER`]; meaningless from [`Self::len`] on.
     #[inline(always)]
-    pub(crate) fn surface_at(&self, place: usize) -> u32 {
-        self.surfaces[place % MAX_ORDER]
+    pub(crate) fn surface_at(&self, index: usize) -> u32 {
+        self.surfaces[index % MAX_ORDER]
     }
 
-    /// Whether the surface at `place` commutes with all before it, so that some order of the class begins with it.
-    #[inline]
-    pub fn can_lead(&self, scene: &Scene, place: usize) -> bool {
-        let normal = scene.surface(self.surfaces[place]).normal;
-        self.surfaces[..place]
-            .iter()
-            .all(|&s| commute(scene.surface(s).normal, normal))
-    }
-
-    /// The sequence without the surface at `place`.
-    pub fn without(&self, place: usize) -> Self {
-        let mut rest = Self::default();
-        for (i, &surface) in self.surfaces().iter().enumerate() {
-            if i != place {
-                rest.push(surface);
-            }
-        }
-        rest
-    }
-
-    /// Identity of the path that a source's sound takes along this sequence. Made of the surfaces' stable keys, so that
-    /// it outlives a scene's reload.
+    /// Identity of a source's path along this sequence. It depends on the surfaces' stable keys only and thus survives a
+    /// reload of the scene.
     pub fn path_id(&self, scene: &Scene, source: SourceId) -> PathId {
-        let key = |&surface: &u32| REFLECTION << 62 | scene.surface(surface).key >> 2;
-        fold(source, self.surfaces().iter().map(key))
+        let surfaces = self.surfaces().iter().copied();
+        interaction_path_id(scene, source, surfaces.map(Interaction::Surface))
     }
 
-    /// A well-spread number of the surfaces' indices.
+    /// 64-bit hash of the surface indices.
     #[inline]
     pub(crate) fn hash(&self) -> u64 {
-        let mut hash = u64::from(self.order);
-        for &surface in self.surfaces() {
-            hash = (hash.rotate_left(5) ^ u64::from(surface)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        }
+        let surfaces = self.surfaces().iter();
+        let hash = fold(self.order.into(), surfaces.map(|&surface| surface.into()));
         hash ^ hash >> 29
     }
 }
 
-/// One thing that a path meets on its way.
+/// One interaction of a path with the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
-    /// Reflection in a surface.
+pub enum Interaction {
+    /// Reflection at a surface, by index.
     Surface(u32),
-    /// Bend around an edge.
+    /// Diffraction at an edge, by index.
     Edge(u32),
 }
 
-/// Identity of the path along these stops, from source to listener. One without edges has the identity that its
-/// canonical sequence gives it.
-pub fn bent_path_id(scene: &Scene, source: SourceId, stops: impl Iterator<Item = Stop>) -> PathId {
-    let key = |stop| match stop {
-        Stop::Surface(surface) => REFLECTION << 62 | scene.surface(surface).key >> 2,
-        Stop::Edge(edge) => EDGE << 62 | scene.edge(edge).key >> 2,
+/// Identity of the path along these interactions, from source to listener. The identity of a path without edges is that of
+/// its canonical sequence.
+pub fn interaction_path_id(
+    scene: &Scene,
+    source: SourceId,
+    interactions: impl Iterator<Item = Interaction>,
+) -> PathId {
+    let key = |interaction| match interaction {
+        Interaction::Surface(surface) => REFLECTION << 62 | scene.surface(surface).key >> 2,
+        Interaction::Edge(edge) => EDGE << 62 | scene.edge(edge).key >> 2,
     };
-    fold(source, stops.map(key))
+    let seed = u64::from(source.bits()) ^ 0x6a09_e667_f3bc_c908;
+    let hash = fold(seed, interactions.map(key));
+    PathId(hash ^ hash >> 32)
 }
 
-fn fold(source: SourceId, symbols: impl Iterator<Item = u64>) -> PathId {
-    let mut hash = u64::from(source.bits()) ^ 0x6a09_e667_f3bc_c908;
-    for symbol in symbols {
-        hash = (hash.rotate_left(5) ^ symbol).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    }
-    PathId(hash ^ hash >> 32)
+/// Hash of symbols in order.
+#[inline]
+fn fold(seed: u64, symbols: impl Iterator<Item = u64>) -> u64 {
+    symbols.fold(seed, |hash, symbol| {
+        (hash.rotate_left(5) ^ symbol).wrapping_mul(GOLDEN_RATIO_64)
+    })
 }
 
 fn commute(a: DVec3, b: DVec3) -> bool {
     a.dot(b).abs() < COMMUTING_COSINE
 }
 
-/// Which surfaces of a sequence come before others in every order that commuting allows.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Order {
-    /// Of each place the earlier ones that it cannot pass, one a bit.
-    behind: [u8; MAX_ORDER],
+/// Partial order of a sequence's reflections: which ones precede others in every order of the class.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Precedence {
+    /// For each reflection, bitmask of the earlier ones that it does not commute with.
+    before: [u8; MAX_ORDER],
     count: u8,
 }
 
-impl Order {
-    #[inline]
-    pub(crate) fn of(scene: &Scene, sequence: &Sequence) -> Self {
-        let mut order = Self {
-            count: sequence.order,
-            ..Self::default()
-        };
-        let mut normals = [DVec3::ZERO; MAX_ORDER];
-        for (place, &surface) in sequence.surfaces().iter().enumerate() {
-            let normal = scene.surface(surface).normal;
-            normals[place] = normal;
-            for (earlier, other) in normals[..place].iter().enumerate() {
-                if !commute(*other, normal) {
-                    order.behind[place] |= 1 << earlier;
-                }
-            }
-        }
-        order
-    }
-
-    /// Of `count` surfaces; `behind` has of each place the earlier ones that it cannot pass, one a bit and eight bits a place,
-    /// the first place lowest.
+impl Precedence {
+    /// Of `count` reflections. `before` has eight bits a reflection, the first one lowest: the mask of the earlier ones that
+    /// it does not commute with.
     #[inline(always)]
-    pub(crate) fn of_bits(behind: u32, count: usize) -> Self {
+    pub(crate) fn from_bits(before: u32, count: usize) -> Self {
         Self {
-            behind: behind.to_le_bytes(),
+            before: before.to_le_bytes(),
             count: count as u8,
         }
     }
 
-    /// The places of all surfaces, one a bit.
-    #[inline]
-    pub(crate) fn all(&self) -> u8 {
-        (1 << self.count) - 1
+    /// The masks that [`Self::from_bits`] takes.
+    #[inline(always)]
+    pub(crate) fn bits(&self) -> u32 {
+        u32::from_le_bytes(self.before)
     }
 
-    /// Whether the surface at `place` can move to the front of those of `rest`, one a bit.
+    /// For each reflection, bitmask of those that come before it in one order of the class and after it in another.
     #[inline]
-    pub(crate) fn leads(&self, place: usize, rest: u8) -> bool {
-        self.behind[place] & rest == 0
-    }
-
-    /// Of each place those that may come before it or after it, one a bit.
-    #[inline]
-    pub(crate) fn aside(&self) -> [u8; MAX_ORDER] {
-        let (mut before, mut aside) = (self.behind, [0; MAX_ORDER]);
-        for place in 1..usize::from(self.count) {
-            for earlier in 0..place {
-                if self.behind[place] >> earlier & 1 == 1 {
-                    before[place] |= before[earlier];
+    pub(crate) fn unordered(&self) -> [u8; MAX_ORDER] {
+        let (mut before, mut unordered) = (self.before, [0; MAX_ORDER]);
+        for index in 1..usize::from(self.count) {
+            for earlier in 0..index {
+                if self.before[index] >> earlier & 1 == 1 {
+                    before[index] |= before[earlier];
                 }
             }
-            for earlier in 0..place {
-                if before[place] >> earlier & 1 == 0 {
-                    aside[place] |= 1 << earlier;
-                    aside[earlier] |= 1 << place;
+            for earlier in 0..index {
+                if before[index] >> earlier & 1 == 0 {
+                    unordered[index] |= 1 << earlier;
+                    unordered[earlier] |= 1 << index;
                 }
             }
         }
-        aside
+        unordered
     }
 }

@@ -2,47 +2,50 @@
 
 use crate::propagation::image_source::sequence::Sequence;
 
-/// Slots of the table that are in use at least, a power of two.
-const FEWEST_SLOTS: usize = 256;
+/// Least number of table slots in use, a power of two.
+const MIN_SLOTS: usize = 256;
 
-/// A set of sequences that remembers the order of insertion. Its memory is fixed at creation: a full set refuses and
-/// counts.
+/// A set of sequences in the order of insertion. Its memory is fixed at creation: a full set refuses and counts.
 #[derive(Debug, Clone)]
 pub struct SequenceSet {
     entries: Vec<Sequence>,
+    /// Entry numbers plus one by hash, with linear probing; 0 is free.
     table: Vec<u32>,
-    /// Slots of the table in use, a power of two: no more of it than what is in the set needs, so that little of it comes
-    /// from far memory.
+    /// Slots of the table in use, a power of two. A small set touches little memory.
     in_use: usize,
-    /// Those that are taken, so that emptying costs as much as there is.
-    slots: Vec<u32>,
+    /// The occupied slots: the cost of clearing follows the number of entries.
+    occupied: Vec<u32>,
     capacity: usize,
     refused: u64,
 }
 
 impl SequenceSet {
-    /// Room for `capacity` sequences.
+    /// An empty set with room for `capacity` sequences.
     pub fn with_capacity(capacity: usize) -> Self {
         let slots = (2 * capacity.max(1)).next_power_of_two();
         Self {
             entries: Vec::with_capacity(capacity),
             table: vec![0; slots],
-            in_use: slots.min(FEWEST_SLOTS),
-            slots: Vec::with_capacity(capacity),
+            in_use: slots.min(MIN_SLOTS),
+            occupied: Vec::with_capacity(capacity),
             capacity,
             refused: 0,
         }
     }
 
-    /// Empties the set; the memory stays.
+    /// Removes all entries; the memory stays.
     pub fn clear(&mut self) {
-        for slot in self.slots.drain(..) {
+        self.free_slots();
+        // The next content is most likely as large.
+        let wanted = (4 * self.entries.len()).next_power_of_two();
+        self.in_use = wanted.max(MIN_SLOTS).min(self.table.len());
+        self.entries.clear();
+    }
+
+    fn free_slots(&mut self) {
+        for slot in self.occupied.drain(..) {
             self.table[slot as usize] = 0;
         }
-        // As many will come next most likely.
-        let wanted = (4 * self.entries.len()).next_power_of_two();
-        self.in_use = wanted.max(FEWEST_SLOTS).min(self.table.len());
-        self.entries.clear();
     }
 
     /// The sequences in the order of insertion.
@@ -50,39 +53,34 @@ impl SequenceSet {
         &self.entries
     }
 
-    /// How many sequences there is room for.
+    /// Most sequences that the set holds.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// How many insertions a full set has refused since it was made.
+    /// Insertions that a full set has refused since its creation.
     pub fn refused(&self) -> u64 {
         self.refused
     }
 
     /// Whether the set has a sequence.
     pub fn contains(&self, sequence: &Sequence) -> bool {
-        self.find(sequence, sequence.hash()).is_ok()
+        self.contains_hashed(sequence, sequence.hash())
     }
 
-    /// The same of a sequence whose hash is known.
+    /// [`Self::contains`] for a sequence with a known hash.
     #[inline]
     pub(crate) fn contains_hashed(&self, sequence: &Sequence, hash: u64) -> bool {
         self.find(sequence, hash).is_ok()
     }
 
-    /// The place of a sequence in [`Self::entries`].
-    pub fn place(&self, sequence: &Sequence) -> Option<usize> {
-        self.find(sequence, sequence.hash()).ok()
-    }
-
-    /// Adds a sequence; gives whether it is new.
+    /// Adds a sequence. Returns whether it is new and there was room.
     #[inline]
     pub fn insert(&mut self, sequence: Sequence) -> bool {
         self.insert_hashed(sequence, sequence.hash())
     }
 
-    /// The same of a sequence whose hash is known.
+    /// [`Self::insert`] for a sequence with a known hash.
     pub(crate) fn insert_hashed(&mut self, sequence: Sequence, hash: u64) -> bool {
         match self.find(&sequence, hash) {
             Ok(_) => false,
@@ -93,7 +91,7 @@ impl SequenceSet {
             Err(slot) => {
                 self.entries.push(sequence);
                 self.table[slot] = self.entries.len() as u32;
-                self.slots.push(slot as u32);
+                self.occupied.push(slot as u32);
                 if 2 * self.entries.len() > self.in_use {
                     self.widen();
                 }
@@ -102,25 +100,23 @@ impl SequenceSet {
         }
     }
 
-    /// Takes more of the table into use.
+    /// Doubles the part of the table in use, up to all of it.
     #[cold]
     fn widen(&mut self) {
-        for slot in self.slots.drain(..) {
-            self.table[slot as usize] = 0;
-        }
+        self.free_slots();
         self.in_use = (2 * self.in_use).min(self.table.len());
         let mask = self.in_use - 1;
-        for (number, sequence) in self.entries.iter().enumerate() {
+        for (index, sequence) in self.entries.iter().enumerate() {
             let mut slot = sequence.hash() as usize & mask;
             while self.table[slot] != 0 {
                 slot = (slot + 1) & mask;
             }
-            self.table[slot] = number as u32 + 1;
-            self.slots.push(slot as u32);
+            self.table[slot] = index as u32 + 1;
+            self.occupied.push(slot as u32);
         }
     }
 
-    /// The entry's index, or the free slot where it would go. What is in use is about half full at most, so the probe ends.
+    /// The entry's index, or the free slot for it. The part in use is about half full at most, so the probe ends.
     #[inline(always)]
     fn find(&self, sequence: &Sequence, hash: u64) -> Result<usize, usize> {
         let mask = self.in_use - 1;
@@ -143,7 +139,7 @@ mod tests {
     use crate::propagation::rays::directions::mix;
 
     fn sequence(number: u64) -> Sequence {
-        let mut sequence = Sequence::NONE;
+        let mut sequence = Sequence::EMPTY;
         let bits = mix(number);
         for step in 0..1 + bits % 3 {
             sequence.push((bits >> (16 * step + 8)) as u32 % 50);
@@ -151,7 +147,7 @@ mod tests {
         sequence
     }
 
-    /// Few first, then more than the table in use begins with, then few again: a list says the same.
+    /// Few first, then more than the initial part of the table holds, then few again: the set equals a list.
     #[test]
     fn a_table_that_widens_finds_what_a_list_does() {
         let mut set = SequenceSet::with_capacity(3000);
@@ -169,10 +165,11 @@ mod tests {
                 }
             }
             assert!(set.entries() == list, "round {round}");
-            for (place, sequence) in list.iter().enumerate() {
-                assert_eq!(set.place(sequence), Some(place), "round {round}");
+            for (index, sequence) in list.iter().enumerate() {
+                let found = set.find(sequence, sequence.hash());
+                assert_eq!(found, Ok(index), "round {round}");
             }
-            assert!(!set.contains(&Sequence::NONE), "round {round}");
+            assert!(!set.contains(&Sequence::EMPTY), "round {round}");
         }
     }
 
@@ -180,8 +177,8 @@ mod tests {
     fn a_full_set_refuses_and_counts() {
         let mut set = SequenceSet::with_capacity(2);
         let numbers = [7, 8, 7, 9, 10].map(sequence);
-        let taken = numbers.map(|sequence| set.insert(sequence));
-        assert_eq!(taken, [true, true, false, false, false]);
+        let inserted = numbers.map(|sequence| set.insert(sequence));
+        assert_eq!(inserted, [true, true, false, false, false]);
         assert_eq!((set.entries(), set.refused()), (&numbers[..2], 2));
     }
 }

@@ -1,58 +1,59 @@
-//! Sequences that were valid not long ago, so that a path stays while no ray happens upon it again.
+//! Sequences that were valid in recent updates: a path stays although no ray meets it again.
 
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 
-/// Sequences with the update in which they last were valid. Two sets that take turns, in fixed memory.
+/// Sequences, each with the update in which it was last valid. Two sets alternate, in fixed memory; a full set drops later
+/// ones.
 #[derive(Debug)]
-pub(crate) struct SequenceCache {
-    now: SequenceSet,
-    seen: Vec<u64>,
+pub(crate) struct ValidCache {
+    current: SequenceSet,
+    last_valid: Vec<u64>,
     next: SequenceSet,
-    next_seen: Vec<u64>,
+    next_last_valid: Vec<u64>,
 }
 
-impl SequenceCache {
-    /// Room for `capacity` sequences; later ones are not remembered.
+impl ValidCache {
+    /// Room for `capacity` sequences.
     pub(crate) fn with_capacity(capacity: usize) -> Self {
         Self {
-            now: SequenceSet::with_capacity(capacity),
-            seen: Vec::with_capacity(capacity),
+            current: SequenceSet::with_capacity(capacity),
+            last_valid: Vec::with_capacity(capacity),
             next: SequenceSet::with_capacity(capacity),
-            next_seen: Vec::with_capacity(capacity),
+            next_last_valid: Vec::with_capacity(capacity),
         }
     }
 
-    /// Forgets everything.
+    /// Removes all sequences.
     pub(crate) fn clear(&mut self) {
-        self.now.clear();
-        self.seen.clear();
+        self.current.clear();
+        self.last_valid.clear();
         self.next.clear();
-        self.next_seen.clear();
+        self.next_last_valid.clear();
     }
 
-    /// What was remembered when the update began.
+    /// The sequences of earlier updates.
     pub(crate) fn entries(&self) -> &[Sequence] {
-        self.now.entries()
+        self.current.entries()
     }
 
-    /// Notes that a sequence is valid in this update.
-    pub(crate) fn renew(&mut self, sequence: Sequence, update: u64) {
+    /// Stores a sequence that is valid in this update.
+    pub(crate) fn insert(&mut self, sequence: Sequence, update: u64) {
         if self.next.insert(sequence) {
-            self.next_seen.push(update);
+            self.next_last_valid.push(update);
         }
     }
 
-    /// Ends an update: what was not renewed stays until it is `most` updates old.
-    pub(crate) fn turn(&mut self, update: u64, most: u64) {
-        for (sequence, &seen) in self.now.entries().iter().zip(&self.seen) {
-            if update - seen < most && self.next.insert(*sequence) {
-                self.next_seen.push(seen);
+    /// Ends an update: sequences that were not valid in it are dropped at an age of `max_age` updates.
+    pub(crate) fn end_update(&mut self, update: u64, max_age: u64) {
+        for (sequence, &last_valid) in self.current.entries().iter().zip(&self.last_valid) {
+            if update - last_valid < max_age && self.next.insert(*sequence) {
+                self.next_last_valid.push(last_valid);
             }
         }
-        std::mem::swap(&mut self.now, &mut self.next);
-        std::mem::swap(&mut self.seen, &mut self.next_seen);
+        std::mem::swap(&mut self.current, &mut self.next);
+        std::mem::swap(&mut self.last_valid, &mut self.next_last_valid);
         self.next.clear();
-        self.next_seen.clear();
+        self.next_last_valid.clear();
     }
 }

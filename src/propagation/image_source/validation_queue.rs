@@ -1,183 +1,159 @@
-//! One source's candidates while they wait: for three more of their length, to be unfolded together, then for what blocked
-//! them last, which is asked for meanwhile. Memory of a thread, used for source after source. Own.
+//! Queues of one source's candidates: by length until a batch is full and unfolded, then until enough wait for validation.
+//!
+//! The second queue gives the prefetches of the last occluders time to arrive. The memory belongs to a thread and is reused
+//! for source after source. Own.
 
 use glam::DVec3;
 
-use crate::propagation::image_source::image_path::Unfolded;
-use crate::propagation::image_source::occluder_cache::{Blocked, Occluders};
+use crate::propagation::image_source::image_path::{MARGIN_M, UnfoldedPath};
+use crate::propagation::image_source::occluder_cache::{Occluder, OccluderCache};
 use crate::propagation::image_source::sequence::Sequence;
-use crate::propagation::image_source::unfold_x4::{LANES, SequenceBatch4, make_ready, unfold};
+use crate::propagation::image_source::unfold_x4::{LANES, SequenceBatch4};
 use crate::propagation::path::MAX_ORDER;
 use crate::scene::Scene;
 
-/// Candidates that have a path unless it is blocked wait for their turn together, so that what is remembered of them has come
-/// by then.
-const TRIED_TOGETHER: usize = 32;
+/// Unfolded candidates that are validated together.
+const BATCH: usize = 32;
 
-/// Candidates between one that is tried and one whose blocker is asked for.
+/// Candidates between the one that is validated and the one whose occluder is prefetched.
 const AHEAD: usize = 2;
 
-/// Sequences of one length, up to four.
+/// Up to four sequences of one length.
 #[derive(Debug)]
-pub(crate) struct Bucket {
-    pub(crate) four: SequenceBatch4,
+struct Bucket {
+    batch: SequenceBatch4,
     sequences: [Sequence; LANES],
-    numbers: [u32; LANES],
+    indices: [u32; LANES],
     count: usize,
 }
 
 impl Bucket {
     const EMPTY: Self = Self {
-        four: SequenceBatch4::EMPTY,
-        sequences: [Sequence::NONE; LANES],
-        numbers: [0; LANES],
+        batch: SequenceBatch4::EMPTY,
+        sequences: [Sequence::EMPTY; LANES],
+        indices: [0; LANES],
         count: 0,
     };
-
-    /// One for each length from 1.
-    pub(crate) fn all() -> Vec<Self> {
-        (0..MAX_ORDER).map(|_| Self::EMPTY).collect()
-    }
-
-    /// The one for sequences of a length.
-    #[inline(always)]
-    pub(crate) fn of(all: &mut [Self], length: usize) -> Option<&mut Self> {
-        all.get_mut(length.wrapping_sub(1))
-    }
-
-    /// Adds a sequence and its number; gives whether it is full.
-    #[inline(always)]
-    pub(crate) fn put(&mut self, scene: &Scene, sequence: &Sequence, number: u32) -> bool {
-        let lane = self.count % LANES;
-        self.four.put(scene, lane, sequence);
-        self.sequences[lane] = *sequence;
-        self.numbers[lane] = number;
-        self.count = lane + 1;
-        self.count == LANES
-    }
-
-    /// Empties it; gives how many lanes there were.
-    #[inline(always)]
-    pub(crate) fn take(&mut self) -> usize {
-        std::mem::take(&mut self.count)
-    }
-
-    /// The sequence in a lane and its number.
-    #[inline(always)]
-    pub(crate) fn lane(&self, lane: usize) -> (&Sequence, u32) {
-        (&self.sequences[lane % LANES], self.numbers[lane % LANES])
-    }
 }
 
-/// A candidate that has a path unless it is blocked or misses its surfaces within their bounds.
+/// A candidate whose line meets all planes within the bounds of its surfaces. It may still miss a surface or be blocked.
 #[derive(Debug)]
-pub(crate) struct Standing {
+pub(crate) struct Unvalidated {
     pub(crate) sequence: Sequence,
-    /// Its number among the source's candidates.
-    pub(crate) number: u32,
-    /// The sequence's.
+    /// Index among the source's candidates.
+    pub(crate) index: u32,
+    /// The sequence's hash.
     pub(crate) hash: u64,
-    pub(crate) unfolded: Unfolded,
+    pub(crate) unfolded: UnfoldedPath,
 }
 
-/// All that wait.
-#[derive(Debug, Default)]
-pub(crate) struct Waiting {
+/// Both queues.
+#[derive(Debug)]
+pub(crate) struct ValidationQueue {
     /// By length, from 1.
-    buckets: Vec<Bucket>,
-    /// The first `standing` of them wait.
-    list: Vec<Standing>,
-    standing: usize,
+    buckets: [Bucket; MAX_ORDER],
+    /// Entries beyond `count` are stale.
+    unfolded: Vec<Unvalidated>,
+    count: usize,
 }
 
-impl Waiting {
-    /// Room for all.
-    pub(crate) fn new() -> Self {
-        let standing = || Standing {
-            sequence: Sequence::NONE,
-            number: 0,
+impl Default for ValidationQueue {
+    fn default() -> Self {
+        let entry = || Unvalidated {
+            sequence: Sequence::EMPTY,
+            index: 0,
             hash: 0,
-            unfolded: Unfolded::default(),
+            unfolded: UnfoldedPath::default(),
         };
         Self {
-            buckets: Bucket::all(),
-            // Four may join when one place is left.
-            list: (0..TRIED_TOGETHER + LANES).map(|_| standing()).collect(),
-            standing: 0,
+            buckets: [const { Bucket::EMPTY }; MAX_ORDER],
+            // A whole batch may join when one entry is free.
+            unfolded: (0..BATCH + LANES).map(|_| entry()).collect(),
+            count: 0,
         }
     }
+}
 
-    /// Has a sequence of at least one surface wait; gives whether as many of its length do as can be unfolded together.
+impl ValidationQueue {
+    /// Queues a sequence of at least one surface. Returns whether the batch of its length is full.
     #[inline(always)]
-    pub(crate) fn put(&mut self, scene: &Scene, sequence: &Sequence, number: usize) -> bool {
-        let number = number as u32;
-        Bucket::of(&mut self.buckets, sequence.len())
-            .is_some_and(|bucket| bucket.put(scene, sequence, number))
+    pub(crate) fn push(&mut self, scene: &Scene, sequence: &Sequence, index: usize) -> bool {
+        let Some(bucket) = self.buckets.get_mut(sequence.len().wrapping_sub(1)) else {
+            return false;
+        };
+        let lane = bucket.count % LANES;
+        bucket.batch.put(scene, lane, sequence);
+        bucket.sequences[lane] = *sequence;
+        bucket.indices[lane] = index as u32;
+        bucket.count = lane + 1;
+        bucket.count == LANES
     }
 
-    /// Unfolds those of one length. Calls `give` with each that has no path and its lane; gives whether it is time to try those
-    /// that are left. `ends` are source and listener, local coordinates.
+    /// Unfolds the queued sequences of one length. Calls `rejected` with each one without a path, as a lane of a batch.
+    /// Returns whether [`Self::validate`] is due. `ends` are source and listener, local coordinates.
     #[inline(always)]
     pub(crate) fn unfold(
         &mut self,
         scene: &Scene,
-        occluders: &Occluders,
+        occluders: &OccluderCache,
         length: usize,
-        ends: [DVec3; 2],
-        mut give: impl FnMut(&SequenceBatch4, usize, &Sequence),
+        [source, listener]: [DVec3; 2],
+        mut rejected: impl FnMut(&SequenceBatch4, usize, &Sequence),
     ) -> bool {
-        let Some(bucket) = Bucket::of(&mut self.buckets, length) else {
+        let Some(bucket) = self.buckets.get_mut(length.wrapping_sub(1)) else {
             return false;
         };
-        let count = bucket.take();
+        let count = std::mem::take(&mut bucket.count);
         if count > 0 {
-            make_ready(&mut bucket.four, length, ends[1]);
-            unfold(&mut bucket.four, length, ends[0]);
+            bucket.batch.prepare(length, listener);
+            bucket.batch.unfold(length, source);
         }
-        for lane in 0..count {
-            let (sequence, number) = bucket.lane(lane);
-            let Some(there) = self.list.get_mut(self.standing) else {
+        let sequences = bucket.sequences.iter().zip(bucket.indices);
+        for (lane, (sequence, index)) in sequences.enumerate().take(count) {
+            let Some(next) = self.unfolded.get_mut(self.count) else {
                 break;
             };
-            if there.unfolded.take(scene, sequence, &bucket.four, lane) {
-                there.sequence = *sequence;
-                there.number = number;
-                there.hash = sequence.hash();
-                occluders.prefetch(there.hash);
-                self.standing += 1;
+            let unfolded = &mut next.unfolded;
+            if unfolded.take(scene, sequence, &bucket.batch, lane, MARGIN_M) {
+                next.sequence = *sequence;
+                next.index = index;
+                next.hash = sequence.hash();
+                occluders.prefetch(next.hash);
+                self.count += 1;
             } else {
-                give(&bucket.four, lane, sequence);
+                rejected(&bucket.batch, lane, sequence);
             }
         }
-        self.standing >= TRIED_TOGETHER
+        self.count >= BATCH
     }
 
-    /// Calls `try_it` with each that is left and what blocked it last; asks for that of later ones meanwhile. Then none waits.
-    pub(crate) fn try_all(
+    /// Calls `validate` with each unfolded candidate and its last occluder, prefetches those of later ones meanwhile, and
+    /// empties the queue.
+    pub(crate) fn validate(
         &mut self,
         scene: &Scene,
-        occluders: &mut Occluders,
-        mut try_it: impl FnMut(&mut Occluders, &Standing, Option<Blocked>),
+        occluders: &mut OccluderCache,
+        mut validate: impl FnMut(&mut OccluderCache, &Unvalidated, Option<Occluder>),
     ) {
-        let list = &self.list[..std::mem::take(&mut self.standing)];
-        let blocked = |occluders: &Occluders, place: usize| {
-            let standing: Option<&Standing> = list.get(place);
-            standing.and_then(|standing| occluders.recall(standing.hash))
+        let list = &self.unfolded[..std::mem::take(&mut self.count)];
+        let occluder = |occluders: &OccluderCache, index: usize| {
+            let candidate: Option<&Unvalidated> = list.get(index);
+            candidate.and_then(|candidate| occluders.get(candidate.hash))
         };
-        for place in 0..2 * AHEAD {
-            if let Some(blocked) = blocked(occluders, place) {
-                blocked.prefetch_triangle(scene);
+        for index in 0..2 * AHEAD {
+            if let Some(occluder) = occluder(occluders, index) {
+                occluder.prefetch_triangle(scene);
             }
         }
-        for (place, standing) in list.iter().enumerate() {
-            if let Some(blocked) = blocked(occluders, place + 2 * AHEAD) {
-                blocked.prefetch_triangle(scene);
+        for (index, candidate) in list.iter().enumerate() {
+            if let Some(occluder) = occluder(occluders, index + 2 * AHEAD) {
+                occluder.prefetch_triangle(scene);
             }
-            if let Some(blocked) = blocked(occluders, place + AHEAD) {
-                blocked.prefetch_corners(scene);
+            if let Some(occluder) = occluder(occluders, index + AHEAD) {
+                occluder.prefetch_corners(scene);
             }
-            let last = occluders.recall(standing.hash);
-            try_it(occluders, standing, last);
+            let last = occluders.get(candidate.hash);
+            validate(occluders, candidate, last);
         }
     }
 }

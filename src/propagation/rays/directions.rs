@@ -1,15 +1,18 @@
-//! Directions for guide and source rays, the same in every run.
+//! Directions of guide and source rays, the same in every run.
 //!
-//! Guide rays: a spherical Fibonacci lattice (\[KEINERT15\]) turned by one of sixteen fixed rotations, so that sixteen
-//! updates together look as closely as sixteen times the rays. Source rays: the same lattice, then random bounces drawn
-//! from a counter-based generator, so that a bounce depends on its ray and not on what was traced before.
+//! Guide rays: a spherical Fibonacci lattice (\[KEINERT15\]), turned by one of sixteen fixed rotations. Sixteen updates
+//! together sample as densely as one with sixteen times the rays. Source rays: the same lattice, then random bounces from a
+//! counter-based generator: a bounce depends on its ray and on nothing traced before.
 
 use glam::{Mat3, Quat, Vec3};
 
 /// Number of rotations after which ray directions repeat.
 pub const ROTATIONS: u64 = 16;
 
-/// Direction `index` of `count` on the unit sphere, evenly spread.
+/// 2⁶⁴ divided by the golden ratio, odd: the multiplier of hashes (Fibonacci hashing) and the step of SplitMix64.
+pub(crate) const GOLDEN_RATIO_64: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// Unit vector `index` of `count`, evenly spread over the sphere.
 pub fn fibonacci_direction(index: u32, count: u32) -> Vec3 {
     // 2π / golden ratio², reduced in f64 so that large indices keep their precision.
     const TURN: f64 = 0.381_966_011_250_105_1;
@@ -23,13 +26,15 @@ pub fn fibonacci_direction(index: u32, count: u32) -> Vec3 {
     )
 }
 
-/// `count` directions, evenly spread over the unit sphere.
+/// `count` unit vectors, evenly spread over the sphere.
 pub fn lattice(count: u32) -> Vec<Vec3> {
-    (0..count).map(|i| fibonacci_direction(i, count)).collect()
+    let mut directions = Vec::new();
+    fill_lattice(&mut directions, count);
+    directions
 }
 
-/// The same in memory that is there; allocates only if it is too little.
-pub fn renew_lattice(directions: &mut Vec<Vec3>, count: u32) {
+/// [`lattice`] into existing memory; allocates only if it is too small.
+pub fn fill_lattice(directions: &mut Vec<Vec3>, count: u32) {
     directions.clear();
     directions.extend((0..count).map(|i| fibonacci_direction(i, count)));
 }
@@ -37,7 +42,7 @@ pub fn renew_lattice(directions: &mut Vec<Vec3>, count: u32) {
 /// Rotation number `update` modulo [`ROTATIONS`]: uniform over all rotations by Shoemake's map of an R3 low-discrepancy
 /// sequence (\[ROBERTS18\]), shifted by `seed`.
 pub fn rotation(update: u64, seed: u64) -> Mat3 {
-    // Powers of 1 / 1.2207440846, the plastic constant's kin in three dimensions.
+    // Powers of 1 / 1.2207440846, the three-dimensional analogue of the plastic constant.
     const STEP: [f64; 3] = [
         0.819_172_513_396_164_5,
         0.671_043_606_703_789_2,
@@ -51,23 +56,24 @@ pub fn rotation(update: u64, seed: u64) -> Mat3 {
     Mat3::from_quat(Quat::from_xyzw(a * s.sin(), a * s.cos(), b * t.sin(), b * t.cos()).normalize())
 }
 
-/// A well-mixed 64-bit number of a counter (SplitMix64's finaliser, \[STEELE14\]).
+/// A 64-bit hash of a counter (SplitMix64's finaliser, \[STEELE14\]).
 #[inline]
 pub fn mix(counter: u64) -> u64 {
-    let mut z = counter.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = counter.wrapping_add(GOLDEN_RATIO_64);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
 
-/// A number from 0 to below 1 of 24 high bits.
+/// A number from 0 to below 1, from the 24 high bits.
 #[inline]
 pub fn unit(bits: u64) -> f32 {
-    // By way of 32 bits with a sign, which lanes convert.
+    // Vector lanes convert signed 32-bit integers.
     (bits >> 40) as i32 as f32 * (1.0 / 16_777_216.0)
 }
 
-/// A direction about `normal` with density proportional to the cosine (Lambert), from two numbers in 0 … 1.
+/// A unit vector about the unit vector `normal` with density proportional to the cosine (Lambert), from two uniform numbers
+/// in 0 … 1.
 pub fn lambert_direction(normal: Vec3, u: f32, v: f32) -> Vec3 {
     // A uniform point of the unit sphere added to the normal is cosine distributed.
     let z = 1.0 - 2.0 * u;

@@ -1,4 +1,4 @@
-//!
+//! Rays of the propagation stage: their directions, packets of them, and guide rays.
 
 pub mod directions;
 pub mod guide_rays;

@@ -1,52 +1,54 @@
-//! Which lists of surfaces rays have begun with, as they met them: most rays begin as others did, and what a list is in
-//! canonical order is asked of new ones only.
+//! Set of the sequence prefixes that rays have met: most rays begin as others did, and only new prefixes are brought into
+//! canonical order.
 
-/// The list without a surface.
-pub(crate) const NONE_YET: u32 = 0;
+use crate::propagation::rays::directions::GOLDEN_RATIO_64;
 
-/// A slot that is free. No key is like it, since no surface has the highest number.
+/// Number of the empty prefix.
+pub(crate) const EMPTY_PREFIX: u32 = 0;
+
+/// A free slot. No key has this value, since no surface has the highest index.
 const FREE: u64 = u64::MAX;
 
-/// Slots for so many lists: half of them are free at least.
-fn slots(most: usize) -> usize {
-    (2 * most.max(1)).next_power_of_two()
+/// Slots for `count` prefixes, at least half of them free.
+fn slots(count: usize) -> usize {
+    (2 * count.max(1)).next_power_of_two()
 }
 
-/// A tree of lists, by what each goes on from and its last surface. Memory grows only when it is
-/// renewed for more.
+/// A tree of prefixes, each identified by its parent and its last surface. Allocates only when it is reset for more prefixes
+/// than ever before.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Beginnings {
-    /// A power of two; a list's number is its slot's plus one.
+pub(crate) struct PrefixSet {
+    /// Parent and surface; a power of two of slots. A prefix's number is its slot plus one.
     keys: Vec<u64>,
 }
 
-impl Beginnings {
-    /// None, and memory for so many.
-    pub(crate) fn with_capacity(most: usize) -> Self {
+impl PrefixSet {
+    /// Memory for `count` prefixes.
+    pub(crate) fn with_capacity(count: usize) -> Self {
         Self {
-            keys: Vec::with_capacity(slots(most)),
+            keys: Vec::with_capacity(slots(count)),
         }
     }
 
-    /// Forgets all, and makes room for `most` lists.
-    pub(crate) fn renew(&mut self, most: usize) {
+    /// Removes all prefixes and makes room for `count`.
+    pub(crate) fn reset(&mut self, count: usize) {
         self.keys.clear();
-        self.keys.resize(slots(most), FREE);
+        self.keys.resize(slots(count), FREE);
     }
 
-    /// The number of the list that goes on from another one with a surface, and whether it is new.
+    /// The number of a prefix extended by a surface, and whether it is new.
     #[inline(always)]
-    pub(crate) fn go_on(&mut self, list: u32, surface: u32) -> (u32, bool) {
-        let key = u64::from(list) << 32 | u64::from(surface);
+    pub(crate) fn extend(&mut self, prefix: u32, surface: u32) -> (u32, bool) {
+        let key = u64::from(prefix) << 32 | u64::from(surface);
         let mask = self.keys.len() - 1;
-        let mut slot = (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as usize & mask;
+        let mut slot = (key.wrapping_mul(GOLDEN_RATIO_64) >> 40) as usize & mask;
         loop {
-            let there = &mut self.keys[slot];
-            if *there == key {
+            let found = &mut self.keys[slot];
+            if *found == key {
                 return (slot as u32 + 1, false);
             }
-            if *there == FREE {
-                *there = key;
+            if *found == FREE {
+                *found = key;
                 return (slot as u32 + 1, true);
             }
             slot = (slot + 1) & mask;
@@ -59,26 +61,26 @@ mod tests {
     use super::*;
     use crate::propagation::rays::directions::mix;
 
-    /// Lists of up to three surfaces out of nine, most of them again and again: new is what was not there.
+    /// Lists of up to three of nine surfaces, most of them repeated, against a plain list.
     #[test]
-    fn a_list_is_new_once() {
-        let mut beginnings = Beginnings::default();
+    fn a_prefix_is_new_once() {
+        let mut prefixes = PrefixSet::default();
         for round in 0..3 {
-            beginnings.renew(1000);
+            prefixes.reset(1000);
             let mut known: Vec<Vec<u32>> = Vec::new();
             let mut numbers: Vec<u32> = Vec::new();
             for ray in 0..400 {
                 let mut list = Vec::new();
-                let mut number = NONE_YET;
+                let mut number = EMPTY_PREFIX;
                 for step in 0..3 {
                     let surface = mix(1000 * round + 3 * ray + step) % 9;
                     list.push(surface as u32);
-                    let (next, is_new) = beginnings.go_on(number, surface as u32);
+                    let (next, is_new) = prefixes.extend(number, surface as u32);
                     number = next;
-                    let place = known.iter().position(|other| *other == list);
-                    assert_eq!(is_new, place.is_none(), "{list:?}");
-                    match place {
-                        Some(place) => assert_eq!(numbers[place], number, "{list:?}"),
+                    let index = known.iter().position(|other| *other == list);
+                    assert_eq!(is_new, index.is_none(), "{list:?}");
+                    match index {
+                        Some(index) => assert_eq!(numbers[index], number, "{list:?}"),
                         None => {
                             assert!(!numbers.contains(&number), "{list:?}");
                             known.push(list.clone());
