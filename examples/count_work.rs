@@ -1,8 +1,8 @@
-//! Fixed amounts of tracing and propagation, for tools that count instructions: no clock, no threads.
+//! Fixed amounts of tracing and propagation, for tools that count instructions. No clock, no threads.
 //!
-//! `count_work rays FOLDER SCENE SET PASSES` asks the rays that `bench rays --dump FOLDER` wrote, `PASSES` times over;
-//! `count_work update SCENE SOURCES UPDATES` runs propagation updates of a listener that walks at 1.4 m/s. Twice the
-//! work less once the work is the work alone (`benches/count-aarch64.sh`).
+//! `count_work rays FOLDER SCENE SET PASSES` traces the rays written by `bench rays --dump FOLDER`, `PASSES` times;
+//! `count_work update SCENE SOURCES UPDATES` runs propagation updates for a listener who walks at 1.4 m/s. The difference of
+//! two runs with different counts excludes start-up (`benches/count-aarch64.sh`).
 
 use std::fs;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use foresound::scene::{
 };
 use glam::Vec3;
 
-/// Metres between two of twenty updates a second.
+/// Metres between two updates, at twenty a second.
 const STEP_M: f32 = 0.07;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -72,7 +72,7 @@ fn update(name: &str, count: usize, updates: u32) -> Result<(), Box<dyn std::err
     let mut propagator = Propagator::new(Arc::new(scene), PropagationSettings::default())?;
     let sources: Vec<SourcePose> = (0..)
         .zip(benchmark.sources.iter().take(count))
-        .map(|(slot, (_, place))| SourcePose::at(SourceId::new(slot, 0), *place))
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot, 0), *position))
         .collect();
     let walk = &benchmark.walk;
     let length_m = walk.from.distance(walk.to);

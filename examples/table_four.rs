@@ -1,12 +1,10 @@
-//! The cells of the paper's Table 4 on whatever runs this, with nothing but the program itself: for `adb shell`
-//! (android/README.md has the commands), and any other machine.
+//! The paper's Table 4 on this machine, as a standalone program: for `adb shell` (see android/README.md) and others.
 //!
-//! `table_four [SECONDS [SCENE...]]`: seconds each schedule and cell (2 if not given), scenes (all three). Each cell is
-//! measured with threads where the system puts them and on the fastest cores. A graphics frame is a tick and 1/60 s of
-//! sound, one after the other as fast as it goes, so the figure is what propagation and sound leave of a graphics thread.
-//! A line a cell goes to the standard error output, one JSON object to the standard output.
+//! `table_four [SECONDS [SCENE...]]`: seconds per schedule and cell (default 2), scenes (default all three). Each cell is
+//! measured with threads placed by the system and on the fastest cores. A graphics frame is a tick and 1/60 s of sound, as
+//! fast as possible. Prints one line per cell to standard error and one JSON object to standard output.
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
-#![expect(clippy::print_stdout, reason = "what it is for")]
+#![expect(clippy::print_stdout, reason = "the result")]
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,7 +15,7 @@ use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, proced
 use foresound::{Error, Result};
 use glam::Vec3;
 
-/// The paper's figures: scene, sources, frames a second of the baseline and of its own schedule.
+/// The paper's figures: scene, sources, frames per second of the synchronous and the asynchronous schedule.
 const PAPER: &str = include_str!("../assets/paper/paper_table_4.csv");
 const RATE_HZ: u32 = 48_000;
 /// Audio frames of a graphics frame: 1/60 s.
@@ -43,10 +41,10 @@ fn cells() -> impl Iterator<Item = Cell> {
     })
 }
 
-/// What stands in a scene.
+/// A scene with its sources and walk.
 struct Stage {
     scene: Arc<Scene>,
-    places: Vec<Vec3>,
+    positions: Vec<Vec3>,
     walk: Walk,
 }
 
@@ -60,7 +58,11 @@ fn stage(name: &str) -> Result<Stage> {
     let walk = &benchmark.walk;
     Ok(Stage {
         scene: Arc::new(scene),
-        places: benchmark.sources.iter().map(|(_, place)| *place).collect(),
+        positions: benchmark
+            .sources
+            .iter()
+            .map(|(_, position)| *position)
+            .collect(),
         walk: Walk {
             from: walk.from,
             to: walk.to,
@@ -70,7 +72,7 @@ fn stage(name: &str) -> Result<Stage> {
     })
 }
 
-/// A voice-like signal: bursts of noise that every machine makes alike.
+/// A speech-like signal: bursts of deterministic noise.
 fn signal(number: u32) -> Arc<[f32]> {
     let mut state = 12_345 + number;
     let mut sample = |n: u32| {
@@ -81,7 +83,7 @@ fn signal(number: u32) -> Arc<[f32]> {
     (0..2 * RATE_HZ).map(&mut sample).collect()
 }
 
-/// What a schedule made of a cell.
+/// Result of one schedule in a cell.
 struct Measured {
     fps: f64,
     statistics: Statistics,
@@ -94,21 +96,19 @@ fn measure(
     affinity: AffinityPolicy,
     seconds: f64,
 ) -> Result<Measured> {
-    let mut settings = EngineSettings {
-        schedule,
-        affinity,
-        block_frames: FRAMES,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.schedule = schedule;
+    settings.affinity = affinity;
+    settings.block_frames = FRAMES;
     settings.generation.rate_hz = RATE_HZ;
     settings.generation.max_sources = sources;
     let (mut controller, mut renderer) = Engine::new(settings)?;
     controller.set_scene(Arc::clone(&stage.scene))?;
-    for (number, place) in (0..).zip(stage.places.iter().take(sources)) {
-        let id = controller.add_source(*place)?;
+    for (number, position) in (0..).zip(stage.positions.iter().take(sources)) {
+        let id = controller.add_source(*position)?;
         controller.play(id, signal(number), true)?;
     }
-    // The graphics thread makes the sound here, so it has sound's place; a thread of its own forgets it at its end.
+    // This thread renders the sound, so it gets sound's core and priority until it ends.
     renderer.place_thread();
     let mut block = vec![0.0; 2 * FRAMES];
     let mut frame = 0u64;
@@ -139,7 +139,7 @@ fn measure(
 /// A row of JSON; numbers only, so nothing needs escaping.
 fn row(cell: &Cell, pinned: bool, [baseline, ours]: &[Measured; 2]) -> String {
     let now = &ours.statistics;
-    let heat = now.manners.reading;
+    let heat = now.device_hints.reading;
     format!(
         "{{\"scene\":\"{}\",\"sources\":{},\"pinned\":{pinned},\"synchronous_fps\":{:.2},\"asynchronous_fps\":{:.2},\
          \"speedup\":{:.3},\"paper_synchronous_fps\":{},\"paper_asynchronous_fps\":{},\"update_p50_ms\":{:.3},\
@@ -154,8 +154,8 @@ fn row(cell: &Cell, pinned: bool, [baseline, ours]: &[Measured; 2]) -> String {
         cell.paper_fps[1],
         1e3 * now.propagation.p50_s,
         1e3 * now.propagation.p95_s,
-        now.level,
-        now.tier.0,
+        now.extrapolation_level,
+        now.quality_level.0,
         now.paths,
         1e3 * now.block.p50_s,
         1e3 * now.block.worst_s,
@@ -191,12 +191,12 @@ fn main() -> Result<()> {
             (AffinityPolicy::None, false),
             (AffinityPolicy::PreferBig, true),
         ] {
-            // On a thread of its own, since a place once taken is kept.
+            // On a new thread, because core and priority cannot be reset.
             let both = std::thread::scope(|scope| {
                 [EngineSchedule::Synchronous, EngineSchedule::Asynchronous].map(|schedule| {
                     let run = move || measure(stage, sources, schedule, affinity, seconds);
                     scope.spawn(run).join().unwrap_or_else(|_| {
-                        let advice = "report this with what stands above";
+                        let advice = "report this with the output above";
                         Err(Error::engine("the measurement panicked", advice))
                     })
                 })
@@ -213,7 +213,7 @@ fn main() -> Result<()> {
                 cell.paper_fps[0],
                 cell.paper_fps[1],
                 1e3 * both[1].statistics.propagation.p50_s,
-                both[1].statistics.level,
+                both[1].statistics.extrapolation_level,
             );
             rows.push(row(&cell, pinned, &both));
         }

@@ -1,36 +1,47 @@
-//! Errors of the control side. The audio side never fails: it reports.
+//! Errors of the control side. The audio side never fails; it returns reports.
 
+use std::error::Error as StdError;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-/// What went wrong on the control side, where, and what to do about it.
-///
-/// The text is one line and names the file and place, so that a command line may print it as it is.
+/// The cause of an [`Error::File`]: an error of the system or a library, or a text. Clones share it.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error(transparent)]
+pub struct Cause(Arc<dyn StdError + Send + Sync>);
+
+impl PartialEq for Cause {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
+}
+
+/// An error of the control side: what is wrong, where, and how to fix it. The text is one line; ERRORS.md lists all.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be opened, read or written.
-    #[error("{}: {reason}; {advice}", path.display())]
+    #[error("{}: {source}; {advice}", path.display())]
     File {
-        /// The file that was named.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
-        reason: String,
+        /// The cause, also by [`std::error::Error::source`].
+        source: Cause,
         /// What to do.
         advice: String,
     },
-    /// A file's content is not what it should be.
+    /// The content of a file is invalid.
     #[error("{}{}: {problem}; {advice}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default())]
     Format {
-        /// The file that was read.
+        /// The file.
         path: PathBuf,
-        /// The line counted from one, where the format has lines and the place is known.
+        /// The line, counted from 1, if known.
         line: Option<usize>,
-        /// What is wrong there.
+        /// What is wrong.
         problem: String,
         /// What to do.
         advice: String,
     },
-    /// Geometry that no scene can be made of.
+    /// Geometry that cannot become a scene.
     #[error("mesh: {problem}; {advice}")]
     Mesh {
         /// What is wrong.
@@ -38,7 +49,7 @@ pub enum Error {
         /// What to do.
         advice: String,
     },
-    /// A setting or argument outside its range.
+    /// A setting or argument is outside its range.
     #[error("{name}: {problem}; {advice}")]
     Setting {
         /// Name of the setting or argument.
@@ -48,30 +59,30 @@ pub enum Error {
         /// What to do.
         advice: String,
     },
-    /// A handle of a source that was removed.
+    /// A handle refers to a removed source.
     #[error(
         "source {slot}.{generation}: was removed or never added; use the handle of a source that is there"
     )]
     StaleSource {
-        /// Its slot.
+        /// Slot of the handle.
         slot: usize,
-        /// Its generation, which the slot does not have now.
+        /// Generation of the handle, different from the slot's.
         generation: u16,
     },
-    /// A handle of an instance that was removed.
+    /// A handle refers to a removed instance.
     #[error(
         "instance {slot}.{generation}: was removed or never added; use the handle of an instance that is there"
     )]
     StaleInstance {
-        /// Its slot.
+        /// Slot of the handle.
         slot: usize,
-        /// Its generation, which the slot does not have now.
+        /// Generation of the handle, different from the slot's.
         generation: u16,
     },
-    /// The engine cannot do it in its present state.
+    /// The engine cannot do it in its current state.
     #[error("engine: {problem}; {advice}")]
     Engine {
-        /// What stands in the way.
+        /// The obstacle.
         problem: String,
         /// What to do.
         advice: String,
@@ -82,16 +93,20 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// A file that could not be opened, read or written.
-    pub fn file(path: impl Into<PathBuf>, reason: impl ToString, advice: &str) -> Self {
+    /// [`Self::File`].
+    pub fn file(
+        path: impl Into<PathBuf>,
+        cause: impl Into<Box<dyn StdError + Send + Sync>>,
+        advice: &str,
+    ) -> Self {
         Self::File {
             path: path.into(),
-            reason: reason.to_string(),
+            source: Cause(Arc::from(cause.into())),
             advice: advice.into(),
         }
     }
 
-    /// A file whose content is wrong, with the line if it is known.
+    /// [`Self::Format`].
     pub fn format(
         path: impl Into<PathBuf>,
         line: Option<usize>,
@@ -106,7 +121,7 @@ impl Error {
         }
     }
 
-    /// Geometry that no scene can be made of.
+    /// [`Self::Mesh`].
     pub fn mesh(problem: impl ToString, advice: &str) -> Self {
         Self::Mesh {
             problem: problem.to_string(),
@@ -114,7 +129,7 @@ impl Error {
         }
     }
 
-    /// Something the engine cannot do now.
+    /// [`Self::Engine`].
     pub fn engine(problem: impl ToString, advice: &str) -> Self {
         Self::Engine {
             problem: problem.to_string(),
@@ -122,7 +137,7 @@ impl Error {
         }
     }
 
-    /// A setting or argument outside its range.
+    /// [`Self::Setting`].
     pub fn setting(name: &str, problem: impl ToString, advice: &str) -> Self {
         Self::Setting {
             name: name.into(),

@@ -66,7 +66,7 @@
 mod acoustics;
 #[cfg(feature = "testing")]
 pub mod acoustics;
-#[cfg(not(feature = "testing"))]
+#[cfg(all(any(feature = "capi", feature = "jni"), not(feature = "testing")))]
 mod bridge;
 #[cfg(feature = "testing")]
 pub mod bridge;
@@ -125,7 +125,9 @@ pub use scene::{
 
 /// Reading meshes from files, and what the intake of a mesh found.
 pub mod mesh {
-    pub use crate::scene::{IntakeReport, ObjFile, ObjOptions, UpAxis, load_obj};
+    pub use crate::scene::IntakeReport;
+    #[cfg(feature = "files")]
+    pub use crate::scene::{ObjFile, ObjOptions, UpAxis, load_obj};
 }
 
 /// Propagation by itself: paths with amplitudes in eight bands, without sound.
@@ -140,6 +142,7 @@ pub mod paths {
 
 /// Rendering on a virtual clock: the same input gives the same bits.
 pub mod offline {
+    #[cfg(feature = "files")]
     pub use crate::output::WavSink;
     pub use crate::runtime::{
         Latency, OfflineRenderer, OfflineReport, OfflineSettings, Poses, Schedule,
@@ -151,7 +154,9 @@ pub mod device {
     pub use crate::output::{Device, DeviceCallback, DeviceGrant, DeviceInterface, OpenDevice};
     #[cfg(feature = "play")]
     pub use crate::runtime::device::CpalBackend;
-    pub use crate::runtime::device::{Backend, DeviceState, Fill, Loan, StandIn, Supervisor};
+    pub use crate::runtime::device::{
+        Backend, DeviceState, LeasedCallback, NullDeviceSettings, RenderCallback, Supervisor,
+    };
     pub use crate::runtime::{
         DeviceOutput, DeviceReport, NullDevice, NullDeviceReport, NullOutput, Placement,
         RingOutput, SoundThread,
@@ -160,6 +165,6 @@ pub mod device {
 
 /// What the engine does and how long it takes.
 pub mod diagnostics {
-    pub use crate::runtime::engine::{Percentiles, ShownPath};
+    pub use crate::runtime::engine::{Percentiles, SnapshotPath};
     pub use crate::runtime::{Statistics, TraceLog};
 }

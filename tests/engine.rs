@@ -1,4 +1,4 @@
-//! The engine's two halves, driven by one thread: what handles, poses, sounds and states do.
+//! The engine's two halves on one thread: handles, poses, samples and states.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,21 +17,15 @@ use foresound::scene::{
 use glam::{Quat, Vec3};
 
 fn settings() -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: 4,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 64,
-            source_rays: 16,
-            ..PropagationSettings::default()
-        },
-        schedule: EngineSchedule::Synchronous,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = 4;
+    settings.propagation.guide_rays = 64;
+    settings.propagation.source_rays = 16;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn room() -> Arc<Scene> {
@@ -51,7 +45,7 @@ fn hum() -> Arc<[f32]> {
         .into()
 }
 
-/// Ticks and renders; gives the loudest sample of the last block.
+/// Ticks and renders; returns the peak of the last block.
 fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3, frames: usize) -> f32 {
     let mut block = [0.0; 882];
     for _ in 0..frames {
@@ -63,7 +57,7 @@ fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3, frames: u
     block.iter().fold(0.0, |most, s| most.max(s.abs()))
 }
 
-/// Voices wait for fades, which do not go on while nothing is rendered.
+/// Voices wait for fades, which stand still while nothing is rendered.
 #[test]
 fn a_pause_in_the_middle_of_a_change_of_all_paths_ends() {
     let scene = room();
@@ -211,10 +205,10 @@ fn empty_clips_and_dry_streams_are_silence() {
     assert_eq!(writer.write(&hum()), 4410);
     assert!(run(&mut controller, &mut renderer, Vec3::ZERO, 9) > 0.01);
     run(&mut controller, &mut renderer, Vec3::ZERO, 5);
-    assert!(controller.statistics().starved_samples > 0);
+    assert!(controller.statistics().underrun_samples > 0);
     controller.stop(id).expect("is there");
     run(&mut controller, &mut renderer, Vec3::ZERO, 1);
-    // What was retired is freed by the next tick.
+    // The next tick frees returned samples.
     run(&mut controller, &mut renderer, Vec3::ZERO, 1);
     assert!(writer.is_abandoned());
 }
@@ -224,7 +218,7 @@ fn a_clip_is_freed_by_the_controller_once_it_is_done_with() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let clip = hum();
     for _ in 0..1000 {
-        // The renderer keeps no pace at all: what waits does not pile up.
+        // The renderer does not run: waiting changes do not accumulate.
         let id = controller.add_source(Vec3::X).expect("a slot");
         controller.play(id, Arc::clone(&clip), true).expect("there");
         controller.remove_source(id).expect("is there");
@@ -236,18 +230,16 @@ fn a_clip_is_freed_by_the_controller_once_it_is_done_with() {
 
 static PANIC: AtomicBool = AtomicBool::new(false);
 
-fn panic_when_told(_: u64) {
+fn panic_on_request(_: u64) {
     assert!(!PANIC.load(Ordering::Relaxed), "injected");
 }
 
 #[test]
 fn propagation_may_panic_and_be_restarted() {
     for schedule in [EngineSchedule::Synchronous, EngineSchedule::Asynchronous] {
-        let settings = EngineSettings {
-            schedule,
-            before_update: Some(panic_when_told),
-            ..settings()
-        };
+        let mut settings = settings();
+        settings.schedule = schedule;
+        settings.before_update = Some(panic_on_request);
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let scene = room();
         let at = inside(&scene);
@@ -293,17 +285,15 @@ fn either_half_may_go_first() {
     drop(controller);
     let mut block = [0.0; 882];
     let report = renderer.render(&mut block);
-    assert!(report.controller_gone);
+    assert!(report.controller_dropped);
     assert!(block.iter().any(|s| s.abs() > 0.01));
 }
 
 #[test]
 fn the_baseline_sounds_the_same_on_any_number_of_threads() {
     let render = |tracing_threads: usize| {
-        let settings = EngineSettings {
-            tracing_threads,
-            ..settings()
-        };
+        let mut settings = settings();
+        settings.tracing_threads = tracing_threads;
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let scene = room();
         let at = inside(&scene);
@@ -358,7 +348,7 @@ fn predictor_schedule_and_rays_change_while_running() {
         ..PropagationSettings::default()
     };
     assert!(controller.set_propagation(wrong).is_err());
-    assert_eq!(controller.statistics().level, 0);
+    assert_eq!(controller.statistics().extrapolation_level, 0);
 }
 
 #[test]
@@ -387,10 +377,8 @@ fn scenes_are_built_aside_and_errors_come_with_a_tick() {
 
 #[test]
 fn too_many_paths_are_trimmed_to_the_loudest() {
-    let limited = EngineSettings {
-        max_paths: 5,
-        ..settings()
-    };
+    let mut limited = settings();
+    limited.max_paths = 5;
     let (mut controller, mut renderer) = Engine::new(limited).expect("an engine");
     let scene = room();
     let at = inside(&scene);
@@ -405,46 +393,17 @@ fn too_many_paths_are_trimmed_to_the_loudest() {
 
 #[test]
 fn settings_out_of_range_are_refused_by_name() {
-    for (settings, name) in [
-        (
-            EngineSettings {
-                block_frames: 0,
-                ..settings()
-            },
-            "block_frames",
-        ),
-        (
-            EngineSettings {
-                tracing_threads: 0,
-                ..settings()
-            },
-            "tracing_threads",
-        ),
-        (
-            EngineSettings {
-                max_paths: 0,
-                ..settings()
-            },
-            "max_paths",
-        ),
-        (
-            EngineSettings {
-                frame_time: FrameTime::Fixed(f64::NAN),
-                ..settings()
-            },
-            "frame_time",
-        ),
-        (
-            EngineSettings {
-                generation: GeneratorSettings {
-                    max_sources: 0,
-                    ..GeneratorSettings::default()
-                },
-                ..settings()
-            },
-            "max_sources",
-        ),
-    ] {
+    type Set = fn(&mut EngineSettings);
+    let cases: [(Set, &str); 5] = [
+        (|s| s.block_frames = 0, "block_frames"),
+        (|s| s.tracing_threads = 0, "tracing_threads"),
+        (|s| s.max_paths = 0, "max_paths"),
+        (|s| s.frame_time = FrameTime::Fixed(f64::NAN), "frame_time"),
+        (|s| s.generation.max_sources = 0, "max_sources"),
+    ];
+    for (set, name) in cases {
+        let mut settings = settings();
+        set(&mut settings);
         let error = Engine::new(settings).err().expect("refused").to_string();
         assert!(error.starts_with(name), "{error}");
     }

@@ -1,12 +1,10 @@
-//! An app that does everything it should not: the engine refuses with an error or goes on, and never makes a sound that is
-//! no number. On one thread, without a clock.
+//! Misuse by the app: the engine returns an error or continues, and its output stays finite. On one thread, without a clock.
 
 use std::sync::Arc;
 
 use foresound::Error;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
     Renderer,
@@ -17,22 +15,16 @@ use foresound::scene::{
 use glam::{Quat, Vec3};
 
 fn settings(schedule: EngineSchedule) -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: 4,
-            ..GeneratorSettings::default()
-        },
-        most_sources: Some(12),
-        propagation: PropagationSettings {
-            guide_rays: 64,
-            source_rays: 16,
-            ..PropagationSettings::default()
-        },
-        schedule,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = 4;
+    settings.max_sources = Some(12);
+    settings.propagation.guide_rays = 64;
+    settings.propagation.source_rays = 16;
+    settings.schedule = schedule;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn rooms() -> Vec<Arc<Scene>> {
@@ -93,7 +85,7 @@ fn a_thousand_come_and_go_between_two_blocks() {
         tick(&mut controller);
         render(&mut renderer);
     }
-    // Sounds went where their sources are.
+    // Samples follow their sources.
     for _ in 0..40 {
         tick(&mut controller);
         render(&mut renderer);
@@ -159,7 +151,7 @@ fn poses_that_are_none_are_refused_and_the_last_good_ones_heard() {
             ..SourcePose::at(id, Vec3::ONE)
         };
         let good = ListenerPose::facing(Vec3::new(2.0, 1.5, 2.0), 0.0);
-        // A number, however large, is an orientation to a quaternion.
+        // Any finite quaternion becomes an orientation.
         assert!(bad == f32::MAX || controller.tick(good, &[turned]).is_err());
         assert!(render(&mut renderer) > 0.0);
     }

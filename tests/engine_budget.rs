@@ -1,10 +1,9 @@
-//! What the engine gives up and shares: forced tiers, more sources than slots, and what it tells of its time. On a virtual
-//! clock: the frame time is given and propagation runs within each tick.
+//! Forced quality levels, more sources than slots, and traces. On a virtual clock: the frame time is fixed and propagation
+//! runs within each tick.
 
 use std::sync::Arc;
 
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::budget::{LAST_QUALITY_LEVEL, QUALITY_LEVELS};
 use foresound::runtime::trace::{SpanKind, Track};
@@ -21,21 +20,15 @@ use glam::Vec3;
 const AUDIO_FRAMES: usize = 441;
 
 fn settings(slots: usize) -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: slots,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 256,
-            source_rays: 32,
-            ..PropagationSettings::default()
-        },
-        schedule: EngineSchedule::Synchronous,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = slots;
+    settings.propagation.guide_rays = 256;
+    settings.propagation.source_rays = 32;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn room() -> (Arc<Scene>, Vec3) {
@@ -46,13 +39,13 @@ fn room() -> (Arc<Scene>, Vec3) {
     (Arc::new(scene), middle)
 }
 
-/// A sine of 700 Hz that goes on without a seam.
+/// A seamless loop of a 700 Hz sine.
 fn hum(gain: f32) -> Arc<[f32]> {
     let turn = std::f32::consts::TAU * 70.0 / 4410.0;
     (0..4410).map(|n| gain * (n as f32 * turn).sin()).collect()
 }
 
-/// Ticks and renders; gives the loudest sample and the largest second difference, which a click would raise.
+/// Ticks and renders; returns the peak and the largest second difference, which a click would raise.
 fn run(
     controller: &mut Controller,
     renderer: &mut Renderer,
@@ -76,7 +69,7 @@ fn run(
 }
 
 #[test]
-fn forced_tiers_take_paths_away_without_a_click() {
+fn forced_quality_levels_drop_paths_without_a_click() {
     let (mut controller, mut renderer) = Engine::new(settings(1)).expect("an engine");
     let (scene, at) = room();
     controller.set_scene(scene).expect("taken");
@@ -89,25 +82,23 @@ fn forced_tiers_take_paths_away_without_a_click() {
     let steady = run(&mut controller, &mut renderer, at, 100, &mut tail);
     let paths = controller.statistics().paths;
     assert!(paths > 60, "{paths}");
-    for tier in [LAST_QUALITY_LEVEL, 2, 4, 0] {
-        let budget = Budget {
-            tiers: QualityChoice::Exactly(QualityLevel(tier)),
-            ..Budget::default()
-        };
+    for level in [LAST_QUALITY_LEVEL, 2, 4, 0] {
+        let mut budget = Budget::default();
+        budget.quality = QualityChoice::Exactly(QualityLevel(level));
         controller.set_budget(budget).expect("in range");
-        // Two seconds: the glide takes half of one, the cache of paths as long again.
+        // Two seconds: half of one for the transition, as long again for the path cache.
         let moving = run(&mut controller, &mut renderer, at, 200, &mut tail);
         let statistics = controller.statistics();
-        assert_eq!(statistics.tier, QualityLevel(tier));
-        // In a rectangular room a half of the rays finds every path; fewer orders do not.
-        match QUALITY_LEVELS[usize::from(tier)].orders_less {
+        assert_eq!(statistics.quality_level, QualityLevel(level));
+        // In a rectangular room half of the rays find all paths; fewer orders do not.
+        match QUALITY_LEVELS[usize::from(level)].skipped_orders {
             0 => assert_eq!(statistics.paths, paths),
             _ => assert!(statistics.paths < paths, "{} paths", statistics.paths),
         }
-        // Sums of a few paths more or less; a step of a tenth of the sound would bend ten times as much.
+        // A few paths more or less; a step of a tenth of the sound would be ten times as large.
         assert!(
             moving[1] < 1.3 * steady[1],
-            "bends {} to tier {tier}, {} before",
+            "bends {} to level {level}, {} before",
             moving[1],
             steady[1]
         );
@@ -117,20 +108,19 @@ fn forced_tiers_take_paths_away_without_a_click() {
 #[test]
 fn a_budget_out_of_range_is_refused_and_the_old_one_kept() {
     let (mut controller, _renderer) = Engine::new(settings(1)).expect("an engine");
-    let wrong = Budget {
-        update_s: Some(-1.0),
-        ..Budget::default()
-    };
+    let mut wrong = Budget::default();
+    wrong.update_s = Some(-1.0);
     assert!(controller.set_budget(wrong).is_err());
     assert_eq!(controller.settings().budget, Budget::default());
-    let engine = Engine::new(EngineSettings {
-        budget: wrong,
-        ..settings(1)
+    let engine = Engine::new({
+        let mut settings = settings(1);
+        settings.budget = wrong;
+        settings
     });
     assert!(engine.is_err());
 }
 
-/// An app with many sources that circle about where they began.
+/// An app with many sources that circle around their first positions.
 struct Crowd {
     controller: Controller,
     renderer: Renderer,
@@ -140,10 +130,8 @@ struct Crowd {
 
 impl Crowd {
     fn new(sources: usize, slots: usize) -> Self {
-        let settings = EngineSettings {
-            most_sources: Some(sources),
-            ..settings(slots)
-        };
+        let mut settings = settings(slots);
+        settings.max_sources = Some(sources);
         let (mut controller, renderer) = Engine::new(settings).expect("an engine");
         let (scene, middle) = room();
         controller.set_scene(scene).expect("taken");
@@ -171,7 +159,7 @@ impl Crowd {
         SourcePose::at(self.here[number], self.middle + place + circle)
     }
 
-    /// Gives the loudest sample, the largest second difference and the most voices.
+    /// Returns the peak, the largest second difference and the greatest number of voices.
     fn run(&mut self, from: usize, frames: usize) -> (f32, f32, u32) {
         let mut block = [0.0; 2 * AUDIO_FRAMES];
         let (mut loudest, mut bend, mut voices) = (0.0f32, 0.0f32, 0);
@@ -204,7 +192,7 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
     crowd.run(0, 20);
     let (loudest, bend, _) = crowd.run(20, 300);
     let (one, all) = (few.controller.statistics(), crowd.controller.statistics());
-    // Rays differ by where sources stand only, not by thirty-two times as many of them.
+    // The number of rays depends on the positions of sources, not on thirty-two times as many.
     assert!(
         all.rays < 2 * one.rays,
         "{} and {} rays",
@@ -213,7 +201,7 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
     );
     assert!(all.paths < 2 * one.paths.max(400), "{} paths", all.paths);
     assert!(loudest > 0.01 && loudest < 1.0, "{loudest}");
-    // A sine of 700 Hz bends by 0.01 of itself; eight slots' worth of sound stepping in or out would be far above.
+    // The second difference of a 700 Hz sine is 0.01 of it; a step of eight slots would be far above.
     assert!(bend < 0.02 * loudest, "bends {bend} at {loudest}");
     for id in crowd.here.drain(..) {
         crowd.controller.remove_source(id).expect("is there");
@@ -224,27 +212,27 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
 
 #[test]
 fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
-    let (mut controller, _renderer) = Engine::new(EngineSettings {
-        most_sources: Some(5),
-        ..settings(4)
+    let (mut controller, _renderer) = Engine::new({
+        let mut settings = settings(4);
+        settings.max_sources = Some(5);
+        settings
     })
     .expect("an engine");
     for _ in 0..5 {
         controller.add_source(Vec3::X).expect("a place");
     }
     assert!(controller.add_source(Vec3::X).is_err());
-    let wrong = EngineSettings {
-        most_sources: Some(0),
-        ..settings(4)
-    };
+    let mut wrong = settings(4);
+    wrong.max_sources = Some(0);
     assert!(Engine::new(wrong).is_err());
 }
 
 #[test]
-fn what_threads_did_is_told_in_order_and_a_full_ring_counts() {
-    let (mut controller, mut renderer) = Engine::new(EngineSettings {
-        trace_spans: 64,
-        ..settings(1)
+fn spans_of_threads_are_in_order_and_a_full_ring_counts() {
+    let (mut controller, mut renderer) = Engine::new({
+        let mut settings = settings(1);
+        settings.trace_spans = 64;
+        settings
     })
     .expect("an engine");
     controller.add_source(Vec3::X).expect("a place");
@@ -271,7 +259,7 @@ fn what_threads_did_is_told_in_order_and_a_full_ring_counts() {
     assert_eq!(count(Track::Sound, SpanKind::Generation), 80);
     for track in [Track::App, Track::Propagation, Track::Sound] {
         let spans = log.spans().iter().filter(|(t, _)| *t == track);
-        let ends = spans.map(|(_, span)| span.began_ns + span.lasted_ns);
+        let ends = spans.map(|(_, span)| span.began_ns + span.duration_ns);
         assert!(ends.is_sorted(), "{track:?}");
     }
     run(&mut controller, &mut renderer, Vec3::ZERO, 100, &mut tail);

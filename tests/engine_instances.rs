@@ -1,10 +1,9 @@
-//! Parts that move in a running engine: heard, refused, removed, and there again in another scene.
+//! Instances in a running engine: audible, refused, removed, and kept across scenes.
 
 use std::sync::Arc;
 
 use foresound::Error;
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, FrameTime, Renderer,
 };
@@ -14,21 +13,15 @@ use foresound::scene::{
 use glam::{DVec3, Quat, Vec3};
 
 fn settings() -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: 2,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 64,
-            source_rays: 16,
-            ..PropagationSettings::default()
-        },
-        schedule: EngineSchedule::Synchronous,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = 2;
+    settings.propagation.guide_rays = 64;
+    settings.propagation.source_rays = 16;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn commit(size: Vec3, material: &str) -> Arc<Scene> {
@@ -37,7 +30,7 @@ fn commit(size: Vec3, material: &str) -> Arc<Scene> {
     Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits"))
 }
 
-/// Ticks and renders; gives the mean power of the last block.
+/// Ticks and renders; returns the mean power of the last block.
 fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3) -> f32 {
     let mut block = [0.0; 882];
     for _ in 0..60 {
@@ -100,7 +93,7 @@ fn a_wall_comes_between_moves_away_and_is_removed() {
     assert_eq!(controller.instances(), [pose(id, 1.5)]);
     assert!(run(&mut controller, &mut renderer, at) < 0.1 * free);
 
-    // It stays where it is in another scene, which must not have any of its own.
+    // It keeps its pose in another scene, which must not have instances.
     let own = Arc::new(Scene::clone(controller.scene()));
     assert!(matches!(
         controller.set_scene(own),

@@ -1,6 +1,6 @@
-//! The engine on its threads: the audio side leaves memory alone, threads start and stop, devices come and go.
+//! The engine on its threads: the audio side does not allocate, threads start and stop, devices disappear and return.
 //!
-//! Nothing here depends on how fast a machine is: loops wait for events, not for time.
+//! Independent of the machine's speed: loops wait for events, not for time.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -8,7 +8,6 @@ use std::thread;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{
     AffinityPolicy, Engine, EngineSettings, EngineState, NullDevice, SoundThread,
@@ -28,19 +27,13 @@ static ALLOCATOR: counting::Counting = counting::Counting;
 const SOURCES: usize = 8;
 
 fn settings() -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: SOURCES,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 128,
-            source_rays: 32,
-            ..PropagationSettings::default()
-        },
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = SOURCES;
+    settings.propagation.guide_rays = 128;
+    settings.propagation.source_rays = 32;
+    settings.affinity = AffinityPolicy::None;
+    settings
 }
 
 fn room(length_m: f32) -> Arc<Scene> {
@@ -156,17 +149,13 @@ fn the_counter_counts() {
 #[test]
 fn an_engine_starts_and_stops_two_hundred_times() {
     for round in 0..200 {
-        let small = EngineSettings {
-            generation: GeneratorSettings {
-                max_sources: 1,
-                max_voices: 16,
-                fine_voices: 4,
-                max_delay_s: 0.1,
-                ..GeneratorSettings::default()
-            },
-            max_paths: 64,
-            ..settings()
-        };
+        let mut small = settings();
+        small.generation = GeneratorSettings::default();
+        small.generation.max_sources = 1;
+        small.generation.max_voices = 16;
+        small.generation.fine_voices = 4;
+        small.generation.max_delay_s = 0.1;
+        small.max_paths = 64;
         let (mut controller, mut renderer) = Engine::new(small).expect("an engine");
         if round % 2 == 0 {
             let ticked = controller.tick(ListenerPose::default(), &[]);
@@ -178,7 +167,7 @@ fn an_engine_starts_and_stops_two_hundred_times() {
             assert_eq!(controller.state(), EngineState::RendererGone);
         } else {
             drop(controller);
-            assert!(renderer.render(&mut [0.0; 128]).controller_gone);
+            assert!(renderer.render(&mut [0.0; 128]).controller_dropped);
         }
     }
 }
@@ -203,7 +192,7 @@ fn a_sound_thread_renders_ahead_and_gives_the_renderer_back() {
     }
     let mut renderer = sound.stop().expect("did not panic");
     assert!(renderer.render(&mut block).frames == 100);
-    // The thread is gone: what is left in the ring runs out.
+    // The thread has ended: the ring runs empty.
     let missing = (0..20).map(|_| output.read(&mut block)).sum::<usize>();
     assert!(missing >= 2000 - 512);
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use foresound::extrapolation::{
     Extrapolator, FramePaths, GeometricSettings, PredictionTarget, PredictorKind, PreparedUpdate,
 };
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::propagation::diffraction::MAX_DIRECT_EDGES;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
@@ -19,7 +19,7 @@ use glam::Vec3;
 const BEST: PredictorKind = PredictorKind::Geometric(GeometricSettings::FULL);
 
 const LATE: Schedule = Schedule::Asynchronous {
-    level: 5,
+    extrapolation_level: 5,
     latency: Latency::Modelled,
 };
 
@@ -52,18 +52,13 @@ fn render(
     late: bool,
     place: impl Fn(f64) -> Vec3,
 ) -> Vec<f32> {
-    let settings = OfflineSettings {
-        graphics_rate_hz: 74.6,
-        block_frames: 512,
-        schedule,
-        predictor: BEST,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            max_sources: 2,
-            late,
-            ..GeneratorSettings::default()
-        },
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = 74.6;
+    settings.block_frames = 512;
+    settings.schedule = schedule;
+    settings.predictor = BEST;
+    settings.generation.max_sources = 2;
+    settings.generation.late = late;
     let hrtf = Arc::new(Hrtf::builtin(settings.generation.rate_hz).expect("a head"));
     let mut renderer = OfflineRenderer::new(Arc::clone(scene), hrtf, settings).expect("settings");
     let mut poses = Poses {

@@ -112,24 +112,21 @@ fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
 }
 
 fn engine(schedule: EngineSchedule) -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            rate_hz: 16_000,
-            max_sources: 4,
-            max_voices: 64,
-            fine_voices: 16,
-            max_delay_s: 0.1,
-            ..GeneratorSettings::default()
-        },
-        hrtf: Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head"))),
-        propagation: PROPAGATION,
-        schedule,
-        block_frames: 64,
-        max_paths: 128,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.rate_hz = 16_000;
+    settings.generation.max_sources = 4;
+    settings.generation.max_voices = 64;
+    settings.generation.fine_voices = 16;
+    settings.generation.max_delay_s = 0.1;
+    settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head")));
+    settings.propagation = PROPAGATION;
+    settings.schedule = schedule;
+    settings.block_frames = 64;
+    settings.max_paths = 128;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 /// Renders a block; gives its loudest sample, after it has been looked at.

@@ -149,7 +149,7 @@ fn a_free_panel_s_reflection_counts_once_where_it_ends() {
         Vec3::new(5.0, 0.0, 0.0),
     ];
     let scene = scene(&[board]);
-    assert!(!scene.free_panels().is_empty());
+    assert!(!scene.finite_panels().is_empty());
     let source = Vec3::new(-3.0, 1.0, 0.0);
     let step_m = 0.01;
     let places = (0..300).map(|step| Vec3::new(1.0 + step_m * step as f32, 1.5, 0.0));

@@ -1,5 +1,5 @@
-//! Everybody at once: control threads that get in each other's way, engines that start and stop ten thousand times, threads
-//! that are killed in turn. Sound goes on, the state tells, and nothing is lost but what was asked to be.
+//! Concurrency: racing control threads, ten thousand engines started and stopped, threads that panic in turn. Sound
+//! continues, the state reports failures, and no source is lost.
 #![cfg(feature = "capi")]
 
 use std::sync::Arc;
@@ -10,7 +10,6 @@ use foresound::bridge::engine::{self, ENGINES};
 use foresound::bridge::sound::{RENDERERS, STREAMS, render, write_stream};
 use foresound::bridge::{Options, Pose, Status, clip, scenes};
 use foresound::generation::{GeneratorSettings, Hrtf};
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime,
     NullDevice, Renderer, SoundThread,
@@ -20,34 +19,28 @@ use foresound::scene::{
 };
 use glam::Vec3;
 
-/// Threads of an app that all use one engine.
+/// Threads of an app that share one engine.
 const CONTROL_THREADS: u64 = 8;
 
-/// What each of them does.
+/// Calls of each of them.
 const STEPS: u64 = 1500;
 
 fn small() -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            rate_hz: 16_000,
-            max_sources: 4,
-            max_voices: 32,
-            fine_voices: 8,
-            max_delay_s: 0.05,
-            ..GeneratorSettings::default()
-        },
-        hrtf: Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head"))),
-        propagation: PropagationSettings {
-            guide_rays: 16,
-            source_rays: 8,
-            ..PropagationSettings::default()
-        },
-        block_frames: 64,
-        max_paths: 64,
-        affinity: AffinityPolicy::None,
-        frame_time: FrameTime::Fixed(0.01),
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.rate_hz = 16_000;
+    settings.generation.max_sources = 4;
+    settings.generation.max_voices = 32;
+    settings.generation.fine_voices = 8;
+    settings.generation.max_delay_s = 0.05;
+    settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head")));
+    settings.propagation.guide_rays = 16;
+    settings.propagation.source_rays = 8;
+    settings.block_frames = 64;
+    settings.max_paths = 64;
+    settings.affinity = AffinityPolicy::None;
+    settings.frame_time = FrameTime::Fixed(0.01);
+    settings
 }
 
 fn room(length_m: f32) -> TriangleMesh {
@@ -58,7 +51,7 @@ fn hum() -> Arc<[f32]> {
     (0..1600).map(|n| 0.2 * (n as f32 * 0.1).sin()).collect()
 }
 
-/// Numbers without end (SplitMix64).
+/// Pseudo-random numbers (SplitMix64).
 fn dice(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
@@ -160,7 +153,7 @@ fn eight_control_threads_share_an_engine() {
             scope.spawn(|| {
                 let mut block = [0.0; 128];
                 while running.load(Ordering::Relaxed) {
-                    render(renderer, &mut block).expect("nobody else renders");
+                    render(renderer, &mut block).expect("no other thread renders");
                     assert!(block.iter().all(|s| s.is_finite() && s.abs() <= 1.0));
                     thread::yield_now();
                 }
@@ -173,7 +166,7 @@ fn eight_control_threads_share_an_engine() {
                         for _ in 0..STEPS {
                             calls.fetch_add(1, Ordering::Relaxed);
                             if let Err(status) = call(engine, &mut state, &mut sources) {
-                                // Somebody else's source, no slot left, or a pose in a scene that was swapped.
+                                // A source of another thread, no free slot, or a pose in a replaced scene.
                                 assert!(
                                     matches!(
                                         status,
@@ -199,7 +192,7 @@ fn eight_control_threads_share_an_engine() {
             );
             assert_eq!(calls, CONTROL_THREADS * STEPS);
             assert!(failures < calls, "{failures} of {calls}");
-            // Every source that somebody still holds is there, and no other.
+            // Exactly the sources still held exist.
             let count = ENGINES.with(engine, |s| Ok(s.controller().source_count()));
             assert_eq!(count, Ok(left.len()));
             for source in left {
@@ -244,7 +237,7 @@ fn propagation_starts_and_stops_ten_thousand_times() {
             > 0.0
     );
     drop(controller);
-    // Helpers of the synchronous schedule end with it.
+    // The helpers end with the synchronous schedule.
     assert!(
         threads() <= before + 1,
         "{} threads from {before}",
@@ -276,7 +269,7 @@ fn a_thousand_engines_leave_nothing_behind() {
             }
             _ => {}
         }
-        // Either half first.
+        // Drops either half first.
         if number % 2 == 0 {
             drop(renderer);
             assert_eq!(controller.state(), EngineState::RendererGone);
@@ -286,7 +279,7 @@ fn a_thousand_engines_leave_nothing_behind() {
     assert_eq!(Arc::strong_count(&clip), 1);
 }
 
-/// Threads of this process, where the system tells.
+/// Number of threads of this process, if the system has it.
 fn threads() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status
@@ -302,16 +295,14 @@ fn killer(_: u64) {
     assert!(!KILL.load(Ordering::Relaxed), "injected");
 }
 
-/// Propagation dies again and again, in both schedules and while scenes are swapped and built; each time sound goes on,
-/// the state says so, and a restart brings updates back.
+/// Propagation panics repeatedly, in both schedules and while scenes are replaced and built; each time sound continues, the
+/// state reports it, and a restart brings updates back.
 #[test]
 fn propagation_that_is_killed_comes_back_every_time() {
     for schedule in [EngineSchedule::Asynchronous, EngineSchedule::Synchronous] {
-        let settings = EngineSettings {
-            schedule,
-            before_update: Some(killer),
-            ..small()
-        };
+        let mut settings = small();
+        settings.schedule = schedule;
+        settings.before_update = Some(killer);
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let id = controller.add_source(Vec3::ONE).expect("a place");
         controller.play(id, hum(), true).expect("is there");
@@ -338,7 +329,7 @@ fn propagation_that_is_killed_comes_back_every_time() {
     }
 }
 
-/// The thread that asks for sound dies; the engine says that nobody listens, and another engine is heard.
+/// The thread that renders panics; the engine reports the missing renderer, and another engine works.
 #[test]
 fn a_device_whose_callback_dies_takes_nothing_along() {
     for _ in 0..20 {
@@ -355,7 +346,7 @@ fn a_device_whose_callback_dies_takes_nothing_along() {
             controller.tick(listener, &[]).expect("a good pose");
             thread::yield_now();
         }
-        // What a dead thread has counted is gone with it.
+        // Counts of the panicked thread are lost.
         assert_eq!(device.stop().blocks, 0);
     }
 }

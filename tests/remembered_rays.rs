@@ -13,7 +13,7 @@ use foresound::propagation::rays::directions::{lattice, rotation};
 use foresound::propagation::{LateEnergy, PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     Directivity, InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings,
-    SourceId, SourcePose, SourceSettings, procedural,
+    SourceId, SourcePose, procedural,
 };
 use glam::{Quat, Vec3};
 use plain_update::PlainPropagator;
@@ -195,10 +195,7 @@ fn whatever_rays_depend_on_has_them_cast_again() {
     let origin = scene.to_local(benchmark.sources[0].1);
     let listener = scene.to_local(benchmark.walk.from);
     let mut pose = SourcePose::at(SourceId::new(0, 0), benchmark.sources[0].1);
-    pose.settings = SourceSettings {
-        directivity: Directivity::even(0.5, 1.0),
-        ..SourceSettings::default()
-    };
+    pose.settings.directivity = Directivity::even(0.5, 1.0);
     let lattices = [32, 48].map(lattice);
     let mut viewpoints = [VisibilityCells::default(), VisibilityCells::default()];
     let step = glam::DVec3::splat(0.3);

@@ -1,10 +1,9 @@
-//! Both schedules on the virtual clock: what must not differ does not.
+//! Both schedules on the virtual clock.
 
 use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::{GeneratorSettings, Hrtf};
-use foresound::propagation::PropagationSettings;
+use foresound::generation::Hrtf;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{
@@ -13,25 +12,21 @@ use foresound::scene::{
 use glam::Vec3;
 
 const ASYNCHRONOUS: Schedule = Schedule::Asynchronous {
-    level: 5,
+    extrapolation_level: 5,
     latency: Latency::Modelled,
 };
 
 fn settings(schedule: Schedule) -> OfflineSettings {
-    OfflineSettings {
-        graphics_rate_hz: 74.6,
-        block_frames: 512,
-        schedule,
-        predictor: PredictorKind::Linear,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            max_sources: 3,
-            ..GeneratorSettings::default()
-        },
-    }
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = 74.6;
+    settings.block_frames = 512;
+    settings.schedule = schedule;
+    settings.predictor = PredictorKind::Linear;
+    settings.generation.max_sources = 3;
+    settings
 }
 
-/// Renders the doorway scene; `listener` is asked for each graphics frame's time.
+/// Renders the doorway scene; `listener` returns the position at a graphics frame's time.
 fn render(settings: OfflineSettings, frames: u32, listener: impl Fn(f64) -> Vec3) -> Vec<f32> {
     let doorway = procedural::doorway();
     let table = MaterialTable::built_in();
@@ -87,8 +82,7 @@ fn snr_db(reference: &[f32], estimate: &[f32]) -> f64 {
     10.0 * (signal / noise.max(1e-30)).log10()
 }
 
-/// The result of frame 0 is there in frame 0, so nobody computes it again: late ones are of frames 1, L + 2, 2 L + 3, each heard
-/// L + 1 frames later.
+/// Frame 0 has its result at once; delayed results are computed in frames 1, L + 2, 2 L + 3 and used L + 1 frames later.
 #[test]
 fn late_updates_begin_with_frame_one() {
     let doorway = procedural::doorway();
@@ -137,7 +131,7 @@ fn a_standing_listener_hears_both_schedules_alike() {
 #[test]
 fn an_update_in_every_frame_is_the_synchronous_schedule() {
     let every = Schedule::Asynchronous {
-        level: 0,
+        extrapolation_level: 0,
         latency: Latency::None,
     };
     assert_eq!(
@@ -169,12 +163,10 @@ fn the_same_input_gives_the_same_bits() {
 fn the_block_size_changes_nothing_that_can_be_heard() {
     let reference = render(settings(ASYNCHRONOUS), 20, walking);
     for block_frames in [32, 77, 4096] {
-        let blocks = OfflineSettings {
-            block_frames,
-            ..settings(ASYNCHRONOUS)
-        };
+        let mut blocks = settings(ASYNCHRONOUS);
+        blocks.block_frames = block_frames;
         let figure = snr_db(&reference, &render(blocks, 20, walking));
-        // Ramps are split elsewhere, so single-precision sums round elsewhere: 24 bits less some growth.
+        // Ramps are split at other frames, so single-precision sums round differently: 24 bits less some growth.
         assert!(figure > 100.0, "{figure} dB with blocks of {block_frames}");
     }
 }
@@ -188,34 +180,18 @@ fn settings_out_of_range_are_refused_by_name() {
         Arc::new(scene),
         Arc::new(Hrtf::builtin(44_100).expect("a head")),
     );
-    let usual = || settings(Schedule::Synchronous);
     let endless = Schedule::Asynchronous {
-        level: 100_000,
+        extrapolation_level: 100_000,
         latency: Latency::Modelled,
     };
-    for (settings, name) in [
-        (
-            OfflineSettings {
-                graphics_rate_hz: f64::NAN,
-                ..usual()
-            },
-            "graphics_rate_hz",
-        ),
-        (
-            OfflineSettings {
-                block_frames: 16,
-                ..usual()
-            },
-            "block_frames",
-        ),
-        (
-            OfflineSettings {
-                schedule: endless,
-                ..usual()
-            },
-            "level",
-        ),
-    ] {
+    let cases: [(&dyn Fn(&mut OfflineSettings), &str); 3] = [
+        (&|s| s.graphics_rate_hz = f64::NAN, "graphics_rate_hz"),
+        (&|s| s.block_frames = 16, "block_frames"),
+        (&|s| s.schedule = endless, "level"),
+    ];
+    for (set, name) in cases {
+        let mut settings = settings(Schedule::Synchronous);
+        set(&mut settings);
         let refused = OfflineRenderer::new(Arc::clone(&scene), Arc::clone(&hrtf), settings);
         let error = refused.err().expect("refused").to_string();
         assert!(error.starts_with(name), "{error}");

@@ -114,7 +114,7 @@ fn a_shoebox_has_six_surfaces() {
     let mesh = commit(&mesh);
     assert_eq!(mesh.surfaces.surfaces.len(), 6);
     assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (8, 12));
-    assert!(mesh.report.closed);
+    assert!(mesh.report.watertight);
     assert_eq!(mesh.report.vertices_welded, 16);
     assert!(mesh.defaulted.is_empty());
     let area: f64 = mesh.surfaces.surfaces.iter().map(|s| s.area_m2).sum();

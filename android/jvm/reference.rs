@@ -88,12 +88,10 @@ fn listener_at(places: &Places, part: f32) -> ListenerPose {
 }
 
 fn walk(scene: Arc<Scene>, places: &Places) -> Result<Vec<u8>> {
-    let mut settings = EngineSettings {
-        schedule: EngineSchedule::Synchronous,
-        frame_time: FrameTime::Fixed(1.0 / 60.0),
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
+    settings.affinity = AffinityPolicy::None;
     settings.generation.rate_hz = RATE_HZ;
     settings.propagation.guide_rays = 256;
     let (mut controller, mut renderer) = Engine::new(settings)?;

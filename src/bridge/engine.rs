@@ -228,7 +228,7 @@ impl EngineControl {
 
     /// The loudest paths of the newest update, at most [`Options::shown_paths`], in no order.
     pub fn shown_paths(&mut self) -> impl Iterator<Item = ShownPath> {
-        self.controller.shown_paths().iter().map(ShownPath::from)
+        self.controller.path_snapshot().iter().map(ShownPath::from)
     }
 
     /// Sets rays and reflection order of propagation.

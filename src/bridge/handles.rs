@@ -14,7 +14,7 @@ use std::time::Duration;
 use crossbeam_utils::Backoff;
 
 use super::error::{CallError, Status, catch_panic};
-use crate::runtime::handover::slot;
+use crate::runtime::handover::atomic_box::AtomicBox;
 
 /// Maximum number of objects of one kind.
 const MOST: usize = 4096;
@@ -84,7 +84,7 @@ struct Entry<T> {
 struct Slot<T> {
     claimed: AtomicBool,
     generation: AtomicU32,
-    entry: slot::Slot<Entry<T>>,
+    entry: AtomicBox<Entry<T>>,
 }
 
 /// The objects of one kind.
@@ -136,7 +136,7 @@ impl<T: Send> HandleTable<T> {
             let slot = |_| Slot {
                 claimed: AtomicBool::new(false),
                 generation: AtomicU32::new(0),
-                entry: slot::Slot::default(),
+                entry: AtomicBox::default(),
             };
             (0..MOST).map(slot).collect()
         });

@@ -52,7 +52,7 @@ impl BudgetOptions {
         Ok(Budget {
             update_s: limit(self.update_s),
             core_share: limit(self.core_share),
-            tiers,
+            quality: tiers,
         })
     }
 }
@@ -90,15 +90,15 @@ record! {
 impl EngineHealth {
     /// From the engine's statistics.
     pub fn new(from: &Statistics, state: EngineState) -> Self {
-        let manners = &from.manners;
+        let manners = &from.device_hints;
         Self {
             state: state as u32,
-            quality_level: from.tier.0.into(),
-            thermal_quality_level: manners.tier.0.into(),
+            quality_level: from.quality_level.0.into(),
+            thermal_quality_level: manners.thermal_quality.0.into(),
             thermal_status: manners.reading.status.map_or(-1, i32::from),
             thermal_headroom: manners.reading.headroom.unwrap_or(-1.0),
-            hinted: u32::from(manners.hints_updates) | u32::from(manners.hints_sound) << 1,
-            unheard_sources: from.unheard_sources,
+            hinted: u32::from(manners.hints_propagation) | u32::from(manners.hints_sound) << 1,
+            unheard_sources: from.masked_sources,
             rays: u32::try_from(from.rays).unwrap_or(u32::MAX),
             sound_share: from.sound_share,
             propagation_s: from.propagation_s,
@@ -122,7 +122,7 @@ mod tests {
         let wanted = Budget {
             update_s: Some(0.02),
             core_share: Some(0.5),
-            tiers: QualityChoice::AtLeast(QualityLevel(3)),
+            quality: QualityChoice::AtLeast(QualityLevel(3)),
         };
         assert_eq!(budget([3.0, 0.0, 0.02, 0.5]), Ok(wanted));
     }

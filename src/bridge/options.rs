@@ -97,7 +97,7 @@ impl Default for Options {
             frame_s: 0.0,
             max_delay_s: generation.max_delay_s,
             device_hints: 3,
-            shown_paths: engine.shown_paths as u32,
+            shown_paths: engine.max_snapshot_paths as u32,
         }
     }
 }
@@ -160,9 +160,9 @@ impl Options {
                 "device_hints: {hints} is outside 0 to 3"
             )));
         }
-        settings.manners.thermal = hints & 1 != 0;
-        settings.manners.hints = hints & 2 != 0;
-        settings.shown_paths = self.shown_paths as usize;
+        settings.device_hints.thermal = hints & 1 != 0;
+        settings.device_hints.hints = hints & 2 != 0;
+        settings.max_snapshot_paths = self.shown_paths as usize;
         settings.generation.rate_hz = self.rate_hz;
         settings.generation.max_sources = self.max_sources as usize;
         settings.generation.max_voices = self.max_voices as usize;

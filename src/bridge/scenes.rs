@@ -68,11 +68,7 @@ impl SceneOptions {
                 return Err(CallError::bad(text));
             }
         };
-        Ok(ObjOptions {
-            scale: self.scale,
-            up,
-            ..ObjOptions::default()
-        })
+        Ok(ObjOptions::default().with_scale(self.scale).with_up(up))
     }
 }
 

@@ -4,7 +4,7 @@ use super::record::record;
 use crate::runtime::engine;
 
 // The array below has a literal length, which cbindgen reads.
-const _: () = assert!(engine::MOST_CORNERS == 6);
+const _: () = assert!(engine::MAX_CORNERS == 6);
 
 record! {
     /// A path as a polyline from source to listener.
@@ -25,8 +25,8 @@ record! {
     }
 }
 
-impl From<&engine::ShownPath> for ShownPath {
-    fn from(from: &engine::ShownPath) -> Self {
+impl From<&engine::SnapshotPath> for ShownPath {
+    fn from(from: &engine::SnapshotPath) -> Self {
         Self {
             source: from.source.bits(),
             corner_count: from.corners().len() as u32,

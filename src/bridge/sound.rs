@@ -61,12 +61,12 @@ impl From<RenderReport> for RenderInfo {
             frames: from.frames,
             graphics_frames: from.graphics_frames,
             updates: from.updates,
-            extrapolation_level: from.level,
+            extrapolation_level: from.extrapolation_level,
             voices: from.voices,
             dropped_paths: from.dropped_paths,
-            underrun_samples: from.starved_samples,
+            underrun_samples: from.underrun_samples,
             missed_deadline: from.missed_deadline.into(),
-            engine_gone: from.controller_gone.into(),
+            engine_gone: from.controller_dropped.into(),
         }
     }
 }
@@ -212,10 +212,10 @@ impl From<DeviceReport> for OutputInfo {
             lost: from.lost,
             stalled: from.stalled,
             xruns: from.xruns,
-            least_frames: from.least_frames,
-            most_frames: from.most_frames,
+            least_frames: from.min_callback_frames,
+            most_frames: from.max_callback_frames,
             callbacks: from.callbacks,
-            underrun_frames: from.starved_frames,
+            underrun_frames: from.underrun_frames,
         }
     }
 }

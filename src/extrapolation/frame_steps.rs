@@ -12,7 +12,7 @@ use crate::propagation::LateEnergy;
 use crate::propagation::diffraction::direct_field;
 use crate::propagation::diffuse::{common_decay, late_segments};
 use crate::propagation::endpoints::Endpoints;
-use crate::scene::edges::NearEdges;
+use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
 const DONE: Progress = Progress {
@@ -128,7 +128,7 @@ impl Extrapolator {
 
     /// The edges of a source's direct field in the last two updates, shortest detour first: one update was computed for a
     /// position before the present one, the other perhaps for one behind it.
-    fn direct_edges(&self, endpoints: &Endpoints) -> NearEdges {
+    fn direct_edges(&self, endpoints: &Endpoints) -> DiffractingEdges {
         let edges = self.current.direct_edges.iter();
         let edges = edges
             .chain(&self.previous.direct_edges)

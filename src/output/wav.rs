@@ -196,7 +196,7 @@ impl WavSink {
 
 fn wav_write_error(path: &Path, error: hound::Error) -> Error {
     match error {
-        hound::Error::IoError(e) => write_error(path, &e),
+        hound::Error::IoError(e) => write_error(path, e),
         other => Error::file(path, other, "check channels and sample format"),
     }
 }

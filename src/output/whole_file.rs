@@ -45,9 +45,9 @@ impl WholeFile {
         part_name.push(".part");
         let part = path.with_file_name(part_name);
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
-            fs::create_dir_all(folder).map_err(|e| write_error(folder, &e))?;
+            fs::create_dir_all(folder).map_err(|e| write_error(folder, e))?;
         }
-        let file = File::create(&part).map_err(|e| write_error(given, &e))?;
+        let file = File::create(&part).map_err(|e| write_error(given, e))?;
         let kept = false;
         Ok((Self { path, part, kept }, file))
     }
@@ -62,7 +62,7 @@ impl WholeFile {
     /// # Errors
     /// [`Error::File`] if the file cannot be renamed; what was written is removed then.
     pub fn keep(mut self) -> Result<()> {
-        fs::rename(&self.part, &self.path).map_err(|e| write_error(&self.path, &e))?;
+        fs::rename(&self.part, &self.path).map_err(|e| write_error(&self.path, e))?;
         self.kept = true;
         Ok(())
     }
@@ -79,7 +79,7 @@ impl WholeFile {
         let mut buffer = BufWriter::new(file);
         content(&mut buffer)
             .and_then(|()| buffer.flush())
-            .map_err(|e| write_error(&whole.path, &e))?;
+            .map_err(|e| write_error(&whole.path, e))?;
         drop(buffer);
         whole.keep()
     }
@@ -95,7 +95,7 @@ impl Drop for WholeFile {
 }
 
 /// A file that could not be written, with advice that fits the reason.
-pub(crate) fn write_error(path: &Path, error: &io::Error) -> Error {
+pub(crate) fn write_error(path: &Path, error: io::Error) -> Error {
     let advice = match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "choose a folder that may be written to"

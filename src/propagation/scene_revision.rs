@@ -2,7 +2,7 @@
 
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
-use crate::scene::instances::{Change, SceneSnapshot};
+use crate::scene::instances::{SceneChange, SceneSnapshot};
 
 /// Counts the states of a scene.
 #[derive(Debug, Default)]
@@ -20,15 +20,15 @@ impl SceneRevision {
     /// Compares a scene with its last state. Allocates while the number of instances is new.
     pub(crate) fn refresh(&mut self, scene: &Scene, update: u64) {
         let change = self.snapshot.renew(scene);
-        self.current += u64::from(change != Change::Nothing);
-        if change == Change::Everything {
+        self.current += u64::from(change != SceneChange::Nothing);
+        if change == SceneChange::Everything {
             self.fixed_since = self.current;
         }
         self.moving = match (change, self.moving) {
-            (Change::Nothing, moving) => moving,
-            (Change::Poses, Some((since, _))) => Some((since, update)),
-            (Change::Poses, None) => Some((self.current, update)),
-            (Change::Everything, _) => None,
+            (SceneChange::Nothing, moving) => moving,
+            (SceneChange::Poses, Some((since, _))) => Some((since, update)),
+            (SceneChange::Poses, None) => Some((self.current, update)),
+            (SceneChange::Everything, _) => None,
         };
     }
 

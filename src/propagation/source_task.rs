@@ -21,7 +21,7 @@ use crate::propagation::image_source::validation_queue::{Unvalidated, Validation
 use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
 use crate::propagation::rays::directions::{ROTATIONS, mix, rotation};
-use crate::scene::edges::NearEdges;
+use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 /// Most rotations whose rays a moving source casts anew in one update: as many as a source at rest. A walking source leaves
@@ -131,7 +131,7 @@ pub(super) struct SourceTask {
     /// Nearby paths, unsorted.
     pub(super) nearby: Vec<Path>,
     /// Edges near the straight line in the last update.
-    near_edges: NearEdges,
+    near_edges: DiffractingEdges,
     /// Edges of the direct field until the next update.
     pub(super) direct_edges: DirectEdges,
     pub(super) late_energy: Option<LateEnergy>,
@@ -152,7 +152,7 @@ impl SourceTask {
             rotation: None,
             paths: Vec::with_capacity(INITIAL_PATHS),
             nearby: Vec::new(),
-            near_edges: NearEdges::default(),
+            near_edges: DiffractingEdges::default(),
             direct_edges: DirectEdges::default(),
             late_energy: None,
             predicted_late: Vec::new(),

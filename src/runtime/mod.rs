@@ -1,4 +1,4 @@
-//! Where the stages meet: schedules on a virtual clock, and the threads, clocks and atomics that drive them in real time.
+//! The engine in real time (threads, clocks, atomics, devices), and offline rendering on a virtual clock.
 
 pub mod budget;
 pub mod device;
@@ -16,7 +16,7 @@ pub use crate::runtime::offline::renderer::{OfflineRenderer, OfflineReport, Offl
 pub use crate::runtime::offline::schedule::{Latency, Poses, Schedule};
 pub use crate::runtime::threads::affinity::{AffinityPolicy, Placement};
 pub use crate::runtime::threads::clock::thread_processor_time;
-pub use crate::runtime::threads::workers::{MOST_THREADS, Threads};
+pub use crate::runtime::threads::workers::{MAX_THREADS, Threads};
 pub use budget::{Budget, QualityChoice, QualityLevel};
 pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,

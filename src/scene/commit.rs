@@ -1,6 +1,6 @@
-//! Makes a mesh ready for rays: clean, centred, in surfaces, with materials.
+//! Prepares a mesh for rays: cleans and centres it, groups its triangles into surfaces, resolves materials.
 //!
-//! Control side. Takes any [`TriangleMesh`] and a [`MaterialTable`], gives a [`CommittedMesh`] or says what is wrong.
+//! Control side.
 
 use glam::{DVec3, Vec3};
 
@@ -11,13 +11,13 @@ use super::weld::{self, IntakeReport};
 use crate::acoustics::material::Material;
 use crate::error::Result;
 
-/// A mesh after intake. It does not change any more.
+/// A mesh after intake.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CommittedMesh {
-    /// Where the origin of [`Self::vertices`] and of the surfaces' planes lies in the mesh's own coordinates, in metres:
-    /// the middle of the bounds, rounded to whole metres so that taking it off rounds next to nothing.
+    /// Origin of [`Self::vertices`] and of the surfaces' planes in the mesh's own coordinates, in metres: the middle of
+    /// the bounds, rounded to whole metres to keep the subtraction nearly exact.
     pub centre: DVec3,
-    /// Corners in metres from [`Self::centre`], without repetition.
+    /// Distinct vertices in metres from [`Self::centre`].
     pub vertices: Vec<Vec3>,
     /// Three indices into [`Self::vertices`] a triangle, in the mesh's order.
     pub triangles: Vec<[u32; 3]>,
@@ -25,9 +25,9 @@ pub struct CommittedMesh {
     pub surfaces: SurfaceSet,
     /// Materials of the surfaces, under the mesh's names.
     pub materials: Vec<Material>,
-    /// Material names that the table does not know, which have its generic material.
+    /// Material names that the table does not have; their material is its generic one.
     pub defaulted: Vec<String>,
-    /// What was welded and dropped.
+    /// Counts of what was welded and dropped.
     pub report: IntakeReport,
 }
 
@@ -40,15 +40,15 @@ impl CommittedMesh {
     }
 }
 
-/// Cleans a mesh, finds its surfaces and gives them materials. Connected plane pieces of at least `smallest_panel_m2`
-/// reflect like mirrors ([`SurfaceSet::reflects_at`]).
+/// Cleans a mesh, finds its surfaces and resolves their materials. Connected planar panels of at least `min_panel_m2`
+/// reflect specularly ([`SurfaceSet::reflects_at`]).
 ///
 /// # Errors
 /// As [`weld::clean`].
 pub fn commit_mesh(
     mesh: &TriangleMesh,
     table: &MaterialTable,
-    smallest_panel_m2: f64,
+    min_panel_m2: f64,
 ) -> Result<CommittedMesh> {
     let (mut clean, mut report) = weld::clean(mesh)?;
     let middle = (report.bounds_min.as_dvec3() + report.bounds_max.as_dvec3()) / 2.0;
@@ -81,7 +81,7 @@ pub fn commit_mesh(
         };
     }
     let vertices: Vec<Vec3> = clean.vertices.iter().map(|&v| centred(v)).collect();
-    let surfaces = SurfaceSet::build(&clean, centre, &vertices, smallest_panel_m2);
+    let surfaces = SurfaceSet::build(&clean, centre, &vertices, min_panel_m2);
     let resolved = table.resolve(&clean.material_names);
     Ok(CommittedMesh {
         centre,

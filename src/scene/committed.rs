@@ -1,8 +1,8 @@
-//! A committed scene: checked, welded, merged into surfaces, with a tree over its triangles. What is committed does not
-//! change; another scene replaces it. What moves stands in [`super::instances`].
+//! A committed scene: a welded mesh, its surfaces, edges and a BVH over its triangles. The fixed part does not change;
+//! parts that move are [`super::instances`].
 //!
-//! Committing is control side and allocates. All queries take `&self`, neither allocate nor block, and may be asked
-//! from any thread at once.
+//! [`Scene::commit`] is control side and allocates. All queries take `&self`, neither allocate nor block, and may run on
+//! several threads at once.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use super::edges::EdgeSet;
 use super::instances::Instances;
 use super::materials::MaterialTable;
 use super::mesh::{MOST_TRIANGLES, TriangleMesh};
-use super::surface::free_panel::{FreePanel, FreePanels};
+use super::surface::finite_panel::{FinitePanel, FinitePanels};
 use super::surface::{Surface, SurfaceSet};
 use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
@@ -23,20 +23,20 @@ use crate::geometry::bvh::RayObserver;
 use crate::geometry::triangle::PreparedRay;
 use crate::geometry::{Bvh, Ray};
 
-/// How a mesh becomes a scene.
+/// Settings of [`Scene::commit`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SceneSettings {
     /// The air.
     pub medium: Medium,
-    /// Area in m² that a connected plane piece must have to reflect like a mirror. Smaller ones block sound and count
-    /// for the late field, but an image in them would be heard at frequencies only that they cannot reflect: by
-    /// Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m mirrors from 1 kHz on (\[RINDEL86\]).
-    pub smallest_panel_m2: f64,
-    /// Area in m² up to which a connected plane piece whose edges are free reflects as far as its size allows and fades
-    /// at its edges ([`crate::scene::surface::free_panel`]); 0 for none. Larger ones limit nothing that is heard: 40 m²
-    /// at a* = 10 m reflect from 43 Hz on.
-    pub largest_free_panel_m2: f64,
-    /// Most triangles of a mesh; one with more is refused before anything is built of it.
+    /// Least area in m² of a connected planar panel that reflects specularly. Smaller panels block sound and count for
+    /// the late reverb. By Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m reflects from 1 kHz on
+    /// (\[RINDEL86\]).
+    pub min_panel_m2: f64,
+    /// Largest area in m² of a finite panel: a connected planar panel with free edges, whose reflection is limited by its
+    /// size and fades at its edges; 0 for none. A panel of 40 m² at a* = 10 m reflects from 43 Hz on.
+    pub max_finite_panel_m2: f64,
+    /// Most triangles of a mesh. A mesh with more is an error before anything is built.
     pub most_triangles: usize,
 }
 
@@ -44,18 +44,16 @@ impl Default for SceneSettings {
     fn default() -> Self {
         Self {
             medium: Medium::default(),
-            smallest_panel_m2: 0.5,
-            largest_free_panel_m2: 40.0,
+            min_panel_m2: 0.5,
+            max_finite_panel_m2: 40.0,
             most_triangles: MOST_TRIANGLES,
         }
     }
 }
 
-/// An acoustic scene: a fixed part, shared by all copies, and the instances of parts that move
-/// ([`Scene::add_instance`]). Numbers below those of the fixed part name its surfaces, triangles and edges.
+/// An acoustic scene: a fixed part, shared by all copies, and instances of moving parts ([`Scene::add_instance`]).
 ///
-/// Local coordinates are world coordinates less the centre of the bounds, so that single precision lasts far from the
-/// origin.
+/// Local coordinates are world coordinates minus the centre of the bounds: single precision suffices far from the origin.
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub(super) mesh: Arc<CommittedMesh>,
@@ -66,15 +64,29 @@ pub struct Scene {
     speed_of_sound_m_s: f64,
     air_np_per_m: BandArray,
     diagonal_m: f32,
-    free_panels: Arc<FreePanels>,
+    finite_panels: Arc<FinitePanels>,
     pub(super) instances: Instances,
 }
 
 impl Scene {
-    /// Checks a mesh and builds a scene of it.
+    /// Checks a mesh (metres, +y up) and builds a scene of it. Material names that the table does not have get
+    /// [`GENERIC_MATERIAL`](super::materials::GENERIC_MATERIAL) and are listed in [`Self::defaulted_materials`]. Control
+    /// side; takes seconds for a million triangles.
     ///
     /// # Errors
-    /// [`Error::Mesh`] if nothing can be made of the mesh or it has too many triangles, [`Error::Setting`] for air that is no air.
+    /// [`Error::Mesh`] for a mesh without a usable triangle or with too many, [`Error::Setting`] for a medium out of
+    /// range.
+    ///
+    /// # Examples
+    /// ```
+    /// use foresound::{MaterialTable, Scene, SceneSettings, shoebox};
+    ///
+    /// let room = shoebox([8.0, 3.0, 5.0], "plaster");
+    /// let scene = Scene::commit(&room, &MaterialTable::built_in(), &SceneSettings::default())?;
+    /// assert_eq!(scene.surfaces().len(), 6);
+    /// assert!(scene.defaulted_materials().is_empty());
+    /// # Ok::<(), foresound::Error>(())
+    /// ```
     pub fn commit(
         mesh: &TriangleMesh,
         materials: &MaterialTable,
@@ -84,7 +96,7 @@ impl Scene {
         let air_np_per_m = settings.medium.absorption_np_per_m();
         let sound = speed_of_sound_m_s.is_finite() && speed_of_sound_m_s > 0.0;
         if !sound || !air_np_per_m.iter().all(|m| m.is_finite() && *m >= 0.0) {
-            let problem = format!("{:?} is no air", settings.medium);
+            let problem = format!("{:?} is not a possible state of air", settings.medium);
             let advice = "give °C above −273, percent above 0 and kPa above 0";
             return Err(Error::setting("medium", problem, advice));
         }
@@ -98,7 +110,7 @@ impl Scene {
                 "simplify the model, sound needs walls and not ornaments; or raise most_triangles";
             return Err(Error::mesh(problem, advice));
         }
-        let mesh = commit_mesh(mesh, materials, settings.smallest_panel_m2)?;
+        let mesh = commit_mesh(mesh, materials, settings.min_panel_m2)?;
         let bvh = Bvh::build(
             &mesh.vertices,
             &mesh.triangles,
@@ -111,17 +123,17 @@ impl Scene {
             mesh.centre,
             &bvh,
         );
-        let free_panels = FreePanels::build(
+        let finite_panels = FinitePanels::build(
             &mesh.vertices,
             &mesh.triangles,
             &mesh.surfaces,
             &bvh,
-            settings.largest_free_panel_m2,
+            settings.max_finite_panel_m2,
         );
         Ok(Self {
             bvh: Arc::new(bvh),
             edges: Arc::new(edges),
-            free_panels: Arc::new(free_panels),
+            finite_panels: Arc::new(finite_panels),
             reflectances: mesh.materials.iter().map(Reflectance::of).collect(),
             transmission_factors: mesh
                 .materials
@@ -154,7 +166,7 @@ impl Scene {
     }
 
     /// The fixed part's tree, in local coordinates; a triangle's group is its surface. [`Self::closest_hit`] and
-    /// [`Self::any_hit`] know the instances too.
+    /// [`Self::any_hit`] include the instances.
     #[inline]
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
@@ -169,7 +181,7 @@ impl Scene {
         }
     }
 
-    /// The fixed part's edges that sound bends around, in local coordinates.
+    /// The fixed part's diffracting edges, in local coordinates.
     #[inline]
     pub fn edges(&self) -> &EdgeSet {
         &self.edges
@@ -180,7 +192,7 @@ impl Scene {
         &self.mesh.surfaces.surfaces
     }
 
-    /// A surface by its index, an instance's as it stands. That of an instance that has gone is nowhere.
+    /// A surface by its index, an instance's at its current pose. The surface of a removed instance contains no point.
     #[inline]
     pub fn surface(&self, index: u32) -> &Surface {
         match self.mesh.surfaces.surfaces.get(index as usize) {
@@ -191,7 +203,7 @@ impl Scene {
 
     /// A surface of the fixed part by its index.
     #[inline]
-    pub(crate) fn kept_surface(&self, index: u32) -> Option<&Surface> {
+    pub(crate) fn fixed_surface(&self, index: u32) -> Option<&Surface> {
         self.mesh.surfaces.surfaces.get(index as usize)
     }
 
@@ -204,19 +216,24 @@ impl Scene {
         self.mesh.surfaces.reflects_at(surface, point)
     }
 
-    /// The fixed part's small panels with free edges.
+    /// The fixed part's finite panels.
     #[inline]
-    pub fn free_panels(&self) -> &FreePanels {
-        &self.free_panels
+    pub fn finite_panels(&self) -> &FinitePanels {
+        &self.finite_panels
     }
 
-    /// The small free panel at a point of a surface, seen from the normal's side or from the other, in local coordinates.
-    pub fn free_panel_at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FreePanel> {
+    /// The finite panel at a point of a surface (local coordinates), on the normal's side or on the other.
+    pub fn finite_panel_at(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+    ) -> Option<FinitePanel> {
         let set = &self.mesh.surfaces;
         if surface as usize >= set.surfaces.len() {
-            return self.instance_free_panel_at(surface, point, in_front);
+            return self.instance_finite_panel_at(surface, point, in_front);
         }
-        self.free_panels.at(surface, point, in_front)
+        self.finite_panels.at(surface, point, in_front)
     }
 
     /// Whether a triangle is part of a connected plane piece that is large enough to reflect like a mirror.
@@ -237,7 +254,7 @@ impl Scene {
         }
     }
 
-    /// Whether a triangle's number is the fixed part's.
+    /// Whether the index of a triangle is of the fixed part.
     #[inline]
     pub(super) fn has_triangle(&self, triangle: u32) -> bool {
         (triangle as usize) < self.mesh.triangles.len()
@@ -249,16 +266,16 @@ impl Scene {
         self.mesh.triangles[triangle as usize].map(|v| self.mesh.vertices[v as usize])
     }
 
-    /// Where it is kept which corners a triangle has, if it is the fixed part's.
+    /// Vertex indices of a triangle of the fixed part, for prefetching.
     #[inline]
-    pub(crate) fn kept_triangle(&self, triangle: u32) -> Option<&[u32; 3]> {
+    pub(crate) fn fixed_triangle(&self, triangle: u32) -> Option<&[u32; 3]> {
         self.mesh.triangles.get(triangle as usize)
     }
 
-    /// Where the corners of a triangle are kept that [`Self::blocks`] reads, if it is the fixed part's.
+    /// Corners of a triangle of the fixed part that [`Self::blocks`] reads, for prefetching.
     #[inline]
-    pub(crate) fn kept_corners(&self, triangle: u32) -> Option<[&Vec3; 3]> {
-        let corners = self.kept_triangle(triangle)?;
+    pub(crate) fn fixed_corners(&self, triangle: u32) -> Option<[&Vec3; 3]> {
+        let corners = self.fixed_triangle(triangle)?;
         Some(corners.map(|v| &self.mesh.vertices[v as usize]))
     }
 
@@ -294,14 +311,14 @@ impl Scene {
         self.material_of(self.surface(surface))
     }
 
-    /// The same of a surface that has been looked up.
+    /// The same for a surface that has been looked up.
     #[inline]
     pub fn material_of(&self, surface: &Surface) -> &Material {
         let (number, fixed) = (surface.material as usize, &self.mesh.materials);
         match fixed.get(number) {
             Some(found) => found,
             None => self
-                .more_material(number - fixed.len())
+                .instance_material(number - fixed.len())
                 .unwrap_or(&fixed[0]),
         }
     }
@@ -312,14 +329,14 @@ impl Scene {
         self.reflectance_of(self.surface(surface))
     }
 
-    /// The same of a surface that has been looked up.
+    /// The same for a surface that has been looked up.
     #[inline]
     pub fn reflectance_of(&self, surface: &Surface) -> &Reflectance {
         let (number, fixed) = (surface.material as usize, &self.reflectances);
         match fixed.get(number) {
             Some(found) => found,
             None => self
-                .more_reflectance(number - fixed.len())
+                .instance_reflectance(number - fixed.len())
                 .unwrap_or(&fixed[0]),
         }
     }
@@ -334,7 +351,7 @@ impl Scene {
         match fixed.get(number) {
             Some(found) => found,
             None => self
-                .more_transmission(number - fixed.len())
+                .instance_transmission(number - fixed.len())
                 .unwrap_or(&fixed[0]),
         }
     }
@@ -344,7 +361,7 @@ impl Scene {
         &self.mesh.materials
     }
 
-    /// Names of materials that the table did not know.
+    /// Material names that the table does not have.
     pub fn defaulted_materials(&self) -> &[String] {
         &self.mesh.defaulted
     }
@@ -372,7 +389,7 @@ impl Scene {
         self.diagonal_m
     }
 
-    /// Corners of every triangle, in world coordinates: the fixed part's by number, then those of instances.
+    /// Corners of every triangle, in world coordinates: the fixed part's by index, then those of instances.
     pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
         let corner = |v: u32| self.to_world(self.mesh.vertices[v as usize].as_dvec3());
         let fixed = self.mesh.triangles.iter().map(move |t| t.map(corner));

@@ -1,6 +1,6 @@
-//! Where a source sends its sound to: the cardioid family, and a table of levels by angle for what the family misses.
+//! Directivity of sources: the cardioid family, and tables of levels by angle.
 //!
-//! Any thread. `Copy` and small, since it travels with the pose. Both depend on the angle from the source's front alone.
+//! Any thread; `Copy` and small. Both depend only on the angle from the source's front.
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::error::{Error, Result};
@@ -10,14 +10,23 @@ use crate::error::{Error, Result};
 ///
 /// # Range
 /// Weights 0 (omnidirectional) over ½ (cardioid) to 1 (dipole); other values count as the nearest of these. Orders 0 to
-/// 64. The front keeps its level: a source that is narrower in one band sends less power in it.
+/// 64. The level at the front is constant: a band with a narrower pattern has less power.
+///
+/// # Examples
+/// ```
+/// use foresound::Directivity;
+///
+/// let cardioid = Directivity::even(0.5, 1.0);
+/// assert_eq!(cardioid.factor(1.0)[0], 1.0); // at the front
+/// assert_eq!(cardioid.factor(0.0)[0], 0.5); // at 90 degrees: -6 dB
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Directivity {
     /// Weight `w` of the dipole, one a band.
     pub weight: BandArray,
     /// Exponent `n`; 1 is the plain pattern.
     pub order: f32,
-    /// Levels by angle that come on top.
+    /// Levels by angle, which multiply the pattern.
     pub table: Option<DirectivityTable>,
 }
 
@@ -52,7 +61,7 @@ impl Directivity {
             1.0
         };
         let mut factor = self.weight.map(|weight| {
-            // A weight that is not a number is none.
+            // NaN counts as 0.
             let weight = if weight > 0.0 { weight.min(1.0) } else { 0.0 };
             ((1.0 - weight) + weight * cosine).abs().powf(order)
         });
@@ -64,7 +73,7 @@ impl Directivity {
         factor
     }
 
-    /// Whether it does nothing.
+    /// Whether every factor is 1.
     pub fn is_omni(&self) -> bool {
         self.table.is_none() && (self.weight.iter().all(|w| *w <= 0.0) || self.order == 0.0)
     }
@@ -78,7 +87,7 @@ impl Default for Directivity {
 
 /// Angles of a table, evenly from the front (0°) to the back (180°): every 15°.
 const ANGLES: usize = 13;
-/// A level that stands for silence.
+/// Code of silence.
 const SILENT: i8 = i8::MIN;
 /// Steps of one decibel.
 const STEPS_A_DB: f32 = 2.0;
@@ -120,10 +129,10 @@ impl DirectivityTable {
         }
         let mut levels = [[0; BANDS]; ANGLES];
         for (index, row) in levels.iter_mut().enumerate() {
-            let place = index as f32 / (ANGLES - 1) as f32 * (rows.len() - 1) as f32;
+            let position = index as f32 / (ANGLES - 1) as f32 * (rows.len() - 1) as f32;
             for (band, level) in row.iter_mut().enumerate() {
                 let pressure = |row: usize| 10f32.powf(rows[row][band] / 20.0);
-                *level = quantised(between(place, rows.len(), pressure));
+                *level = quantised(between(position, rows.len(), pressure));
             }
         }
         Ok(Self { levels })
@@ -131,9 +140,9 @@ impl DirectivityTable {
 
     /// Pressure factor at the angle of this cosine, −1 to 1.
     fn factor(&self, cosine: f32) -> BandArray {
-        let place = cosine.acos() / std::f32::consts::PI * (ANGLES - 1) as f32;
+        let position = cosine.acos() / std::f32::consts::PI * (ANGLES - 1) as f32;
         std::array::from_fn(|band| {
-            between(place, ANGLES, |row| match self.levels[row][band] {
+            between(position, ANGLES, |row| match self.levels[row][band] {
                 SILENT => 0.0,
                 level => 10f32.powf(f32::from(level) / (20.0 * STEPS_A_DB)),
             })
@@ -141,10 +150,10 @@ impl DirectivityTable {
     }
 }
 
-/// Linear interpolation at a place among values at 0, 1, … `count` − 1.
-fn between(place: f32, count: usize, value: impl Fn(usize) -> f32) -> f32 {
-    let below = (place.max(0.0) as usize).min(count - 2);
-    let share = place - below as f32;
+/// Linear interpolation at a position among values at 0, 1, … `count` − 1.
+fn between(position: f32, count: usize, value: impl Fn(usize) -> f32) -> f32 {
+    let below = (position.max(0.0) as usize).min(count - 2);
+    let share = position - below as f32;
     value(below) * (1.0 - share) + value(below + 1) * share
 }
 

@@ -1,4 +1,4 @@
-//! A triangle mesh as it comes in, before anything is checked.
+//! A triangle mesh before any check.
 
 use glam::Vec3;
 
@@ -8,12 +8,21 @@ use crate::error::{Error, Result};
 /// likely in other units than so large.
 pub const LARGEST_COORDINATE_M: f32 = 1e5;
 
-/// Most triangles of a scene unless its settings say otherwise. `bench memory --scene million` tells what a million take;
-/// sound needs walls, not ornaments.
+/// Default limit of a scene's triangles. `bench memory --scene million` measures the memory of a million.
 pub const MOST_TRIANGLES: usize = 1 << 22;
 
-/// Triangles with a material each, in metres, right-handed, +y up. Nothing is promised about quality:
-/// committing a scene checks, welds and drops.
+/// Triangles with a material each, in metres, right-handed, +y up. The mesh may have duplicate vertices and degenerate
+/// triangles: [`Scene::commit`](super::Scene::commit) checks, welds and drops.
+///
+/// # Examples
+/// ```
+/// use foresound::TriangleMesh;
+///
+/// let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0], [0.0, 0.0, 4.0]];
+/// let floor = TriangleMesh::from_slices(&corners, &[0, 2, 1, 0, 3, 2], &["wood_floor"], &[0, 0])?;
+/// assert_eq!(floor.triangles.len(), 2);
+/// # Ok::<(), foresound::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TriangleMesh {
     /// Corner positions.
@@ -73,7 +82,7 @@ impl TriangleMesh {
         Ok(mesh)
     }
 
-    /// Refuses lists that do not fit together.
+    /// Checks that all indices are in range.
     ///
     /// # Errors
     /// [`Error::Mesh`] for indices that refer to no vertex or no material, and for another number of triangle materials

@@ -1,14 +1,14 @@
-//! What the visitor brings: meshes, materials, sources, a listener. Once committed a scene does not change but for its
-//! instances, which move.
+//! Input of the simulation: meshes, materials, sources, a listener. A committed scene is fixed but for the poses of its
+//! instances.
 //!
 //! Control side. Coordinates are metres, right-handed, +y up.
 
-mod cells;
 pub mod commit;
 pub mod committed;
 pub mod directivity;
 pub mod edges;
 pub mod instances;
+#[cfg(feature = "files")]
 pub mod io;
 pub mod layout;
 pub mod materials;
@@ -16,17 +16,18 @@ pub mod mesh;
 pub mod pose;
 pub mod procedural;
 pub mod source;
+mod spatial_hash;
 pub mod surface;
 pub mod weld;
 
-pub use crate::scene::io::layout_source::NamedSource;
-pub use crate::scene::io::obj::{ObjFile, ObjOptions, UpAxis, load_obj};
 pub use commit::{CommittedMesh, commit_mesh};
 pub use committed::{Scene, SceneSettings};
 pub use directivity::{Directivity, DirectivityTable};
 pub use edges::{Edge, EdgeSet};
 pub use instances::{InstanceId, InstancePose};
-pub use layout::{SceneLayout, Walk};
+#[cfg(feature = "files")]
+pub use io::obj::{ObjFile, ObjOptions, UpAxis, load_obj};
+pub use layout::{NamedSource, SceneLayout, Walk};
 pub use materials::MaterialTable;
 pub use mesh::TriangleMesh;
 pub use pose::{ListenerPose, SourceId, SourcePose};

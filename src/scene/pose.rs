@@ -1,11 +1,11 @@
-//! Where sources and listener are.
+//! Positions and orientations of sources and listener.
 
 use glam::{Quat, Vec3};
 
 use super::source::{FRONT, SourceSettings};
 use crate::acoustics::BandArray;
 
-/// Handle of a sound source: a slot and a generation, so that a slot's next tenant is not taken for the last.
+/// Handle of a sound source: a slot and a generation, which differs for each source that has the slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct SourceId(u32);
 
@@ -20,7 +20,7 @@ impl SourceId {
         (self.0 & 0xffff) as usize
     }
 
-    /// How often the slot has been given away before.
+    /// How many sources had the slot before.
     pub const fn generation(self) -> u16 {
         (self.0 >> 16) as u16
     }
@@ -31,7 +31,16 @@ impl SourceId {
     }
 }
 
-/// A source's place at one instant.
+/// A source at one instant.
+///
+/// # Examples
+/// ```
+/// use foresound::{Directivity, SourceId, SourcePose};
+///
+/// let mut voice = SourcePose::at(SourceId::new(0, 0), [2.0, 1.6, -3.0]);
+/// voice.settings.directivity = Directivity::even(0.5, 1.0); // a cardioid
+/// assert_eq!(voice.factor_towards(glam::Vec3::Z)[4], 0.0); // silent behind
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SourcePose {
     /// Which source.
@@ -45,16 +54,24 @@ pub struct SourcePose {
 }
 
 impl SourcePose {
-    /// An omnidirectional source of default settings at a position.
-    pub fn at(id: SourceId, position: Vec3) -> Self {
+    /// An omnidirectional source of default settings at a position in metres, facing −z.
+    pub fn at(id: SourceId, position: impl Into<Vec3>) -> Self {
         Self {
             id,
-            position,
+            position: position.into(),
             ..Self::default()
         }
     }
 
-    /// Pressure factor of the directivity towards a world direction of any length but zero, in which every factor is one.
+    /// The same pose with the orientation of a unit quaternion x, y, z, w.
+    pub fn with_orientation(self, quaternion: [f32; 4]) -> Self {
+        Self {
+            orientation: Quat::from_array(quaternion),
+            ..self
+        }
+    }
+
+    /// Pressure factor of the directivity in a world direction of any length; 1 for a direction of length 0.
     pub fn factor_towards(&self, direction: Vec3) -> BandArray {
         let cosine = direction
             .try_normalize()
@@ -75,7 +92,16 @@ impl Default for SourcePose {
     }
 }
 
-/// The listener's place at one instant.
+/// The listener at one instant.
+///
+/// # Examples
+/// ```
+/// use foresound::ListenerPose;
+///
+/// // Ears at 1.7 m, looking along −x.
+/// let listener = ListenerPose::facing([1.0, 1.7, 4.0], std::f32::consts::FRAC_PI_2);
+/// assert!((listener.to_head(glam::Vec3::NEG_X) - glam::Vec3::NEG_Z).length() < 1e-6);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ListenerPose {
     /// Centre of the head in metres.
@@ -95,11 +121,20 @@ impl Default for ListenerPose {
 }
 
 impl ListenerPose {
-    /// A listener at a position who looks along `yaw_rad`: 0 is −z, positive turns left (counter-clockwise from above).
-    pub fn facing(position: Vec3, yaw_rad: f32) -> Self {
+    /// A listener at a position in metres with a yaw in radians: 0 looks along −z, positive turns left (counter-clockwise
+    /// from above).
+    pub fn facing(position: impl Into<Vec3>, yaw_rad: f32) -> Self {
         Self {
-            position,
+            position: position.into(),
             orientation: Quat::from_rotation_y(yaw_rad),
+        }
+    }
+
+    /// The same pose with the orientation of a unit quaternion x, y, z, w.
+    pub fn with_orientation(self, quaternion: [f32; 4]) -> Self {
+        Self {
+            orientation: Quat::from_array(quaternion),
+            ..self
         }
     }
 

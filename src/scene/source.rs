@@ -1,6 +1,6 @@
-//! What a source is like: where it sends its sound to, how large it is, and which parts of its sound are wanted.
+//! Properties of a source: directivity, radius, effects.
 //!
-//! Small and `Copy`, so that it travels with the pose and every stage sees the same.
+//! Small and `Copy`: they are part of the pose, which every stage receives.
 
 use glam::Vec3;
 
@@ -13,7 +13,7 @@ pub struct Effects {
     pub direct: bool,
     /// Reflected paths.
     pub reflections: bool,
-    /// Bending around edges.
+    /// Diffraction at edges.
     pub diffraction: bool,
     /// The direct path through walls.
     pub transmission: bool,
@@ -34,19 +34,20 @@ impl Default for Effects {
     }
 }
 
-/// Everything about a source but its place.
+/// Properties of a source other than its pose.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct SourceSettings {
-    /// Where it sends its sound to.
+    /// Level by direction.
     pub directivity: Directivity,
-    /// Radius in metres within which it gets no louder; `None` as propagation's settings say.
+    /// Radius in metres within which the level does not rise; `None` for the value of the propagation settings.
     pub radius_m: Option<f32>,
-    /// What is computed of it.
+    /// Effects that are computed.
     pub effects: Effects,
 }
 
 impl SourceSettings {
-    /// Radius in metres within which the source gets no louder, given what holds for sources that do not say.
+    /// Radius in metres within which the level does not rise, or `otherwise_m` if the source has none.
     pub fn min_distance_m(&self, otherwise_m: f64) -> f64 {
         match self.radius_m {
             Some(radius_m) if radius_m.is_finite() && radius_m > 0.0 => f64::from(radius_m),
@@ -55,5 +56,5 @@ impl SourceSettings {
     }
 }
 
-/// Front of a source that is not turned, as of a head.
+/// Front of a source and of a head without rotation.
 pub(super) const FRONT: Vec3 = Vec3::NEG_Z;

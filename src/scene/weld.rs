@@ -1,16 +1,15 @@
-//! Cleans a mesh: welds vertices and drops triangles that no sound can meet.
+//! Cleans a mesh: welds vertices and drops triangles without area.
 //!
-//! Control side; time and memory grow with the mesh. Takes any [`TriangleMesh`], gives one without unused or doubled
-//! vertices, whose vertices are sorted by x, y and z, so that nothing after it depends on the order of a file, and the
-//! [`IntakeReport`] that counts what went. What the acceleration structure cannot take (non-finite, zero-area and
-//! far-off triangles) never passes.
+//! Control side; time and memory grow with the mesh. The result has no unused or duplicate vertices. Its vertices are sorted
+//! by x, y and z: later steps do not depend on the order of a file. Non-finite and zero-area triangles are dropped; a
+//! coordinate out of range is an error. The [`IntakeReport`] counts both.
 
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use super::cells::{CellIndex, cell_of};
 use super::mesh::{LARGEST_COORDINATE_M, TriangleMesh};
+use super::spatial_hash::{SpatialHash, cell_of};
 use crate::error::{Error, Result};
 
 /// Vertices closer than this become one, in metres. Below any modeller's intent and above `f32` noise within 1 km.
@@ -29,12 +28,13 @@ const CELL_M: f64 = 16.0 * WELD_DISTANCE_M;
 /// Most triangles of a mesh: lists of several entries a triangle stay within 31 bits.
 const MOST_TRIANGLES: usize = 1 << 26;
 
-/// What became of a mesh on its way in.
+/// Counts of what the intake of a mesh found and dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct IntakeReport {
-    /// Triangles that came.
+    /// Triangles of the input.
     pub triangles_in: usize,
-    /// Triangles that stay.
+    /// Triangles of the result.
     pub triangles: usize,
     /// Triangles dropped for a NaN or infinite corner.
     pub dropped_non_finite: usize,
@@ -48,23 +48,23 @@ pub struct IntakeReport {
     pub vertices_welded: usize,
     /// Edges, each counted once however many triangles share it.
     pub edges: usize,
-    /// Edges of one triangle only.
-    pub open_edges: usize,
+    /// Boundary edges: edges of one triangle only.
+    pub boundary_edges: usize,
     /// Edges of three triangles or more.
     pub non_manifold_edges: usize,
-    /// Whether no edge is open.
-    pub closed: bool,
+    /// Whether the mesh has no boundary edge.
+    pub watertight: bool,
     /// Least coordinates in metres.
     pub bounds_min: Vec3,
     /// Greatest coordinates in metres.
     pub bounds_max: Vec3,
 }
 
-/// Cleans a mesh. Of triangles with the same corners the first stays. Materials without triangles go.
+/// Cleans a mesh. Of triangles with the same corners the first is kept. Materials without triangles are removed.
 ///
 /// # Errors
 /// [`Error::Mesh`] for lists that do not fit together ([`TriangleMesh::check_indices`]), for a corner farther out than
-/// [`LARGEST_COORDINATE_M`], and where no triangle stays.
+/// [`LARGEST_COORDINATE_M`], and where no triangle is left.
 pub fn clean(mesh: &TriangleMesh) -> Result<(TriangleMesh, IntakeReport)> {
     mesh.check_indices()?;
     if mesh.triangles.len() > MOST_TRIANGLES {
@@ -139,7 +139,7 @@ pub fn clean(mesh: &TriangleMesh) -> Result<(TriangleMesh, IntakeReport)> {
     Ok((clean, report))
 }
 
-/// Joins vertices in use: gives the positions that stay, sorted, and for every vertex the one it became.
+/// Welds vertices in use. Returns the sorted positions and, for each vertex, the index of its position.
 fn weld(vertices: &[Vec3], used: &[bool]) -> (Vec<Vec3>, Vec<u32>) {
     let mut sorted: Vec<(u64, u64)> = Vec::with_capacity(vertices.len());
     for (i, (vertex, _)) in vertices.iter().zip(used).enumerate().filter(|(_, v)| *v.1) {
@@ -148,11 +148,11 @@ fn weld(vertices: &[Vec3], used: &[bool]) -> (Vec<Vec3>, Vec<u32>) {
             .map(|value| u64::from(ordered_bits(value)));
         sorted.push((x << 32 | y, z << 32 | i as u64));
     }
-    // Sorted by position, so that the first come is the same whatever the order of the file.
+    // Sorted by position: the result does not depend on the order of the file.
     sorted.sort_unstable();
     let mut positions: Vec<Vec3> = Vec::new();
     let mut welded = vec![u32::MAX; vertices.len()];
-    let mut index = CellIndex::new(sorted.len());
+    let mut index = SpatialHash::new(sorted.len());
     for (_, low) in sorted {
         let i = (low & 0xffff_ffff) as usize;
         // Adding zero turns −0 into 0, which some ray tests mistake for a miss.
@@ -225,7 +225,7 @@ fn drop_duplicates(kept: &mut Vec<([u32; 3], u32)>, names: &[String], report: &m
     kept.retain(|_| !flags.next().unwrap_or(false));
 }
 
-/// A mesh of the triangles that stay, without vertices and materials that none of them uses.
+/// A mesh of the given triangles, without unused vertices and materials.
 fn compact(kept: &[([u32; 3], u32)], positions: &[Vec3], names: &[String]) -> TriangleMesh {
     let mut number = vec![u32::MAX; positions.len()];
     for &i in kept.iter().flat_map(|(corners, _)| corners) {
@@ -272,12 +272,12 @@ fn count_edges(triangles: &[[u32; 3]], report: &mut IntakeReport) {
     for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
         report.edges += 1;
         match same.len() {
-            1 => report.open_edges += 1,
+            1 => report.boundary_edges += 1,
             2 => {}
             _ => report.non_manifold_edges += 1,
         }
     }
-    report.closed = report.open_edges == 0;
+    report.watertight = report.boundary_edges == 0;
 }
 
 #[cfg(test)]
@@ -305,8 +305,8 @@ mod tests {
         let (clean, report) = clean(&two).unwrap();
         assert_eq!(clean.vertices.len(), 5);
         assert_eq!(report.vertices_welded, 1);
-        assert_eq!(report.open_edges, 6);
-        assert!(!report.closed);
+        assert_eq!(report.boundary_edges, 6);
+        assert!(!report.watertight);
     }
 
     #[test]

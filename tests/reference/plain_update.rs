@@ -21,7 +21,7 @@ use foresound::propagation::{
 };
 use glam::DVec3;
 
-use foresound::scene::edges::NearEdges;
+use foresound::scene::edges::DiffractingEdges;
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 struct Memory {
@@ -234,7 +234,7 @@ impl PlainPropagator {
         let spot = Endpoints::of(pose, listener.position, f64::from(settings.min_distance_m));
         let paths = &mut result.paths;
         let mut give = |path| paths.push(path);
-        let mut near = NearEdges::default();
+        let mut near = DiffractingEdges::default();
         let edges = diffraction::update(
             &scene,
             &spot,

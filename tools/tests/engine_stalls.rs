@@ -1,11 +1,10 @@
-//! A device that stops asking for a while, whatever the app does in between: nothing that sounds is cut off.
+//! A device that stalls while the app continues: no sound is cut off.
 //!
-//! Here the app's clock is the number of its ticks and audio is rendered by the test, so nothing depends on the machine.
+//! Independent of the machine: the app's clock counts ticks, and the test renders.
 
 use std::sync::Arc;
 
 use foresound::generation::GeneratorSettings;
-use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{AffinityPolicy, Controller, Engine, EngineSettings, FrameTime, Renderer};
 use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, procedural};
@@ -18,22 +17,15 @@ const FRAME_S: f64 = 1.0 / 60.0;
 const FRAMES: usize = 735;
 
 fn engine(slots: usize, sources: usize) -> (Controller, Renderer) {
-    let settings = EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: slots,
-            rate_hz: RATE_HZ,
-            ..GeneratorSettings::default()
-        },
-        propagation: PropagationSettings {
-            guide_rays: 64,
-            source_rays: 16,
-            ..PropagationSettings::default()
-        },
-        most_sources: Some(sources),
-        frame_time: FrameTime::Fixed(FRAME_S),
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.max_sources = slots;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.propagation.guide_rays = 64;
+    settings.propagation.source_rays = 16;
+    settings.max_sources = Some(sources);
+    settings.frame_time = FrameTime::Fixed(FRAME_S);
+    settings.affinity = AffinityPolicy::None;
     let (mut controller, renderer) = Engine::new(settings).expect("an engine");
     let mesh = procedural::shoebox(Vec3::new(12.0, 4.0, 9.0), "concrete");
     let table = MaterialTable::built_in();
@@ -42,7 +34,7 @@ fn engine(slots: usize, sources: usize) -> (Controller, Renderer) {
     (controller, renderer)
 }
 
-/// Dice of one number.
+/// A pseudo-random number from 0 to 1.
 fn dice(state: &mut u64) -> f32 {
     *state = mix(*state);
     unit(*state)
@@ -56,8 +48,7 @@ fn somewhere(state: &mut u64) -> Vec3 {
     )
 }
 
-/// Sources come, go and move while the device asks for nothing in two of three stretches of a quarter of a second; gives
-/// what was heard.
+/// Adds, removes and moves sources while the device stalls in two of three quarters of a second; returns the output.
 fn hear(slots: usize, sources: usize) -> ClickDetector {
     let (mut controller, mut renderer) = engine(slots, sources);
     let clip: Arc<[f32]> = smooth_loop(RATE_HZ).into();

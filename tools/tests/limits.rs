@@ -80,18 +80,12 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("large.obj");
     write_obj(&path, 100_000);
-    let options = ObjOptions {
-        most_triangles: 5000,
-        ..ObjOptions::default()
-    };
+    let options = ObjOptions::default().with_most_triangles(5000);
     let (result, bytes) = weighed(|| load_obj(&path, &options));
     refused(result, "more than 5000 triangles");
     assert!(bytes < 5000 * 200 + (1 << 20), "{bytes} bytes");
     // Below the limit it is read, within the bytes a triangle that the setting states.
-    let options = ObjOptions {
-        most_triangles: 100_000,
-        ..ObjOptions::default()
-    };
+    let options = ObjOptions::default().with_most_triangles(100_000);
     let (result, bytes) = weighed(|| load_obj(&path, &options));
     let mesh = result.expect("is read").mesh;
     assert_eq!(mesh.triangles.len(), 100_000);
@@ -106,10 +100,7 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
         }
         let path = folder.path().join("many.obj");
         std::fs::write(&path, text).expect("written");
-        let options = ObjOptions {
-            most_triangles: 50,
-            ..ObjOptions::default()
-        };
+        let options = ObjOptions::default().with_most_triangles(50);
         refused(load_obj(&path, &options), words);
     }
 }
@@ -138,10 +129,8 @@ fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
     let _turn = TURN.lock();
     let mesh = procedural::by_name("doorway").expect("a scene").mesh;
     let table = MaterialTable::built_in();
-    let settings = SceneSettings {
-        most_triangles: mesh.triangles.len() - 1,
-        ..SceneSettings::default()
-    };
+    let mut settings = SceneSettings::default();
+    settings.most_triangles = mesh.triangles.len() - 1;
     let (result, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
     refused(result, "most_triangles");
     assert!(bytes < 4096, "{bytes} bytes");
@@ -216,10 +205,8 @@ fn builders() -> usize {
 #[test]
 fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
     let _turn = TURN.lock();
-    let settings = EngineSettings {
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.affinity = AffinityPolicy::None;
     let (mut controller, renderer) = Engine::new(settings).expect("an engine");
     let mesh = procedural::by_name("bootcamp").expect("a scene").mesh;
     let table = MaterialTable::built_in();
@@ -278,7 +265,7 @@ fn bounds_are_settings() {
     for most in [0, usize::MAX] {
         refused(with(&|s| s.block_frames = most), "block_frames");
         refused(with(&|s| s.max_paths = most), "max_paths");
-        refused(with(&|s| s.most_sources = Some(most)), "most_sources");
+        refused(with(&|s| s.max_sources = Some(most)), "most_sources");
         refused(with(&|s| s.tracing_threads = most), "tracing_threads");
         refused(with(&|s| s.generation.max_sources = most), "max_sources");
         refused(with(&|s| s.generation.max_voices = most), "max_voices");

@@ -70,7 +70,7 @@ pub fn barrier_loss(scene: &Scene, edge: &Edge) -> BandArray {
 /// that continues the incident wave, then the part that continues its reflections in the edge's faces.
 ///
 /// With `beside_transmission` the incident part is scaled by [`barrier_loss`], since the transmitted path is heard
-/// besides. A face in `fading` ([`free_panel_faces`]) fades by itself, and its reflection is not continued.
+/// besides. A face in `fading` ([`finite_panel_faces`]) fades by itself, and its reflection is not continued.
 pub fn diffracted_field(
     scene: &Scene,
     edge: &Edge,
@@ -107,10 +107,10 @@ fn continuation_factor(part: Complex, is_fading: bool) -> f64 {
     }
 }
 
-/// Which of an edge's faces are small free panels at a point of it: single reflections in them fade towards the edge
+/// Which of an edge's faces are small panels at a point of it: single reflections in them fade towards the edge
 /// ([`crate::propagation::image_source::finite_panel`]).
-pub fn free_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
-    if !scene.has_free_panels() {
+pub fn finite_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
+    if !scene.has_finite_panels() {
         return [false; 2];
     }
     let normals = edge.faces.map(|face| scene.surface(face).normal);
@@ -120,7 +120,7 @@ pub fn free_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
         true => !first,
         false => edge.outward().dot(normals[1]) > 0.0,
     };
-    let is_free = |face, in_front| scene.free_panel_at(face, apex, in_front).is_some();
+    let is_free = |face, in_front| scene.finite_panel_at(face, apex, in_front).is_some();
     [
         is_free(edge.faces[0], first),
         is_free(edge.faces[1], second),

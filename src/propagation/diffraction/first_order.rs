@@ -79,7 +79,7 @@ struct FirstOrderField {
 impl FirstOrderPath {
     fn over(scene: &Scene, endpoints: &Endpoints, edge: u32) -> Option<Self> {
         let (from, to) = local_positions(scene, endpoints);
-        let crossing = scene.edge(edge).bend(from, to)?;
+        let crossing = scene.edge(edge).crossing(from, to)?;
         let detour_m = (crossing.length_m() - from.distance(to)).max(0.0);
         let fade = fade_out(detour_m);
         (fade > 0.0).then_some(Self {
@@ -106,7 +106,7 @@ impl FirstOrderPath {
             &self.crossing,
             &edge_wave::spread(&self.crossing),
             endpoints.source.settings.effects.transmission,
-            edge_wave::free_panel_faces(scene, edge, self.crossing.apex),
+            edge_wave::finite_panel_faces(scene, edge, self.crossing.apex),
         );
         FirstOrderField {
             incident: incident.map(|wave| wave * self.fade),

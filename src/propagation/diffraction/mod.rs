@@ -2,7 +2,7 @@
 //!
 //! Runs with the propagation update; its first order ([`direct_field`]) runs with every graphics frame as well. Takes a
 //! scene's edges and two positions, emits paths. Bounded: at most
-//! [`scene::edges::MOST_NEAR`](crate::scene::edges::MOST_NEAR) edges are examined for each kind of path, which give at
+//! [`scene::edges::MAX_DIFFRACTING_EDGES`](crate::scene::edges::MAX_DIFFRACTING_EDGES) edges are examined for each kind of path, which give at
 //! most [`MAX_DIRECT_EDGES`], [`MAX_TWO_EDGE_PATHS`] and [`MAX_REFLECTED_EDGE_PATHS`] paths. Deterministic: nothing is
 //! random. The wave is \[KOUYOUMJIAN74\]'s and \[BIOT57\]'s ([`utd`]).
 //!
@@ -43,7 +43,7 @@ use crate::acoustics::smoothstep;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::NearEdges;
+use crate::scene::edges::DiffractingEdges;
 
 /// Longest detour over an edge in metres: 36 wavelengths at 1 kHz, where less than 5 % of the wave is left behind a
 /// screen. Paths fade out over the last quarter of it.
@@ -63,7 +63,7 @@ pub fn update(
     scene: &Scene,
     endpoints: &Endpoints,
     diffraction_order: usize,
-    near: &mut NearEdges,
+    near: &mut DiffractingEdges,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) -> DirectEdges {
@@ -75,7 +75,7 @@ pub fn update(
     let (from, to) = edge_wave::local_positions(scene, endpoints);
     let longest_m = from.distance(to) + MAX_DETOUR_M;
     *near = match diffraction_order {
-        0 => NearEdges::default(),
+        0 => DiffractingEdges::default(),
         _ => scene.diffracting_edges(near, from, to, longest_m),
     };
     let listed = near.as_slice().iter().map(|found| found.edge);
@@ -83,7 +83,7 @@ pub fn update(
     if visible || diffraction_order == 0 {
         return edges;
     }
-    let near = scene.first_bends(from, to, longest_m);
+    let near = scene.first_crossings(from, to, longest_m);
     if effects.reflections {
         with_reflections::find(scene, endpoints, &near, rays, emit);
     }

@@ -11,7 +11,9 @@ use crate::propagation::diffraction::edge_wave::local_positions;
 use crate::propagation::diffraction::two_edge_path::{TwoEdgePath, insert_shortest};
 use crate::propagation::endpoints::Endpoints;
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, MOST_NEAR, NearEdge, NearEdges, REACH_M};
+use crate::scene::edges::{
+    DiffractingEdge, DiffractingEdges, Edge, MAX_DIFFRACTING_EDGES, REACH_M,
+};
 
 /// Paths whose visibility is tested, shortest first. More than within the fixed scene, whose visibility graph leaves out
 /// hidden pairs.
@@ -35,12 +37,12 @@ struct EdgeDistance {
 }
 
 /// The edges near one end, shortest path over them alone first.
-struct EdgeList([Option<EdgeDistance>; MOST_NEAR]);
+struct EdgeList([Option<EdgeDistance>; MAX_DIFFRACTING_EDGES]);
 
 impl EdgeList {
-    fn of(scene: &Scene, found: &NearEdges, end: DVec3) -> Self {
-        let mut edges = [None; MOST_NEAR];
-        for (entry, &NearEdge { edge, length_m }) in edges.iter_mut().zip(found.as_slice()) {
+    fn of(scene: &Scene, found: &DiffractingEdges, end: DVec3) -> Self {
+        let mut edges = [None; MAX_DIFFRACTING_EDGES];
+        for (entry, &DiffractingEdge { edge, length_m }) in edges.iter_mut().zip(found.as_slice()) {
             let line = scene.edge(edge);
             let along_m = (end - line.origin).dot(line.direction);
             let nearest = line.at(along_m.clamp(0.0, line.length_m));
@@ -66,15 +68,15 @@ pub fn shortest(scene: &Scene, endpoints: &Endpoints) -> ShortestPaths {
     let (from, to) = local_positions(scene, endpoints);
     let most_m = from.distance(to) + MAX_DETOUR_M;
     let parts = [
-        scene.first_bends_of_instances(from, to, most_m),
-        scene.first_bends_of_instances(to, from, most_m),
+        scene.first_crossings_of_instances(from, to, most_m),
+        scene.first_crossings_of_instances(to, from, most_m),
     ];
     if parts.iter().all(|found| found.as_slice().is_empty()) {
         return shortest;
     }
     let fixed = [
-        scene.edges().first_bends(from, to, most_m),
-        scene.edges().first_bends(to, from, most_m),
+        scene.edges().first_crossings(from, to, most_m),
+        scene.edges().first_crossings(to, from, most_m),
     ];
     let [first_fixed, first_parts] = [&fixed[0], &parts[0]].map(|f| EdgeList::of(scene, f, from));
     let [last_fixed, last_parts] = [&fixed[1], &parts[1]].map(|f| EdgeList::of(scene, f, to));
@@ -106,7 +108,7 @@ pub fn shortest(scene: &Scene, endpoints: &Endpoints) -> ShortestPaths {
 
 /// Whether two edges belong to different things and a path over both may be as short as `longest_m`.
 fn may_pair(scene: &Scene, first: &EdgeDistance, last: &EdgeDistance, longest_m: f64) -> bool {
-    if first.near_m + last.near_m > longest_m || scene.moves_as_one(first.index, last.index) {
+    if first.near_m + last.near_m > longest_m || scene.is_same_rigid_body(first.index, last.index) {
         return false;
     }
     let apart_m = first.edge.distance_m(&last.edge);

@@ -7,7 +7,7 @@ use crate::propagation::diffraction::{MAX_DETOUR_M, moving_edge_pairs};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::NearEdges;
+use crate::scene::edges::DiffractingEdges;
 
 /// Most paths over two edges of one source.
 pub const MAX_TWO_EDGE_PATHS: usize = 4;
@@ -20,7 +20,7 @@ const MAX_TESTED: usize = 16;
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
-    near: &NearEdges,
+    near: &DiffractingEdges,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) {

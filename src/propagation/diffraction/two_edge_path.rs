@@ -85,7 +85,7 @@ impl TwoEdgePath {
         if leg_m < MIN_LEG_M {
             return None;
         }
-        let mut crossings = [a.bend(from, second)?, b.bend(first, to)?];
+        let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
         if share_face([a, b]) {
             // The leg lies in the face but for rounding.
             crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing);

@@ -17,7 +17,7 @@ use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, EdgeCrossing, MOST_EDGE_MIRRORS, NearEdges};
+use crate::scene::edges::{DiffractingEdges, Edge, EdgeCrossing, MOST_EDGE_MIRRORS};
 
 /// Most paths of one source over one edge with reflections.
 pub const MAX_REFLECTED_EDGE_PATHS: usize = 12;
@@ -66,7 +66,7 @@ struct RankedPath {
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
-    near: &NearEdges,
+    near: &DiffractingEdges,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) {
@@ -151,7 +151,7 @@ impl CandidateEdge {
         if !self.may_cross(scene, &ends) {
             return;
         }
-        let Some(crossing) = self.edge.bend(ends[0].image, ends[1].image) else {
+        let Some(crossing) = self.edge.crossing(ends[0].image, ends[1].image) else {
             return;
         };
         let straight_m = ends[0].real.distance(ends[1].real);
@@ -214,7 +214,7 @@ impl ReflectedEdgePath {
             ImagePoint::of(scene, to, surfaces[1]),
         ];
         let line = &scene.edge(edge);
-        let crossing = line.bend(ends[0].image, ends[1].image)?;
+        let crossing = line.crossing(ends[0].image, ends[1].image)?;
         let sight_point = edge_wave::sight_point(crossing.apex, line.outward());
         let hits = reflection_points(scene, &ends, sight_point)?;
         let fade = fade_out(crossing.length_m() - ends[0].image.distance(ends[1].image));

@@ -12,7 +12,7 @@ use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::Scene;
-use crate::scene::surface::free_panel::FreePanel;
+use crate::scene::surface::finite_panel::FinitePanel;
 
 /// Width of the fade at a free edge: this share of the shorter side, at most as many metres.
 const FADE: (f64, f64) = (0.2, 0.3);
@@ -22,7 +22,7 @@ const LEAST_FADE_M: f64 = 0.02;
 
 /// Pressure factor of all ends of panels on a path, or none if it is near none.
 pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
-    let has_panels = scene.has_free_panels();
+    let has_panels = scene.has_finite_panels();
     let fades = path.order > 1 && scene.has_edges();
     if path.order == 0 || !(has_panels || fades) {
         return None;
@@ -38,7 +38,7 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
         let after_m = (path.length_m - before_m).max(0.0);
         let apart_m = 2.0 * before_m.max(0.0) * after_m / path.length_m.max(1e-6);
         let panel = match has_panels {
-            true => free_panel(scene, path, step),
+            true => finite_panel(scene, path, step),
             false => None,
         };
         if let Some(panel) = panel {
@@ -78,7 +78,7 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
 }
 
 /// The small free panel that a path is reflected in at one of its points.
-fn free_panel(scene: &Scene, path: &ImagePath, step: usize) -> Option<FreePanel> {
+fn finite_panel(scene: &Scene, path: &ImagePath, step: usize) -> Option<FinitePanel> {
     let plane = scene.surface(path.surfaces[step]);
     // Both legs are on one side of the surface; a first reflection's image is on the other.
     let in_front = match step {
@@ -86,5 +86,5 @@ fn free_panel(scene: &Scene, path: &ImagePath, step: usize) -> Option<FreePanel>
         0 => plane.distance_m(path.points[1]) > 0.0,
         _ => plane.distance_m(path.points[step - 1]) > 0.0,
     };
-    scene.free_panel_at(path.surfaces[step], path.points[step], in_front)
+    scene.finite_panel_at(path.surfaces[step], path.points[step], in_front)
 }

@@ -91,7 +91,7 @@ impl Occluder {
     /// Prefetches the triangle's corner indices.
     #[inline(always)]
     pub(crate) fn prefetch_triangle(&self, scene: &Scene) {
-        if let Some(triangle) = scene.kept_triangle(self.triangle) {
+        if let Some(triangle) = scene.fixed_triangle(self.triangle) {
             prefetch(triangle);
         }
     }
@@ -99,7 +99,7 @@ impl Occluder {
     /// Prefetches the triangle's corners.
     #[inline(always)]
     pub(crate) fn prefetch_corners(&self, scene: &Scene) {
-        let corners = scene.kept_corners(self.triangle);
+        let corners = scene.fixed_corners(self.triangle);
         corners.into_iter().flatten().for_each(prefetch);
     }
 

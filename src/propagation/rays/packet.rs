@@ -129,7 +129,7 @@ impl RayPacket {
             hits.surface[lane] = hit.group;
             hits.triangle[lane] = hit.triangle;
             hits.rays |= 1 << lane;
-            if let Some(surface) = scene.kept_surface(hit.group) {
+            if let Some(surface) = scene.fixed_surface(hit.group) {
                 prefetch(surface);
                 prefetch(&surface.material);
             }

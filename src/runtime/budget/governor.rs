@@ -1,125 +1,130 @@
-//! Chooses the tier, update by update.
+//! Feedback control of the quality level, one step an update.
 //!
-//! Down at once where an update takes too long for some time, up only when the tier above would fit with room to spare
-//! and after a while; a step up that has to be taken back makes the next wait longer. So a load at the edge does not
-//! make the detail swing.
+//! Quality goes down as soon as the mean update time exceeds the limit for some updates in a row. It goes up only after
+//! a dwell time, and only if the level above is expected to fit with headroom. A step up that is soon reverted doubles
+//! the dwell time, which damps oscillation at the limit.
 
-use super::tier::{ActiveQuality, LAST_QUALITY_LEVEL, QualityLevel};
-use super::{Budget, LONGEST_SPACING_S, QualityChoice};
+use super::quality_level::{ActiveQuality, LAST_QUALITY_LEVEL, QualityLevel};
+use super::{Budget, MAX_UPDATE_SPACING_S, QualityChoice};
 use crate::propagation::PropagationSettings;
 
-/// Share of a new time in the mean.
+/// Weight of a new update time in the exponential mean.
 const WEIGHT: f64 = 0.25;
 
-/// Most that a single time counts for, in means: an update that was held up once says nothing.
+/// Cap of a single update time as a multiple of the mean, against outliers.
 const OUTLIER: f64 = 3.0;
 
-/// Mean over limit above which detail goes down, and updates in a row for which it has to be so.
-const TOO_MUCH: f64 = 1.0;
-const PATIENCE: u32 = 3;
+/// Ratio of mean to limit above which an update counts as overloaded, and overloaded updates in a row that lower
+/// quality.
+const OVERLOAD_RATIO: f64 = 1.0;
+const OVERLOAD_UPDATES: u32 = 3;
 
-/// Share of the limit that the tier above has to fit into before detail goes up.
-const ROOM: f64 = 0.8;
+/// Fraction of the limit into which the level above has to fit before quality goes up.
+const HEADROOM_RATIO: f64 = 0.8;
 
-/// What a tier costs of the one before it, until it has been measured.
+/// Assumed cost of a level relative to the one before it, until measured.
 const FIRST_RATIO: f64 = 0.6;
 
-/// Seconds that a tier lasts at least before detail goes up, at first and at most.
+/// Initial and longest dwell time before quality goes up, in seconds.
 const DWELL_S: (f64, f64) = (1.0, 32.0);
 
-/// Seconds within which a step up that is taken back was a mistake.
-const REGRET_S: f64 = 3.0;
+/// A step up that is reverted within this time, in seconds, doubles the dwell time.
+const REVERT_S: f64 = 3.0;
 
-/// Seconds that a glide from one tier to the next takes; farther ones are faster.
-const GLIDE_S: f64 = 0.5;
+/// Seconds of a transition from one level to the next; longer transitions are faster.
+const TRANSITION_S: f64 = 0.5;
 
-/// Seconds in which the highest mean is forgotten, to 1/e.
-const FORGET_S: f64 = 4.0;
+/// Time constant in seconds with which the peak of the mean decays.
+const PEAK_DECAY_S: f64 = 4.0;
 
-/// Seconds after a glide until a tier's cost is known.
+/// Seconds after a transition before the cost of a level is measured.
 const SETTLED_S: f64 = 2.0;
 
-/// Farthest that one update moves between tiers.
-pub(super) const LONGEST_STEP: f64 = 0.25;
+/// Largest step of one update, in levels.
+pub(super) const MAX_LEVEL_STEP: f64 = 0.25;
 
-/// What an update has taken.
+/// Cost of one update.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Spent {
+pub struct UpdateCost {
     /// Seconds the update took.
     pub update_s: f64,
-    /// Seconds since the update before began, on the app's clock.
+    /// Seconds between the starts of the previous update and of this one, on the app's clock.
     pub since_last_s: f64,
-    /// Share of a core that sound takes.
+    /// Fraction of a core that sound takes.
     pub sound_share: f64,
-    /// Whether updates may be spaced out.
-    pub can_rest: bool,
+    /// Whether pauses between updates are possible.
+    pub may_pause: bool,
 }
 
-/// Chooses the tier. One for each propagation; control side.
+/// Controls the quality level of one propagator. Reads no clock; propagation side.
 #[derive(Debug, Clone)]
 pub struct Governor {
-    tier: u8,
-    /// Where detail is on its way to the tier.
-    place: f64,
+    level: u8,
+    /// Current position between levels, moving towards `level`.
+    position: f64,
     mean_s: Option<f64>,
-    /// The highest mean lately: what decides whether there is room.
+    /// Decaying peak of the mean; decides whether quality may go up.
     peak_s: f64,
-    /// Cost of each tier over that of the one before.
+    /// Cost of each level relative to the one before.
     ratios: [f64; LAST_QUALITY_LEVEL as usize],
-    over: u32,
+    overloaded_updates: u32,
     since_change_s: f64,
     /// Whether the last change was up.
-    rose: bool,
+    went_up: bool,
     dwell_s: f64,
-    /// Tier and peak before the last change, to be compared with once that is settled.
+    /// Level and peak before the last change, compared with the new peak once the transition has settled.
     before: Option<(u8, f64)>,
-    rest_s: f64,
+    pause_s: f64,
 }
 
 impl Default for Governor {
     fn default() -> Self {
         Self {
-            tier: 0,
-            place: 0.0,
+            level: 0,
+            position: 0.0,
             mean_s: None,
             peak_s: 0.0,
             ratios: [FIRST_RATIO; LAST_QUALITY_LEVEL as usize],
-            over: 0,
+            overloaded_updates: 0,
             since_change_s: 0.0,
-            rose: false,
+            went_up: false,
             dwell_s: DWELL_S.0,
             before: None,
-            rest_s: 0.0,
+            pause_s: 0.0,
         }
     }
 }
 
 impl Governor {
-    /// The tier in force, or on its way to be.
-    pub fn tier(&self) -> QualityLevel {
-        QualityLevel(self.tier)
+    /// The level in force, or the target of the transition under way.
+    pub fn quality_level(&self) -> QualityLevel {
+        QualityLevel(self.level)
     }
 
-    /// What is in force now.
-    pub fn detail(&self, settings: &PropagationSettings, max_paths: usize) -> ActiveQuality {
-        ActiveQuality::at(self.place, settings, max_paths)
+    /// The settings in force now.
+    pub fn active_quality(
+        &self,
+        settings: &PropagationSettings,
+        max_paths: usize,
+    ) -> ActiveQuality {
+        ActiveQuality::at(self.position, settings, max_paths)
     }
 
-    /// Seconds to wait before the next update.
-    pub fn rest_s(&self) -> f64 {
-        self.rest_s
+    /// Seconds to pause before the next update.
+    pub fn pause_s(&self) -> f64 {
+        self.pause_s
     }
 
-    /// Forgets what updates took, for another scene takes other times; the tier stays.
-    pub fn begin_scene(&mut self) {
+    /// Discards measured update times, for instance after a change of scene; the level stays.
+    pub fn reset_costs(&mut self) {
         self.mean_s = None;
         self.peak_s = 0.0;
-        self.over = 0;
+        self.overloaded_updates = 0;
         self.before = None;
     }
 
-    /// Takes notice of an update.
-    pub fn observe(&mut self, budget: &Budget, spent: &Spent) {
+    /// Takes the cost of an update into account and moves the level by one step at most.
+    pub fn observe(&mut self, budget: &Budget, spent: &UpdateCost) {
         let passed_s = spent.since_last_s.clamp(0.0, 1.0);
         self.since_change_s += passed_s;
         let mean_s = match self.mean_s {
@@ -130,73 +135,73 @@ impl Governor {
             None => spent.update_s,
         };
         self.mean_s = Some(mean_s);
-        self.peak_s = mean_s.max(self.peak_s * (-passed_s / FORGET_S).exp());
+        self.peak_s = mean_s.max(self.peak_s * (-passed_s / PEAK_DECAY_S).exp());
         let limit_s = self.limit(budget, spent, mean_s);
-        match budget.tiers {
-            QualityChoice::Exactly(tier) => self.change(tier.0.min(LAST_QUALITY_LEVEL)),
+        match budget.quality {
+            QualityChoice::Exactly(level) => self.change(level.0.min(LAST_QUALITY_LEVEL)),
             QualityChoice::Free => self.choose(limit_s, mean_s, 0),
-            QualityChoice::AtLeast(tier) => {
-                self.choose(limit_s, mean_s, tier.0.min(LAST_QUALITY_LEVEL))
+            QualityChoice::AtLeast(level) => {
+                self.choose(limit_s, mean_s, level.0.min(LAST_QUALITY_LEVEL))
             }
         }
-        let way = f64::from(self.tier) - self.place;
-        if way != 0.0 {
-            let step = (passed_s / GLIDE_S * way.abs().max(1.0)).min(LONGEST_STEP);
-            self.place += way.clamp(-step, step);
+        let distance = f64::from(self.level) - self.position;
+        if distance != 0.0 {
+            let step = (passed_s / TRANSITION_S * distance.abs().max(1.0)).min(MAX_LEVEL_STEP);
+            self.position += distance.clamp(-step, step);
             self.peak_s = mean_s;
         }
     }
 
-    /// Seconds that an update may take; sets the rest besides.
-    fn limit(&mut self, budget: &Budget, spent: &Spent, mean_s: f64) -> f64 {
+    /// Longest update in seconds within the budget; also sets the pause.
+    fn limit(&mut self, budget: &Budget, spent: &UpdateCost, mean_s: f64) -> f64 {
         let mut limit_s = budget.update_s.unwrap_or(f64::INFINITY);
-        self.rest_s = 0.0;
+        self.pause_s = 0.0;
         if let Some(core_share) = budget.core_share {
-            // Sound cannot be put off: what is left of the share is propagation's, and something always is.
+            // Sound comes first; propagation gets the remainder, a tenth of the share at least.
             let share = (core_share - spent.sound_share).clamp(0.1 * core_share, 1.0);
-            limit_s = limit_s.min(share * LONGEST_SPACING_S);
-            if spent.can_rest && share < 1.0 {
+            limit_s = limit_s.min(share * MAX_UPDATE_SPACING_S);
+            if spent.may_pause && share < 1.0 {
                 let rest_s = spent.update_s.max(mean_s) * (1.0 / share - 1.0);
-                self.rest_s = rest_s.min(LONGEST_SPACING_S);
+                self.pause_s = rest_s.min(MAX_UPDATE_SPACING_S);
             }
         }
         limit_s
     }
 
     fn choose(&mut self, limit_s: f64, mean_s: f64, least: u8) {
-        if self.tier < least {
+        if self.level < least {
             self.change(least);
             return;
         }
-        self.learn();
-        let gliding = self.place != f64::from(self.tier);
-        self.over = if mean_s > TOO_MUCH * limit_s {
-            self.over + 1
+        self.update_cost_ratio();
+        let gliding = self.position != f64::from(self.level);
+        self.overloaded_updates = if mean_s > OVERLOAD_RATIO * limit_s {
+            self.overloaded_updates + 1
         } else {
             0
         };
-        if self.over >= PATIENCE && self.tier < LAST_QUALITY_LEVEL {
-            // On its way down already, it waits for what that brings, unless that cannot be enough.
-            let on_its_way = f64::from(self.tier) - self.place;
+        if self.overloaded_updates >= OVERLOAD_UPDATES && self.level < LAST_QUALITY_LEVEL {
+            // During a transition down, wait for its effect unless the expected cost is still too high.
+            let on_its_way = f64::from(self.level) - self.position;
             let expected_s = mean_s * self.mean_ratio().powf(on_its_way.max(0.0));
-            if expected_s > TOO_MUCH * limit_s {
-                if self.rose && self.since_change_s < REGRET_S + GLIDE_S {
+            if expected_s > OVERLOAD_RATIO * limit_s {
+                if self.went_up && self.since_change_s < REVERT_S + TRANSITION_S {
                     self.dwell_s = (2.0 * self.dwell_s).min(DWELL_S.1);
                 }
-                self.before = (!gliding).then_some((self.tier, self.peak_s));
-                self.change(self.tier + 1);
+                self.before = (!gliding).then_some((self.level, self.peak_s));
+                self.change(self.level + 1);
             }
             return;
         }
-        let above = self.tier.saturating_sub(1).max(least);
-        if above == self.tier || gliding || self.since_change_s < self.dwell_s {
+        let above = self.level.saturating_sub(1).max(least);
+        if above == self.level || gliding || self.since_change_s < self.dwell_s {
             return;
         }
         let expected_s = self.peak_s / self.ratios[usize::from(above)];
-        if expected_s < ROOM * limit_s {
-            self.before = Some((self.tier, self.peak_s));
+        if expected_s < HEADROOM_RATIO * limit_s {
+            self.before = Some((self.level, self.peak_s));
             self.change(above);
-            self.rose = true;
+            self.went_up = true;
         } else if self.since_change_s > 2.0 * DWELL_S.1 {
             self.dwell_s = DWELL_S.0;
         }
@@ -209,31 +214,31 @@ impl Governor {
             .powf(1.0 / f64::from(LAST_QUALITY_LEVEL))
     }
 
-    /// Learns what the last step was worth once it is settled.
-    fn learn(&mut self) {
-        let still = self.place == f64::from(self.tier);
-        let settled = still && self.since_change_s > GLIDE_S + SETTLED_S;
+    /// Updates the cost ratio of the last step once the transition has settled.
+    fn update_cost_ratio(&mut self) {
+        let still = self.position == f64::from(self.level);
+        let settled = still && self.since_change_s > TRANSITION_S + SETTLED_S;
         let Some((from, before_s)) = self.before.filter(|_| settled) else {
             return;
         };
         self.before = None;
-        let ratio = match self.tier.checked_sub(from) {
+        let ratio = match self.level.checked_sub(from) {
             Some(1) => self.peak_s / before_s,
             Some(_) => return,
             None => before_s / self.peak_s,
         };
-        let step = usize::from(self.tier.min(from));
+        let step = usize::from(self.level.min(from));
         if ratio.is_finite() {
             self.ratios[step] = 0.5 * (self.ratios[step] + ratio.clamp(0.3, 0.95));
         }
     }
 
-    fn change(&mut self, tier: u8) {
-        if tier != self.tier {
-            self.tier = tier;
+    fn change(&mut self, level: u8) {
+        if level != self.level {
+            self.level = level;
             self.since_change_s = 0.0;
-            self.over = 0;
-            self.rose = false;
+            self.overloaded_updates = 0;
+            self.went_up = false;
         }
     }
 }

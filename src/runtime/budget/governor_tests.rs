@@ -1,4 +1,4 @@
-//! The governor on a virtual clock: updates cost what a model says, and time passes as they are done.
+//! The governor on a virtual clock with a cost model of updates.
 
 use super::*;
 use crate::propagation::PropagationQuality;
@@ -9,7 +9,7 @@ fn settings() -> PropagationSettings {
     PropagationSettings::default()
 }
 
-/// A machine: seconds an update takes at some effort. A tenth of the work is there at any tier.
+/// Cost model: seconds of an update at a quality. A tenth of the work does not depend on it.
 fn cost_s(full_s: f64, effort: &PropagationQuality) -> f64 {
     let full = PropagationQuality::full(&settings());
     let rays = f64::from(effort.guide_rays) / f64::from(full.guide_rays);
@@ -17,7 +17,7 @@ fn cost_s(full_s: f64, effort: &PropagationQuality) -> f64 {
     full_s * (0.1 + 0.6 * rays * depth + 0.3 / effort.late_interval as f64 * rays)
 }
 
-struct World {
+struct Simulation {
     governor: Governor,
     budget: Budget,
     time_s: f64,
@@ -26,7 +26,7 @@ struct World {
     sound_share: f64,
 }
 
-impl World {
+impl Simulation {
     fn new(budget: Budget) -> Self {
         budget.check().expect("in range");
         Self {
@@ -39,32 +39,35 @@ impl World {
         }
     }
 
-    /// Lets updates run for some seconds on a machine that takes `full_s` at full detail.
+    /// Runs updates for some seconds; an update takes `full_s` at full quality.
     fn run(&mut self, seconds: f64, full_s: impl Fn(f64) -> f64) {
         let end_s = self.time_s + seconds;
         let mut last_s = self.time_s;
         while self.time_s < end_s {
             let since_last_s = self.time_s - last_s;
             last_s = self.time_s;
-            let detail = self.governor.detail(&settings(), PATHS);
-            let update_s = cost_s(full_s(self.time_s), &detail.effort);
+            let quality = self.governor.active_quality(&settings(), PATHS);
+            let update_s = cost_s(full_s(self.time_s), &quality.propagation);
             let before = self.governor.clone();
-            let spent = Spent {
+            let spent = UpdateCost {
                 update_s,
                 since_last_s,
                 sound_share: self.sound_share,
-                can_rest: true,
+                may_pause: true,
             };
             self.governor.observe(&self.budget, &spent);
-            assert!((self.governor.place - before.place).abs() <= LONGEST_STEP + 1e-12);
-            self.changes += u32::from(self.governor.tier() != before.tier());
-            self.time_s += update_s + self.governor.rest_s();
+            assert!((self.governor.position - before.position).abs() <= MAX_LEVEL_STEP + 1e-12);
+            self.changes += u32::from(self.governor.quality_level() != before.quality_level());
+            self.time_s += update_s + self.governor.pause_s();
             self.busy_s += update_s;
         }
     }
 
     fn update_s(&self, full_s: f64) -> f64 {
-        cost_s(full_s, &self.governor.detail(&settings(), PATHS).effort)
+        cost_s(
+            full_s,
+            &self.governor.active_quality(&settings(), PATHS).propagation,
+        )
     }
 }
 
@@ -77,72 +80,89 @@ fn within(update_s: f64) -> Budget {
 
 #[test]
 fn without_a_limit_everything_is_done() {
-    let mut world = World::new(Budget::default());
-    world.run(10.0, |_| 0.5);
+    let mut simulation = Simulation::new(Budget::default());
+    simulation.run(10.0, |_| 0.5);
     assert_eq!(
-        (world.governor.tier(), world.governor.rest_s()),
+        (
+            simulation.governor.quality_level(),
+            simulation.governor.pause_s()
+        ),
         (QualityLevel(0), 0.0)
     );
-    assert_eq!(world.changes, 0);
+    assert_eq!(simulation.changes, 0);
 }
 
 #[test]
 fn an_overload_is_answered_and_given_back_when_it_ends() {
-    let mut world = World::new(within(0.010));
-    world.run(5.0, |_| 0.008);
-    assert_eq!(world.governor.tier(), QualityLevel(0));
-    world.run(5.0, |_| 0.030);
-    assert!(world.update_s(0.030) <= 0.010, "{:?}", world.governor);
-    let low = world.governor.tier();
+    let mut simulation = Simulation::new(within(0.010));
+    simulation.run(5.0, |_| 0.008);
+    assert_eq!(simulation.governor.quality_level(), QualityLevel(0));
+    simulation.run(5.0, |_| 0.030);
+    assert!(
+        simulation.update_s(0.030) <= 0.010,
+        "{:?}",
+        simulation.governor
+    );
+    let low = simulation.governor.quality_level();
     assert!(low > QualityLevel(0));
-    world.run(60.0, |_| 0.004);
-    assert_eq!(world.governor.tier(), QualityLevel(0));
+    simulation.run(60.0, |_| 0.004);
+    assert_eq!(simulation.governor.quality_level(), QualityLevel(0));
 }
 
 #[test]
 fn a_step_of_load_is_answered_within_two_seconds() {
-    let mut world = World::new(within(0.010));
-    world.run(3.0, |_| 0.009);
-    world.run(2.0, |_| 0.045);
-    assert!(world.update_s(0.045) <= 0.010, "{:?}", world.governor);
+    let mut simulation = Simulation::new(within(0.010));
+    simulation.run(3.0, |_| 0.009);
+    simulation.run(2.0, |_| 0.045);
+    assert!(
+        simulation.update_s(0.045) <= 0.010,
+        "{:?}",
+        simulation.governor
+    );
 }
 
 #[test]
 fn updates_that_are_held_up_now_and_then_change_nothing() {
-    let mut world = World::new(within(0.010));
-    world.run(60.0, |time_s| {
+    let mut simulation = Simulation::new(within(0.010));
+    simulation.run(60.0, |time_s| {
         if (time_s + 0.5) % 1.0 < 0.006 {
             0.5
         } else {
             0.005
         }
     });
-    assert_eq!((world.governor.tier(), world.changes), (QualityLevel(0), 0));
+    assert_eq!(
+        (simulation.governor.quality_level(), simulation.changes),
+        (QualityLevel(0), 0)
+    );
 }
 
 #[test]
 fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
-    let mut world = World::new(within(0.001));
-    world.run(10.0, |_| 1.0);
-    let changes = world.changes;
-    assert_eq!(world.governor.tier(), QualityLevel(LAST_QUALITY_LEVEL));
-    world.run(60.0, |_| 1.0);
-    assert_eq!(world.changes, changes);
+    let mut simulation = Simulation::new(within(0.001));
+    simulation.run(10.0, |_| 1.0);
+    let changes = simulation.changes;
+    assert_eq!(
+        simulation.governor.quality_level(),
+        QualityLevel(LAST_QUALITY_LEVEL)
+    );
+    simulation.run(60.0, |_| 1.0);
+    assert_eq!(simulation.changes, changes);
 }
 
-/// At every load there is a tier that is kept: steps up that fail become rarer, and the limit is broken seldom.
+/// At every load one level is kept: failing steps up become rare.
 #[test]
 fn a_load_at_the_edge_does_not_make_the_tier_swing() {
     for tenths in 10..80 {
         let full_s = 0.001 * f64::from(tenths);
-        let mut world = World::new(within(0.010));
-        world.run(60.0, |_| full_s);
-        world.changes = 0;
-        world.run(60.0, |time_s| full_s * (1.0 + 0.15 * (7.0 * time_s).sin()));
+        let mut simulation = Simulation::new(within(0.010));
+        simulation.run(60.0, |_| full_s);
+        simulation.changes = 0;
+        simulation.run(60.0, |time_s| full_s * (1.0 + 0.15 * (7.0 * time_s).sin()));
         assert!(
-            world.changes <= 6,
+            simulation.changes <= 6,
             "{} changes in a minute at {full_s}",
-            world.changes
+            simulation.changes
         );
     }
 }
@@ -153,45 +173,45 @@ fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
         core_share: Some(core_share),
         ..Budget::default()
     };
-    let mut world = World::new(share(0.5));
-    world.sound_share = 0.1;
-    world.run(10.0, |_| 0.010);
-    assert_eq!(world.governor.tier(), QualityLevel(0));
-    let used = world.busy_s / world.time_s;
+    let mut simulation = Simulation::new(share(0.5));
+    simulation.sound_share = 0.1;
+    simulation.run(10.0, |_| 0.010);
+    assert_eq!(simulation.governor.quality_level(), QualityLevel(0));
+    let used = simulation.busy_s / simulation.time_s;
     assert!((0.36..=0.41).contains(&used), "{used}");
     // 120 ms at full detail in a fifth of a core: an update may take 20 ms.
-    let mut world = World::new(share(0.2));
-    world.run(20.0, |_| 0.120);
-    assert!(world.governor.tier() > QualityLevel(0));
-    (world.busy_s, world.time_s) = (0.0, 0.0);
-    world.run(20.0, |_| 0.120);
-    let used = world.busy_s / world.time_s;
+    let mut simulation = Simulation::new(share(0.2));
+    simulation.run(20.0, |_| 0.120);
+    assert!(simulation.governor.quality_level() > QualityLevel(0));
+    (simulation.busy_s, simulation.time_s) = (0.0, 0.0);
+    simulation.run(20.0, |_| 0.120);
+    let used = simulation.busy_s / simulation.time_s;
     assert!(used <= 0.21, "{used}");
 }
 
 #[test]
-fn tiers_can_be_forced_and_freed() {
-    let mut world = World::new(within(0.010));
-    world.budget.tiers = QualityChoice::Exactly(QualityLevel(3));
-    world.run(4.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), QualityLevel(3));
-    assert_eq!(world.governor.place, 3.0);
-    world.budget.tiers = QualityChoice::AtLeast(QualityLevel(1));
-    world.run(60.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), QualityLevel(1));
-    world.run(5.0, |_| 0.060);
-    assert!(world.governor.tier() > QualityLevel(1));
-    world.budget.tiers = QualityChoice::Free;
-    world.run(120.0, |_| 0.001);
-    assert_eq!(world.governor.tier(), QualityLevel(0));
+fn quality_levels_can_be_forced_and_freed() {
+    let mut simulation = Simulation::new(within(0.010));
+    simulation.budget.quality = QualityChoice::Exactly(QualityLevel(3));
+    simulation.run(4.0, |_| 0.001);
+    assert_eq!(simulation.governor.quality_level(), QualityLevel(3));
+    assert_eq!(simulation.governor.position, 3.0);
+    simulation.budget.quality = QualityChoice::AtLeast(QualityLevel(1));
+    simulation.run(60.0, |_| 0.001);
+    assert_eq!(simulation.governor.quality_level(), QualityLevel(1));
+    simulation.run(5.0, |_| 0.060);
+    assert!(simulation.governor.quality_level() > QualityLevel(1));
+    simulation.budget.quality = QualityChoice::Free;
+    simulation.run(120.0, |_| 0.001);
+    assert_eq!(simulation.governor.quality_level(), QualityLevel(0));
 }
 
 #[test]
 fn the_same_times_choose_the_same_tiers() {
     let run = || {
-        let mut world = World::new(within(0.010));
-        world.run(30.0, |time_s| 0.02 + 0.015 * time_s.sin());
-        (world.governor.place.to_bits(), world.changes)
+        let mut simulation = Simulation::new(within(0.010));
+        simulation.run(30.0, |time_s| 0.02 + 0.015 * time_s.sin());
+        (simulation.governor.position.to_bits(), simulation.changes)
     };
     assert_eq!(run(), run());
 }
@@ -222,10 +242,10 @@ fn limits_out_of_range_are_refused_by_name() {
         ),
         (
             Budget {
-                tiers: QualityChoice::Exactly(QualityLevel(LAST_QUALITY_LEVEL + 1)),
+                quality: QualityChoice::Exactly(QualityLevel(LAST_QUALITY_LEVEL + 1)),
                 ..Budget::default()
             },
-            "tiers",
+            "quality",
         ),
     ];
     for (budget, name) in wrong {

@@ -1,48 +1,56 @@
-//! A budget that holds: how much the engine may spend, and what it gives up to keep to it.
+//! Limits of computing time, and the quality control that keeps to them.
 //!
-//! The app says what may be spent ([`Budget`]); [`Governor`] looks at every update's time and moves between tiers
-//! ([`QUALITY_LEVELS`]), from full detail to the least that is worth hearing. No clock is read here: times come in as numbers, so
-//! that a test can drive it. What changes is ramped: rays and paths glide from tier to tier, and an order of reflections
-//! has faded before propagation stops looking for it. Own.
+//! The app sets a [`Budget`]; [`Governor`] measures every update and moves between [`QUALITY_LEVELS`]. Transitions are
+//! ramped: ray and path counts move gradually, and a reflection order fades out before propagation drops it. Times are
+//! arguments; no clock is read. Own.
 
 mod governor;
-mod tier;
+mod quality_level;
 
-pub use governor::{Governor, Spent};
-pub use tier::{ActiveQuality, LAST_QUALITY_LEVEL, QUALITY_LEVELS, QualityLevel};
+pub use governor::{Governor, UpdateCost};
+pub use quality_level::{ActiveQuality, LAST_QUALITY_LEVEL, QUALITY_LEVELS, QualityLevel};
 
 use crate::error::{Error, Result};
 
-/// What the engine may spend. The default is without limit.
+/// Limits of computing time. The default has none.
+///
+/// ```
+/// use foresound::{Budget, QualityChoice, QualityLevel};
+///
+/// let mut budget = Budget::default();
+/// budget.core_share = Some(0.5); // half of one core for propagation and sound
+/// budget.quality = QualityChoice::AtLeast(QualityLevel(1));
+/// assert!(budget.check().is_ok());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Budget {
-    /// Longest time of a propagation update, T_SPS, in seconds, 0.0001 to 10; `None` is no limit.
+    /// Longest propagation update T_SPS in seconds, 0.0001 to 10; `None` is no limit.
     pub update_s: Option<f64>,
-    /// Share of one core that propagation and sound may use together, 0.05 to 2; `None` is no limit. Updates are spaced
-    /// out first, to [`LONGEST_SPACING_S`]; what does not fit then is scaled down. The synchronous schedule cannot space
-    /// out: its updates are the app's own time.
+    /// Fraction of one core for propagation and sound together, 0.05 to 2; `None` is no limit. Pauses between updates
+    /// come first, up to 0.1 s from start to start; then quality goes down. The synchronous schedule has no pauses.
     pub core_share: Option<f64>,
-    /// Which tiers may be used.
-    pub tiers: QualityChoice,
+    /// Quality levels that may be used.
+    pub quality: QualityChoice,
 }
 
-/// Which tiers may be used, whatever the budget says: for thermal states, tests and menus.
+/// Quality levels that may be used: for thermal states, tests and menus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum QualityChoice {
-    /// As the budget needs.
+    /// Any level, chosen by the budget.
     #[default]
     Free,
-    /// As the budget needs, but with no more detail than this tier's.
+    /// This level or a higher number (less detail), chosen by the budget.
     AtLeast(QualityLevel),
-    /// This one.
+    /// This level only.
     Exactly(QualityLevel),
 }
 
-/// Longest time between the beginnings of two updates that spacing out may bring about, in seconds.
-pub const LONGEST_SPACING_S: f64 = 0.1;
+/// Longest time in seconds between the starts of two updates that pauses may cause.
+pub const MAX_UPDATE_SPACING_S: f64 = 0.1;
 
 impl Budget {
-    /// Checks every range.
+    /// Checks all ranges.
     ///
     /// # Errors
     /// [`Error::Setting`] names a limit outside its range.
@@ -57,13 +65,13 @@ impl Budget {
         };
         range("update_s", self.update_s, 1e-4, 10.0)?;
         range("core_share", self.core_share, 0.05, 2.0)?;
-        match self.tiers {
-            QualityChoice::AtLeast(tier) | QualityChoice::Exactly(tier)
-                if tier.0 > LAST_QUALITY_LEVEL =>
+        match self.quality {
+            QualityChoice::AtLeast(level) | QualityChoice::Exactly(level)
+                if level.0 > LAST_QUALITY_LEVEL =>
             {
-                let problem = format!("{} is no tier", tier.0);
-                let advice = format!("choose 0 (everything) to {LAST_QUALITY_LEVEL} (the least)");
-                Err(Error::setting("tiers", problem, &advice))
+                let problem = format!("{} is no quality level", level.0);
+                let advice = format!("choose 0 (full) to {LAST_QUALITY_LEVEL} (lowest)");
+                Err(Error::setting("quality", problem, &advice))
             }
             _ => Ok(()),
         }

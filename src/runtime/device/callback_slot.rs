@@ -1,69 +1,69 @@
-//! Where the thing that fills blocks waits between two streams.
+//! The render callback, owned by one stream at a time.
 //!
-//! A stream's callback owns a [`Loan`]; when the stream is dropped, on whichever thread, the thing is back in its berth.
-//! Wait-free both ways: one atomic exchange.
+//! A stream owns a [`LeasedCallback`]; dropping it, on any thread, returns the callback to its [`CallbackSlot`].
+//! Wait-free: one atomic exchange each way.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::runtime::handover::slot::Slot;
+use crate::runtime::handover::atomic_box::AtomicBox;
 
 /// Fills a block of interleaved stereo.
-pub type Fill = Box<dyn FnMut(&mut [f32]) + Send>;
+pub type RenderCallback = Box<dyn FnMut(&mut [f32]) + Send>;
 
-struct Place {
-    slot: Slot<Fill>,
+struct SharedCallback {
+    slot: AtomicBox<RenderCallback>,
     blocks: AtomicU64,
 }
 
-/// The place where it waits. Control side.
-pub struct Berth(Arc<Place>);
+/// Holds the callback while no stream has it. Control side.
+pub struct CallbackSlot(Arc<SharedCallback>);
 
-/// The thing, lent to a stream.
-pub struct Loan {
-    fill: Option<Box<Fill>>,
-    place: Arc<Place>,
+/// The callback, leased to a stream.
+pub struct LeasedCallback {
+    callback: Option<Box<RenderCallback>>,
+    shared: Arc<SharedCallback>,
 }
 
-impl Berth {
-    /// With something to lend.
+impl CallbackSlot {
+    /// With a callback that fills blocks of interleaved stereo.
     pub fn new(fill: impl FnMut(&mut [f32]) + Send + 'static) -> Self {
-        let fill: Fill = Box::new(fill);
-        Self(Arc::new(Place {
-            slot: Slot::new(Some(Box::new(fill))),
+        let fill: RenderCallback = Box::new(fill);
+        Self(Arc::new(SharedCallback {
+            slot: AtomicBox::new(Some(Box::new(fill))),
             blocks: AtomicU64::new(0),
         }))
     }
 
-    /// Lends it; `None` while a stream has it.
-    pub fn lend(&self) -> Option<Loan> {
+    /// Leases the callback; `None` while a stream has it.
+    pub fn lease(&self) -> Option<LeasedCallback> {
         let fill = self.0.slot.take()?;
-        Some(Loan {
-            fill: Some(fill),
-            place: Arc::clone(&self.0),
+        Some(LeasedCallback {
+            callback: Some(fill),
+            shared: Arc::clone(&self.0),
         })
     }
 
-    /// Blocks that have been filled so far, by all loans.
+    /// Blocks filled so far, by all streams.
     pub fn blocks(&self) -> u64 {
         self.0.blocks.load(Ordering::Relaxed)
     }
 }
 
-impl Loan {
-    /// Fills a block. Audio side, as far as what was lent is.
+impl LeasedCallback {
+    /// Fills a block of interleaved stereo. Audio side; wait-free if the callback is.
     pub fn fill(&mut self, block: &mut [f32]) {
-        self.place.blocks.fetch_add(1, Ordering::Relaxed);
-        match &mut self.fill {
+        self.shared.blocks.fetch_add(1, Ordering::Relaxed);
+        match &mut self.callback {
             Some(fill) => fill(block),
             None => block.fill(0.0),
         }
     }
 }
 
-impl Drop for Loan {
+impl Drop for LeasedCallback {
     fn drop(&mut self) {
-        drop(self.place.slot.swap(self.fill.take()));
+        drop(self.shared.slot.swap(self.callback.take()));
     }
 }
 
@@ -74,17 +74,19 @@ mod tests {
     #[test]
     fn one_stream_has_it_at_a_time_and_gives_it_back() {
         let mut count = 0.0;
-        let berth = Berth::new(move |block: &mut [f32]| {
+        let slot = CallbackSlot::new(move |block: &mut [f32]| {
             count += 1.0;
             block.fill(count);
         });
-        let mut loan = berth.lend().expect("is there");
-        assert!(berth.lend().is_none());
+        let mut leased = slot.lease().expect("is there");
+        assert!(slot.lease().is_none());
         let mut block = [0.0; 2];
-        loan.fill(&mut block);
-        std::thread::spawn(move || drop(loan)).join().expect("ends");
-        berth.lend().expect("is back").fill(&mut block);
+        leased.fill(&mut block);
+        std::thread::spawn(move || drop(leased))
+            .join()
+            .expect("ends");
+        slot.lease().expect("is back").fill(&mut block);
         assert_eq!(block, [2.0; 2]);
-        assert_eq!(berth.blocks(), 2);
+        assert_eq!(slot.blocks(), 2);
     }
 }

@@ -1,7 +1,7 @@
-//! The host's default output device, by the crate `cpal`. Behind the feature `play`.
+//! The host's default output device, by the crate `cpal` (feature `play`).
 //!
-//! The device's thread asks for blocks; nothing is allocated there. Devices of more than two channels get the first two,
-//! of one the mean of both.
+//! The device's thread does not allocate. A device with more than two channels plays on the first two, a mono device
+//! the mean of both.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,12 +11,12 @@ use cpal::{ErrorKind, FromSample, SampleFormat, SizedSample, StreamConfig};
 
 use super::supervisor::Backend;
 use crate::error::{Error, Result};
-use crate::runtime::device::callback_slot::Loan;
+use crate::runtime::device::callback_slot::LeasedCallback;
 
 /// Audio frames rendered at once for a device.
 const CHUNK_FRAMES: usize = 256;
 
-/// Opens the host's default output device at one sample rate.
+/// Opens the host's default output device at a fixed sample rate.
 pub struct CpalBackend {
     rate_hz: u32,
 }
@@ -36,15 +36,15 @@ impl CpalBackend {
     fn config(&self, device: &cpal::Device) -> Result<(StreamConfig, SampleFormat)> {
         let ranges = device.supported_output_configs().map_err(refused)?;
         let fits = ranges.filter_map(|range| range.try_with_sample_rate(self.rate_hz));
-        // Two channels and floats, or what comes nearest.
-        let strange = |format| match format {
+        // Stereo floats, or the nearest format.
+        let distance = |format| match format {
             SampleFormat::F32 => 0,
             SampleFormat::I16 | SampleFormat::I32 => 1,
             _ => 8,
         };
         let best = fits
-            .filter(|fit| strange(fit.sample_format()) < 8)
-            .min_by_key(|fit| (strange(fit.sample_format()), fit.channels().abs_diff(2)));
+            .filter(|fit| distance(fit.sample_format()) < 8)
+            .min_by_key(|fit| (distance(fit.sample_format()), fit.channels().abs_diff(2)));
         let advice = "choose another device, or its rate in the system's settings";
         let problem = || format!("the device does not play {} Hz", self.rate_hz);
         let best = best.ok_or_else(|| Error::engine(problem(), advice))?;
@@ -55,7 +55,7 @@ impl CpalBackend {
 impl Backend for CpalBackend {
     type Stream = cpal::Stream;
 
-    fn open(&mut self, loan: Loan, lost: Arc<AtomicBool>) -> Result<cpal::Stream> {
+    fn open(&mut self, callback: LeasedCallback, lost: Arc<AtomicBool>) -> Result<cpal::Stream> {
         let device = cpal::default_host().default_output_device();
         let device = device.ok_or_else(|| {
             let advice = "plug one in, or start the sound system";
@@ -63,9 +63,9 @@ impl Backend for CpalBackend {
         })?;
         let (config, format) = self.config(&device)?;
         match format {
-            SampleFormat::I16 => open_as::<i16>(&device, config, loan, lost),
-            SampleFormat::I32 => open_as::<i32>(&device, config, loan, lost),
-            _ => open_as::<f32>(&device, config, loan, lost),
+            SampleFormat::I16 => open_as::<i16>(&device, config, callback, lost),
+            SampleFormat::I32 => open_as::<i32>(&device, config, callback, lost),
+            _ => open_as::<f32>(&device, config, callback, lost),
         }
     }
 }
@@ -73,7 +73,7 @@ impl Backend for CpalBackend {
 fn open_as<T: SizedSample + FromSample<f32>>(
     device: &cpal::Device,
     config: StreamConfig,
-    mut loan: Loan,
+    mut callback: LeasedCallback,
     lost: Arc<AtomicBool>,
 ) -> Result<cpal::Stream> {
     let channels = usize::from(config.channels.max(1));
@@ -81,7 +81,7 @@ fn open_as<T: SizedSample + FromSample<f32>>(
     let callback = move |output: &mut [T], _: &cpal::OutputCallbackInfo| {
         for chunk in output.chunks_mut(channels * CHUNK_FRAMES) {
             let stereo = &mut stereo[..2 * (chunk.len() / channels)];
-            loan.fill(stereo);
+            callback.fill(stereo);
             for (frame, pair) in chunk.chunks_mut(channels).zip(stereo.chunks_exact(2)) {
                 spread(frame, [pair[0], pair[1]]);
             }
@@ -98,14 +98,14 @@ fn open_as<T: SizedSample + FromSample<f32>>(
     Ok(stream)
 }
 
-/// Two ears to a device's channels.
+/// Writes two ears to a device's channels.
 fn spread<T: SizedSample + FromSample<f32>>(frame: &mut [T], ears: [f32; 2]) {
     if let [mono] = frame {
         *mono = T::from_sample(0.5 * (ears[0] + ears[1]));
         return;
     }
-    for (channel, place) in frame.iter_mut().enumerate() {
-        *place = T::from_sample(ears.get(channel).copied().unwrap_or(0.0));
+    for (channel, sample) in frame.iter_mut().enumerate() {
+        *sample = T::from_sample(ears.get(channel).copied().unwrap_or(0.0));
     }
 }
 

@@ -1,19 +1,19 @@
-//! Sound devices that come and go: one that is lost is opened again, and meanwhile nobody hears but time goes on.
+//! Sound devices: opened, supervised, reopened after a loss.
 //!
-//! [`Supervisor`] knows no device; a [`Backend`] opens one. What fills the blocks goes from stream to stream as a
-//! [`Loan`], so the renderer is the same before and after. The backend for a host's devices is `CpalBackend`, with the
-//! feature `play`.
+//! A [`Supervisor`] opens streams through a [`Backend`] (`CpalBackend` with the feature `play`). The render callback
+//! moves from stream to stream as a [`LeasedCallback`], so the renderer survives its device. Without a device a null
+//! device keeps the time.
 
 mod callback_slot;
 #[cfg(feature = "play")]
 mod cpal_backend;
 pub mod null_device;
 pub mod output;
-pub mod reopening;
+pub mod reopen_policy;
 pub mod sound_thread;
 mod supervisor;
 
-pub use crate::runtime::device::callback_slot::{Berth, Fill, Loan};
+pub use crate::runtime::device::callback_slot::{CallbackSlot, LeasedCallback, RenderCallback};
 #[cfg(feature = "play")]
 pub use cpal_backend::CpalBackend;
-pub use supervisor::{Backend, DeviceState, StandIn, Supervisor};
+pub use supervisor::{Backend, DeviceState, NullDeviceSettings, Supervisor};

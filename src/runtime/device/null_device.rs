@@ -1,7 +1,7 @@
-//! A device that nobody hears: asks for blocks in real time, as a sound card would, and counts those that are late.
+//! A silent device: requests blocks in real time, as a sound card does, and counts late ones.
 //!
-//! A thread of its own with the sound thread's place and priority; it sleeps until each block's time is there. For soak
-//! tests and machines without sound.
+//! It runs on a thread with the sound thread's core and priority and sleeps between blocks. For soak tests and machines
+//! without a sound card.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,31 +13,45 @@ use crate::output::device::{Device, DeviceCallback, DeviceGrant, OpenDevice};
 use crate::runtime::threads::affinity::{AffinityPolicy, Placement, ThreadRole, place_this_thread};
 use crate::runtime::threads::clock::now;
 
-/// Audio frames that [`NullOutput`] asks for at once.
+/// Audio frames that [`NullOutput`] requests at once.
 const BURST_FRAMES: u32 = 192;
 
-/// What a null device has seen.
+/// Counts of a null device.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct NullDeviceReport {
-    /// Blocks asked for.
+    /// Blocks requested.
     pub blocks: u64,
-    /// Blocks that were ready only after their period had passed: on a sound card, gaps.
+    /// Blocks that took longer than their period: dropouts on a sound card.
     pub missed: u64,
-    /// How the thread was placed.
+    /// Core and priority of the thread.
     pub placement: Placement,
 }
 
-/// A running null device.
+/// A running null device. Ends when dropped.
+///
+/// ```
+/// use foresound::{AffinityPolicy, Engine, EngineSettings, device::NullDevice};
+///
+/// # fn main() -> foresound::Result<()> {
+/// let (_controller, mut renderer) = Engine::new(EngineSettings::default())?;
+/// let device = NullDevice::start(44_100, 256, AffinityPolicy::None, move |block| {
+///     renderer.render(block);
+/// })?;
+/// println!("{} late blocks", device.stop().missed);
+/// # Ok(())
+/// # }
+/// ```
 pub struct NullDevice {
     thread: Option<JoinHandle<NullDeviceReport>>,
     stop: Arc<AtomicBool>,
 }
 
 impl NullDevice {
-    /// Starts asking `fill` for interleaved stereo, `block_frames` audio frames at a time.
+    /// Starts a thread that calls `fill` for interleaved stereo, `block_frames` audio frames at a time at `rate_hz`.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a rate or a block of nothing, [`Error::Engine`] if no thread can be started.
+    /// [`Error::Setting`] if either number is 0, [`Error::Engine`] if no thread can be started.
     pub fn start(
         rate_hz: u32,
         block_frames: usize,
@@ -45,8 +59,9 @@ impl NullDevice {
         fill: impl FnMut(&mut [f32]) + Send + 'static,
     ) -> Result<Self> {
         if rate_hz == 0 || block_frames == 0 {
-            let problem = format!("{block_frames} audio frames at {rate_hz} Hz are no block");
-            return Err(Error::setting("block_frames", problem, "give both"));
+            let problem = format!("{block_frames} audio frames at {rate_hz} Hz is no block");
+            let advice = "give numbers above 0";
+            return Err(Error::setting("block_frames", problem, advice));
         }
         let period = Duration::from_secs_f64(block_frames as f64 / f64::from(rate_hz));
         let stop = Arc::new(AtomicBool::new(false));
@@ -62,7 +77,7 @@ impl NullDevice {
         Ok(Self { thread, stop })
     }
 
-    /// Ends after the block under way; `fill` is dropped on the device's thread.
+    /// Stops after the current block; `fill` is dropped on the device's thread.
     pub fn stop(mut self) -> NullDeviceReport {
         self.join()
     }
@@ -80,7 +95,7 @@ impl Drop for NullDevice {
     }
 }
 
-/// A null device in a device's place.
+/// The null device as a [`Device`].
 pub struct NullOutput;
 
 struct OpenNull {
@@ -135,7 +150,7 @@ fn run(
     let mut block = vec![0.0; 2 * block_frames];
     let mut due = now();
     while !stop.load(Ordering::Acquire) {
-        // The block asked for now has to be there when the period is over.
+        // The block is late if it is not ready at the end of its period.
         fill(&mut block);
         due += period;
         report.blocks += 1;
@@ -152,7 +167,7 @@ fn run(
 
 #[expect(
     clippy::disallowed_methods,
-    reason = "a device keeps time; runtime is where threads wait"
+    reason = "the device waits for the next block"
 )]
 fn pause(time: Duration) {
     thread::sleep(time);

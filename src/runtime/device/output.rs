@@ -1,13 +1,13 @@
-//! A renderer on a device that comes and goes: sound thread, ring, thin callback, and a thread that opens the device again.
+//! A renderer on a system device: sound thread, ring, thin callback, and a thread that reopens a lost device.
 //!
 //! ```text
 //! Renderer ──sound thread──► ring ──callback──► device          audio side
-//!                             supervisor ──opens, closes──►      control side, looks twenty times a second
+//!                             supervisor ──opens, closes──►      control side, polls twenty times a second
 //! ```
 //!
-//! The callback owns nothing but a place where the ring lies: it takes the ring, copies, counts, and puts it back, so a
-//! dying stream and its successor may overlap and either finds it or is silent. Callback: wait-free, allocates nothing.
-//! The sound thread goes on while no device is open; its ring is full then, and it rests.
+//! The callback takes the ring from an atomic box, copies and puts it back; an overlapping old stream finds the box
+//! empty and is silent. It is wait-free and does not allocate. Without a device the ring stays full and the sound
+//! thread sleeps.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -15,114 +15,65 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use crate::error::{Error, Result};
-use crate::output::device::{Device, DeviceCallback, DeviceGrant, DeviceInterface, OpenDevice};
-use crate::runtime::device::reopening::{Counts, Order, Reopening};
+use crate::output::device::{Device, DeviceCallback, DeviceGrant, OpenDevice};
+use crate::runtime::device::reopen_policy::{ReopenAction, ReopenCounts, ReopenPolicy};
 use crate::runtime::device::sound_thread::{RingOutput, SoundThread};
 use crate::runtime::engine::Renderer;
-use crate::runtime::handover::seqlock::{Published, Words, halves, pair};
-use crate::runtime::handover::slot::Slot;
+use crate::runtime::handover::atomic_box::AtomicBox;
+use crate::runtime::handover::shared_value::SharedValue;
 use crate::runtime::threads::clock::now;
 
-/// How often the supervisor looks.
-const LOOK: Duration = Duration::from_millis(50);
+/// Period of the supervisor.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// What callback and supervisor share.
+/// State shared by callback and supervisor.
 struct Shared {
-    ring: Slot<RingOutput>,
+    ring: AtomicBox<RingOutput>,
     stop: AtomicBool,
     callbacks: AtomicU64,
-    starved_frames: AtomicU64,
-    least_frames: AtomicU32,
-    most_frames: AtomicU32,
-    report: Published<Watched, 5>,
+    underrun_frames: AtomicU64,
+    min_frames: AtomicU32,
+    max_frames: AtomicU32,
+    report: SharedValue<DeviceSnapshot>,
 }
 
-/// What the supervisor has seen last.
+/// Last state of the device.
 #[derive(Clone, Copy, Default)]
-struct Watched {
-    counts: Counts,
+struct DeviceSnapshot {
+    counts: ReopenCounts,
     grant: Option<DeviceGrant>,
     xruns: u32,
 }
 
-impl Words<5> for Watched {
-    fn to_words(self) -> [u64; 5] {
-        let (counts, grant) = (self.counts, self.grant.unwrap_or_default());
-        let flags = u32::from(self.grant.is_some())
-            | u32::from(grant.exclusive) << 1
-            | u32::from(grant.low_latency) << 2
-            | (grant.interface as u32) << 3;
-        [
-            pair(counts.opened, counts.refused),
-            pair(counts.lost, counts.stalled),
-            pair(grant.rate_hz, grant.burst_frames),
-            pair(grant.buffer_frames, flags),
-            self.xruns.into(),
-        ]
-    }
-
-    fn from_words(words: [u64; 5]) -> Self {
-        let [
-            [opened, refused],
-            [lost, stalled],
-            [rate_hz, burst_frames],
-            [buffer_frames, flags],
-            [_, xruns],
-        ] = words.map(halves);
-        let has = |bit: u32| flags >> bit & 1 == 1;
-        let grant = DeviceGrant {
-            rate_hz,
-            burst_frames,
-            buffer_frames,
-            exclusive: has(1),
-            low_latency: has(2),
-            interface: match flags >> 3 {
-                1 => DeviceInterface::AAudio,
-                2 => DeviceInterface::OpenSlEs,
-                _ => DeviceInterface::Other,
-            },
-        };
-        Self {
-            counts: Counts {
-                opened,
-                refused,
-                lost,
-                stalled,
-            },
-            grant: has(0).then_some(grant),
-            xruns,
-        }
-    }
-}
-
-/// How an output goes.
+/// State and counts of an output since its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct DeviceReport {
-    /// What the open device granted; `None` while there is none.
+    /// Properties of the open device; `None` while none is open.
     pub grant: Option<DeviceGrant>,
     /// Audio frames that the ring adds to the latency.
     pub ring_frames: u32,
-    /// Times that a device was opened.
+    /// Devices opened.
     pub opened: u32,
-    /// Times that opening failed.
+    /// Failed attempts to open one.
     pub refused: u32,
-    /// Times that the device was lost.
+    /// Devices that reported their loss.
     pub lost: u32,
-    /// Times that the device asked for nothing any more and was closed for it.
+    /// Devices closed because they stopped calling back.
     pub stalled: u32,
-    /// Gaps that the open device has counted itself.
+    /// Dropouts counted by the open device.
     pub xruns: u32,
-    /// Least audio frames asked for at once; 0 before the first call.
-    pub least_frames: u32,
-    /// Most audio frames asked for at once.
-    pub most_frames: u32,
-    /// Calls of the device.
+    /// Fewest audio frames of a callback; 0 before the first.
+    pub min_callback_frames: u32,
+    /// Most audio frames of a callback.
+    pub max_callback_frames: u32,
+    /// Callbacks.
     pub callbacks: u64,
-    /// Audio frames that were not there in time.
-    pub starved_frames: u64,
+    /// Audio frames that the ring did not have in time.
+    pub underrun_frames: u64,
 }
 
-/// A renderer that plays. Ends when dropped, which waits for its two threads.
+/// A playing renderer. Ends when dropped, which waits for its two threads. Control side.
 pub struct DeviceOutput {
     sound: Option<SoundThread>,
     supervisor: Option<JoinHandle<()>>,
@@ -140,13 +91,13 @@ impl DeviceCallback for RingCallback {
         let shared = &*self.shared;
         let frames = (output.len() / 2) as u32;
         shared.callbacks.fetch_add(1, Ordering::Relaxed);
-        shared.least_frames.fetch_min(frames, Ordering::Relaxed);
-        shared.most_frames.fetch_max(frames, Ordering::Relaxed);
-        let starved = match shared.ring.take() {
+        shared.min_frames.fetch_min(frames, Ordering::Relaxed);
+        shared.max_frames.fetch_max(frames, Ordering::Relaxed);
+        let underrun = match shared.ring.take() {
             Some(mut ring) => {
-                let starved = ring.read(output);
+                let underrun = ring.read(output);
                 shared.ring.swap(Some(ring));
-                starved
+                underrun
             }
             None => {
                 output.fill(0.0);
@@ -154,8 +105,8 @@ impl DeviceCallback for RingCallback {
             }
         };
         shared
-            .starved_frames
-            .fetch_add(starved as u64, Ordering::Relaxed);
+            .underrun_frames
+            .fetch_add(underrun as u64, Ordering::Relaxed);
     }
 
     fn lost(&mut self) {
@@ -164,27 +115,28 @@ impl DeviceCallback for RingCallback {
 }
 
 impl DeviceOutput {
-    /// Starts both threads; the device is opened by the second one. `blocks_ahead` as for [`SoundThread::start`].
+    /// Starts the sound thread and the supervisor, which opens the device. `blocks_ahead` as for
+    /// [`SoundThread::start`].
     ///
     /// # Errors
-    /// As [`SoundThread::start`]. A device that does not open is no error: it is tried again.
+    /// As [`SoundThread::start`]. A device that does not open is no error: it is retried.
     pub fn start(renderer: Renderer, blocks_ahead: usize, device: Box<dyn Device>) -> Result<Self> {
         let rate_hz = renderer.rate_hz();
         let (sound, ring) = SoundThread::start(renderer, blocks_ahead)?;
         let ring_frames = ring.latency_frames() as u32;
         let shared = Arc::new(Shared {
-            ring: Slot::new(Some(Box::new(ring))),
+            ring: AtomicBox::new(Some(Box::new(ring))),
             stop: AtomicBool::new(false),
             callbacks: AtomicU64::new(0),
-            starved_frames: AtomicU64::new(0),
-            least_frames: AtomicU32::new(u32::MAX),
-            most_frames: AtomicU32::new(0),
-            report: Published::default(),
+            underrun_frames: AtomicU64::new(0),
+            min_frames: AtomicU32::new(u32::MAX),
+            max_frames: AtomicU32::new(0),
+            report: SharedValue::default(),
         });
-        let watched = Arc::clone(&shared);
+        let supervised = Arc::clone(&shared);
         let supervisor = thread::Builder::new()
             .name("foresound-device".into())
-            .spawn(move || watch(device, rate_hz, &watched))
+            .spawn(move || supervise(device, rate_hz, &supervised))
             .map_err(|error| {
                 let advice = "end some threads";
                 Error::engine(format!("no device thread: {error}"), advice)
@@ -197,31 +149,31 @@ impl DeviceOutput {
         })
     }
 
-    /// How it goes. Any thread.
+    /// The current state. Any thread but the audio thread.
     pub fn report(&self) -> DeviceReport {
         let shared = &*self.shared;
-        let watched = shared.report.load();
-        let least_frames = shared.least_frames.load(Ordering::Relaxed);
+        let device = shared.report.load();
+        let least_frames = shared.min_frames.load(Ordering::Relaxed);
         DeviceReport {
-            grant: watched.grant,
+            grant: device.grant,
             ring_frames: self.ring_frames,
-            opened: watched.counts.opened,
-            refused: watched.counts.refused,
-            lost: watched.counts.lost,
-            stalled: watched.counts.stalled,
-            xruns: watched.xruns,
-            least_frames: if least_frames == u32::MAX {
+            opened: device.counts.opened,
+            refused: device.counts.refused,
+            lost: device.counts.lost,
+            stalled: device.counts.stalled,
+            xruns: device.xruns,
+            min_callback_frames: if least_frames == u32::MAX {
                 0
             } else {
                 least_frames
             },
-            most_frames: shared.most_frames.load(Ordering::Relaxed),
+            max_callback_frames: shared.max_frames.load(Ordering::Relaxed),
             callbacks: shared.callbacks.load(Ordering::Relaxed),
-            starved_frames: shared.starved_frames.load(Ordering::Relaxed),
+            underrun_frames: shared.underrun_frames.load(Ordering::Relaxed),
         }
     }
 
-    /// Closes the device and gives the renderer back; `None` if a thread panicked.
+    /// Closes the device and returns the renderer; `None` if a thread panicked.
     pub fn stop(mut self) -> Option<Renderer> {
         self.close_device();
         self.sound.take()?.stop()
@@ -231,7 +183,7 @@ impl DeviceOutput {
         self.shared.stop.store(true, Ordering::Release);
         if let Some(supervisor) = self.supervisor.take() {
             supervisor.thread().unpark();
-            // Its panic has left the device closed; there is nothing else to do about it.
+            // A panic has closed the device already.
             drop(supervisor.join());
         }
     }
@@ -243,19 +195,19 @@ impl Drop for DeviceOutput {
     }
 }
 
-fn watch(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
+fn supervise(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
     let began = now();
-    let mut reopening = Reopening::new();
+    let mut reopening = ReopenPolicy::new();
     let mut open: Option<Box<dyn OpenDevice>> = None;
     let mut lost = Arc::new(AtomicBool::new(false));
     while !shared.stop.load(Ordering::Acquire) {
         let now_s = began.elapsed().as_secs_f64();
         let callbacks = shared.callbacks.load(Ordering::Relaxed);
         match reopening.step(now_s, callbacks, lost.load(Ordering::Acquire)) {
-            Order::Wait => thread::park_timeout(LOOK),
-            Order::Close => open = None,
-            Order::Open => {
-                // A late word of an earlier device is not heard here.
+            ReopenAction::Wait => thread::park_timeout(POLL_INTERVAL),
+            ReopenAction::Close => open = None,
+            ReopenAction::Open => {
+                // A new flag: an earlier device may still set its own.
                 lost = Arc::new(AtomicBool::new(false));
                 let callback = RingCallback {
                     shared: Arc::clone(shared),
@@ -269,7 +221,7 @@ fn watch(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
                 reopening.opened(now_s, callbacks, open.is_some());
             }
         }
-        shared.report.store(Watched {
+        shared.report.store(DeviceSnapshot {
             counts: reopening.counts(),
             grant: open.as_ref().map(|open| open.grant()),
             xruns: open.as_mut().map_or(0, |open| open.xruns()),
@@ -277,7 +229,7 @@ fn watch(mut device: Box<dyn Device>, rate_hz: u32, shared: &Arc<Shared>) {
     }
 }
 
-/// The system's device: Oboe's on Android, elsewhere one that nobody hears.
+/// The system's device: Oboe on Android, elsewhere the null device.
 pub fn system_device() -> Box<dyn Device> {
     #[cfg(target_os = "android")]
     {

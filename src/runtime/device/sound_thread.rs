@@ -1,10 +1,8 @@
-//! The sound thread: renders ahead of a device into a ring, so that the device's callback only copies.
+//! The sound thread: renders ahead of a device into a ring; the device's callback only copies.
 //!
-//! Two ways to be heard. *Direct*: the device calls [`Renderer::render`]; nothing is added to the latency, and a block has
-//! to be ready within its period. *Ahead*: this thread renders, the callback calls [`RingOutput::read`]; the ring's length
-//! is added to the latency and a block may take as long as the ring lasts.
-//! The thread sleeps by the clock, half a block at a time when the ring is full: waking it from the callback would be a
-//! system call there.
+//! The ring adds its length to the latency, and a block may take as long as the ring lasts. Without it, the device
+//! calls [`Renderer::render`] within each period. While the ring is full the thread sleeps for half a block at a time;
+//! the callback never wakes it, which would be a system call.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,23 +13,23 @@ use crate::error::{Error, Result};
 use crate::runtime::engine::Renderer;
 use crate::runtime::threads::flush_to_zero::FlushToZero;
 
-/// A thread with a renderer.
+/// A thread that renders into a ring. Ends when dropped.
 pub struct SoundThread {
     thread: Option<JoinHandle<Renderer>>,
     stop: Arc<AtomicBool>,
 }
 
-/// The device's end of the ring: `Send`, one thread at a time, wait-free.
+/// The device's end of the ring; wait-free.
 pub struct RingOutput {
     ring: rtrb::Consumer<f32>,
     capacity_frames: usize,
 }
 
 impl SoundThread {
-    /// Starts the thread with a ring of `blocks_ahead` blocks, 1 to 64. It places itself by the engine's policy.
+    /// Starts the thread with a ring of `blocks_ahead` blocks, 1 to 64. Core and priority follow the engine's settings.
     ///
     /// # Errors
-    /// [`Error::Setting`] for another number, [`Error::Engine`] if no thread can be started. The renderer is lost then.
+    /// [`Error::Setting`] outside the range, [`Error::Engine`] if no thread can be started. Both drop the renderer.
     pub fn start(renderer: Renderer, blocks_ahead: usize) -> Result<(Self, RingOutput)> {
         if !(1..=64).contains(&blocks_ahead) {
             let problem = format!("{blocks_ahead} is outside 1 to 64");
@@ -57,7 +55,7 @@ impl SoundThread {
         Ok((Self { thread, stop }, output))
     }
 
-    /// Ends the thread after its block and gives the renderer back; `None` if it panicked.
+    /// Stops the thread after the current block and returns the renderer; `None` if it panicked.
     pub fn stop(mut self) -> Option<Renderer> {
         self.join()
     }
@@ -80,10 +78,9 @@ impl RingOutput {
         self.capacity_frames
     }
 
-    /// Fills `output` with interleaved stereo; gives the number of audio frames that were not there in time, which are
-    /// silent.
+    /// Fills `output` with interleaved stereo; returns the number of missing audio frames, which are silent.
     pub fn read(&mut self, output: &mut [f32]) -> usize {
-        // Whole audio frames only, so that ears do not change places.
+        // Whole audio frames only, to keep left and right apart.
         let count = self.ring.slots().min(output.len()) & !1;
         if let Ok(chunk) = self.ring.read_chunk(count) {
             let (first, second) = chunk.as_slices();

@@ -1,170 +1,188 @@
-//! Keeps a device open: does what [`Reopening`] says, and lets a null device stand in meanwhile.
+//! Keeps a device open by [`ReopenPolicy`]; a null device plays while none is open.
 //!
-//! Control side, one thread: whoever calls [`Supervisor::poll`], some times a second. It reads no clock: the caller says
-//! how late it is, so that a test can.
+//! Control side, on the thread that calls [`Supervisor::poll`], some times a second. Reads no clock: times are
+//! arguments.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::Result;
-use crate::runtime::device::callback_slot::{Berth, Loan};
+use crate::runtime::device::callback_slot::{CallbackSlot, LeasedCallback};
 use crate::runtime::device::null_device::NullDevice;
-use crate::runtime::device::reopening::{Counts, Order, Reopening};
+use crate::runtime::device::reopen_policy::{ReopenAction, ReopenCounts, ReopenPolicy};
 use crate::runtime::threads::affinity::AffinityPolicy;
 
 /// Opens streams to a device.
 pub trait Backend {
-    /// A running stream; dropping it ends the stream and drops the loan.
+    /// A running stream; dropping it ends the stream and drops the callback.
     type Stream;
 
-    /// Opens the device of the moment and starts asking the loan for blocks of interleaved stereo. `lost` is to be set,
-    /// from any thread, when the stream has ended by itself.
+    /// Opens the current device, which calls `callback` for blocks of interleaved stereo. The backend sets `lost`, from
+    /// any thread, when the stream ends by itself.
     ///
     /// # Errors
-    /// Those of the device; the loan has to be dropped then.
-    fn open(&mut self, loan: Loan, lost: Arc<AtomicBool>) -> Result<Self::Stream>;
+    /// Those of the device; the callback has to be dropped then.
+    fn open(&mut self, callback: LeasedCallback, lost: Arc<AtomicBool>) -> Result<Self::Stream>;
 }
 
-/// A null device's shape, for the time without a device.
+/// Settings of the null device that plays while no device is open.
 #[derive(Debug, Clone, Copy)]
-pub struct StandIn {
+pub struct NullDeviceSettings {
     /// Sample rate in Hz.
     pub rate_hz: u32,
-    /// Audio frames a block.
+    /// Audio frames per block.
     pub block_frames: usize,
-    /// Where its thread runs.
+    /// Core and priority of its thread.
     pub affinity: AffinityPolicy,
 }
 
-/// How it stands with the device.
+/// State of a supervised device.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DeviceState {
-    /// A device plays.
+    /// The device plays.
     Playing,
-    /// None does; the next attempt is due at a time of the caller's clock, in seconds.
+    /// No device is open.
     Waiting {
-        /// When.
+        /// Time of the next attempt on the caller's clock, in seconds.
         until_s: f64,
-        /// What the last attempt said, or what was lost.
+        /// Error of the last attempt, or reason of the loss.
         because: String,
     },
 }
 
-enum Now<S> {
+enum SupervisorState<S> {
     Playing {
         stream: S,
         lost: Arc<AtomicBool>,
     },
     Waiting {
         because: String,
-        stand_in: Option<NullDevice>,
+        null_device: Option<NullDevice>,
     },
 }
 
-/// Keeps a device open.
+/// Keeps a device open: reopens it after a loss.
+///
+/// ```no_run
+/// # fn example<B: foresound::device::Backend>(backend: B) -> foresound::Result<()> {
+/// use foresound::{Engine, EngineSettings, device::Supervisor};
+///
+/// let (_controller, mut renderer) = Engine::new(EngineSettings::default())?;
+/// let fill = move |block: &mut [f32]| {
+///     renderer.render(block);
+/// };
+/// let mut device = Supervisor::new(backend, fill, None);
+/// let began = std::time::Instant::now();
+/// // Some times a second:
+/// device.poll(began.elapsed().as_secs_f64());
+/// # Ok(())
+/// # }
+/// ```
 pub struct Supervisor<B: Backend> {
     backend: B,
-    berth: Berth,
-    stand_in: Option<StandIn>,
-    now: Now<B::Stream>,
-    reopening: Reopening,
+    slot: CallbackSlot,
+    null_device: Option<NullDeviceSettings>,
+    state: SupervisorState<B::Stream>,
+    policy: ReopenPolicy,
 }
 
 impl<B: Backend> Supervisor<B> {
-    /// With what fills the blocks. Nothing is opened before the first [`Self::poll`]. Where `stand_in` is given, time
-    /// goes on without a device.
+    /// With the callback that fills blocks. The first [`Self::poll`] opens the device. With `null_device`, a null
+    /// device calls back while no device is open; without, the callback pauses.
     pub fn new(
         backend: B,
         fill: impl FnMut(&mut [f32]) + Send + 'static,
-        stand_in: Option<StandIn>,
+        null_device: Option<NullDeviceSettings>,
     ) -> Self {
         Self {
             backend,
-            berth: Berth::new(fill),
-            stand_in,
-            now: Now::Waiting {
+            slot: CallbackSlot::new(fill),
+            null_device,
+            state: SupervisorState::Waiting {
                 because: "not opened yet".into(),
-                stand_in: None,
+                null_device: None,
             },
-            reopening: Reopening::new(),
+            policy: ReopenPolicy::new(),
         }
     }
 
-    /// Looks after the device; `time_s` is the caller's clock, which never goes back.
+    /// Opens, checks and closes the device as needed; `time_s` is a monotonic clock of the caller.
     pub fn poll(&mut self, time_s: f64) -> DeviceState {
-        let lost = match &self.now {
-            Now::Playing { lost, .. } => lost.load(Ordering::Acquire),
-            Now::Waiting { .. } => false,
+        let lost = match &self.state {
+            SupervisorState::Playing { lost, .. } => lost.load(Ordering::Acquire),
+            SupervisorState::Waiting { .. } => false,
         };
-        match self.reopening.step(time_s, self.berth.blocks(), lost) {
-            Order::Wait => {}
-            Order::Close if lost => self.wait("the device was lost".into()),
-            Order::Close => self.wait("the device asked for nothing any more".into()),
-            Order::Open => self.attempt(time_s),
+        match self.policy.step(time_s, self.slot.blocks(), lost) {
+            ReopenAction::Wait => {}
+            ReopenAction::Close if lost => self.wait("the device was lost".into()),
+            ReopenAction::Close => self.wait("the device stopped calling back".into()),
+            ReopenAction::Open => self.attempt(time_s),
         }
-        match &self.now {
-            Now::Playing { .. } => DeviceState::Playing,
-            Now::Waiting { because, .. } => DeviceState::Waiting {
-                until_s: self.reopening.due_s().unwrap_or(time_s),
+        match &self.state {
+            SupervisorState::Playing { .. } => DeviceState::Playing,
+            SupervisorState::Waiting { because, .. } => DeviceState::Waiting {
+                until_s: self.policy.due_s().unwrap_or(time_s),
                 because: because.clone(),
             },
         }
     }
 
     fn attempt(&mut self, time_s: f64) {
-        if let Now::Waiting { stand_in, .. } = &mut self.now {
-            drop(stand_in.take());
+        if let SupervisorState::Waiting { null_device, .. } = &mut self.state {
+            drop(null_device.take());
         }
         let lost = Arc::new(AtomicBool::new(false));
-        let refusal = match self.berth.lend() {
-            Some(loan) => match self.backend.open(loan, Arc::clone(&lost)) {
+        let refusal = match self.slot.lease() {
+            Some(callback) => match self.backend.open(callback, Arc::clone(&lost)) {
                 Ok(stream) => {
-                    self.now = Now::Playing { stream, lost };
+                    self.state = SupervisorState::Playing { stream, lost };
                     None
                 }
                 Err(error) => Some(error.to_string()),
             },
-            // A stream that is still ending has it.
+            // The old stream still has it.
             None => Some("the last stream has not ended yet".into()),
         };
-        let blocks = self.berth.blocks();
-        self.reopening.opened(time_s, blocks, refusal.is_none());
+        let blocks = self.slot.blocks();
+        self.policy.opened(time_s, blocks, refusal.is_none());
         if let Some(because) = refusal {
             self.wait(because);
         }
     }
 
-    /// Ends the stream, so that the loan is back, and lets the null device play.
+    /// Ends the stream, which returns the callback, and starts the null device.
     fn wait(&mut self, because: String) {
-        self.now = Now::Waiting {
+        self.state = SupervisorState::Waiting {
             because,
-            stand_in: None,
+            null_device: None,
         };
-        let Some(shape) = self.stand_in else { return };
-        let Some(mut loan) = self.berth.lend() else {
+        let Some(shape) = self.null_device else {
+            return;
+        };
+        let Some(mut callback) = self.slot.lease() else {
             return;
         };
         let (rate_hz, frames) = (shape.rate_hz, shape.block_frames);
         let started = NullDevice::start(rate_hz, frames, shape.affinity, move |block| {
-            loan.fill(block);
+            callback.fill(block);
         });
-        if let Now::Waiting { stand_in, .. } = &mut self.now {
-            // Without a thread for it, time stands still until the next attempt.
-            *stand_in = started.ok();
+        if let SupervisorState::Waiting { null_device, .. } = &mut self.state {
+            // Without a thread, the callback pauses until the next attempt.
+            *null_device = started.ok();
         }
     }
 
     /// The stream that plays, if one does.
     pub fn stream(&self) -> Option<&B::Stream> {
-        match &self.now {
-            Now::Playing { stream, .. } => Some(stream),
-            Now::Waiting { .. } => None,
+        match &self.state {
+            SupervisorState::Playing { stream, .. } => Some(stream),
+            SupervisorState::Waiting { .. } => None,
         }
     }
 
     /// Streams opened, refused, lost and stalled so far.
-    pub fn counts(&self) -> Counts {
-        self.reopening.counts()
+    pub fn counts(&self) -> ReopenCounts {
+        self.policy.counts()
     }
 }
 

@@ -1,4 +1,4 @@
-//! A device that does what it is told, on a virtual clock.
+//! The supervisor with a scripted device on a virtual clock.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -6,9 +6,9 @@ use std::sync::atomic::AtomicU64;
 
 use super::*;
 use crate::error::Error;
-use crate::runtime::device::reopening::{LONGEST_WAIT_S, STALL_S};
+use crate::runtime::device::reopen_policy::{MAX_WAIT_S, STALL_S};
 
-/// What the fake device does and has seen.
+/// Behaviour of the fake device, and its record.
 #[derive(Default)]
 struct Script {
     is_there: bool,
@@ -18,24 +18,24 @@ struct Script {
 
 struct Fake(Rc<RefCell<Script>>);
 
-struct FakeStream(RefCell<Loan>);
+struct FakeStream(RefCell<LeasedCallback>);
 
 impl Backend for Fake {
     type Stream = FakeStream;
 
-    fn open(&mut self, loan: Loan, lost: Arc<AtomicBool>) -> Result<FakeStream> {
+    fn open(&mut self, callback: LeasedCallback, lost: Arc<AtomicBool>) -> Result<FakeStream> {
         let mut script = self.0.borrow_mut();
         script.attempts += 1;
         if !script.is_there {
             return Err(Error::engine("no device", "plug one in"));
         }
         script.lost = Some(lost);
-        Ok(FakeStream(RefCell::new(loan)))
+        Ok(FakeStream(RefCell::new(callback)))
     }
 }
 
 fn supervised(
-    stand_in: Option<StandIn>,
+    null_device: Option<NullDeviceSettings>,
 ) -> (Supervisor<Fake>, Rc<RefCell<Script>>, Arc<AtomicU64>) {
     let script = Rc::new(RefCell::new(Script {
         is_there: true,
@@ -46,7 +46,7 @@ fn supervised(
     let fill = move |block: &mut [f32]| {
         block.fill(counted.fetch_add(1, Ordering::Relaxed) as f32);
     };
-    let supervisor = Supervisor::new(Fake(Rc::clone(&script)), fill, stand_in);
+    let supervisor = Supervisor::new(Fake(Rc::clone(&script)), fill, null_device);
     (supervisor, script, blocks)
 }
 
@@ -102,8 +102,8 @@ fn attempts_become_rarer_and_never_stop() {
     }
     let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!((gaps[0] - 0.1).abs() < 0.02 && (gaps[1] - 0.2).abs() < 0.02);
-    assert!(gaps.iter().all(|gap| *gap <= LONGEST_WAIT_S + 0.02));
-    assert!((gaps.last().expect("many") - LONGEST_WAIT_S).abs() < 0.02);
+    assert!(gaps.iter().all(|gap| *gap <= MAX_WAIT_S + 0.02));
+    assert!((gaps.last().expect("many") - MAX_WAIT_S).abs() < 0.02);
     script.borrow_mut().is_there = true;
     assert_eq!(supervisor.poll(70.0), DeviceState::Playing);
 }
@@ -122,14 +122,14 @@ fn a_device_that_fails_at_once_is_not_hammered() {
 }
 
 #[test]
-fn a_device_that_asks_for_nothing_is_opened_again() {
+fn a_device_that_stops_calling_back_is_opened_again() {
     let (mut supervisor, _, _) = supervised(None);
     assert_eq!(supervisor.poll(0.0), DeviceState::Playing);
     play_block(&supervisor);
     assert_eq!(supervisor.poll(0.5), DeviceState::Playing);
     let silent = supervisor.poll(0.5 + STALL_S);
     assert!(
-        matches!(&silent, DeviceState::Waiting { because, .. } if because.contains("asked for nothing")),
+        matches!(&silent, DeviceState::Waiting { because, .. } if because.contains("stopped calling back")),
         "{silent:?}"
     );
     assert_eq!(supervisor.poll(0.7 + STALL_S), DeviceState::Playing);
@@ -138,8 +138,8 @@ fn a_device_that_asks_for_nothing_is_opened_again() {
 }
 
 #[test]
-fn a_null_device_stands_in() {
-    let shape = StandIn {
+fn a_null_device_plays_meanwhile() {
+    let shape = NullDeviceSettings {
         rate_hz: 44_100,
         block_frames: 64,
         affinity: AffinityPolicy::None,

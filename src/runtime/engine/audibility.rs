@@ -1,36 +1,36 @@
-//! How loud a source is where the listener stands, and whether it can be heard beside the others. Own.
+//! Estimated energy of a source at the listener, and masking by other sources. Own.
 //!
-//! Control side. A guess by distance, gain and directivity: what blocks a source is not asked, so that a source behind a
-//! door is there when the door opens.
+//! Control side. Uses distance, gain and directivity and ignores occlusion: a source behind a door is ready when it
+//! opens.
 
 use glam::Vec3;
 
 use crate::acoustics::BANDS;
 use crate::scene::SourcePose;
 
-/// Energy, relative to 1 at 1 m, below which nothing is heard: −100 dB re full scale.
+/// Threshold of audibility as energy relative to 1 at 1 m: −100 dB re full scale.
 const SILENT: f32 = 1e-10;
 
-/// Share of the energy of all sources below which one is masked by them: −60 dB, below the tail of any of them.
+/// Fraction of the energy of all sources below which one is masked: −60 dB, below the late reverb of any of them.
 const MASKED: f32 = 1e-6;
 
-/// Factor by which a source that was heard may be fainter and still is: 6 dB.
+/// Factor on the threshold for a source that was audible: −6 dB.
 const HYSTERESIS: f32 = 0.25;
 
-/// Distance in metres below which a source gets no louder.
-const NEAREST_M: f32 = 0.3;
+/// Distance in metres below which energy is constant.
+const MIN_DISTANCE_M: f32 = 0.3;
 
 /// Energy at the listener of a source that plays at full scale, without walls.
 pub(super) fn energy(pose: &SourcePose, gain: f32, listener: Vec3) -> f32 {
-    let way = listener - pose.position;
-    let distance_m = way.length().max(NEAREST_M);
-    let factor = pose.factor_towards(way.normalize_or(Vec3::NEG_Z));
-    // Reflections go everywhere, so facing away silences nobody.
+    let offset = listener - pose.position;
+    let distance_m = offset.length().max(MIN_DISTANCE_M);
+    let factor = pose.factor_towards(offset.normalize_or(Vec3::NEG_Z));
+    // Reflections arrive from all directions: a source that faces away stays audible.
     let directed: f32 = factor.iter().map(|f| f * f).sum::<f32>() / BANDS as f32;
     gain * gain * directed.max(0.1) / (distance_m * distance_m)
 }
 
-/// Whether a source of this energy is heard beside all, itself included.
+/// Whether a source of this energy is audible; `all` is the energy of all sources including it.
 pub(super) fn is_audible(energy: f32, all: f32, was_audible: bool) -> bool {
     let least = SILENT.max(MASKED * all);
     energy

@@ -1,24 +1,22 @@
-//! How long the graphics frames are that are heard: T_g of Eq. 1.
-//!
-//! Audio side. Ticks between two blocks count as one, so it is the frames taken by the renderer whose distance counts.
+//! Mean time between rendered graphics frames: T_g of Eq. 1. Audio side; several ticks between two blocks count as one.
 
 use std::time::Instant;
 
 use super::settings::FrameTime;
 
-/// Frames farther apart than this, in seconds, are a pause and not a graphics frame.
-const LONGEST_FRAME_S: f64 = 0.5;
-/// Share of a new graphics frame in the mean.
+/// Longer intervals, in seconds, are pauses and do not count.
+const MAX_FRAME_S: f64 = 0.5;
+/// Weight of a new frame in the exponential mean.
 const FRAME_WEIGHT: f64 = 0.1;
-/// T_g until two frames have been seen, in seconds.
+/// Initial T_g in seconds.
 const FIRST_FRAME_S: f64 = 1.0 / 60.0;
 
 /// Mean time between graphics frames.
 pub(super) struct FrameClock {
     frame_s: f64,
-    /// The same of the app's, taken or not.
+    /// Mean time between the app's frames.
     tick_s: f64,
-    /// When the last one was taken, and which of the app's it was.
+    /// Time and number of the last frame taken.
     last: Option<(Instant, u64)>,
     is_fixed: bool,
 }
@@ -37,7 +35,7 @@ impl FrameClock {
         }
     }
 
-    /// The app's frame of this number is taken at a time; gives T_g in seconds.
+    /// Takes frame number `ticks` at a time; returns T_g in seconds.
     pub(super) fn take(&mut self, at: Instant, ticks: u64) -> f64 {
         if self.is_fixed {
             return self.frame_s;
@@ -45,7 +43,7 @@ impl FrameClock {
         if let Some((last, before)) = self.last.replace((at, ticks)) {
             let passed_s = at.saturating_duration_since(last).as_secs_f64();
             let passed = ticks.saturating_sub(before).max(1) as f64;
-            if passed_s < LONGEST_FRAME_S {
+            if passed_s < MAX_FRAME_S {
                 self.frame_s += FRAME_WEIGHT * (passed_s - self.frame_s);
                 self.tick_s += FRAME_WEIGHT * (passed_s / passed - self.tick_s);
             }
@@ -53,7 +51,7 @@ impl FrameClock {
         self.frame_s
     }
 
-    /// Time between the app's graphics frames in seconds, of which the renderer may take fewer.
+    /// Mean time between the app's graphics frames in seconds.
     pub(super) fn tick_s(&self) -> f64 {
         self.tick_s
     }

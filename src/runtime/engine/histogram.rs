@@ -1,37 +1,38 @@
-//! Times in bins, from any thread at once, for percentiles.
+//! Concurrent histogram of times, for percentiles.
 //!
-//! Wait-free: two atomic operations a time. A bin is at most 1/32 of its beginning wide and a percentile is the end of
-//! one, so it is at most 3.2 % too high; nothing is sorted or kept.
+//! Wait-free: two atomic operations per time. A bin is 1/32 of its lower end wide and a percentile is the upper end of
+//! a bin, so percentiles are at most 3.2 % too high.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use crate::runtime::threads::clock::nanoseconds;
 
-/// Bins an octave, as a power of two.
+/// Bins per octave, as a power of two.
 const FINE: u32 = 5;
-/// Octaves above the linear beginning: 2^40 ns are 18 minutes.
+/// Octaves above the linear range: 2^40 ns are 18 minutes.
 const OCTAVES: usize = 36;
 const BINS: usize = (OCTAVES + 1) << FINE;
 
-/// Times that were counted.
+/// Histogram of times.
 pub(super) struct Histogram {
     bins: Box<[AtomicU64]>,
     longest_ns: AtomicU64,
 }
 
-/// Percentiles of what was counted, in seconds; zeros of nothing.
+/// Percentiles of times in seconds; zeros without any.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Percentiles {
-    /// How many times were counted.
+    /// Number of times.
     pub count: u64,
-    /// The median.
+    /// Median.
     pub p50_s: f64,
-    /// 95 of 100 are no longer.
+    /// 95th percentile.
     pub p95_s: f64,
-    /// 999 of 1000 are no longer.
+    /// 99.9th percentile.
     pub p999_s: f64,
-    /// The longest.
+    /// Maximum.
     pub worst_s: f64,
 }
 
@@ -45,14 +46,14 @@ impl Default for Histogram {
 }
 
 impl Histogram {
-    /// Counts a time.
+    /// Adds a time.
     pub(super) fn record(&self, time: Duration) {
         let time_ns = nanoseconds(time);
         self.bins[bin(time_ns)].fetch_add(1, Ordering::Relaxed);
         self.longest_ns.fetch_max(time_ns, Ordering::Relaxed);
     }
 
-    /// What has been counted so far. Times that arrive meanwhile may or may not be among it.
+    /// Percentiles so far. Allocates; control side.
     pub(super) fn percentiles(&self) -> Percentiles {
         let counts: Vec<u64> = self
             .bins
@@ -94,7 +95,7 @@ fn bin(time_ns: u64) -> usize {
     ((octave << FINE) + fine).min(BINS - 1)
 }
 
-/// The longest time of a bin.
+/// Upper end of a bin.
 fn upper_ns(bin: usize) -> u64 {
     let (octave, fine) = (bin >> FINE, (bin & ((1 << FINE) - 1)) as u64);
     match octave {
@@ -111,10 +112,10 @@ mod tests {
     fn every_time_is_in_a_bin_that_is_hardly_wider() {
         let mut last = 0;
         for time_ns in (0..200).chain((0..1000).map(|k| 200 + k * k * 977)) {
-            let place = bin(time_ns);
-            assert!(place >= last || time_ns == 200);
-            last = place;
-            let upper = upper_ns(place);
+            let index = bin(time_ns);
+            assert!(index >= last || time_ns == 200);
+            last = index;
+            let upper = upper_ns(index);
             // 1/32 is a bin's width relative to its beginning.
             assert!(upper >= time_ns && (upper - time_ns) as f64 <= time_ns as f64 / 32.0);
         }

@@ -1,4 +1,4 @@
-//! What the engine's threads tell each other.
+//! Messages between the engine's threads.
 
 use std::sync::Arc;
 
@@ -9,14 +9,14 @@ use crate::propagation::{MAX_ORDER, PathSet};
 use crate::runtime::budget::Budget;
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
-use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::engine::sample_source::SampleSource;
 
-/// A slot that is none: the source is not heard.
+/// No slot: the source is inaudible.
 pub(super) const NO_SLOT: u16 = u16::MAX;
 
-/// Where a source's sound goes.
+/// The slot and gain of a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FeedPlace {
+pub(super) struct SourceRoute {
     /// The app's source.
     pub(super) id: SourceId,
     /// The generator's slot, or [`NO_SLOT`].
@@ -24,20 +24,20 @@ pub(super) struct FeedPlace {
     pub(super) gain: f32,
 }
 
-/// One graphics frame for the renderer: the newest counts. It is the whole truth about which sources there are.
+/// One graphics frame for the renderer, with all sources that exist; only the newest is used.
 #[derive(Debug, Default)]
 pub(super) struct AudioFrame {
     pub(super) listener: ListenerPose,
-    /// What has a slot of the generator's: a source each, unless sources share slots.
+    /// Poses of the generator's slots.
     pub(super) sources: Vec<SourcePose>,
-    /// Where instances stand.
+    /// Poses of all instances.
     pub(super) instances: Vec<InstancePose>,
-    /// Every source's sound, in the order of their handles' slots.
-    pub(super) feeds: Vec<FeedPlace>,
+    /// Routes of all sources, sorted by the index of their handles.
+    pub(super) routes: Vec<SourceRoute>,
     pub(super) paused: bool,
-    /// The app's graphics frames so far.
+    /// Number of ticks so far.
     pub(super) ticks: u64,
-    /// Whether this is a graphics frame, or the last one again because something else changed.
+    /// Whether this is a new graphics frame, or the last one with other settings.
     pub(super) is_new: bool,
 }
 
@@ -45,50 +45,50 @@ impl AudioFrame {
     pub(super) fn with_capacity(sources: usize, slots: usize) -> Self {
         Self {
             sources: Vec::with_capacity(slots),
-            feeds: Vec::with_capacity(sources),
+            routes: Vec::with_capacity(sources),
             ..Self::default()
         }
     }
 }
 
-/// Poses for propagation: the newest count.
+/// Poses for propagation; only the newest are used.
 #[derive(Debug)]
 pub(super) struct WorldFrame {
     pub(super) listener: ListenerPose,
     pub(super) sources: Vec<SourcePose>,
-    /// The scene with all its instances, wherever they stood when one was added or removed last.
+    /// The scene with all its instances, at their poses when one was last added or removed.
     pub(super) scene: Arc<Scene>,
-    /// Where instances stand.
+    /// Poses of all instances.
     pub(super) instances: Vec<InstancePose>,
     pub(super) predictor: PredictorKind,
     pub(super) budget: Budget,
-    /// Seconds since the engine began.
+    /// Seconds since the engine was made.
     pub(super) time_s: f64,
 }
 
-/// One propagation update on its way to the renderer, and what it brings along. The renderer puts what it replaces in
-/// the same box, which travels back.
+/// One propagation update for the renderer, with replacements of other state. The renderer swaps the old state into the
+/// same box, which travels back.
 #[derive(Default)]
-pub(super) struct Delivery {
+pub(super) struct UpdateMessage {
     pub(super) paths: PathSet,
-    /// What the predictor would otherwise have to work out of them.
-    pub(super) groundwork: PreparedUpdate,
-    /// Time that the update took, T_SPS, in seconds, and the rest after it.
+    /// Values that the predictor needs of them, computed beforehand.
+    pub(super) prepared: PreparedUpdate,
+    /// Time of the update, T_SPS, plus the pause after it, in seconds.
     pub(super) interval_s: f64,
-    /// Gain of each order of reflection under the budget.
+    /// Gain of each reflection order under the budget.
     pub(super) order_gain: [f32; MAX_ORDER + 1],
     /// Whether the update was computed within its graphics frame.
     pub(super) synchronous: bool,
-    /// Extrapolation for another scene, to be used from this update on.
+    /// Extrapolator for another scene, used from this update on.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
-    /// The scene with other instances, to be used from this update on.
+    /// The scene with other instances, used from this update on.
     pub(super) scenes: Option<ScenePair>,
-    /// Another predictor, to be used from this update on.
+    /// Another predictor, used from this update on.
     pub(super) predictor: Option<PredictorState>,
 }
 
-/// A source's new sound.
-pub(super) struct FeedChange {
+/// New samples of a source.
+pub(super) struct SampleSourceChange {
     pub(super) id: SourceId,
-    pub(super) feed: Feed,
+    pub(super) source: SampleSource,
 }

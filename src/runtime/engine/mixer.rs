@@ -1,65 +1,71 @@
-//! Every source's sound into the slots of the generator, each at its own level.
+//! Mixes the samples of all sources into the slots of the generator.
 //!
-//! Audio side; wait-free, bounded by the number of sources; allocates at birth only. Where every source has a slot the
-//! mixture is the source itself. A source that changes slots fades out of one while it fades into the other, and changes
-//! again only after that; one in no slot keeps its place in its sound. What ends fades where it was heard ([`Afterglow`]).
-//! Levels follow the frame's without a bend ([`Gain`]).
+//! Audio side; wait-free, bounded by the number of sources; allocates in `new` only. A source that changes slots
+//! cross-fades and changes again only after that; a source without a slot advances its samples silently. A source that
+//! ends leaves a fade in its slot ([`ReleaseTails`]). Gains are smoothed ([`SmoothedGain`]).
 
-use super::messages::{FeedChange, FeedPlace, NO_SLOT};
-use super::smooth_gain::{Fade, Gain, mix_into};
-use crate::runtime::engine::release_tails::{AFTERGLOW_FRAMES, Afterglow};
-use crate::runtime::engine::sample_source::Feed;
+use super::messages::{NO_SLOT, SampleSourceChange, SourceRoute};
+use super::smooth_gain::{CrossFade, SmoothedGain, mix_into};
+use crate::runtime::engine::release_tails::{RELEASE_FRAMES, ReleaseTails};
+use crate::runtime::engine::sample_source::SampleSource;
 use crate::scene::SourceId;
 
 /// Seconds of a cross-fade between two slots.
-pub(super) const FADE_S: f32 = 0.05;
+pub(super) const CROSS_FADE_S: f32 = 0.05;
 
-/// What the renderer knows of one source.
+/// State of one source.
 #[derive(Default)]
-struct Seat {
-    /// Whether the last block had it in a slot.
-    sounds: bool,
-    feed: Feed,
-    /// Whose feed it is.
+struct MixerSource {
+    /// Whether the last block mixed it into a slot.
+    is_mixed: bool,
+    samples: SampleSource,
+    /// Source that `samples` belong to.
     owner: Option<SourceId>,
-    /// Who is here in the graphics frame in use.
-    tenant: Option<SourceId>,
+    /// Source of the graphics frame in use.
+    current: Option<SourceId>,
     is_present: bool,
-    gain: Gain,
-    target: f32,
+    gain: SmoothedGain,
+    target_gain: f32,
     slot: u16,
-    /// The slot it is to be in, which it goes to when it has left the one before.
-    wanted: u16,
-    /// How far it has come in its slot, from 0 to 1.
+    /// Slot of the newest frame, entered when the fade out of the previous one has ended.
+    next_slot: u16,
+    /// Position of the fade into `slot`, 0 to 1.
     fade: f32,
-    /// The slot before, and how far it is from having left it.
-    left: u16,
-    left_fade: f32,
+    /// The slot before, and the position of the fade out of it, 1 to 0.
+    previous_slot: u16,
+    previous_fade: f32,
 }
 
-impl Seat {
-    /// Leaves what would have been heard next to the slots where it is heard.
-    fn end(&mut self, afterglow: &mut Afterglow) {
-        if !std::mem::take(&mut self.sounds) {
+impl MixerSource {
+    /// Adds a fade of the next samples to the slots of the source.
+    fn release(&mut self, tails: &mut ReleaseTails) {
+        if !std::mem::take(&mut self.is_mixed) {
             return;
         }
-        let mut samples = [0.0; AFTERGLOW_FRAMES];
-        self.feed.fill(&mut samples);
-        let gain = |place: f32| self.gain.value * Fade { place, growth: 0.0 }.share(0);
-        afterglow.add(self.slot, &samples, gain(self.fade));
-        afterglow.add(self.left, &samples, gain(self.left_fade));
+        let mut samples = [0.0; RELEASE_FRAMES];
+        self.samples.fill(&mut samples);
+        let gain = |position: f32| {
+            self.gain.value
+                * CrossFade {
+                    position,
+                    slope: 0.0,
+                }
+                .gain(0)
+        };
+        tails.add(self.slot, &samples, gain(self.fade));
+        tails.add(self.previous_slot, &samples, gain(self.previous_fade));
     }
 }
 
-/// All sources and the slots that they are mixed into.
+/// All sources, and the slots that they are mixed into.
 pub(super) struct Mixer {
-    seats: Vec<Seat>,
+    sources: Vec<MixerSource>,
     block: usize,
-    /// One block a slot.
+    /// One block per slot.
     inputs: Vec<f32>,
-    /// Slots that something was mixed into.
-    sounds: Vec<bool>,
-    afterglow: Afterglow,
+    /// Whether a slot is not silent.
+    active_slots: Vec<bool>,
+    tails: ReleaseTails,
     scratch: Vec<f32>,
     rate_hz: f32,
 }
@@ -67,88 +73,89 @@ pub(super) struct Mixer {
 impl Mixer {
     pub(super) fn new(sources: usize, slots: usize, block: usize, rate_hz: u32) -> Self {
         Self {
-            seats: (0..sources).map(|_| Seat::default()).collect(),
+            sources: (0..sources).map(|_| MixerSource::default()).collect(),
             block,
             inputs: vec![0.0; slots * block],
-            sounds: vec![false; slots],
-            afterglow: Afterglow::new(slots),
+            active_slots: vec![false; slots],
+            tails: ReleaseTails::new(slots),
             scratch: vec![0.0; block],
             rate_hz: rate_hz as f32,
         }
     }
 
-    /// Gives a source another sound; the old one comes back.
-    pub(super) fn change(&mut self, change: FeedChange) -> Feed {
-        let mut old = change.feed;
-        if let Some(seat) = self.seats.get_mut(change.id.slot()) {
-            seat.end(&mut self.afterglow);
-            std::mem::swap(&mut seat.feed, &mut old);
-            seat.owner = Some(change.id);
+    /// Replaces the samples of a source and returns the old ones.
+    pub(super) fn replace(&mut self, change: SampleSourceChange) -> SampleSource {
+        let mut old = change.source;
+        if let Some(source) = self.sources.get_mut(change.id.slot()) {
+            source.release(&mut self.tails);
+            std::mem::swap(&mut source.samples, &mut old);
+            source.owner = Some(change.id);
         }
         old
     }
 
-    /// Takes over a graphics frame's sources: those and no others are there.
-    pub(super) fn place(&mut self, places: &[FeedPlace]) {
-        for seat in &mut self.seats {
-            seat.is_present = false;
+    /// Sets the routes of a graphics frame; sources without a route end.
+    pub(super) fn set_routes(&mut self, routes: &[SourceRoute]) {
+        for source in &mut self.sources {
+            source.is_present = false;
         }
-        for place in places {
-            let Some(seat) = self.seats.get_mut(place.id.slot()) else {
+        for route in routes {
+            let Some(source) = self.sources.get_mut(route.id.slot()) else {
                 continue;
             };
-            if seat.tenant != Some(place.id) {
-                // Another source begins at its own gain.
-                seat.end(&mut self.afterglow);
-                seat.gain = Gain::at(place.gain);
-                (seat.slot, seat.fade) = (place.slot, 1.0);
-                seat.left_fade = 0.0;
+            if source.current != Some(route.id) {
+                // A new source begins at its own gain, without a fade.
+                source.release(&mut self.tails);
+                source.gain = SmoothedGain::at(route.gain);
+                (source.slot, source.fade) = (route.slot, 1.0);
+                source.previous_fade = 0.0;
             }
-            seat.wanted = place.slot;
-            seat.tenant = Some(place.id);
-            seat.is_present = true;
-            seat.target = place.gain;
+            source.next_slot = route.slot;
+            source.current = Some(route.id);
+            source.is_present = true;
+            source.target_gain = route.gain;
         }
     }
 
-    /// Mixes the next audio frames, a block at most; gives the number of samples that streams owe.
+    /// Mixes the next audio frames, a block at most; returns the number of samples missing in streams.
     pub(super) fn mix(&mut self, frames: usize) -> u32 {
         let Self {
-            seats,
+            sources,
             inputs,
-            sounds,
-            afterglow,
+            active_slots: sounds,
+            tails,
             scratch,
             rate_hz,
             ..
         } = self;
-        let growth = 1.0 / (FADE_S * *rate_hz);
-        let step = frames as f32 * growth;
+        let slope = 1.0 / (CROSS_FADE_S * *rate_hz);
+        let step = frames as f32 * slope;
         let scratch = &mut scratch[..frames];
-        let mut starved = 0;
+        let mut underrun = 0;
         sounds.fill(false);
-        for seat in seats {
-            let plays =
-                seat.is_present && seat.owner == seat.tenant && !matches!(seat.feed, Feed::Silence);
+        for source in sources {
+            let plays = source.is_present
+                && source.owner == source.current
+                && !matches!(source.samples, SampleSource::Silence);
             if !plays {
-                seat.end(afterglow);
+                source.release(tails);
                 continue;
             }
-            if seat.slot != seat.wanted && seat.left_fade == 0.0 {
-                (seat.left, seat.left_fade) = (seat.slot, seat.fade);
-                (seat.slot, seat.fade) = (seat.wanted, 0.0);
+            if source.slot != source.next_slot && source.previous_fade == 0.0 {
+                (source.previous_slot, source.previous_fade) = (source.slot, source.fade);
+                (source.slot, source.fade) = (source.next_slot, 0.0);
             }
-            let heard = seat.slot != NO_SLOT;
-            seat.sounds = heard || seat.left_fade > 0.0;
-            if !seat.sounds {
-                starved += seat.feed.skip(frames);
-                seat.gain = Gain::at(seat.target);
+            let is_audible = source.slot != NO_SLOT;
+            source.is_mixed = is_audible || source.previous_fade > 0.0;
+            if !source.is_mixed {
+                underrun += source.samples.skip(frames);
+                source.gain = SmoothedGain::at(source.target_gain);
                 continue;
             }
-            starved += seat.feed.fill(scratch);
-            let from = seat.gain;
-            let to = from.after(frames, seat.target, *rate_hz);
-            let mut add = |slot: u16, fade: Fade| {
+            underrun += source.samples.fill(scratch);
+            let from = source.gain;
+            let to = from.after(frames, source.target_gain, *rate_hz);
+            let mut add = |slot: u16, fade: CrossFade| {
                 let slot = usize::from(slot);
                 if let Some(sounds) = sounds.get_mut(slot) {
                     let input = &mut inputs[slot * self.block..][..frames];
@@ -158,38 +165,38 @@ impl Mixer {
                     mix_into(input, scratch, [from, to], fade);
                 }
             };
-            if seat.left_fade > 0.0 {
-                let place = seat.left_fade;
-                let growth = -growth;
-                add(seat.left, Fade { place, growth });
-                seat.left_fade = (place - step).max(0.0);
+            if source.previous_fade > 0.0 {
+                let position = source.previous_fade;
+                let slope = -slope;
+                add(source.previous_slot, CrossFade { position, slope });
+                source.previous_fade = (position - step).max(0.0);
             }
-            if heard {
-                let place = seat.fade;
-                add(seat.slot, Fade { place, growth });
-                seat.fade = (place + step).min(1.0);
+            if is_audible {
+                let position = source.fade;
+                add(source.slot, CrossFade { position, slope });
+                source.fade = (position + step).min(1.0);
             }
-            seat.gain = to;
+            source.gain = to;
         }
         for (slot, sounds) in sounds.iter_mut().enumerate() {
-            if afterglow.is_heard(slot) {
+            if tails.is_active(slot) {
                 let input = &mut inputs[slot * self.block..][..frames];
                 if !std::mem::replace(sounds, true) {
                     input.fill(0.0);
                 }
-                afterglow.mix(slot, input);
+                tails.mix(slot, input);
             }
         }
-        starved
+        underrun
     }
 
-    /// The mixtures, a slice a slot; empty where nothing sounds. Gives the number of slots.
+    /// Writes one slice per slot to `inputs`, empty for silence; returns the number of slots.
     pub(super) fn inputs<'a>(&'a self, frames: usize, inputs: &mut [&'a [f32]]) -> usize {
         let blocks = self.inputs.chunks(self.block);
-        for ((place, block), sounds) in inputs.iter_mut().zip(blocks).zip(&self.sounds) {
-            *place = if *sounds { &block[..frames] } else { &[] };
+        for ((input, block), sounds) in inputs.iter_mut().zip(blocks).zip(&self.active_slots) {
+            *input = if *sounds { &block[..frames] } else { &[] };
         }
-        self.sounds.len()
+        self.active_slots.len()
     }
 }
 

@@ -1,24 +1,24 @@
-//! What is heard of sounds that come, go and change slots.
+//! Sources that start, end and change slots.
 
 use super::*;
 
 const BLOCK: usize = 64;
 
-fn place(number: u16, slot: u16, gain: f32) -> FeedPlace {
-    let id = SourceId::new(number, 0);
-    FeedPlace { id, slot, gain }
+fn route(index: u16, slot: u16, gain: f32) -> SourceRoute {
+    let id = SourceId::new(index, 0);
+    SourceRoute { id, slot, gain }
 }
 
 fn mixer(sources: u16) -> Mixer {
     let mut mixer = Mixer::new(usize::from(sources), 2, BLOCK, 44_100);
-    for number in 0..sources {
-        let feed = Feed::Clip {
+    for index in 0..sources {
+        let feed = SampleSource::Clip {
             samples: vec![1.0; 100].into(),
             next: 0,
             looped: true,
         };
-        let id = SourceId::new(number, 0);
-        mixer.change(FeedChange { id, feed });
+        let id = SourceId::new(index, 0);
+        mixer.replace(SampleSourceChange { id, source: feed });
     }
     mixer
 }
@@ -34,9 +34,9 @@ fn mixed(mixer: &mut Mixer) -> [f32; 2] {
 #[test]
 fn a_change_of_slots_is_a_fade_that_loses_nothing() {
     let mut mixer = mixer(1);
-    mixer.place(&[place(0, 0, 1.0)]);
+    mixer.set_routes(&[route(0, 0, 1.0)]);
     assert_eq!(mixed(&mut mixer), [1.0, 0.0]);
-    mixer.place(&[place(0, 1, 1.0)]);
+    mixer.set_routes(&[route(0, 1, 1.0)]);
     let mut last = 1.0;
     let mut blocks = 0;
     while last > 0.0 {
@@ -55,22 +55,22 @@ fn a_change_of_slots_is_a_fade_that_loses_nothing() {
 #[test]
 fn several_share_a_slot_and_the_unheard_keep_their_place() {
     let mut mixer = mixer(3);
-    mixer.place(&[place(0, 1, 0.5), place(1, 1, 0.25), place(2, NO_SLOT, 1.0)]);
+    mixer.set_routes(&[route(0, 1, 0.5), route(1, 1, 0.25), route(2, NO_SLOT, 1.0)]);
     assert_eq!(mixed(&mut mixer), [0.0, 0.75]);
-    let Feed::Clip { next, .. } = &mixer.seats[2].feed else {
+    let SampleSource::Clip { next, .. } = &mixer.sources[2].samples else {
         panic!("a clip");
     };
     assert_eq!(*next, BLOCK);
-    mixer.place(&[place(0, 1, 0.5)]);
+    mixer.set_routes(&[route(0, 1, 0.5)]);
     // The other one fades.
     let [_, first] = mixed(&mut mixer);
     assert!(first > 0.5 && first < 0.75, "{first}");
-    (1..AFTERGLOW_FRAMES / BLOCK).for_each(|_| {
+    (1..RELEASE_FRAMES / BLOCK).for_each(|_| {
         mixed(&mut mixer);
     });
     assert_eq!(mixed(&mut mixer), [0.0, 0.5]);
-    mixer.place(&[]);
-    (0..AFTERGLOW_FRAMES / BLOCK).for_each(|_| {
+    mixer.set_routes(&[]);
+    (0..RELEASE_FRAMES / BLOCK).for_each(|_| {
         mixed(&mut mixer);
     });
     assert_eq!(mixed(&mut mixer), [0.0, 0.0]);
@@ -80,19 +80,19 @@ fn several_share_a_slot_and_the_unheard_keep_their_place() {
 fn a_sound_that_is_taken_away_ends_without_a_step() {
     for how in 0..3 {
         let mut mixer = mixer(1);
-        mixer.place(&[place(0, 0, 0.5)]);
+        mixer.set_routes(&[route(0, 0, 0.5)]);
         assert_eq!(mixed(&mut mixer), [0.5, 0.0]);
         let id = SourceId::new(0, 0);
         match how {
             // Removed, stopped, or given another sound that begins softly.
-            0 => mixer.place(&[]),
-            1 => drop(mixer.change(FeedChange {
+            0 => mixer.set_routes(&[]),
+            1 => drop(mixer.replace(SampleSourceChange {
                 id,
-                feed: Feed::Silence,
+                source: SampleSource::Silence,
             })),
-            _ => drop(mixer.change(FeedChange {
+            _ => drop(mixer.replace(SampleSourceChange {
                 id,
-                feed: Feed::Clip {
+                source: SampleSource::Clip {
                     samples: vec![0.0; 100].into(),
                     next: 0,
                     looped: true,
@@ -100,14 +100,14 @@ fn a_sound_that_is_taken_away_ends_without_a_step() {
             })),
         }
         let mut last = 0.5;
-        for _ in 0..AFTERGLOW_FRAMES / BLOCK + 1 {
+        for _ in 0..RELEASE_FRAMES / BLOCK + 1 {
             mixer.mix(BLOCK);
             let mut inputs: [&[f32]; 2] = [&[]; 2];
             mixer.inputs(BLOCK, &mut inputs);
             for n in 0..BLOCK {
                 let next = inputs[0].get(n).copied().unwrap_or(0.0);
                 // A cubic's steepest step is one and a half times a line's.
-                assert!(next <= last && last - next <= 0.76 / AFTERGLOW_FRAMES as f32);
+                assert!(next <= last && last - next <= 0.76 / RELEASE_FRAMES as f32);
                 last = next;
             }
         }
@@ -134,21 +134,21 @@ fn steepest(mixer: &mut Mixer, last: &mut [f32; 2], blocks: usize) -> f32 {
 }
 
 #[test]
-fn whoever_changes_slots_again_or_goes_meanwhile_is_not_cut_off() {
-    let smooth = 1.52 / AFTERGLOW_FRAMES as f32;
+fn a_source_that_changes_slots_again_or_ends_meanwhile_fades() {
+    let smooth = 1.52 / RELEASE_FRAMES as f32;
     for goes in [false, true] {
         let mut mixer = mixer(1);
         let mut last = [0.0; 2];
-        mixer.place(&[place(0, 0, 1.0)]);
+        mixer.set_routes(&[route(0, 0, 1.0)]);
         steepest(&mut mixer, &mut last, 1);
         // Unheard for ten blocks of a cross-fade that takes thirty-five, then elsewhere.
-        mixer.place(&[place(0, NO_SLOT, 1.0)]);
+        mixer.set_routes(&[route(0, NO_SLOT, 1.0)]);
         assert!(steepest(&mut mixer, &mut last, 10) < smooth);
-        mixer.place(&[place(0, 1, 1.0)]);
+        mixer.set_routes(&[route(0, 1, 1.0)]);
         assert!(steepest(&mut mixer, &mut last, 40) < smooth);
         assert!(last[0] == 0.0 && last[1] > 0.1, "{last:?}");
-        let places: &[FeedPlace] = if goes { &[] } else { &[place(0, 0, 1.0)] };
-        mixer.place(places);
+        let routes: &[SourceRoute] = if goes { &[] } else { &[route(0, 0, 1.0)] };
+        mixer.set_routes(routes);
         assert!(steepest(&mut mixer, &mut last, 80) < smooth);
         assert_eq!(last, if goes { [0.0; 2] } else { [1.0, 0.0] });
     }
@@ -158,20 +158,20 @@ fn whoever_changes_slots_again_or_goes_meanwhile_is_not_cut_off() {
 fn sounds_that_end_one_after_the_other_all_fade() {
     let mut mixer = mixer(1);
     let mut last = [0.0; 2];
-    mixer.place(&[place(0, 0, 1.0)]);
+    mixer.set_routes(&[route(0, 0, 1.0)]);
     steepest(&mut mixer, &mut last, 1);
     let id = SourceId::new(0, 0);
     let rising: Vec<f32> = (0..640).map(|n| n as f32 / 640.0).collect();
-    let feed = Feed::Clip {
+    let feed = SampleSource::Clip {
         samples: rising.into(),
         next: 0,
         looped: false,
     };
-    mixer.change(FeedChange { id, feed });
-    let smooth = 1.52 / AFTERGLOW_FRAMES as f32 + 1.0 / 640.0;
+    mixer.replace(SampleSourceChange { id, source: feed });
+    let smooth = 1.52 / RELEASE_FRAMES as f32 + 1.0 / 640.0;
     assert!(steepest(&mut mixer, &mut last, 2) < smooth);
-    let feed = Feed::Silence;
-    mixer.change(FeedChange { id, feed });
+    let feed = SampleSource::Silence;
+    mixer.replace(SampleSourceChange { id, source: feed });
     assert!(steepest(&mut mixer, &mut last, 5) < smooth);
     assert_eq!(last, [0.0; 2]);
 }
@@ -179,18 +179,18 @@ fn sounds_that_end_one_after_the_other_all_fade() {
 #[test]
 fn levels_and_fades_do_not_bend() {
     let mut mixer = mixer(1);
-    mixer.place(&[place(0, 0, 1.0)]);
+    mixer.set_routes(&[route(0, 0, 1.0)]);
     mixed(&mut mixer);
     let mut last = [[1.0, 0.0]; 2];
     let mut sharpest = 0.0f32;
     // Eight times as loud, elsewhere, silent, and back: in one frame each, as a scene that is swapped has it.
     for to in [
-        place(0, 0, 8.0),
-        place(0, 1, 8.0),
-        place(0, 1, 0.0),
-        place(0, 0, 1.0),
+        route(0, 0, 8.0),
+        route(0, 1, 8.0),
+        route(0, 1, 0.0),
+        route(0, 0, 1.0),
     ] {
-        mixer.place(&[to]);
+        mixer.set_routes(&[to]);
         for _ in 0..40 {
             mixer.mix(BLOCK);
             let mut inputs: [&[f32]; 2] = [&[]; 2];

@@ -5,13 +5,13 @@
 //!              └───────────────poses, gains, sounds─────────────────┘
 //! ```
 //!
-//! Newest values go through slots that are overwritten, sounds through a ring; what the audio side has done with travels
-//! back to be freed elsewhere. Every graphics frame the app calls [`Controller::tick`]; the device, or a
-//! [`crate::runtime::SoundThread`], calls [`Renderer::render`]. Either half may be dropped first: without a renderer the
-//! controller goes on and says so, without a controller the renderer goes on with the last poses.
+//! Poses and updates go through newest-value channels, sample sources through a ring; the audio side returns memory to
+//! be freed elsewhere. The app calls [`Controller::tick`] once a graphics frame; the device, or a
+//! [`crate::runtime::SoundThread`], calls [`Renderer::render`]. Either half may be dropped first: the controller then
+//! reports the missing renderer; the renderer continues with the last poses.
 //!
-//! The level L is decided when an update is taken: Eq. 1 of its own time and of the time between graphics frames, fixed
-//! until the next one (the paper's Figure 2).
+//! The extrapolation level L is set when an update is taken, by Eq. 1 of the update's time and the time between
+//! graphics frames, and holds until the next update (the paper's Figure 2).
 
 mod audibility;
 mod block_pacing;
@@ -20,13 +20,13 @@ mod frame_clock;
 mod histogram;
 mod messages;
 mod mixer;
+mod path_snapshot;
 mod propagation_thread;
 mod release_tails;
 mod renderer;
 mod sample_source;
 mod scene_builder;
 mod settings;
-mod shown_paths;
 mod slot_release;
 mod smooth_gain;
 mod source_table;
@@ -41,9 +41,9 @@ pub use controller::{Controller, EngineState};
 
 pub use crate::runtime::engine::block_pacing::ramp_frames;
 pub use histogram::Percentiles;
+pub use path_snapshot::{MAX_CORNERS, SnapshotPath};
 pub use renderer::{RenderReport, Renderer};
-pub use settings::{EngineSchedule, EngineSettings, FrameTime, MOST_SOURCES};
-pub use shown_paths::{MOST_CORNERS, ShownPath};
+pub use settings::{EngineSchedule, EngineSettings, FrameTime, MAX_SOURCES};
 pub use statistics::Statistics;
 pub use stream::StreamWriter;
 
@@ -58,20 +58,36 @@ use super::trace::{Track, spans};
 use crate::runtime::handover::newest::newest;
 use crate::runtime::threads::clock::now;
 use crate::runtime::threads::workers::Threads;
-use controller::Links;
+use controller::Channels;
 use messages::AudioFrame;
-use renderer::Parts;
-use statistics::Meters;
-use worker::{Orders, Worker, extrapolator_for};
+use renderer::RendererParts;
+use statistics::Metrics;
+use worker::{PendingPropagator, Worker, extrapolator_for};
 
-/// Feed changes that may wait for the renderer; beyond them the controller keeps the newest one a source.
-const FEEDS_AHEAD: usize = 64;
+/// Capacity of the ring of sample sources; beyond it the controller keeps the newest per source.
+const CHANGES_AHEAD: usize = 64;
 
-/// Makes engines.
+/// Constructor of an engine's two halves.
 pub struct Engine;
 
 impl Engine {
-    /// An engine in open air, without sources: both halves, with propagation waiting for the first tick.
+    /// An engine in open air without sources: both halves, and a propagation thread in the asynchronous schedule.
+    /// Control side; allocates.
+    ///
+    /// ```
+    /// use foresound::{Engine, EngineSettings, ListenerPose};
+    ///
+    /// # fn main() -> foresound::Result<()> {
+    /// let mut settings = EngineSettings::default();
+    /// settings.generation.max_sources = 8;
+    /// let (mut controller, mut renderer) = Engine::new(settings)?;
+    /// let source = controller.add_source([0.0, 1.5, -2.0])?;
+    /// controller.play(source, vec![0.1; 44_100].into(), true)?;
+    /// controller.tick(ListenerPose::default(), &[])?;
+    /// renderer.render(&mut [0.0; 512]);
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`crate::Error::Setting`] names a setting outside its range; [`crate::Error::Engine`] if no thread can be
@@ -79,8 +95,8 @@ impl Engine {
     #[expect(clippy::new_ret_no_self, reason = "an engine is its two halves")]
     pub fn new(settings: EngineSettings) -> Result<(Controller, Renderer)> {
         settings.check()?;
-        let head = settings.head()?;
-        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
+        let head = settings.load_hrtf()?;
+        let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let epoch = now();
         let [app, propagation, sound] = [Track::App, Track::Propagation, Track::Sound]
             .map(|track| spans(track, settings.trace_spans, epoch));
@@ -92,70 +108,70 @@ impl Engine {
         };
         let extrapolator = extrapolator_for(&propagator, predictor, [settings.max_paths, slots]);
         let generator = Generator::new(settings.generation.clone(), head)?;
-        let meters = Arc::new(Meters::default());
+        let metrics = Arc::new(Metrics::default());
         let (frame_sender, frames) = newest();
         let (world_sender, world) = newest();
         let (delivery_sender, deliveries) = newest();
         let (shown_sender, shown) = newest();
-        let (feed_sender, feeds) = rtrb::RingBuffer::new(FEEDS_AHEAD);
-        let (retired, retired_receiver) = rtrb::RingBuffer::new(FEEDS_AHEAD);
-        let orders = Orders::default();
+        let (feed_sender, feeds) = rtrb::RingBuffer::new(CHANGES_AHEAD);
+        let (retired, retired_receiver) = rtrb::RingBuffer::new(CHANGES_AHEAD);
+        let pending_propagator = PendingPropagator::default();
         let worker = Worker {
-            orders: Arc::clone(&orders),
+            pending_propagator: Arc::clone(&pending_propagator),
             world,
-            deliveries: delivery_sender,
-            meters: Arc::clone(&meters),
+            updates: delivery_sender,
+            metrics: Arc::clone(&metrics),
             max_paths: settings.max_paths,
             max_sources: slots,
             synchronous: false,
             even_blocks: settings.even_blocks,
-            tracers: Threads::start(1)?,
+            threads: Threads::start(1)?,
             governor: Governor::default(),
-            detail: Governor::default().detail(&settings.propagation, settings.max_paths),
+            quality: Governor::default().active_quality(&settings.propagation, settings.max_paths),
             last_time_s: None,
-            manners: DeviceHints::begin(settings.manners),
+            device_hints: DeviceHints::new(settings.device_hints),
             epoch,
-            shown: shown_sender,
-            most_shown: settings.shown_paths,
+            snapshots: shown_sender,
+            max_snapshot_paths: settings.max_snapshot_paths,
             spans: propagation.0,
             before_update: settings.before_update,
             newest: None,
             predictor: settings.predictor,
             extrapolator: None,
-            given: Arc::clone(propagator.scene()),
+            base_scene: Arc::clone(propagator.scene()),
             scenes: None,
             update: 0,
             propagator,
         };
-        let renderer = Renderer::new(Parts {
+        let renderer = Renderer::new(RendererParts {
             frames,
-            deliveries,
-            feeds,
+            updates: deliveries,
+            source_changes: feeds,
             retired,
             frame: Box::new(AudioFrame::with_capacity(sources, slots)),
             extrapolator,
             generator,
             spans: sound.0,
-            meters: Arc::clone(&meters),
+            metrics: Arc::clone(&metrics),
             settings: settings.clone(),
         });
-        let links = Links {
+        let channels = Channels {
             frames: frame_sender,
             world: world_sender,
-            feeds: feed_sender,
+            source_changes: feed_sender,
             retired: retired_receiver,
-            orders,
-            meters,
-            shown,
+            pending_propagator,
+            metrics,
+            snapshots: shown,
             spans: app.0,
             span_readers: [app.1, propagation.1, sound.1],
         };
-        let controller = Controller::new(settings, links, Box::new(worker))?;
+        let controller = Controller::new(settings, channels, Box::new(worker))?;
         Ok((controller, renderer))
     }
 }
 
-/// A scene with nothing to hear but the way from source to listener: one triangle of a square centimetre, out of reach.
+/// A scene with direct paths only: one triangle of 50 cm² out of reach.
 fn open_air() -> Result<Scene> {
     let far_m = -5e4;
     let positions = [[0.0, far_m, 0.0], [0.1, far_m, 0.0], [0.0, far_m, 0.1]];

@@ -1,8 +1,6 @@
-//! The propagation thread: steps as long as there are new poses, sleeps when there are none, ends when told or when a
-//! step panics.
+//! The propagation thread: one step per new poses, asleep otherwise. Started, woken and stopped by the control side.
 //!
-//! Control side starts, wakes and stops it. A panic is caught here; the worker comes back to be used again with a new
-//! propagator.
+//! A panic of a step is caught and ends the thread; the worker returns, to be used again with a new propagator.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -19,27 +17,27 @@ use crate::runtime::threads::clock::now;
 use crate::runtime::threads::flush_to_zero::FlushToZero;
 use crate::runtime::threads::workers::Threads;
 
-/// Longest sleep without a wake-up call, so that a lost one costs no more than that.
-const LONGEST_SLEEP: Duration = Duration::from_millis(100);
+/// Longest sleep, in case a wake-up is lost.
+const MAX_SLEEP: Duration = Duration::from_millis(100);
 
-/// Where the worker is.
+/// Owner of the worker.
 pub(super) enum Propagation {
-    /// Here: it steps when told.
+    /// On the app's thread: steps in `wake`.
     Inline(Box<Worker>),
-    /// On its thread.
+    /// On the propagation thread.
     Threaded {
         thread: JoinHandle<Box<Worker>>,
         stop: Arc<AtomicBool>,
     },
-    /// Nowhere: the thread could not be started or joined.
+    /// Lost: the thread could not be started or joined.
     Lost,
 }
 
 impl Propagation {
-    /// Puts a worker where the schedule wants it.
+    /// Starts a worker by the schedule.
     pub(super) fn start(mut worker: Box<Worker>, settings: &EngineSettings) -> Result<Self> {
         worker
-            .meters
+            .metrics
             .propagation_failed
             .store(false, Ordering::Release);
         worker.synchronous = settings.schedule == EngineSchedule::Synchronous;
@@ -47,8 +45,8 @@ impl Propagation {
             EngineSchedule::Synchronous => settings.tracing_threads,
             EngineSchedule::Asynchronous => 1,
         };
-        if worker.tracers.count() != tracers {
-            worker.tracers = Threads::start(tracers)?;
+        if worker.threads.count() != tracers {
+            worker.threads = Threads::start(tracers)?;
         }
         if worker.synchronous {
             return Ok(Self::Inline(worker));
@@ -66,11 +64,11 @@ impl Propagation {
         Ok(Self::Threaded { thread, stop })
     }
 
-    /// There are new poses or orders.
+    /// Signals new poses or a new propagator.
     pub(super) fn wake(&mut self) {
         match self {
             Self::Inline(worker) => {
-                let failed = worker.meters.propagation_failed.load(Ordering::Acquire);
+                let failed = worker.metrics.propagation_failed.load(Ordering::Acquire);
                 if !failed {
                     let _flush = FlushToZero::begin();
                     try_step(worker);
@@ -81,7 +79,7 @@ impl Propagation {
         }
     }
 
-    /// Waits for the step under way and takes the worker back; `None` if it is lost.
+    /// Waits for the current step and returns the worker; `None` if it is lost.
     pub(super) fn stop(&mut self) -> Option<Box<Worker>> {
         match std::mem::replace(self, Self::Lost) {
             Self::Inline(worker) => Some(worker),
@@ -96,28 +94,25 @@ impl Propagation {
 }
 
 fn run(mut worker: Box<Worker>, stop: &AtomicBool, policy: AffinityPolicy) -> Box<Worker> {
-    worker.manners.change_thread();
+    worker.device_hints.reset_thread();
     let placement = place_this_thread(policy, ThreadRole::Propagation);
-    worker.meters.propagation_placement.store(placement);
+    worker.metrics.propagation_placement.store(placement);
     let _flush = FlushToZero::begin();
     while !stop.load(Ordering::Acquire) {
         match try_step(&mut worker) {
-            Some(Some(rest)) => wait(rest, stop),
-            Some(None) => thread::park_timeout(LONGEST_SLEEP),
+            Some(Some(pause)) => wait(pause, stop),
+            Some(None) => thread::park_timeout(MAX_SLEEP),
             None => break,
         }
     }
-    worker.manners.change_thread();
+    worker.device_hints.reset_thread();
     worker
 }
 
-/// Rests under the budget, whatever wakes the thread meanwhile, unless it is to end.
-fn wait(rest: Duration, stop: &AtomicBool) {
-    if rest.is_zero() {
-        return;
-    }
+/// Pauses, ignoring wake-ups, until the time is over or `stop` is set.
+fn wait(pause: Duration, stop: &AtomicBool) {
     let began = now();
-    while let Some(left) = rest.checked_sub(began.elapsed()) {
+    while let Some(left) = pause.checked_sub(began.elapsed()) {
         if left.is_zero() || stop.load(Ordering::Acquire) {
             return;
         }
@@ -125,13 +120,13 @@ fn wait(rest: Duration, stop: &AtomicBool) {
     }
 }
 
-/// One step; `None` if it panicked, which is noted.
+/// One step; `None` if it panicked.
 fn try_step(worker: &mut Worker) -> Option<Option<Duration>> {
-    // What a panic may leave half done is the propagator, which is replaced before the next step, and a box on its way.
+    // A panic may leave the propagator inconsistent, which is replaced before the next step.
     let result = catch_unwind(AssertUnwindSafe(|| worker.step()));
     if result.is_err() {
         worker
-            .meters
+            .metrics
             .propagation_failed
             .store(true, Ordering::Release);
     }

@@ -1,8 +1,8 @@
 //! The audio half of an engine.
 //!
-//! Audio side: one thread at a time, the device's or a [`crate::runtime::SoundThread`]. [`Renderer::render`] neither
-//! allocates, frees, locks nor waits; it reads the clock, which is no system call where the system maps it. It is bounded
-//! by the number of paths, sources and audio frames. Dropping a renderer frees, so do that elsewhere.
+//! Audio side, one thread at a time: the device's or a [`crate::runtime::SoundThread`]. [`Renderer::render`] does not
+//! allocate, free, lock or wait; it reads the clock (no system call on Linux and Android). Bounded by the number of
+//! paths, sources and audio frames. Dropping a renderer frees memory.
 
 mod frame;
 
@@ -11,15 +11,15 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::frame_clock::FrameClock;
-use super::messages::{AudioFrame, Delivery, FeedChange};
+use super::messages::{AudioFrame, SampleSourceChange, UpdateMessage};
 use super::mixer::Mixer;
 use super::settings::EngineSettings;
-use super::statistics::{Meters, add};
+use super::statistics::{Metrics, add};
 use crate::extrapolation::{Extrapolator, FramePaths, LATE_SEGMENTS, PredictorState};
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
-use crate::runtime::engine::block_pacing::Pace;
-use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::engine::block_pacing::BlockPacing;
+use crate::runtime::engine::sample_source::SampleSource;
 use crate::runtime::handover::newest::Receiver;
 use crate::runtime::phone::this_thread;
 use crate::runtime::threads::affinity::{Placement, ThreadRole, place_this_thread};
@@ -27,15 +27,16 @@ use crate::runtime::threads::clock::{nanoseconds, now};
 use crate::runtime::threads::flush_to_zero::FlushToZero;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 
-/// Most slots of a generator.
-const MOST_SLOTS: usize = 256;
-/// Share of a block in the mean of sound's share of a core.
+/// Greatest number of slots of a generator.
+const MAX_SLOTS: usize = 256;
+/// Weight of a block in the mean load of the sound thread.
 const SHARE_WEIGHT: f64 = 0.02;
-/// Time in seconds of the fade into and out of a pause.
+/// Fade into and out of a pause, in seconds.
 const PAUSE_FADE_S: f32 = 0.005;
 
-/// What one call of [`Renderer::render`] did.
+/// Result of one call of [`Renderer::render`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct RenderReport {
     /// Audio frames written.
     pub frames: u32,
@@ -43,68 +44,68 @@ pub struct RenderReport {
     pub graphics_frames: u32,
     /// Propagation updates taken.
     pub updates: u32,
-    /// Extrapolation level L in force at the end.
-    pub level: u32,
-    /// Voices that lived or faded at the end.
+    /// Extrapolation level L.
+    pub extrapolation_level: u32,
+    /// Active voices at the end, including those that fade out.
     pub voices: u32,
-    /// Paths without a voice.
+    /// Paths dropped for lack of a voice.
     pub dropped_paths: u32,
-    /// Samples that streams were late with.
-    pub starved_samples: u32,
-    /// Whether it took longer than what it rendered lasts.
+    /// Samples missing in streams.
+    pub underrun_samples: u32,
+    /// Whether the call took longer than the duration of the rendered sound.
     pub missed_deadline: bool,
     /// Whether the controller was dropped.
-    pub controller_gone: bool,
+    pub controller_dropped: bool,
 }
 
-/// What a renderer is made of.
-pub(super) struct Parts {
+/// Parts of a renderer.
+pub(super) struct RendererParts {
     pub(super) frames: Receiver<AudioFrame>,
-    pub(super) deliveries: Receiver<Delivery>,
-    pub(super) feeds: rtrb::Consumer<FeedChange>,
-    pub(super) retired: rtrb::Producer<Feed>,
+    pub(super) updates: Receiver<UpdateMessage>,
+    pub(super) source_changes: rtrb::Consumer<SampleSourceChange>,
+    pub(super) retired: rtrb::Producer<SampleSource>,
     /// The graphics frame in use.
     pub(super) frame: Box<AudioFrame>,
     pub(super) extrapolator: Box<Extrapolator>,
     pub(super) generator: Generator,
     pub(super) spans: SpanWriter,
-    pub(super) meters: Arc<Meters>,
+    pub(super) metrics: Arc<Metrics>,
     pub(super) settings: EngineSettings,
 }
 
-/// The audio half. Moves to the thread that makes sound; not shared.
+/// The audio half of an engine. Belongs to the audio thread.
 pub struct Renderer {
-    parts: Parts,
+    parts: RendererParts,
     mixer: Mixer,
     frame_paths: FramePaths,
     clock: FrameClock,
-    /// Gain of each order of reflection, on its way to what the budget wants.
+    /// Gain of each reflection order, moving towards `target_order_gain`.
     order_gain: [f32; MAX_ORDER + 1],
-    wanted_gain: [f32; MAX_ORDER + 1],
-    /// Share of a core, lately.
-    share: f64,
-    /// Gain of everything, on its way to 0 in a pause.
-    master: f32,
-    pace: Pace,
-    /// Whether a graphics frame is being worked out, and whether only generation has not got it yet.
-    is_under_way: bool,
-    is_described: bool,
-    /// Of how many of its paths generation knows what they ask.
+    target_order_gain: [f32; MAX_ORDER + 1],
+    /// Mean load as a fraction of a core.
+    core_share: f64,
+    /// Gain of the output, moving towards 0 in a pause.
+    pause_gain: f32,
+    pacing: BlockPacing,
+    /// Whether a graphics frame is in progress, and whether its extrapolation is complete.
+    frame_in_progress: bool,
+    is_extrapolated: bool,
+    /// Number of its paths prepared for generation.
     prepared: usize,
-    /// Paths of the last frame that wait for their voices.
-    waiting: usize,
+    /// Paths of the last frame whose voices have not started.
+    waiting_voices: usize,
     /// Voices of the last block.
     voices: u32,
-    /// How long the frame under way lasts.
+    /// Length of the frame in progress, in seconds.
     frame_s: f64,
-    /// Time that its direct paths and its others took so far.
-    took: [Duration; 2],
+    /// Time spent on its direct paths and on its other paths so far.
+    elapsed: [Duration; 2],
 }
 
 impl Renderer {
-    pub(super) fn new(parts: Parts) -> Self {
+    pub(super) fn new(parts: RendererParts) -> Self {
         let settings = &parts.settings;
-        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
+        let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let mut frame_paths = FramePaths::default();
         let paths = PredictorState::most_paths(settings.max_paths) + slots;
         frame_paths.paths.reserve(paths);
@@ -119,20 +120,20 @@ impl Renderer {
             clock: FrameClock::new(settings.frame_time),
             frame_paths,
             order_gain: [1.0; MAX_ORDER + 1],
-            wanted_gain: [1.0; MAX_ORDER + 1],
-            share: 0.0,
-            master: 1.0,
-            pace: Pace::new(
+            target_order_gain: [1.0; MAX_ORDER + 1],
+            core_share: 0.0,
+            pause_gain: 1.0,
+            pacing: BlockPacing::new(
                 settings.block_frames as f64 / f64::from(settings.generation.rate_hz),
                 settings.even_blocks,
             ),
-            is_under_way: false,
-            is_described: false,
+            frame_in_progress: false,
+            is_extrapolated: false,
             prepared: 0,
-            waiting: 0,
+            waiting_voices: 0,
             voices: 0,
             frame_s: 0.0,
-            took: [Duration::ZERO; 2],
+            elapsed: [Duration::ZERO; 2],
             parts,
         }
     }
@@ -142,71 +143,90 @@ impl Renderer {
         self.parts.settings.generation.rate_hz
     }
 
-    /// Audio frames of a block.
+    /// Audio frames per block.
     pub fn block_frames(&self) -> usize {
         self.parts.settings.block_frames
     }
 
-    /// Audio frames by which sound is late against the geometry when the device calls directly (the limiter's
-    /// look-ahead and interpolation), without the device's own buffer.
+    /// Latency of limiter and interpolation in audio frames, without the device's buffer.
     pub fn latency_frames(&self) -> usize {
         self.parts.generator.latency_frames()
     }
 
-    /// Places the calling thread by the engine's policy: core and priority. For a device's thread, once, before its first
-    /// block; makes system calls.
+    /// Sets core and priority of the calling thread by the engine's settings. Once on the audio thread, before its
+    /// first block; makes system calls.
     pub fn place_thread(&mut self) -> Placement {
         let placement = place_this_thread(self.parts.settings.affinity, ThreadRole::Sound);
-        let meters = &self.parts.meters;
-        meters.sound_placement.store(placement);
-        meters.sound_thread.store(this_thread(), Ordering::Relaxed);
+        let metrics = &self.parts.metrics;
+        metrics.sound_placement.store(placement);
+        metrics.sound_thread.store(this_thread(), Ordering::Relaxed);
         placement
     }
 
-    /// Renders interleaved stereo over `output`, of any length; blocks of [`Self::block_frames`] fit best.
+    /// Fills `output` with interleaved stereo; any length, multiples of [`Self::block_frames`] are most efficient.
+    /// Wait-free; audio thread.
+    ///
+    /// ```
+    /// # fn main() -> foresound::Result<()> {
+    /// # let (_controller, mut renderer) = foresound::Engine::new(Default::default())?;
+    /// let mut block = [0.0; 2 * 256];
+    /// let report = renderer.render(&mut block);
+    /// assert_eq!(report.frames, 256);
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn render(&mut self, output: &mut [f32]) -> RenderReport {
         let _flush = FlushToZero::begin();
         let started = now();
         let mut report = RenderReport::default();
-        self.take_feeds();
+        self.take_source_changes();
         let block = 2 * self.parts.settings.block_frames;
         for chunk in output.chunks_mut(block) {
-            self.go_on(chunk.len() / 2, &mut report);
+            self.advance_frame(chunk.len() / 2, &mut report);
             self.render_block(chunk, &mut report);
         }
-        let spent = started.elapsed();
-        let meters = &self.parts.meters;
+        let elapsed = started.elapsed();
+        let metrics = &self.parts.metrics;
         let lasts_s = f64::from(report.frames) / f64::from(self.rate_hz());
-        report.missed_deadline = spent.as_secs_f64() > lasts_s;
-        report.level = meters.level.load(Ordering::Relaxed);
-        report.controller_gone = self.parts.frames.is_abandoned();
-        self.share += SHARE_WEIGHT * (spent.as_secs_f64() / lasts_s.max(1e-6) - self.share);
-        let millicores = (1e3 * self.share) as u32;
-        meters.sound_millicores.store(millicores, Ordering::Relaxed);
-        self.parts
-            .spans
-            .record(SpanKind::Block, started, spent, report.level.into());
-        meters.block.record(spent);
+        report.missed_deadline = elapsed.as_secs_f64() > lasts_s;
+        report.extrapolation_level = metrics.extrapolation_level.load(Ordering::Relaxed);
+        report.controller_dropped = self.parts.frames.is_abandoned();
+        self.core_share +=
+            SHARE_WEIGHT * (elapsed.as_secs_f64() / lasts_s.max(1e-6) - self.core_share);
+        let millicores = (1e3 * self.core_share) as u32;
+        metrics
+            .sound_millicores
+            .store(millicores, Ordering::Relaxed);
+        self.parts.spans.record(
+            SpanKind::Block,
+            started,
+            elapsed,
+            report.extrapolation_level.into(),
+        );
+        metrics.block.record(elapsed);
         let lasts_ns = (1e9 * lasts_s) as u64;
-        meters.block_lasts_ns.store(lasts_ns, Ordering::Relaxed);
-        meters
+        metrics.block_lasts_ns.store(lasts_ns, Ordering::Relaxed);
+        metrics
             .block_peak_ns
-            .fetch_max(nanoseconds(spent), Ordering::Relaxed);
-        add(&meters.blocks, 1);
-        add(&meters.missed, u64::from(report.missed_deadline));
-        add(&meters.dropped_paths, u64::from(report.dropped_paths));
-        add(&meters.starved_samples, u64::from(report.starved_samples));
+            .fetch_max(nanoseconds(elapsed), Ordering::Relaxed);
+        add(&metrics.blocks, 1);
+        add(&metrics.missed, u64::from(report.missed_deadline));
+        add(&metrics.dropped_paths, u64::from(report.dropped_paths));
+        add(
+            &metrics.underrun_samples,
+            u64::from(report.underrun_samples),
+        );
         report
     }
 
-    /// Takes new sounds as long as there is a place for the old ones to go.
-    fn take_feeds(&mut self) {
+    /// Takes new sample sources while the return ring has room for the old ones.
+    fn take_source_changes(&mut self) {
         while !self.parts.retired.is_full() {
-            let Ok(change) = self.parts.feeds.pop() else {
+            let Ok(change) = self.parts.source_changes.pop() else {
                 return;
             };
-            let old = self.mixer.change(change);
-            // There is a place: this side alone fills it.
+            let old = self.mixer.replace(change);
+            // There is room: only this side fills the ring.
             if let Err(rtrb::PushError::Full(old)) = self.parts.retired.push(old) {
                 std::mem::forget(old);
             }
@@ -222,36 +242,36 @@ impl Renderer {
             return;
         }
         let started = now();
-        report.starved_samples += self.mixer.mix(frames);
-        add(&self.parts.meters.mixed_frames, frames as u64);
-        let mut inputs: [&[f32]; MOST_SLOTS] = [&[]; MOST_SLOTS];
+        report.underrun_samples += self.mixer.mix(frames);
+        add(&self.parts.metrics.mixed_frames, frames as u64);
+        let mut inputs: [&[f32]; MAX_SLOTS] = [&[]; MAX_SLOTS];
         let slots = self.mixer.inputs(frames, &mut inputs);
         let made = self.parts.generator.render(&inputs[..slots], output);
         report.voices = made.voices;
         self.voices = made.voices;
         report.dropped_paths += made.dropped_paths + made.dropped_delays;
-        self.fade_master(output, if paused { 0.0 } else { 1.0 });
-        let spent = started.elapsed();
-        self.parts.meters.generation.record(spent);
+        self.apply_pause_gain(output, if paused { 0.0 } else { 1.0 });
+        let elapsed = started.elapsed();
+        self.parts.metrics.generation.record(elapsed);
         self.parts
             .spans
-            .record(SpanKind::Generation, started, spent, made.voices.into());
+            .record(SpanKind::Generation, started, elapsed, made.voices.into());
     }
 
-    /// Whether nothing is rendered in a pause.
+    /// Whether a pause has faded out.
     fn is_silent(&self) -> bool {
-        self.parts.frame.paused && self.master == 0.0
+        self.parts.frame.paused && self.pause_gain == 0.0
     }
 
-    fn fade_master(&mut self, output: &mut [f32], target: f32) {
-        if self.master == target {
+    fn apply_pause_gain(&mut self, output: &mut [f32], target: f32) {
+        if self.pause_gain == target {
             return;
         }
         let step = 1.0 / (PAUSE_FADE_S * self.rate_hz() as f32);
         for pair in output.chunks_exact_mut(2) {
-            self.master += (target - self.master).clamp(-step, step);
-            pair[0] *= self.master;
-            pair[1] *= self.master;
+            self.pause_gain += (target - self.pause_gain).clamp(-step, step);
+            pair[0] *= self.pause_gain;
+            pair[1] *= self.pause_gain;
         }
     }
 }

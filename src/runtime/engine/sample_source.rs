@@ -1,14 +1,15 @@
-//! Where a source's samples come from: a clip, or a stream that the app fills.
+//! Samples of a source: a clip, or a stream that the app fills.
 //!
-//! Audio side: [`Feed::fill`] is wait-free. Made and freed on the control side.
+//! [`SampleSource::fill`] and [`SampleSource::skip`] run on the audio side and are wait-free; made and freed on the
+//! control side.
 
 use std::sync::Arc;
 
 use crate::runtime::engine::stream::Stream;
 
-/// A source's sound.
+/// Samples of a source.
 #[derive(Default)]
-pub(crate) enum Feed {
+pub(crate) enum SampleSource {
     #[default]
     Silence,
     Clip {
@@ -19,9 +20,9 @@ pub(crate) enum Feed {
     Stream(Stream),
 }
 
-impl Feed {
-    /// Fills a block with the next samples; gives the number of samples that a stream owed. A clip at its end and a
-    /// stream without a writer are silent and owe nothing.
+impl SampleSource {
+    /// Fills a block with the next samples; returns the number of samples missing in a stream. A finished clip and a
+    /// stream without a writer are silent and miss none.
     pub(crate) fn fill(&mut self, block: &mut [f32]) -> u32 {
         match self {
             Self::Silence => block.fill(0.0),
@@ -47,7 +48,7 @@ impl Feed {
         0
     }
 
-    /// Goes on without being heard; gives the number of samples that a stream owed.
+    /// Discards samples; returns the number of samples missing in a stream.
     pub(crate) fn skip(&mut self, frames: usize) -> u32 {
         match self {
             Self::Silence => 0,
@@ -71,8 +72,8 @@ impl Feed {
 mod tests {
     use super::*;
 
-    fn clip(samples: &[f32], looped: bool) -> Feed {
-        Feed::Clip {
+    fn clip(samples: &[f32], looped: bool) -> SampleSource {
+        SampleSource::Clip {
             samples: samples.into(),
             next: 0,
             looped,

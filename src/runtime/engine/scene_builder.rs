@@ -1,7 +1,6 @@
-//! Scenes built off the app's thread: a mesh goes in, a committed scene comes out some frames later.
+//! Builds scenes on a background thread. Control side.
 //!
-//! Control side. At most one build runs and one mesh waits for it to end, however often an app changes its mind: of several
-//! builds only the last one asked for counts. What nobody wants any more is freed as soon as its build ends.
+//! One build runs at a time; of further requests only the last is kept and starts when the running build ends.
 
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -9,20 +8,20 @@ use std::thread::{self, JoinHandle};
 use crate::error::{Error, Result};
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
-/// What a scene is made of.
+/// Input of a build.
 struct Request {
     mesh: TriangleMesh,
     materials: MaterialTable,
     settings: SceneSettings,
 }
 
-/// A build on its thread.
+/// A running build.
 struct Build {
     thread: JoinHandle<Result<Scene>>,
-    is_wanted: bool,
+    is_current: bool,
 }
 
-/// The build under way, if there is one, and the one after it.
+/// The running build and the next request.
 #[derive(Default)]
 pub(super) struct SceneBuilder {
     build: Option<Build>,
@@ -30,7 +29,7 @@ pub(super) struct SceneBuilder {
 }
 
 impl SceneBuilder {
-    /// Starts a build, or has it wait for the one under way, whose result will not be looked at.
+    /// Starts a build, or queues it behind the running one, whose result will be discarded.
     pub(super) fn start(
         &mut self,
         mesh: TriangleMesh,
@@ -60,31 +59,31 @@ impl SceneBuilder {
             })?;
         self.build = Some(Build {
             thread,
-            is_wanted: true,
+            is_current: true,
         });
         Ok(())
     }
 
     pub(super) fn is_building(&self) -> bool {
-        self.waiting.is_some() || self.build.as_ref().is_some_and(|build| build.is_wanted)
+        self.waiting.is_some() || self.build.as_ref().is_some_and(|build| build.is_current)
     }
 
-    /// Forgets what is being built.
+    /// Discards the running build's result and the next request.
     pub(super) fn cancel(&mut self) {
         self.waiting = None;
         if let Some(build) = &mut self.build {
-            build.is_wanted = false;
+            build.is_current = false;
         }
     }
 
-    /// The result, once it is there.
+    /// The result, once available.
     pub(super) fn poll(&mut self) -> Option<Result<Arc<Scene>>> {
         let build = self.build.take_if(|build| build.thread.is_finished())?;
         let result = build.thread.join();
         if let Some(request) = self.waiting.take() {
             return self.spawn(request).err().map(Err);
         }
-        if !build.is_wanted {
+        if !build.is_current {
             return None;
         }
         Some(match result {

@@ -1,4 +1,4 @@
-//! What an engine is built for.
+//! Settings of an engine.
 
 use std::sync::Arc;
 
@@ -9,86 +9,86 @@ use crate::propagation::PropagationSettings;
 use crate::runtime::budget::Budget;
 use crate::runtime::phone::DeviceHintsSettings;
 use crate::runtime::threads::affinity::AffinityPolicy;
-use crate::runtime::threads::workers::MOST_THREADS;
+use crate::runtime::threads::workers::MAX_THREADS;
 
-/// Most sources of an engine.
-pub const MOST_SOURCES: usize = 4096;
+/// Greatest number of sources of an engine.
+pub const MAX_SOURCES: usize = 4096;
 
 /// When propagation runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EngineSchedule {
-    /// Within every [`super::Controller::tick`], on the app's thread and its helpers ([`EngineSettings::tracing_threads`]):
-    /// the baseline.
+    /// Within every [`super::Controller::tick`], on the app's thread and helpers ([`EngineSettings::tracing_threads`]).
     Synchronous,
-    /// On a thread of its own that never stops, on the newest poses; extrapolation fills the frames in between.
+    /// Continuously on a thread of its own, with the newest poses; extrapolation covers the frames in between.
     #[default]
     Asynchronous,
 }
 
-/// How long a graphics frame is.
+/// Length of a graphics frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum FrameTime {
-    /// As long as the app's ticks are apart, measured.
+    /// The measured time between ticks.
     #[default]
     Measured,
-    /// This many seconds, 0.001 to 1: for rendering faster or slower than real time.
+    /// A fixed time in seconds, 0.001 to 1: for rendering faster or slower than real time.
     Fixed(f64),
 }
 
-/// Sizes, limits and choices of an engine.
+/// Settings of an engine; start from [`Default`] and assign fields.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct EngineSettings {
-    /// Rate, slots for sources and everything else of the sound itself.
+    /// Sample rate, source slots, voices, limiter.
     pub generation: GeneratorSettings,
-    /// Most sources that the app may add, 1 to [`MOST_SOURCES`]; `None` is one a slot of
-    /// [`GeneratorSettings::max_sources`]. Where there are more sources than slots, the loudest at the listener have
-    /// slots of their own, neighbours among the others share one, and the masked are not heard; cost grows with slots.
-    pub most_sources: Option<usize>,
-    /// Head-related set; `None` takes the built-in one for the rate.
+    /// Greatest number of sources, 1 to 4096; `None` is the number of slots, [`GeneratorSettings::max_sources`]. With
+    /// more sources than slots the loudest have slots of their own, neighbours among the others share one, and masked
+    /// ones are silent. Cost grows with slots.
+    pub max_sources: Option<usize>,
+    /// HRTF set; `None` is the built-in one for the sample rate.
     pub hrtf: Option<Arc<Hrtf>>,
-    /// Audio frames a block, 32 to 4096.
+    /// Audio frames per block, 32 to 4096.
     pub block_frames: usize,
-    /// Most paths of one update that are kept, 1 to 16,384; beyond them the quietest are dropped and counted.
+    /// Greatest number of paths of an update, 1 to 16,384; beyond it the quietest are dropped and counted.
     pub max_paths: usize,
-    /// Rays, depth and memory of propagation.
+    /// Rays, reflection orders and caches of propagation.
     pub propagation: PropagationSettings,
-    /// Threads that trace an update of the synchronous schedule, the app's among them, 1 to [`MOST_THREADS`]. In the
-    /// asynchronous schedule the propagation thread traces alone: the other core is the sound's.
+    /// Threads of an update in the synchronous schedule, including the app's, 1 to [`MAX_THREADS`]. In the asynchronous
+    /// schedule the propagation thread traces alone and leaves the other core to sound.
     pub tracing_threads: usize,
     /// When propagation runs.
     pub schedule: EngineSchedule,
-    /// How paths go on between updates.
+    /// How paths continue between updates.
     pub predictor: PredictorKind,
-    /// Where threads run.
+    /// Cores of the threads.
     pub affinity: AffinityPolicy,
-    /// What may be spent; [`super::Controller::set_budget`] changes it.
+    /// Limits of computing time; [`super::Controller::set_budget`] changes them.
     pub budget: Budget,
-    /// Spans that each thread records until [`super::Controller::collect_spans`] takes them, to 2^20; 0 records none.
+    /// Capacity of each thread's ring of trace spans, to 2^20; 0 records none. See
+    /// [`super::Controller::collect_spans`].
     pub trace_spans: usize,
-    /// How long a graphics frame is.
+    /// Length of a graphics frame.
     pub frame_time: FrameTime,
-    /// Whether blocks are to take alike time. A graphics frame that is much work is then worked out over the blocks until
-    /// the next one, an even share in each, and heard when it is done; and `best` works each path out in one frame of three
-    /// and continues it in between. Otherwise the block that takes a frame does all of it.
+    /// Whether the work of a graphics frame is spread evenly over the blocks until the next one; the geometric
+    /// predictor then evaluates each path in one frame of three. Otherwise the block that takes a frame does all of it.
     pub even_blocks: bool,
-    /// What is asked of a phone's system, and told to it; nothing where it has no such functions.
-    pub manners: DeviceHintsSettings,
-    /// Most paths of an update that [`super::Controller::shown_paths`] gives, the loudest, to 16,384; 0 gives none.
-    pub shown_paths: usize,
-    /// Called before every update with its number, on the thread that computes it: a place for a profiler's mark. If it
-    /// panics, propagation stops as it would for its own panic.
+    /// Thermal and performance hints of a phone's system; ignored on other systems.
+    pub device_hints: DeviceHintsSettings,
+    /// Greatest number of paths of [`super::Controller::path_snapshot`], to 16,384; 0 turns it off.
+    pub max_snapshot_paths: usize,
+    /// Called before every update with its number, on the propagating thread, for instance for a profiler's mark. A
+    /// panic stops propagation.
     pub before_update: Option<fn(u64)>,
 }
 
 impl Default for EngineSettings {
-    /// Sixteen sources at 44.1 kHz in blocks of 256, and paths to 343 m: delay lines are most of an engine's memory.
+    /// Sixteen sources at 44.1 kHz in blocks of 256, paths up to 343 m: delay lines are most of an engine's memory.
     fn default() -> Self {
         Self {
             generation: GeneratorSettings {
                 max_delay_s: 1.0,
                 ..GeneratorSettings::default()
             },
-            most_sources: None,
+            max_sources: None,
             hrtf: None,
             block_frames: 256,
             max_paths: 2048,
@@ -101,8 +101,8 @@ impl Default for EngineSettings {
             trace_spans: 0,
             frame_time: FrameTime::default(),
             even_blocks: true,
-            manners: DeviceHintsSettings::default(),
-            shown_paths: 0,
+            device_hints: DeviceHintsSettings::default(),
+            max_snapshot_paths: 0,
             before_update: None,
         }
     }
@@ -121,12 +121,12 @@ impl EngineSettings {
         range("block_frames", self.block_frames, 32, 4096)?;
         range("max_paths", self.max_paths, 1, 16_384)?;
         range("trace_spans", self.trace_spans, 0, 1 << 20)?;
-        range("shown_paths", self.shown_paths, 0, 16_384)?;
-        if let Some(most_sources) = self.most_sources {
-            range("most_sources", most_sources, 1, MOST_SOURCES)?;
+        range("max_snapshot_paths", self.max_snapshot_paths, 0, 16_384)?;
+        if let Some(max_sources) = self.max_sources {
+            range("max_sources", max_sources, 1, MAX_SOURCES)?;
         }
         self.budget.check()?;
-        range("tracing_threads", self.tracing_threads, 1, MOST_THREADS)?;
+        range("tracing_threads", self.tracing_threads, 1, MAX_THREADS)?;
         match self.frame_time {
             FrameTime::Fixed(seconds) if !(0.001..=1.0).contains(&seconds) => {
                 let problem = format!("{seconds} s is outside 0.001 to 1");
@@ -137,12 +137,12 @@ impl EngineSettings {
         }
     }
 
-    /// Most sources that the app may add.
-    pub fn most_sources(&self) -> usize {
-        self.most_sources.unwrap_or(self.generation.max_sources)
+    /// Greatest number of sources.
+    pub fn source_limit(&self) -> usize {
+        self.max_sources.unwrap_or(self.generation.max_sources)
     }
 
-    pub(super) fn head(&self) -> Result<Arc<Hrtf>> {
+    pub(super) fn load_hrtf(&self) -> Result<Arc<Hrtf>> {
         if let Some(hrtf) = &self.hrtf {
             return Ok(Arc::clone(hrtf));
         }
@@ -153,11 +153,7 @@ impl EngineSettings {
         #[cfg(not(feature = "builtin-hrtf"))]
         {
             let advice = "give one, or build with the feature builtin-hrtf";
-            Err(Error::setting(
-                "hrtf",
-                "no head-related set is built in",
-                advice,
-            ))
+            Err(Error::setting("hrtf", "no HRTF set is built in", advice))
         }
     }
 }

@@ -1,61 +1,60 @@
-//! How long a slot is empty between two tenants: until the last one has been heard to its end.
+//! When a slot may be reused: after the fade-out of its last source.
 //!
-//! Control side. Counted in audio that was mixed since the renderer took the frame in which the tenant is gone: a device may
-//! stop asking for a while, and the app's clock goes on.
+//! Control side. Time is counted in mixed audio since the renderer applied the frame that removed the source, because a
+//! device may stall while the app's clock runs.
 
-use crate::runtime::engine::mixer::FADE_S;
-use crate::runtime::engine::release_tails::AFTERGLOW_FRAMES;
+use crate::runtime::engine::mixer::CROSS_FADE_S;
+use crate::runtime::engine::release_tails::RELEASE_FRAMES;
 
-/// Seconds of audio that a slot rests, with blocks of up to 1,000 frames.
-pub(crate) const REST_S: f64 = 0.15;
+/// Shortest release of a slot in seconds of audio; sufficient for blocks of up to 1,000 frames.
+pub(crate) const MIN_RELEASE_S: f64 = 0.15;
 
-/// How far the app and the renderer are.
+/// Progress of app and renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Heard {
-    /// The app's graphics frame that goes out now.
+pub(crate) struct PlaybackProgress {
+    /// The app's current graphics frame.
     pub(crate) tick: u64,
-    /// The newest one that the renderer uses.
-    pub(crate) placed: u64,
+    /// The graphics frame that the renderer applied last.
+    pub(crate) applied_tick: u64,
     /// Seconds of audio mixed so far.
     pub(crate) time_s: f64,
 }
 
-/// A slot's rest.
+/// Release state of a slot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) enum Rest {
-    /// A tenant may come.
+pub(crate) enum SlotRelease {
+    /// Reusable.
     #[default]
-    Over,
-    /// Nobody is there from this graphics frame on.
-    Left(u64),
-    /// The renderer knows, since this second of audio.
-    Since(f64),
+    Free,
+    /// Empty from this graphics frame on, which the renderer has not applied.
+    RemovedAt(u64),
+    /// The renderer applied the frame at this second of audio.
+    FadingSince(f64),
 }
 
-impl Rest {
-    /// Begins with a graphics frame, goes on with each, and is over after so many seconds of audio.
-    pub(crate) fn go_on(&mut self, heard: &Heard, rest_s: f64) {
-        if let Self::Left(tick) = *self
-            && heard.placed >= tick
+impl SlotRelease {
+    /// Updates the state; a slot becomes free `release_s` seconds of audio after the renderer applied the frame.
+    pub(crate) fn advance(&mut self, progress: &PlaybackProgress, release_s: f64) {
+        if let Self::RemovedAt(tick) = *self
+            && progress.applied_tick >= tick
         {
-            *self = Self::Since(heard.time_s);
+            *self = Self::FadingSince(progress.time_s);
         }
-        if let Self::Since(since_s) = *self
-            && heard.time_s - since_s >= rest_s
+        if let Self::FadingSince(since_s) = *self
+            && progress.time_s - since_s >= release_s
         {
-            *self = Self::Over;
+            *self = Self::Free;
         }
     }
 }
 
-/// Seconds of a rest: longer than two cross-fades in whole blocks, of which the second waits for the first, and the end of a
-/// sound after them.
-pub(crate) fn rest_s(block_frames: usize, rate_hz: u32) -> f64 {
+/// Release time in seconds: two consecutive cross-fades in whole blocks, and a fade-out after them.
+pub(crate) fn release_s(block_frames: usize, rate_hz: u32) -> f64 {
     let block = block_frames as f64;
     let rate_hz = f64::from(rate_hz);
-    let fade = (f64::from(FADE_S) * rate_hz / block).ceil() * block;
-    let frames = 2.0 * fade + block + AFTERGLOW_FRAMES as f64;
-    REST_S.max(frames / rate_hz)
+    let fade = (f64::from(CROSS_FADE_S) * rate_hz / block).ceil() * block;
+    let frames = 2.0 * fade + block + RELEASE_FRAMES as f64;
+    MIN_RELEASE_S.max(frames / rate_hz)
 }
 
 #[cfg(test)]
@@ -64,36 +63,36 @@ mod tests {
 
     #[test]
     fn a_rest_lasts_as_long_as_audio_is_mixed_after_the_frame_is_in_use() {
-        let mut rest = Rest::Left(5);
-        let mut heard = Heard {
+        let mut release = SlotRelease::RemovedAt(5);
+        let mut progress = PlaybackProgress {
             tick: 5,
-            placed: 4,
+            applied_tick: 4,
             time_s: 1.0,
         };
-        // The frame is not in use, however much is heard.
+        // The frame is not applied, however much audio is mixed.
         for _ in 0..10 {
-            heard.time_s += 1.0;
-            rest.go_on(&heard, 0.15);
+            progress.time_s += 1.0;
+            release.advance(&progress, 0.15);
         }
-        assert_eq!(rest, Rest::Left(5));
-        // A later one is as good. Nothing is heard, however many go out.
-        heard.placed = 7;
+        assert_eq!(release, SlotRelease::RemovedAt(5));
+        // A later frame counts as well. No audio is mixed, however many ticks pass.
+        progress.applied_tick = 7;
         for tick in 7..100 {
-            heard.tick = tick;
-            rest.go_on(&heard, 0.15);
+            progress.tick = tick;
+            release.advance(&progress, 0.15);
         }
-        assert_eq!(rest, Rest::Since(11.0));
-        heard.time_s = 11.14;
-        rest.go_on(&heard, 0.15);
-        assert_ne!(rest, Rest::Over);
-        heard.time_s = 11.15;
-        rest.go_on(&heard, 0.15);
-        assert_eq!(rest, Rest::Over);
+        assert_eq!(release, SlotRelease::FadingSince(11.0));
+        progress.time_s = 11.14;
+        release.advance(&progress, 0.15);
+        assert_ne!(release, SlotRelease::Free);
+        progress.time_s = 11.15;
+        release.advance(&progress, 0.15);
+        assert_eq!(release, SlotRelease::Free);
     }
 
     #[test]
     fn long_blocks_take_longer_rests() {
-        assert_eq!(rest_s(256, 44_100), REST_S);
-        assert!(rest_s(8192, 44_100) > 3.0 * 8192.0 / 44_100.0);
+        assert_eq!(release_s(256, 44_100), MIN_RELEASE_S);
+        assert!(release_s(8192, 44_100) > 3.0 * 8192.0 / 44_100.0);
     }
 }

@@ -1,29 +1,27 @@
-//! Gains that follow what is wanted of them without a step or a bend.
+//! Gains that follow their targets with a continuous slope.
 //!
-//! Audio side; wait-free. A gain that grows linearly within a block bends where it begins and ends to grow, and a bend of a
-//! loud sound can be heard as a click where little else sounds. Own.
+//! Audio side; wait-free. The kinks of piecewise linear gains are audible as clicks on a loud sound. Own.
 
-/// Time constant in seconds: a hundredth of a change is left after 27 ms.
+/// Time constant in seconds: 1 % of a change remains after 27 ms.
 const TIME_S: f32 = 0.004;
 
-/// What is left of a change, of the wanted gain or of 1 where that is more, that is taken to be none: −100 dB.
+/// Remainder of a change that counts as zero, relative to the larger of the target and 1: −100 dB.
 const NOTHING: f32 = 1e-5;
 
-/// A value and its growth a frame at one time.
+/// A gain and its slope per audio frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Gain {
+pub(super) struct SmoothedGain {
     pub(super) value: f32,
-    pub(super) growth: f32,
+    pub(super) slope: f32,
 }
 
-impl Gain {
-    /// At rest.
+impl SmoothedGain {
+    /// A constant gain.
     pub(super) fn at(value: f32) -> Self {
-        Self { value, growth: 0.0 }
+        Self { value, slope: 0.0 }
     }
 
-    /// So many frames later, on its way to where it shall rest: critically damped, so that it does not overshoot from
-    /// rest. However the frames are cut into blocks, it is in the same places.
+    /// The gain `frames` later: a critically damped approach to `target`, independent of the division into blocks.
     pub(super) fn after(self, frames: usize, target: f32, rate_hz: f32) -> Self {
         if self == Self::at(target) {
             return self;
@@ -31,59 +29,64 @@ impl Gain {
         let per_frame = 1.0 / (TIME_S * rate_hz);
         let time = frames as f32;
         let left = self.value - target;
-        let pull = self.growth + left * per_frame;
+        let pull = self.slope + left * per_frame;
         let decay = (-time * per_frame).exp();
         let left = (left + pull * time) * decay;
-        let growth = (self.growth - pull * time * per_frame) * decay;
+        let slope = (self.slope - pull * time * per_frame) * decay;
         let nothing = NOTHING * target.abs().max(1.0);
-        if left.abs() < nothing && (growth / per_frame).abs() < nothing {
+        if left.abs() < nothing && (slope / per_frame).abs() < nothing {
             return Self::at(target);
         }
         Self {
             value: target + left,
-            growth,
+            slope: slope,
         }
     }
 }
 
-/// Place in a fade before its first frame, from 0 for nothing to 1 for everything, and growth a frame.
+/// Position in a fade before its first frame, 0 (silent) to 1, and slope per audio frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fade {
-    pub(super) place: f32,
-    pub(super) growth: f32,
+pub(super) struct CrossFade {
+    pub(super) position: f32,
+    pub(super) slope: f32,
 }
 
-impl Fade {
-    /// The share after so many frames; neither end has a bend, and what falls and what rises are a whole together.
-    pub(super) fn share(self, frames: usize) -> f32 {
-        let place = (self.place + self.growth * frames as f32).clamp(0.0, 1.0);
-        place * place * (3.0 - 2.0 * place)
+impl CrossFade {
+    /// The gain after `frames`: smoothstep, so that a fade in and a fade out sum to 1.
+    pub(super) fn gain(self, frames: usize) -> f32 {
+        let position = (self.position + self.slope * frames as f32).clamp(0.0, 1.0);
+        position * position * (3.0 - 2.0 * position)
     }
 
-    fn rests(self) -> bool {
-        (self.place <= 0.0 && self.growth <= 0.0) || (self.place >= 1.0 && self.growth >= 0.0)
+    fn is_constant(self) -> bool {
+        (self.position <= 0.0 && self.slope <= 0.0) || (self.position >= 1.0 && self.slope >= 0.0)
     }
 }
 
-/// Adds samples at a share of a gain that goes from one to another without a bend.
-pub(super) fn mix_into(input: &mut [f32], samples: &[f32], [from, to]: [Gain; 2], fade: Fade) {
+/// Adds samples times `fade` and a gain that moves from `from` to `to` with a continuous slope.
+pub(super) fn mix_into(
+    input: &mut [f32],
+    samples: &[f32],
+    [from, to]: [SmoothedGain; 2],
+    fade: CrossFade,
+) {
     let count = input.len().min(samples.len());
     let pairs = input.iter_mut().zip(samples);
-    if from == to && from.growth == 0.0 && fade.rests() {
-        let gain = from.value * fade.share(0);
+    if from == to && from.slope == 0.0 && fade.is_constant() {
+        let gain = from.value * fade.gain(0);
         pairs.for_each(|(sum, sample)| *sum += sample * gain);
         return;
     }
-    // Hermite's cubic of the share of the block that has passed.
+    // Cubic Hermite interpolation over the block.
     let length = count as f32;
-    let (first, last) = (from.growth * length, to.growth * length);
+    let (first, last) = (from.slope * length, to.slope * length);
     let rise = to.value - from.value;
     let cubed = first + last - 2.0 * rise;
     let squared = 3.0 * rise - 2.0 * first - last;
     for (n, (sum, sample)) in pairs.enumerate() {
-        let place = (n + 1) as f32 / length;
-        let gain = from.value + place * (first + place * (squared + place * cubed));
-        *sum += sample * gain * fade.share(n + 1);
+        let position = (n + 1) as f32 / length;
+        let gain = from.value + position * (first + position * (squared + position * cubed));
+        *sum += sample * gain * fade.gain(n + 1);
     }
 }
 
@@ -92,13 +95,13 @@ mod tests {
     use super::*;
 
     const RATE_HZ: f32 = 44_100.0;
-    const WHOLE: Fade = Fade {
-        place: 1.0,
-        growth: 0.0,
+    const WHOLE: CrossFade = CrossFade {
+        position: 1.0,
+        slope: 0.0,
     };
 
     /// The gain at every frame, mixed in blocks of one length.
-    fn course(mut gain: Gain, target: f32, block: usize, frames: usize) -> Vec<f32> {
+    fn course(mut gain: SmoothedGain, target: f32, block: usize, frames: usize) -> Vec<f32> {
         let mut heard = vec![0.0; frames];
         for part in heard.chunks_mut(block) {
             let next = gain.after(part.len(), target, RATE_HZ);
@@ -118,7 +121,7 @@ mod tests {
     fn it_gets_there_without_overshoot_or_bend() {
         for (from, to) in [(0.0, 1.0), (1.0, 0.0), (1.0, 8.0), (8.0, 0.5)] {
             for block in [16, 64, 256, 1000] {
-                let heard = course(Gain::at(from), to, block, 4410);
+                let heard = course(SmoothedGain::at(from), to, block, 4410);
                 // The cubic of a block of some five time constants swings by 0.24 % of the way; shorter ones do not.
                 let swing = if block > 512 { 2.5e-3 } else { 1e-5 };
                 let swing = swing * (from - to).abs();
@@ -137,9 +140,14 @@ mod tests {
 
     #[test]
     fn it_turns_back_without_a_bend() {
-        let risen = Gain::at(0.0).after(150, 1.0, RATE_HZ);
+        let risen = SmoothedGain::at(0.0).after(150, 1.0, RATE_HZ);
         let mut heard = vec![0.0; 150];
-        mix_into(&mut heard, &[1.0; 150], [Gain::at(0.0), risen], WHOLE);
+        mix_into(
+            &mut heard,
+            &[1.0; 150],
+            [SmoothedGain::at(0.0), risen],
+            WHOLE,
+        );
         heard.extend(course(risen, 0.0, 64, 4410));
         assert!(sharpest(&heard, 0.0) < 2e-4);
         assert_eq!(heard.last(), Some(&0.0));
@@ -147,25 +155,25 @@ mod tests {
 
     #[test]
     fn blocks_meet_in_the_same_places() {
-        let whole = Gain::at(0.3).after(300, 2.0, RATE_HZ);
-        let mut parts = Gain::at(0.3);
+        let whole = SmoothedGain::at(0.3).after(300, 2.0, RATE_HZ);
+        let mut parts = SmoothedGain::at(0.3);
         for frames in [1, 49, 100, 150] {
             parts = parts.after(frames, 2.0, RATE_HZ);
         }
         assert!((whole.value - parts.value).abs() < 1e-6);
-        assert!((whole.growth - parts.growth).abs() < 1e-7);
+        assert!((whole.slope - parts.slope).abs() < 1e-7);
     }
 
     #[test]
     fn what_falls_and_what_rises_are_a_whole() {
-        let growth = 1.0 / 50.0;
-        let rises = |place| Fade { place, growth };
-        let falls = |place| Fade {
-            place,
-            growth: -growth,
+        let slope = 1.0 / 50.0;
+        let rises = |position| CrossFade { position, slope };
+        let falls = |position| CrossFade {
+            position,
+            slope: -slope,
         };
         let [mut low, mut high] = [vec![0.0f32; 80], vec![0.0f32; 80]];
-        let gain = [Gain::at(2.0); 2];
+        let gain = [SmoothedGain::at(2.0); 2];
         mix_into(&mut low, &[1.0; 80], gain, rises(0.0));
         mix_into(&mut high, &[1.0; 80], gain, falls(1.0));
         for (low, high) in low.iter().zip(&high) {
@@ -175,7 +183,7 @@ mod tests {
         // A line would bend by a part in fifty at each end.
         assert!(sharpest(&low, 0.0) < 2.0 * 6.1 / 2500.0);
         // At rest at either end.
-        assert!(rises(1.0).rests() && falls(0.0).rests());
-        assert!(!rises(0.0).rests() && !falls(1.0).rests());
+        assert!(rises(1.0).is_constant() && falls(0.0).is_constant());
+        assert!(!rises(0.0).is_constant() && !falls(1.0).is_constant());
     }
 }

@@ -1,62 +1,61 @@
-//! Which sources there are: slots with generations, so that an old handle is an error and never another source.
+//! Table of sources. Entries have generations, so a stale handle is an error and never refers to another source.
 //!
-//! Control side. A slot counts 65,536 tenants before a generation comes again; freed slots wait in a queue, so with
-//! sixteen free ones that is a million sources.
+//! Control side. A generation repeats after 65,536 sources in one entry; free entries are used in turn.
 
 use std::collections::VecDeque;
 
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::runtime::engine::slot_release::{Heard, Rest};
-use crate::runtime::engine::source_virtualization::Guest;
+use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
+use crate::runtime::engine::source_virtualization::VirtualSource;
 use crate::scene::{SourceId, SourcePose};
 
-/// What the app has said of one source.
+/// Settings of one source.
 #[derive(Debug, Clone, Copy)]
-struct Tenant {
+struct SourceState {
     pose: SourcePose,
     gain: f32,
     muted: bool,
-    /// Whether it has a sound.
+    /// Whether it has samples.
     plays: bool,
 }
 
 #[derive(Debug)]
-struct Slot {
+struct SourceEntry {
     generation: u16,
-    tenant: Option<Tenant>,
-    rest: Rest,
+    state: Option<SourceState>,
+    release: SlotRelease,
 }
 
-impl Slot {
-    fn guest(&self) -> Option<Guest> {
-        let tenant = self.tenant?;
-        Some(Guest {
-            pose: tenant.pose,
-            gain: if tenant.muted { 0.0 } else { tenant.gain },
-            plays: tenant.plays,
+impl SourceEntry {
+    fn virtual_source(&self) -> Option<VirtualSource> {
+        let state = self.state?;
+        Some(VirtualSource {
+            pose: state.pose,
+            gain: if state.muted { 0.0 } else { state.gain },
+            plays: state.plays,
         })
     }
 }
 
-/// All slots.
+/// All sources.
 #[derive(Debug)]
 pub(super) struct SourceTable {
-    slots: Vec<Slot>,
+    slots: Vec<SourceEntry>,
     free: VecDeque<u16>,
 }
 
-/// Farthest coordinate in metres that a pose may have: beyond it squares of distances lose all meaning.
-const FARTHEST_M: f32 = 1e6;
+/// Greatest coordinate in metres: beyond it squared distances lose all precision.
+const MAX_COORDINATE_M: f32 = 1e6;
 
-/// Refuses places that are no places.
-pub(super) fn check_place(name: &str, place: Vec3) -> Result<()> {
-    if place.abs().cmple(Vec3::splat(FARTHEST_M)).all() {
+/// Rejects positions that are not finite or too far out.
+pub(super) fn check_position(name: &str, position: Vec3) -> Result<()> {
+    if position.abs().cmple(Vec3::splat(MAX_COORDINATE_M)).all() {
         return Ok(());
     }
-    let problem = format!("{place} is no place");
-    let advice = "give metres below 1e6 in magnitude; the last good place is kept";
+    let problem = format!("{position} is no position");
+    let advice = "give metres below 1e6 in magnitude; the last good position is kept";
     Err(Error::setting(name, problem, advice))
 }
 
@@ -64,10 +63,10 @@ impl SourceTable {
     pub(super) fn new(slots: usize) -> Self {
         Self {
             slots: (0..slots)
-                .map(|_| Slot {
+                .map(|_| SourceEntry {
                     generation: 0,
-                    tenant: None,
-                    rest: Rest::Over,
+                    state: None,
+                    release: SlotRelease::Free,
                 })
                 .collect(),
             free: (0..slots as u16).collect(),
@@ -75,15 +74,15 @@ impl SourceTable {
     }
 
     pub(super) fn add(&mut self, position: Vec3) -> Result<SourceId> {
-        check_place("position", position)?;
+        check_position("position", position)?;
         let Some(index) = self.free.pop_front() else {
             let problem = format!("all {} sources are in use", self.slots.len());
-            let advice = "remove one, or raise most_sources";
+            let advice = "remove one, or raise max_sources";
             return Err(Error::engine(problem, advice));
         };
         let slot = &mut self.slots[usize::from(index)];
         let id = SourceId::new(index, slot.generation);
-        slot.tenant = Some(Tenant {
+        slot.state = Some(SourceState {
             pose: SourcePose::at(id, position),
             gain: 1.0,
             muted: false,
@@ -92,60 +91,60 @@ impl SourceTable {
         Ok(id)
     }
 
-    /// Removes a source from the graphics frame of this number on.
+    /// Removes a source from graphics frame `tick` on.
     pub(super) fn remove(&mut self, id: SourceId, tick: u64) -> Result<()> {
-        self.tenant(id)?;
+        self.state_mut(id)?;
         let slot = &mut self.slots[id.slot()];
-        slot.tenant = None;
-        slot.rest = Rest::Left(tick);
+        slot.state = None;
+        slot.release = SlotRelease::RemovedAt(tick);
         slot.generation = slot.generation.wrapping_add(1);
         self.free.push_back(id.slot() as u16);
         Ok(())
     }
 
     pub(super) fn move_to(&mut self, id: SourceId, position: Vec3) -> Result<()> {
-        let tenant = self.tenant(id)?;
-        check_place("position", position)?;
-        tenant.pose.position = position;
+        let state = self.state_mut(id)?;
+        check_position("position", position)?;
+        state.pose.position = position;
         Ok(())
     }
 
-    /// Takes place, orientation and settings over.
+    /// Sets position, orientation and settings.
     pub(super) fn pose(&mut self, pose: &SourcePose) -> Result<()> {
-        let tenant = self.tenant(pose.id)?;
-        check_place("position", pose.position)?;
+        let state = self.state_mut(pose.id)?;
+        check_position("position", pose.position)?;
         if !pose.orientation.is_finite() {
             let problem = format!("{} is no orientation", pose.orientation);
             let advice = "give a unit quaternion; the last good pose is kept";
             return Err(Error::setting("orientation", problem, advice));
         }
-        tenant.pose = *pose;
+        state.pose = *pose;
         Ok(())
     }
 
     pub(super) fn set_muted(&mut self, id: SourceId, muted: bool) -> Result<()> {
-        self.tenant(id)?.muted = muted;
+        self.state_mut(id)?.muted = muted;
         Ok(())
     }
 
     pub(super) fn set_plays(&mut self, id: SourceId, plays: bool) -> Result<()> {
-        self.tenant(id)?.plays = plays;
+        self.state_mut(id)?.plays = plays;
         Ok(())
     }
 
     pub(super) fn set_gain(&mut self, id: SourceId, gain: f32) -> Result<()> {
-        let tenant = self.tenant(id)?;
+        let state = self.state_mut(id)?;
         if !(0.0..=1e3).contains(&gain) {
-            let advice = "give a pressure ratio from 0 to 1000";
-            return Err(Error::setting("gain", format!("{gain} is none"), advice));
+            let advice = "give a linear gain from 0 to 1000";
+            return Err(Error::setting("gain", format!("{gain} is no gain"), advice));
         }
-        tenant.gain = gain;
+        state.gain = gain;
         Ok(())
     }
 
     pub(super) fn check(&self, id: SourceId) -> Result<()> {
         let slot = self.slots.get(id.slot());
-        match slot.filter(|slot| slot.tenant.is_some() && slot.generation == id.generation()) {
+        match slot.filter(|slot| slot.state.is_some() && slot.generation == id.generation()) {
             Some(_) => Ok(()),
             None => Err(Error::StaleSource {
                 slot: id.slot(),
@@ -154,14 +153,14 @@ impl SourceTable {
         }
     }
 
-    fn tenant(&mut self, id: SourceId) -> Result<&mut Tenant> {
+    fn state_mut(&mut self, id: SourceId) -> Result<&mut SourceState> {
         let stale = Error::StaleSource {
             slot: id.slot(),
             generation: id.generation(),
         };
         let slot = self.slots.get_mut(id.slot());
         slot.filter(|slot| slot.generation == id.generation())
-            .and_then(|slot| slot.tenant.as_mut())
+            .and_then(|slot| slot.state.as_mut())
             .ok_or(stale)
     }
 
@@ -170,22 +169,25 @@ impl SourceTable {
         self.slots.len() - self.free.len()
     }
 
-    /// Every source, by slot.
-    pub(super) fn iter(&self) -> impl Iterator<Item = Guest> + Clone + '_ {
-        self.slots.iter().filter_map(Slot::guest)
+    /// All sources, by index.
+    pub(super) fn iter(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
+        self.slots.iter().filter_map(SourceEntry::virtual_source)
     }
 
-    /// Lets slots without tenants rest on, `rest_s` seconds of audio in all.
-    pub(super) fn rest(&mut self, heard: &Heard, rest_s: f64) {
+    /// Updates the release of all entries.
+    pub(super) fn advance_releases(&mut self, progress: &PlaybackProgress, release_s: f64) {
         for slot in &mut self.slots {
-            slot.rest.go_on(heard, rest_s);
+            slot.release.advance(progress, release_s);
         }
     }
 
-    /// Every source but those whose slot has to rest after its last tenant, who would be cut off.
-    pub(super) fn after_rest(&self) -> impl Iterator<Item = Guest> + Clone + '_ {
-        let rested = |slot: &&Slot| slot.rest == Rest::Over;
-        self.slots.iter().filter(rested).filter_map(Slot::guest)
+    /// All sources but those whose slot is still releasing its last source.
+    pub(super) fn iter_released(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
+        let rested = |slot: &&SourceEntry| slot.release == SlotRelease::Free;
+        self.slots
+            .iter()
+            .filter(rested)
+            .filter_map(SourceEntry::virtual_source)
     }
 }
 
@@ -198,15 +200,15 @@ mod tests {
         let mut table = SourceTable::new(1);
         let first = table.add(Vec3::ZERO).expect("is free");
         let ids = |table: &mut SourceTable, placed: u64, time_s: f64| -> Vec<SourceId> {
-            let heard = Heard {
+            let progress = PlaybackProgress {
                 tick: 9,
-                placed,
+                applied_tick: placed,
                 time_s,
             };
-            table.rest(&heard, 0.15);
-            table.after_rest().map(|guest| guest.pose.id).collect()
+            table.advance_releases(&progress, 0.15);
+            table.iter_released().map(|source| source.pose.id).collect()
         };
-        // Whose slot nobody had before begins at once.
+        // A source in an unused slot starts at once.
         assert_eq!(ids(&mut table, 0, 0.0), [first]);
         table.remove(first, 4).expect("is there");
         let second = table.add(Vec3::ONE).expect("is free again");
@@ -214,7 +216,7 @@ mod tests {
         assert!(ids(&mut table, 4, 3.0).is_empty());
         assert!(ids(&mut table, 9, 3.149).is_empty());
         assert_eq!(ids(&mut table, 9, 3.151), [second]);
-        // It is there all the same.
+        // It exists all the same.
         assert_eq!(table.iter().count(), 1);
         assert!(table.check(second).is_ok());
     }

@@ -1,51 +1,50 @@
-//! More sources than slots: who has a slot of its own, who shares one, who is not heard. Own.
+//! Source virtualisation: assigns more sources than slots to own slots, shared slots or silence. Own.
 //!
-//! Control side, once a tick; bounded by sources times slots. Propagation, extrapolation and generation see slots only, so
-//! that their cost does not grow with the number of sources. The loudest have slots of their own; of the rest, neighbours
-//! as the listener hears them share one, which stands where the loudest of them stands and plays them all, each at its own
-//! level; the masked ones are silent and only keep their place in their sound.
+//! Control side, once a tick; bounded by sources times slots. Later stages process slots only, so their cost does not
+//! grow with the number of sources. The loudest sources have slots of their own. The others share slots with their
+//! perceptual neighbours; a shared slot is at the position of its loudest member and plays all members at their own
+//! levels. Masked sources are silent and advance their samples.
 //!
-//! Smooth: nobody changes places without a clear reason nor sooner than [`DWELL_S`] after the last change, every change is
-//! a cross-fade in the renderer, and a slot rests between two tenants ([`Rest`]), so that what one has sent is not heard from
-//! where the next stands. Nothing here depends on anything but poses, gains, times of ticks and how much was heard.
+//! A source changes slots only for a clear gain and after [`DWELL_S`]; the renderer cross-fades. A slot is released
+//! between two sources ([`SlotRelease`]), so the sound of one does not move to the position of the next. Deterministic.
 
 use glam::Vec3;
 
 use crate::runtime::engine::audibility::{energy, is_audible};
-use crate::runtime::engine::messages::{FeedPlace, NO_SLOT};
-use crate::runtime::engine::slot_release::{Heard, Rest};
+use crate::runtime::engine::messages::{NO_SLOT, SourceRoute};
+use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
 use crate::scene::{SourceId, SourcePose};
 
-/// Of the slots, one in so many is shared.
-const SHARED_OF: usize = 4;
-/// Seconds that a source stays where it is at least.
+/// One slot of this many is shared.
+const SLOTS_PER_SHARED: usize = 4;
+/// Shortest stay of a source in a slot, in seconds.
 const DWELL_S: f64 = 0.3;
-/// Energy over that of a slot's tenant from which another takes its place: 3 dB.
+/// Energy ratio from which a source replaces the owner of a slot: 3 dB.
 const CLEARLY_LOUDER: f32 = 2.0;
-/// Share of the way to another shared slot below which a source moves there.
+/// Ratio of perceptual distances below which a source moves to the nearer shared slot.
 const CLEARLY_NEARER: f32 = 0.5;
-/// Way ([`apart`]) beyond which a source would rather have an empty shared slot: some 15 degrees.
+/// [`perceptual_distance`] beyond which a source prefers an empty shared slot: some 15 degrees.
 const FAR: f32 = 0.07;
-/// Way beyond which a shared slot without any nearer member goes to the loudest at once: a radian, as when all are moved to
-/// another scene.
+/// Perceptual distance of the nearest member beyond which a shared slot jumps to its loudest member: a radian, for
+/// instance after a change of scene.
 const LOST: f32 = 1.0;
-/// Seconds in which a shared slot follows its loudest member, to 1/e.
+/// Time constant in seconds with which a shared slot follows its loudest member.
 const FOLLOW_S: f64 = 0.15;
-/// Most that a member's level is raised because its slot stands farther away than it does.
-const MOST_GAIN: f32 = 8.0;
+/// Greatest gain of a member whose slot is farther away than itself.
+const MAX_GAIN: f32 = 8.0;
 
-/// One source as the app has it.
+/// A source of the app.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Guest {
+pub(crate) struct VirtualSource {
     pub(crate) pose: SourcePose,
     pub(crate) gain: f32,
-    /// Whether it has a sound at all.
+    /// Whether it has samples.
     pub(crate) plays: bool,
 }
 
-/// Where a source is, by its own slot in the app's table.
+/// Slot of a source.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct Assignment {
     id: SourceId,
     slot: Option<usize>,
     since_s: f64,
@@ -54,171 +53,174 @@ struct Place {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Slot {
+struct RenderSlot {
     generation: u16,
-    /// Who owns it; nobody owns a shared one.
+    /// The only member; `None` for a shared slot.
     owner: Option<SourceId>,
     members: u32,
-    rest: Rest,
-    /// Where a shared one stands, and its loudest member's energy and place.
+    release: SlotRelease,
+    /// Position of a shared slot, energy and position of its loudest member.
     position: Vec3,
     loudest: f32,
-    toward: Vec3,
-    /// Way to its nearest member.
+    target: Vec3,
+    /// Perceptual distance to its nearest member.
     nearest: f32,
 }
 
-/// The seating of one engine.
+/// Slot assignments of one engine.
 #[derive(Debug)]
 pub(crate) struct SourceVirtualizer {
-    places: Vec<Place>,
-    slots: Vec<Slot>,
-    /// Slots before this one have owners.
+    assignments: Vec<Assignment>,
+    slots: Vec<RenderSlot>,
+    /// Slots below this index are own, the others shared.
     first_shared: usize,
     time_s: f64,
-    heard: Heard,
-    /// How long slots rest, in seconds of audio.
-    rest_s: f64,
-    /// Waiting for slots of their own, loudest first; scratch.
+    progress: PlaybackProgress,
+    /// Release time of a slot, in seconds of audio.
+    release_s: f64,
+    /// Candidates for own slots, loudest first; scratch.
     waiting: Vec<usize>,
-    pub(crate) unheard: u32,
+    pub(crate) masked: u32,
 }
 
 impl SourceVirtualizer {
-    /// For this many sources and fewer slots, which rest for so many seconds of audio.
-    pub(crate) fn new(sources: usize, slots: usize, rest_s: f64) -> Self {
-        let place = Place {
+    /// For `source_count` sources and fewer slots, released for `release_s` seconds of audio.
+    pub(crate) fn new(source_count: usize, slots: usize, release_s: f64) -> Self {
+        let assignment = Assignment {
             id: SourceId::default(),
             slot: None,
             since_s: f64::NEG_INFINITY,
             audible: false,
             energy: 0.0,
         };
-        let slot = Slot {
+        let slot = RenderSlot {
             generation: 0,
             owner: None,
             members: 0,
-            rest: Rest::Over,
+            release: SlotRelease::Free,
             position: Vec3::ZERO,
             loudest: 0.0,
-            toward: Vec3::ZERO,
+            target: Vec3::ZERO,
             nearest: 0.0,
         };
         Self {
-            places: vec![place; sources],
+            assignments: vec![assignment; source_count],
             slots: vec![slot; slots],
-            first_shared: slots - (slots / SHARED_OF).max(1),
+            first_shared: slots - (slots / SLOTS_PER_SHARED).max(1),
             time_s: 0.0,
-            heard: Heard::default(),
-            rest_s,
-            waiting: Vec::with_capacity(sources),
-            unheard: 0,
+            progress: PlaybackProgress::default(),
+            release_s,
+            waiting: Vec::with_capacity(source_count),
+            masked: 0,
         }
     }
 
-    /// Seats all sources of a graphics frame: what propagation and extrapolation see goes to `sources`, where each feed is
-    /// mixed to `feeds`.
-    pub(crate) fn arrange(
+    /// Assigns all sources of a graphics frame; writes the poses of used slots and the routes of all sources.
+    pub(crate) fn assign(
         &mut self,
-        guests: impl Iterator<Item = Guest> + Clone,
+        sources: impl Iterator<Item = VirtualSource> + Clone,
         listener: Vec3,
-        (time_s, heard): (f64, Heard),
-        sources: &mut Vec<SourcePose>,
-        feeds: &mut Vec<FeedPlace>,
+        (time_s, progress): (f64, PlaybackProgress),
+        slot_poses: &mut Vec<SourcePose>,
+        routes: &mut Vec<SourceRoute>,
     ) {
         let passed_s = (time_s - self.time_s).max(0.0);
-        (self.time_s, self.heard) = (time_s, heard);
+        (self.time_s, self.progress) = (time_s, progress);
         for slot in &mut self.slots {
-            slot.rest.go_on(&heard, self.rest_s);
+            slot.release.advance(&progress, self.release_s);
         }
-        self.listen(guests.clone(), listener);
-        self.give_own_slots(guests.clone());
-        self.share(guests.clone(), listener);
-        self.follow(guests.clone(), listener, passed_s);
-        self.tell(guests, listener, sources, feeds);
-        self.remember(sources);
+        self.update_audibility(sources.clone(), listener);
+        self.assign_own_slots(sources.clone());
+        self.assign_shared_slots(sources.clone(), listener);
+        self.move_shared_slots(sources.clone(), listener, passed_s);
+        self.write(sources, listener, slot_poses, routes);
+        self.store_positions(slot_poses);
     }
 
-    /// Who is heard, and who has left.
-    fn listen(&mut self, guests: impl Iterator<Item = Guest> + Clone, listener: Vec3) {
-        let loudness = |guest: &Guest| match guest.plays {
-            true => energy(&guest.pose, guest.gain, listener),
+    /// Updates energies and audibility, and releases the slots of removed and masked sources.
+    fn update_audibility(
+        &mut self,
+        sources: impl Iterator<Item = VirtualSource> + Clone,
+        listener: Vec3,
+    ) {
+        let loudness = |source: &VirtualSource| match source.plays {
+            true => energy(&source.pose, source.gain, listener),
             false => 0.0,
         };
-        let all: f32 = guests.clone().map(|guest| loudness(&guest)).sum();
-        let mut here = guests
-            .map(|guest| (guest.pose.id, loudness(&guest)))
+        let all: f32 = sources.clone().map(|source| loudness(&source)).sum();
+        let mut present = sources
+            .map(|source| (source.pose.id, loudness(&source)))
             .peekable();
-        self.unheard = 0;
-        for number in 0..self.places.len() {
-            let guest = here.next_if(|(id, _)| id.slot() == number);
-            let place = self.places[number];
-            let same = guest.is_some_and(|(id, _)| id == place.id);
+        self.masked = 0;
+        for index in 0..self.assignments.len() {
+            let source = present.next_if(|(id, _)| id.slot() == index);
+            let assignment = self.assignments[index];
+            let same = source.is_some_and(|(id, _)| id == assignment.id);
             if !same {
-                self.leave(number);
-                self.places[number].audible = false;
-                self.places[number].since_s = f64::NEG_INFINITY;
+                self.release(index);
+                self.assignments[index].audible = false;
+                self.assignments[index].since_s = f64::NEG_INFINITY;
             }
-            let Some((id, energy)) = guest else { continue };
-            let place = &mut self.places[number];
-            (place.id, place.energy) = (id, energy);
-            place.audible = is_audible(energy, all, place.audible);
-            if !place.audible {
-                self.unheard += 1;
-                self.leave(number);
+            let Some((id, energy)) = source else { continue };
+            let assignment = &mut self.assignments[index];
+            (assignment.id, assignment.energy) = (id, energy);
+            assignment.audible = is_audible(energy, all, assignment.audible);
+            if !assignment.audible {
+                self.masked += 1;
+                self.release(index);
             }
         }
     }
 
-    fn leave(&mut self, number: usize) {
-        let Some(slot) = self.places[number].slot.take() else {
+    fn release(&mut self, index: usize) {
+        let Some(slot) = self.assignments[index].slot.take() else {
             return;
         };
-        let id = self.places[number].id;
+        let id = self.assignments[index].id;
         let slot = &mut self.slots[slot];
         slot.members = slot.members.saturating_sub(1);
         if slot.owner == Some(id) {
             slot.owner = None;
         }
         if slot.members == 0 {
-            slot.rest = Rest::Left(self.heard.tick);
+            slot.release = SlotRelease::RemovedAt(self.progress.tick);
         }
     }
 
-    fn enter(&mut self, number: usize, slot: usize) {
-        self.leave(number);
-        let place = &mut self.places[number];
-        (place.slot, place.since_s) = (Some(slot), self.time_s);
+    fn occupy(&mut self, index: usize, slot: usize) {
+        self.release(index);
+        let assignment = &mut self.assignments[index];
+        (assignment.slot, assignment.since_s) = (Some(slot), self.time_s);
         let is_own = slot < self.first_shared;
         let slot = &mut self.slots[slot];
         if slot.members == 0 {
             slot.generation = slot.generation.wrapping_add(1);
         }
         slot.members += 1;
-        slot.owner = is_own.then_some(place.id);
+        slot.owner = is_own.then_some(assignment.id);
     }
 
     fn is_free(&self, slot: usize) -> bool {
         let slot = &self.slots[slot];
-        slot.members == 0 && slot.rest == Rest::Over
+        slot.members == 0 && slot.release == SlotRelease::Free
     }
 
-    fn may_move(&self, number: usize) -> bool {
-        self.time_s - self.places[number].since_s >= DWELL_S
+    fn may_move(&self, index: usize) -> bool {
+        self.time_s - self.assignments[index].since_s >= DWELL_S
     }
 
-    /// The loudest who have none get what slots are free; the faintest owners make room for who is clearly louder.
-    fn give_own_slots(&mut self, guests: impl Iterator<Item = Guest>) {
+    /// Gives free own slots to the loudest sources without one; a clearly louder source displaces the faintest owner.
+    fn assign_own_slots(&mut self, sources: impl Iterator<Item = VirtualSource>) {
         self.waiting.clear();
-        for guest in guests {
-            let number = guest.pose.id.slot();
-            let place = &self.places[number];
-            let owns = place.slot.is_some_and(|slot| slot < self.first_shared);
-            if place.audible && !owns && (place.slot.is_none() || self.may_move(number)) {
-                self.waiting.push(number);
+        for source in sources {
+            let index = source.pose.id.slot();
+            let assignment = &self.assignments[index];
+            let owns = assignment.slot.is_some_and(|slot| slot < self.first_shared);
+            if assignment.audible && !owns && (assignment.slot.is_none() || self.may_move(index)) {
+                self.waiting.push(index);
             }
         }
-        let places = &self.places;
+        let places = &self.assignments;
         self.waiting.sort_unstable_by(|&a, &b| {
             let louder = places[b].energy.total_cmp(&places[a].energy);
             louder.then(a.cmp(&b))
@@ -226,51 +228,60 @@ impl SourceVirtualizer {
         let mut next = 0;
         for slot in 0..self.first_shared {
             if next < self.waiting.len() && self.is_free(slot) {
-                self.enter(self.waiting[next], slot);
+                self.occupy(self.waiting[next], slot);
                 next += 1;
             }
         }
         let Some(&loudest) = self.waiting.get(next) else {
             return;
         };
-        // Slots at rest are as good as free: one owner at a time makes room.
+        // A slot in release will be free soon: one owner at a time is displaced.
         if (0..self.first_shared).any(|slot| self.slots[slot].members == 0) {
             return;
         }
         let owners = (0..self.first_shared).filter_map(|slot| self.slots[slot].owner);
         let faintest = owners
             .map(SourceId::slot)
-            .filter(|&number| self.may_move(number))
-            .min_by(|&a, &b| self.places[a].energy.total_cmp(&self.places[b].energy));
-        if let Some(number) = faintest
-            && self.places[loudest].energy > CLEARLY_LOUDER * self.places[number].energy
+            .filter(|&index| self.may_move(index))
+            .min_by(|&a, &b| {
+                self.assignments[a]
+                    .energy
+                    .total_cmp(&self.assignments[b].energy)
+            });
+        if let Some(index) = faintest
+            && self.assignments[loudest].energy > CLEARLY_LOUDER * self.assignments[index].energy
         {
-            self.leave(number);
+            self.release(index);
         }
     }
 
-    /// Everybody else to the nearest shared slot.
-    fn share(&mut self, guests: impl Iterator<Item = Guest>, listener: Vec3) {
-        for guest in guests {
-            let number = guest.pose.id.slot();
-            let place = self.places[number];
-            let owns = place.slot.is_some_and(|slot| slot < self.first_shared);
-            if !place.audible || owns {
+    /// Assigns all other sources to the nearest shared slot.
+    fn assign_shared_slots(
+        &mut self,
+        sources: impl Iterator<Item = VirtualSource>,
+        listener: Vec3,
+    ) {
+        for source in sources {
+            let index = source.pose.id.slot();
+            let assignment = self.assignments[index];
+            let owns = assignment.slot.is_some_and(|slot| slot < self.first_shared);
+            if !assignment.audible || owns {
                 continue;
             }
-            let from = guest.pose.position;
+            let from = source.pose.position;
             let shared = self.first_shared..self.slots.len();
-            let way = |slot: usize| apart(from, self.slots[slot].position, listener);
+            let distance =
+                |slot: usize| perceptual_distance(from, self.slots[slot].position, listener);
             let nearest = shared
                 .clone()
                 .filter(|&slot| self.slots[slot].members > 0)
-                .min_by(|&a, &b| way(a).total_cmp(&way(b)));
-            let better = match (place.slot, nearest) {
-                (Some(_), _) if !self.may_move(number) => None,
+                .min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+            let better = match (assignment.slot, nearest) {
+                (Some(_), _) if !self.may_move(index) => None,
                 (Some(now), Some(slot)) => {
-                    (slot != now && way(slot) < CLEARLY_NEARER * way(now)).then_some(slot)
+                    (slot != now && distance(slot) < CLEARLY_NEARER * distance(now)).then_some(slot)
                 }
-                (_, Some(slot)) if way(slot) < FAR => Some(slot),
+                (_, Some(slot)) if distance(slot) < FAR => Some(slot),
                 (None, nearest) => shared.clone().find(|&slot| self.is_free(slot)).or(nearest),
                 (Some(_), None) => None,
             };
@@ -278,76 +289,81 @@ impl SourceVirtualizer {
                 if self.slots[slot].members == 0 {
                     self.slots[slot].position = from;
                 }
-                self.enter(number, slot);
+                self.occupy(index, slot);
             }
         }
     }
 
-    /// Shared slots go where their loudest member is.
-    fn follow(&mut self, guests: impl Iterator<Item = Guest>, listener: Vec3, passed_s: f64) {
+    /// Moves shared slots towards their loudest members.
+    fn move_shared_slots(
+        &mut self,
+        sources: impl Iterator<Item = VirtualSource>,
+        listener: Vec3,
+        passed_s: f64,
+    ) {
         for slot in &mut self.slots {
             (slot.loudest, slot.nearest) = (0.0, f32::INFINITY);
         }
-        for guest in guests {
-            let place = &self.places[guest.pose.id.slot()];
-            if let Some(slot) = place.slot.filter(|&slot| slot >= self.first_shared) {
+        for source in sources {
+            let assignment = &self.assignments[source.pose.id.slot()];
+            if let Some(slot) = assignment.slot.filter(|&slot| slot >= self.first_shared) {
                 let slot = &mut self.slots[slot];
-                let way = apart(guest.pose.position, slot.position, listener);
-                slot.nearest = slot.nearest.min(way);
-                if place.energy > slot.loudest {
-                    (slot.loudest, slot.toward) = (place.energy, guest.pose.position);
+                let distance = perceptual_distance(source.pose.position, slot.position, listener);
+                slot.nearest = slot.nearest.min(distance);
+                if assignment.energy > slot.loudest {
+                    (slot.loudest, slot.target) = (assignment.energy, source.pose.position);
                 }
             }
         }
         let share = (1.0 - (-passed_s / FOLLOW_S).exp()) as f32;
         for slot in self.slots.iter_mut().filter(|slot| slot.loudest > 0.0) {
             let share = if slot.nearest > LOST { 1.0 } else { share };
-            slot.position += share * (slot.toward - slot.position);
+            slot.position += share * (slot.target - slot.position);
         }
     }
 
-    fn tell(
+    fn write(
         &self,
-        guests: impl Iterator<Item = Guest> + Clone,
+        sources: impl Iterator<Item = VirtualSource> + Clone,
         listener: Vec3,
-        sources: &mut Vec<SourcePose>,
-        feeds: &mut Vec<FeedPlace>,
+        slot_poses: &mut Vec<SourcePose>,
+        routes: &mut Vec<SourceRoute>,
     ) {
-        sources.clear();
-        feeds.clear();
-        for guest in guests.clone() {
-            let slot = self.places[guest.pose.id.slot()].slot;
+        slot_poses.clear();
+        routes.clear();
+        for source in sources.clone() {
+            let slot = self.assignments[source.pose.id.slot()].slot;
             let gain = match slot {
                 Some(slot) if slot >= self.first_shared => {
                     let at = self.slots[slot].position;
-                    guest.gain * level(guest.pose.position, at, listener)
+                    source.gain * distance_gain(source.pose.position, at, listener)
                 }
-                _ => guest.gain,
+                _ => source.gain,
             };
-            feeds.push(FeedPlace {
-                id: guest.pose.id,
+            routes.push(SourceRoute {
+                id: source.pose.id,
                 slot: slot.map_or(NO_SLOT, |slot| slot as u16),
                 gain,
             });
         }
-        for (number, slot) in self.slots.iter().enumerate() {
-            if slot.members == 0 && slot.rest == Rest::Over {
+        for (index, slot) in self.slots.iter().enumerate() {
+            if slot.members == 0 && slot.release == SlotRelease::Free {
                 continue;
             }
-            let id = SourceId::new(number as u16, slot.generation);
+            let id = SourceId::new(index as u16, slot.generation);
             let owner = slot
                 .owner
-                .and_then(|owner| guests.clone().find(|guest| guest.pose.id == owner));
-            sources.push(match owner {
-                Some(guest) => SourcePose { id, ..guest.pose },
+                .and_then(|owner| sources.clone().find(|source| source.pose.id == owner));
+            slot_poses.push(match owner {
+                Some(source) => SourcePose { id, ..source.pose },
                 None => SourcePose::at(id, slot.position),
             });
         }
     }
 
-    /// Where owners stand is where their slots rest when they have left.
-    fn remember(&mut self, sources: &[SourcePose]) {
-        for pose in sources {
+    /// Keeps the positions of owners, for the release of their slots.
+    fn store_positions(&mut self, slot_poses: &[SourcePose]) {
+        for pose in slot_poses {
             if let Some(slot) = self.slots.get_mut(pose.id.slot()) {
                 slot.position = pose.position;
             }
@@ -355,19 +371,19 @@ impl SourceVirtualizer {
     }
 }
 
-/// How far apart two places are to the listener's ears: the square of an angle in radians and of half a ratio of
-/// distances in nepers.
-fn apart(a: Vec3, b: Vec3, listener: Vec3) -> f32 {
+/// Perceptual distance of two positions at the listener: angle in radians squared plus half the distance ratio in
+/// nepers squared.
+fn perceptual_distance(a: Vec3, b: Vec3, listener: Vec3) -> f32 {
     let (a, b) = (a - listener, b - listener);
     let turn = a.normalize_or(Vec3::NEG_Z) - b.normalize_or(Vec3::NEG_Z);
     let ratio = (a.length().max(0.3) / b.length().max(0.3)).ln();
     turn.length_squared() + 0.25 * ratio * ratio
 }
 
-/// Gain of a source that is played from another place, so that it is as loud as from its own.
-fn level(own: Vec3, at: Vec3, listener: Vec3) -> f32 {
-    let distance_m = |place: Vec3| place.distance(listener).max(0.3);
-    (distance_m(at) / distance_m(own)).min(MOST_GAIN)
+/// Gain that makes a source at another position as loud as at its own.
+fn distance_gain(own: Vec3, at: Vec3, listener: Vec3) -> f32 {
+    let distance_m = |position: Vec3| position.distance(listener).max(0.3);
+    (distance_m(at) / distance_m(own)).min(MAX_GAIN)
 }
 
 #[cfg(test)]

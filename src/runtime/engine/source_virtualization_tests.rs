@@ -1,262 +1,292 @@
-//! The seating on a virtual clock: sixty ticks a second.
+//! Source virtualisation on a virtual clock of sixty ticks a second.
 
 use super::*;
 use crate::propagation::rays::directions::{mix, unit};
-use crate::runtime::engine::slot_release::REST_S;
+use crate::runtime::engine::slot_release::MIN_RELEASE_S;
 
 const TICK_S: f64 = 1.0 / 60.0;
 
-struct Hall {
-    seating: SourceVirtualizer,
-    guests: Vec<Guest>,
+struct Scenario {
+    virtualizer: SourceVirtualizer,
+    sources: Vec<VirtualSource>,
     time_s: f64,
-    sources: Vec<SourcePose>,
-    feeds: Vec<FeedPlace>,
+    slot_poses: Vec<SourcePose>,
+    routes: Vec<SourceRoute>,
     moves: usize,
 }
 
-impl Hall {
-    fn new(guests: Vec<Guest>, slots: usize) -> Self {
+impl Scenario {
+    fn new(sources: Vec<VirtualSource>, slots: usize) -> Self {
         Self {
-            seating: SourceVirtualizer::new(guests.len(), slots, REST_S),
-            guests,
+            virtualizer: SourceVirtualizer::new(sources.len(), slots, MIN_RELEASE_S),
+            sources,
             time_s: 0.0,
-            sources: Vec::new(),
-            feeds: Vec::new(),
+            slot_poses: Vec::new(),
+            routes: Vec::new(),
             moves: 0,
         }
     }
 
     fn tick(&mut self) {
-        let before: Vec<(SourceId, u16)> = self.feeds.iter().map(|f| (f.id, f.slot)).collect();
-        let guests = self.guests.iter().copied();
+        let before: Vec<(SourceId, u16)> = self.routes.iter().map(|f| (f.id, f.slot)).collect();
+        let sources = self.sources.iter().copied();
         // The renderer is a frame behind.
         let tick = (self.time_s / TICK_S).round() as u64 + 1;
-        let heard = Heard {
+        let progress = PlaybackProgress {
             tick,
-            placed: tick - 1,
+            applied_tick: tick - 1,
             time_s: self.time_s,
         };
-        self.seating.arrange(
-            guests,
+        self.virtualizer.assign(
+            sources,
             Vec3::ZERO,
-            (self.time_s, heard),
-            &mut self.sources,
-            &mut self.feeds,
+            (self.time_s, progress),
+            &mut self.slot_poses,
+            &mut self.routes,
         );
         self.time_s += TICK_S;
         let kept = |id: SourceId, slot: u16| before.contains(&(id, slot));
         if !before.is_empty() {
-            let moved = self.feeds.iter().filter(|f| !kept(f.id, f.slot));
+            let moved = self.routes.iter().filter(|f| !kept(f.id, f.slot));
             self.moves += moved.count();
         }
         self.check();
     }
 
-    /// What always holds: as many sources as slots at most, each once; every feed in a slot that is there; nobody in
-    /// another's own slot.
+    /// Invariants: each slot once; every route in a used slot; one member per own slot.
     fn check(&self) {
-        assert!(self.sources.len() <= self.seating.slots.len());
-        let mut seen = vec![false; self.seating.slots.len()];
-        for source in &self.sources {
+        assert!(self.slot_poses.len() <= self.virtualizer.slots.len());
+        let mut seen = vec![false; self.virtualizer.slots.len()];
+        for source in &self.slot_poses {
             assert!(!std::mem::replace(&mut seen[source.id.slot()], true));
         }
         let mut members = vec![0; seen.len()];
-        for feed in self.feeds.iter().filter(|feed| feed.slot != NO_SLOT) {
-            assert!(seen[usize::from(feed.slot)], "{feed:?} sits nowhere");
+        for feed in self.routes.iter().filter(|feed| feed.slot != NO_SLOT) {
+            assert!(seen[usize::from(feed.slot)], "{feed:?} has no slot");
             assert!(feed.gain.is_finite() && feed.gain >= 0.0);
             members[usize::from(feed.slot)] += 1;
         }
-        let own = &members[..self.seating.first_shared];
+        let own = &members[..self.virtualizer.first_shared];
         assert!(own.iter().all(|&count| count <= 1), "{own:?}");
     }
 
-    fn slot_of(&self, number: usize) -> u16 {
-        self.feeds[number].slot
+    fn slot_of(&self, index: usize) -> u16 {
+        self.routes[index].slot
     }
 }
 
-fn guest(number: usize, position: Vec3) -> Guest {
-    Guest {
-        pose: SourcePose::at(SourceId::new(number as u16, 0), position),
+fn source(index: usize, position: Vec3) -> VirtualSource {
+    VirtualSource {
+        pose: SourcePose::at(SourceId::new(index as u16, 0), position),
         gain: 1.0,
         plays: true,
     }
 }
 
-fn around(number: usize, distance_m: f32) -> Vec3 {
-    let dice = |k: u64| unit(mix((number as u64) << 8 | k)) - 0.5;
+fn position_around(index: usize, distance_m: f32) -> Vec3 {
+    let dice = |k: u64| unit(mix((index as u64) << 8 | k)) - 0.5;
     distance_m * Vec3::new(dice(0), 0.2 * dice(1), dice(2)).normalize_or(Vec3::X)
 }
 
 #[test]
 fn the_loudest_sit_alone_and_all_others_are_heard_from_about_where_they_are() {
-    let mut guests: Vec<Guest> = (0..256).map(|n| guest(n, around(n, 20.0))).collect();
-    for (number, guest) in guests.iter_mut().enumerate().take(12) {
-        guest.pose.position = around(number, 2.0);
+    let mut sources: Vec<VirtualSource> = (0..256)
+        .map(|n| source(n, position_around(n, 20.0)))
+        .collect();
+    for (index, source) in sources.iter_mut().enumerate().take(12) {
+        source.pose.position = position_around(index, 2.0);
     }
-    let mut hall = Hall::new(guests, 16);
+    let mut scenario = Scenario::new(sources, 16);
     for _ in 0..120 {
-        hall.tick();
+        scenario.tick();
     }
-    assert_eq!((hall.sources.len(), hall.seating.first_shared), (16, 12));
-    for number in 0..12 {
-        assert!(hall.slot_of(number) < 12, "{number} is loud");
+    assert_eq!(
+        (scenario.slot_poses.len(), scenario.virtualizer.first_shared),
+        (16, 12)
+    );
+    for index in 0..12 {
+        assert!(scenario.slot_of(index) < 12, "{index} is loud");
     }
-    for number in 12..256 {
-        assert!((12..16).contains(&hall.slot_of(number)));
-        let slot = &hall.seating.slots[usize::from(hall.slot_of(number))];
-        let others = &hall.seating.slots[12..];
-        let from = hall.guests[number].pose.position;
-        let way = |slot: &Slot| apart(from, slot.position, Vec3::ZERO);
+    for index in 12..256 {
+        assert!((12..16).contains(&scenario.slot_of(index)));
+        let slot = &scenario.virtualizer.slots[usize::from(scenario.slot_of(index))];
+        let others = &scenario.virtualizer.slots[12..];
+        let from = scenario.sources[index].pose.position;
+        let distance = |slot: &RenderSlot| perceptual_distance(from, slot.position, Vec3::ZERO);
         // Within the hysteresis of the nearest.
-        let nearest = others.iter().map(way).fold(f32::MAX, f32::min);
-        assert!(CLEARLY_NEARER * way(slot) <= nearest + 1e-6);
+        let nearest = others.iter().map(distance).fold(f32::MAX, f32::min);
+        assert!(CLEARLY_NEARER * distance(slot) <= nearest + 1e-6);
     }
-    let moves = hall.moves;
+    let moves = scenario.moves;
     for _ in 0..600 {
-        hall.tick();
+        scenario.tick();
     }
-    assert_eq!(hall.moves, moves, "nobody moves while nothing changes");
+    assert_eq!(scenario.moves, moves, "moves without a change");
 }
 
 #[test]
 fn few_sources_all_sit_alone() {
-    let guests = (0..40).map(|n| guest(n, around(n, 5.0))).collect();
-    let mut hall = Hall::new(guests, 16);
-    for guest in &mut hall.guests[10..] {
-        guest.plays = false;
+    let sources = (0..40)
+        .map(|n| source(n, position_around(n, 5.0)))
+        .collect();
+    let mut scenario = Scenario::new(sources, 16);
+    for source in &mut scenario.sources[10..] {
+        source.plays = false;
     }
     for _ in 0..10 {
-        hall.tick();
+        scenario.tick();
     }
-    let slots: Vec<u16> = (0..10).map(|n| hall.slot_of(n)).collect();
+    let slots: Vec<u16> = (0..10).map(|n| scenario.slot_of(n)).collect();
     assert!(slots.iter().all(|&slot| slot < 12), "{slots:?}");
-    assert_eq!(hall.sources.len(), 10);
-    assert_eq!(hall.seating.unheard, 30);
+    assert_eq!(scenario.slot_poses.len(), 10);
+    assert_eq!(scenario.virtualizer.masked, 30);
 }
 
 #[test]
 fn the_masked_take_no_slot_and_come_back() {
-    let mut guests: Vec<Guest> = (0..20).map(|n| guest(n, around(n, 3.0))).collect();
-    guests[7].gain = 1e-4;
-    let mut hall = Hall::new(guests, 16);
-    hall.tick();
-    assert_eq!(hall.slot_of(7), NO_SLOT);
-    hall.guests[7].gain = 0.1;
-    hall.tick();
-    assert_ne!(hall.slot_of(7), NO_SLOT);
+    let mut sources: Vec<VirtualSource> = (0..20)
+        .map(|n| source(n, position_around(n, 3.0)))
+        .collect();
+    sources[7].gain = 1e-4;
+    let mut scenario = Scenario::new(sources, 16);
+    scenario.tick();
+    assert_eq!(scenario.slot_of(7), NO_SLOT);
+    scenario.sources[7].gain = 0.1;
+    scenario.tick();
+    assert_ne!(scenario.slot_of(7), NO_SLOT);
 }
 
 #[test]
 fn a_louder_source_gets_a_slot_of_its_own_after_a_rest() {
-    let guests = (0..32).map(|n| guest(n, around(n, 10.0))).collect();
-    let mut hall = Hall::new(guests, 16);
+    let sources = (0..32)
+        .map(|n| source(n, position_around(n, 10.0)))
+        .collect();
+    let mut scenario = Scenario::new(sources, 16);
     for _ in 0..60 {
-        hall.tick();
+        scenario.tick();
     }
     let quiet = (0..32)
-        .find(|&n| hall.slot_of(n) >= 12)
-        .expect("somebody shares");
-    hall.guests[quiet].pose.position = around(quiet, 2.0);
+        .find(|&n| scenario.slot_of(n) >= 12)
+        .expect("a shared slot");
+    scenario.sources[quiet].pose.position = position_around(quiet, 2.0);
     let mut waited = 0;
-    let generations: Vec<u16> = hall.seating.slots.iter().map(|s| s.generation).collect();
-    while hall.slot_of(quiet) >= 12 {
-        hall.tick();
+    let generations: Vec<u16> = scenario
+        .virtualizer
+        .slots
+        .iter()
+        .map(|s| s.generation)
+        .collect();
+    while scenario.slot_of(quiet) >= 12 {
+        scenario.tick();
         waited += 1;
         assert!(waited < 60, "within a second");
     }
-    // An owner leaves, its slot rests, then it is another's by another name.
-    assert!(f64::from(waited) * TICK_S >= REST_S);
-    let slot = usize::from(hall.slot_of(quiet));
-    assert_ne!(hall.seating.slots[slot].generation, generations[slot]);
+    // An owner is displaced, its slot released, then reused under a new generation.
+    assert!(f64::from(waited) * TICK_S >= MIN_RELEASE_S);
+    let slot = usize::from(scenario.slot_of(quiet));
+    assert_ne!(
+        scenario.virtualizer.slots[slot].generation,
+        generations[slot]
+    );
 }
 
 #[test]
 fn a_shared_slot_goes_at_once_where_all_its_members_are() {
-    let guests = (0..64).map(|n| guest(n, around(n, 10.0))).collect();
-    let mut hall = Hall::new(guests, 16);
-    (0..60).for_each(|_| hall.tick());
-    let way = |hall: &Hall| {
+    let sources = (0..64)
+        .map(|n| source(n, position_around(n, 10.0)))
+        .collect();
+    let mut scenario = Scenario::new(sources, 16);
+    (0..60).for_each(|_| scenario.tick());
+    let distance = |scenario: &Scenario| {
         let shared = 12..16;
-        let members = |slot: usize| (0..64).filter(move |&n| usize::from(hall.slot_of(n)) == slot);
+        let members =
+            |slot: usize| (0..64).filter(move |&n| usize::from(scenario.slot_of(n)) == slot);
         let nearest = shared.map(|slot| {
-            let at = hall.seating.slots[slot].position;
-            let way = |n: usize| apart(hall.guests[n].pose.position, at, Vec3::ZERO);
-            members(slot).map(way).fold(f32::MAX, f32::min)
+            let at = scenario.virtualizer.slots[slot].position;
+            let distance =
+                |n: usize| perceptual_distance(scenario.sources[n].pose.position, at, Vec3::ZERO);
+            members(slot).map(distance).fold(f32::MAX, f32::min)
         });
-        nearest.filter(|&way| way < f32::MAX).fold(0.0, f32::max)
+        nearest
+            .filter(|&distance| distance < f32::MAX)
+            .fold(0.0, f32::max)
     };
-    assert!(way(&hall) < 0.1);
+    assert!(distance(&scenario) < 0.1);
     // All to another place, twenty times as far.
-    for guest in &mut hall.guests {
-        guest.pose.position = Vec3::new(200.0, 0.0, 0.0) + 0.1 * guest.pose.position;
+    for source in &mut scenario.sources {
+        source.pose.position = Vec3::new(200.0, 0.0, 0.0) + 0.1 * source.pose.position;
     }
-    hall.tick();
-    assert!(way(&hall) < 0.1, "{}", way(&hall));
+    scenario.tick();
+    assert!(distance(&scenario) < 0.1, "{}", distance(&scenario));
     // A step is followed smoothly.
-    let before = hall.seating.slots[15].position;
-    for guest in &mut hall.guests {
-        guest.pose.position += Vec3::X;
+    let before = scenario.virtualizer.slots[15].position;
+    for source in &mut scenario.sources {
+        source.pose.position += Vec3::X;
     }
-    hall.tick();
-    let went_m = before.distance(hall.seating.slots[15].position);
+    scenario.tick();
+    let went_m = before.distance(scenario.virtualizer.slots[15].position);
     assert!(went_m < 0.5, "{went_m}");
 }
 
 #[test]
 fn the_walking_change_places_seldom_and_slots_glide() {
-    let guests = (0..256).map(|n| guest(n, around(n, 12.0))).collect();
-    let mut hall = Hall::new(guests, 16);
+    let sources = (0..256)
+        .map(|n| source(n, position_around(n, 12.0)))
+        .collect();
+    let mut scenario = Scenario::new(sources, 16);
     for frame in 0..1200 {
-        for number in 0..256 {
-            let turn = 0.1 * frame as f32 * TICK_S as f32 + number as f32;
+        for index in 0..256 {
+            let turn = 0.1 * frame as f32 * TICK_S as f32 + index as f32;
             let circle = Vec3::new(turn.cos(), 0.0, turn.sin());
-            hall.guests[number].pose.position = around(number, 12.0) + 2.0 * circle;
+            scenario.sources[index].pose.position = position_around(index, 12.0) + 2.0 * circle;
         }
-        hall.tick();
+        scenario.tick();
     }
     // Twenty seconds of 256 sources: on average each changes no more than once in two seconds.
-    assert!(hall.moves < 2560, "{} moves", hall.moves);
+    assert!(scenario.moves < 2560, "{} moves", scenario.moves);
 }
 
 #[test]
 fn the_removed_leave_and_their_successors_are_others() {
-    let guests = (0..32).map(|n| guest(n, around(n, 10.0))).collect();
-    let mut hall = Hall::new(guests, 16);
+    let sources = (0..32)
+        .map(|n| source(n, position_around(n, 10.0)))
+        .collect();
+    let mut scenario = Scenario::new(sources, 16);
     for _ in 0..30 {
-        hall.tick();
+        scenario.tick();
     }
-    for number in 0..32 {
-        hall.guests[number].pose.id = SourceId::new(number as u16, 1);
+    for index in 0..32 {
+        scenario.sources[index].pose.id = SourceId::new(index as u16, 1);
     }
     for _ in 0..30 {
-        hall.tick();
+        scenario.tick();
     }
-    assert_eq!(hall.feeds.len(), 32);
-    let seated = (0..32).filter(|&n| hall.slot_of(n) != NO_SLOT).count();
-    assert_eq!(seated, 32);
-    hall.guests.clear();
+    assert_eq!(scenario.routes.len(), 32);
+    let assigned = (0..32).filter(|&n| scenario.slot_of(n) != NO_SLOT).count();
+    assert_eq!(assigned, 32);
+    scenario.sources.clear();
     for _ in 0..30 {
-        hall.tick();
+        scenario.tick();
     }
-    assert!(hall.feeds.is_empty() && hall.sources.is_empty());
+    assert!(scenario.routes.is_empty() && scenario.slot_poses.is_empty());
 }
 
 #[test]
 fn the_same_ticks_give_the_same_seats() {
     let run = || {
-        let guests = (0..100).map(|n| guest(n, around(n, 12.0))).collect();
-        let mut hall = Hall::new(guests, 16);
+        let sources = (0..100)
+            .map(|n| source(n, position_around(n, 12.0)))
+            .collect();
+        let mut scenario = Scenario::new(sources, 16);
         for frame in 0..300 {
-            for number in 0..100 {
-                hall.guests[number].pose.position += 0.01 * around(number + frame, 1.0);
+            for index in 0..100 {
+                scenario.sources[index].pose.position += 0.01 * position_around(index + frame, 1.0);
             }
-            hall.tick();
+            scenario.tick();
         }
-        let slots: Vec<u16> = hall.feeds.iter().map(|feed| feed.slot).collect();
-        let places: Vec<[u32; 3]> = hall
-            .sources
+        let slots: Vec<u16> = scenario.routes.iter().map(|feed| feed.slot).collect();
+        let places: Vec<[u32; 3]> = scenario
+            .slot_poses
             .iter()
             .map(|pose| pose.position.to_array().map(f32::to_bits))
             .collect();

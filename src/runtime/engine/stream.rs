@@ -1,23 +1,22 @@
-//! Samples that the app makes as it goes: a ring from its thread to the audio side.
+//! Samples that the app writes continuously, through a ring.
 //!
-//! Audio side: [`Stream::fill`] is wait-free. Made and freed on the control side. Where samples are late, a sound neither
-//! breaks off nor comes back with a step: its last sample fades, and what comes later rises. A stream that was at zero is
-//! given as it is. Own.
+//! [`Stream::fill`] runs on the audio side and is wait-free; made and freed on the control side. At an underrun the
+//! last sample fades out and later samples fade in; after silence they start unchanged. Own.
 
-use super::smooth_gain::Fade;
+use super::smooth_gain::CrossFade;
 
-/// Audio frames of either fade.
+/// Audio frames of each fade.
 const FADE_FRAMES: usize = 256;
 
 /// The audio side's end of a stream.
 pub(super) struct Stream {
     ring: rtrb::Consumer<f32>,
-    /// The last sample given.
+    /// The last sample returned.
     last: f32,
-    /// What it was when samples were late, and frames since.
+    /// The last sample before an underrun, and frames since.
     held: f32,
     held_for: usize,
-    /// Frames for which samples have come since, up to [`FADE_FRAMES`].
+    /// Frames received since the underrun, up to [`FADE_FRAMES`].
     risen: usize,
     is_late: bool,
 }
@@ -34,7 +33,7 @@ impl Stream {
         }
     }
 
-    /// Fills a block with the next samples; gives the number of samples that are owed, none if the writer is gone.
+    /// Fills a block with the next samples; returns the number of missing samples, 0 if the writer was dropped.
     pub(super) fn fill(&mut self, block: &mut [f32]) -> u32 {
         let count = self.ring.slots().min(block.len());
         let (come, late) = block.split_at_mut(count);
@@ -46,25 +45,25 @@ impl Stream {
         }
         if !come.is_empty() {
             self.is_late = false;
-            self.rise(come);
+            self.fade_in(come);
         }
         if !late.is_empty() {
-            self.fall(late);
+            self.fade_out(late);
         }
-        self.owed(late.len())
+        self.underrun(late.len())
     }
 
-    /// Goes on without being heard; gives the number of samples that are owed.
+    /// Discards samples; returns the number of missing ones.
     pub(super) fn skip(&mut self, frames: usize) -> u32 {
         let count = self.ring.slots().min(frames);
         if let Ok(chunk) = self.ring.read_chunk(count) {
             chunk.commit_all();
         }
         (self.last, self.held_for, self.risen) = (0.0, FADE_FRAMES, FADE_FRAMES);
-        self.owed(frames - count)
+        self.underrun(frames - count)
     }
 
-    fn owed(&self, late: usize) -> u32 {
+    fn underrun(&self, late: usize) -> u32 {
         if self.ring.is_abandoned() {
             0
         } else {
@@ -72,59 +71,63 @@ impl Stream {
         }
     }
 
-    /// Samples that have come after others were late: they rise, and what was before goes on fading.
-    fn rise(&mut self, come: &mut [f32]) {
+    /// Fades in samples after an underrun, while the held sample fades out.
+    fn fade_in(&mut self, come: &mut [f32]) {
         for sample in &mut *come {
             if self.risen == FADE_FRAMES && self.held_for == FADE_FRAMES {
                 break;
             }
-            *sample *= share(self.risen);
+            *sample *= fade_gain(self.risen);
             self.risen = (self.risen + 1).min(FADE_FRAMES);
-            *sample += self.remains();
+            *sample += self.next_held();
         }
         self.last = come.last().copied().unwrap_or(self.last);
     }
 
-    fn fall(&mut self, late: &mut [f32]) {
+    fn fade_out(&mut self, late: &mut [f32]) {
         if !std::mem::replace(&mut self.is_late, true) && self.last != 0.0 {
             (self.held, self.held_for, self.risen) = (self.last, 0, 0);
         }
         for sample in &mut *late {
-            *sample = self.remains();
+            *sample = self.next_held();
         }
         self.last = late.last().copied().unwrap_or(self.last);
     }
 
-    /// What is left of the last sample, a frame later.
-    fn remains(&mut self) -> f32 {
+    /// The held sample, faded by one more frame.
+    fn next_held(&mut self) -> f32 {
         self.held_for = (self.held_for + 1).min(FADE_FRAMES);
-        self.held * share(FADE_FRAMES - self.held_for)
+        self.held * fade_gain(FADE_FRAMES - self.held_for)
     }
 }
 
-fn share(frames: usize) -> f32 {
-    let growth = 1.0 / FADE_FRAMES as f32;
-    Fade { place: 0.0, growth }.share(frames)
+fn fade_gain(frames: usize) -> f32 {
+    let slope = 1.0 / FADE_FRAMES as f32;
+    CrossFade {
+        position: 0.0,
+        slope,
+    }
+    .gain(frames)
 }
 
-/// The app's end of a stream: a ring of mono samples at the engine's rate. May move to any one thread; wait-free.
+/// The app's end of a stream: a ring of mono samples at the engine's rate. Usable on any one thread; wait-free.
 pub struct StreamWriter {
     ring: rtrb::Producer<f32>,
 }
 
 impl StreamWriter {
-    /// A ring for this many samples, and the end that reads it.
+    /// A ring for `capacity` samples, and its reading end.
     pub(super) fn new(capacity: usize) -> (Self, Stream) {
         let (ring, reader) = rtrb::RingBuffer::new(capacity);
         (Self { ring }, Stream::new(reader))
     }
 
-    /// Samples that fit now.
+    /// Free capacity in samples.
     pub fn free(&self) -> usize {
         self.ring.slots()
     }
 
-    /// Appends as many samples as fit and gives their number.
+    /// Appends as many samples as fit; returns their number.
     pub fn write(&mut self, samples: &[f32]) -> usize {
         let count = self.ring.slots().min(samples.len());
         match self.ring.write_chunk_uninit(count) {
@@ -133,7 +136,7 @@ impl StreamWriter {
         }
     }
 
-    /// Whether nobody reads any more: the source has other sound or is gone.
+    /// Whether the stream was replaced, stopped, or its source removed.
     pub fn is_abandoned(&self) -> bool {
         self.ring.is_abandoned()
     }

@@ -1,20 +1,20 @@
-//! One step of propagation at run time: newest orders, newest poses, one update, off to the renderer.
+//! One step of propagation: newest propagator, newest poses, one update, sent to the renderer.
 //!
-//! Runs on whichever thread calls [`Worker::step`]: the propagation thread alone, or the app's and its helpers in the
-//! synchronous schedule. Allocates while a scene is new; frees what the renderer has retired.
+//! Runs on the propagation thread, or on the app's thread and its helpers in the synchronous schedule. Allocates in a
+//! new scene; frees what the renderer returned.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use super::messages::{Delivery, WorldFrame};
-use super::shown_paths::{PathSnapshot, show};
-use super::statistics::{Meters, add};
+use super::messages::{UpdateMessage, WorldFrame};
+use super::path_snapshot::{PathSnapshot, fill_snapshot};
+use super::statistics::{Metrics, add};
 use crate::extrapolation::{Extrapolator, PredictorKind, PredictorState, ScenePair};
 use crate::propagation::{Path, Propagator};
-use crate::runtime::budget::{ActiveQuality, Governor, Spent};
+use crate::runtime::budget::{ActiveQuality, Governor, UpdateCost};
+use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::newest::{Receiver, Sender};
-use crate::runtime::handover::slot::Slot;
 use crate::runtime::phone::DeviceHints;
 use crate::runtime::threads::clock::{nanoseconds, now};
 use crate::runtime::threads::workers::Threads;
@@ -22,50 +22,50 @@ use crate::runtime::trace::system_trace::section;
 use crate::runtime::trace::{SpanKind, SpanWriter};
 use crate::scene::Scene;
 
-/// The newest propagator that the controller wants used: for another scene, or with other settings.
-pub(super) type Orders = Arc<Slot<Propagator>>;
+/// A new propagator from the controller, for another scene or with other settings.
+pub(super) type PendingPropagator = Arc<AtomicBox<Propagator>>;
 
-/// Propagation with its ends of the handovers.
+/// Propagation and its ends of the channels.
 pub(super) struct Worker {
     pub(super) propagator: Box<Propagator>,
-    pub(super) orders: Orders,
+    pub(super) pending_propagator: PendingPropagator,
     pub(super) world: Receiver<WorldFrame>,
-    pub(super) deliveries: Sender<Delivery>,
-    pub(super) meters: Arc<Meters>,
+    pub(super) updates: Sender<UpdateMessage>,
+    pub(super) metrics: Arc<Metrics>,
     pub(super) max_paths: usize,
     pub(super) max_sources: usize,
     pub(super) synchronous: bool,
-    /// Whether the sound thread's blocks are to take alike time.
+    /// [`super::EngineSettings::even_blocks`].
     pub(super) even_blocks: bool,
-    /// Who traces, besides the thread that steps.
-    pub(super) tracers: Threads,
+    /// Threads of an update.
+    pub(super) threads: Threads,
     pub(super) governor: Governor,
-    /// What the budget leaves.
-    pub(super) detail: ActiveQuality,
-    /// Time of the last update's poses.
+    /// Quality in force.
+    pub(super) quality: ActiveQuality,
+    /// Time of the poses of the last update, in seconds.
     pub(super) last_time_s: Option<f64>,
-    /// Heat and hints, by the time since the engine began.
-    pub(super) manners: DeviceHints,
+    /// Thermal and performance hints, timed since `epoch`.
+    pub(super) device_hints: DeviceHints,
     pub(super) epoch: Instant,
-    /// Paths for pictures, and how many.
-    pub(super) shown: Sender<PathSnapshot>,
-    pub(super) most_shown: usize,
+    /// Paths for debug drawing, and how many.
+    pub(super) snapshots: Sender<PathSnapshot>,
+    pub(super) max_snapshot_paths: usize,
     pub(super) spans: SpanWriter,
     pub(super) before_update: Option<fn(u64)>,
-    /// The poses in use.
+    /// Poses in use.
     pub(super) newest: Option<Box<WorldFrame>>,
-    /// The predictor that the renderer has or will have got.
+    /// Predictor sent to the renderer last.
     pub(super) predictor: PredictorKind,
-    /// Extrapolation for a new scene, waiting for its first update.
+    /// Extrapolator for a new scene, sent with its first update.
     pub(super) extrapolator: Option<Box<Extrapolator>>,
-    /// The scene that the propagator was given last; it has its own copy as soon as instances move.
-    pub(super) given: Arc<Scene>,
-    /// The same with other instances, waiting for its first update.
+    /// Scene set last; the propagator has its own copy once instances move.
+    pub(super) base_scene: Arc<Scene>,
+    /// The scene with other instances, sent with its first update.
     pub(super) scenes: Option<ScenePair>,
     pub(super) update: u64,
 }
 
-/// Extrapolation for a propagator's scene, with room for as many paths and sources as there may be.
+/// An extrapolator for a propagator's scene, with memory for the greatest number of paths and sources.
 pub(super) fn extrapolator_for(
     propagator: &Propagator,
     kind: PredictorKind,
@@ -78,123 +78,123 @@ pub(super) fn extrapolator_for(
 }
 
 impl Worker {
-    /// Computes an update if there are new poses or a new order; gives the time to rest until the next, or `None` if
+    /// Computes an update if there are new poses or a new propagator; returns the pause before the next, `None` if
     /// there was nothing to do.
     pub(super) fn step(&mut self) -> Option<Duration> {
-        let ordered = self.take_order();
+        let ordered = self.take_propagator();
         let posed = self.take_poses();
         let world = self.newest.take_if(|_| ordered || posed)?;
         self.take_instances(&world);
         if let Some(before_update) = self.before_update {
             before_update(self.update);
         }
-        let mut delivery = self.deliveries.blank(Delivery::default);
+        let mut message = self.updates.take_blank(UpdateMessage::default);
         let started = now();
         let _section = section("foresound update");
         self.propagator.update_with(
-            &self.tracers,
+            &self.threads,
             &world.listener,
             &world.sources,
             world.time_s,
-            &mut delivery.paths,
+            &mut message.paths,
         );
-        let trimmed = keep_loudest(&mut delivery.paths.paths, self.detail.max_paths);
-        self.lay_groundwork(world.predictor, &mut delivery);
-        let spent = started.elapsed();
-        delivery.order_gain = self.detail.order_gain;
-        let paths = delivery.paths.paths.len() as u64;
-        if self.most_shown > 0 {
-            let mut shown = self.shown.blank(PathSnapshot::default);
-            show(&delivery.paths, self.most_shown, &mut shown.paths);
-            self.shown.send(shown);
+        let trimmed = keep_loudest(&mut message.paths.paths, self.quality.max_paths);
+        self.prepare(world.predictor, &mut message);
+        let elapsed = started.elapsed();
+        message.order_gain = self.quality.order_gain;
+        let paths = message.paths.paths.len() as u64;
+        if self.max_snapshot_paths > 0 {
+            let mut shown = self.snapshots.take_blank(PathSnapshot::default);
+            fill_snapshot(&message.paths, self.max_snapshot_paths, &mut shown.paths);
+            self.snapshots.send(shown);
         }
-        self.meters
+        self.metrics
             .rays
-            .store(delivery.paths.rays, Ordering::Relaxed);
-        self.govern(&world, spent);
-        let rest = Duration::from_secs_f64(self.governor.rest_s());
-        delivery.interval_s = (spent + rest).as_secs_f64();
-        delivery.synchronous = self.synchronous;
-        delivery.extrapolator = self.extrapolator.take();
-        delivery.scenes = self.scenes.take();
-        delivery.predictor = (world.predictor != self.predictor).then(|| {
-            let kind = self.paced(world.predictor);
+            .store(message.paths.rays, Ordering::Relaxed);
+        self.govern(&world, elapsed);
+        let rest = Duration::from_secs_f64(self.governor.pause_s());
+        message.interval_s = (elapsed + rest).as_secs_f64();
+        message.synchronous = self.synchronous;
+        message.extrapolator = self.extrapolator.take();
+        message.scenes = self.scenes.take();
+        message.predictor = (world.predictor != self.predictor).then(|| {
+            let kind = self.renderer_predictor(world.predictor);
             PredictorState::with_room(kind, self.max_paths, self.max_sources)
         });
         self.predictor = world.predictor;
         self.newest = Some(world);
         self.update += 1;
-        self.spans.record(SpanKind::Update, started, spent, paths);
-        self.meters.propagation.record(spent);
-        add(&self.meters.trimmed_paths, trimmed as u64);
-        let latest_ns = nanoseconds(spent);
-        self.meters
+        self.spans.record(SpanKind::Update, started, elapsed, paths);
+        self.metrics.propagation.record(elapsed);
+        add(&self.metrics.trimmed_paths, trimmed as u64);
+        let latest_ns = nanoseconds(elapsed);
+        self.metrics
             .propagation_ns
             .store(latest_ns, Ordering::Relaxed);
-        self.send(delivery);
+        self.send(message);
         Some(rest)
     }
 
-    /// The predictor as the sound thread is to have it.
-    fn paced(&self, kind: PredictorKind) -> PredictorKind {
+    /// The predictor for the renderer.
+    fn renderer_predictor(&self, kind: PredictorKind) -> PredictorKind {
         match self.even_blocks {
             true => kind.reduced(),
             false => kind,
         }
     }
 
-    /// Works out here what the sound thread would have to when it takes the update.
-    fn lay_groundwork(&self, predictor: PredictorKind, delivery: &mut Delivery) {
-        let Delivery {
-            paths, groundwork, ..
-        } = delivery;
+    /// Computes here what the sound thread would otherwise compute when it takes the update.
+    fn prepare(&self, predictor: PredictorKind, message: &mut UpdateMessage) {
+        let UpdateMessage {
+            paths, prepared, ..
+        } = message;
         match predictor {
             PredictorKind::Geometric(_) => {
-                groundwork.prepare(paths, self.propagator.scene());
+                prepared.prepare(paths, self.propagator.scene());
             }
-            PredictorKind::Hold | PredictorKind::Linear => groundwork.clear(),
+            PredictorKind::Hold | PredictorKind::Linear => prepared.clear(),
         }
     }
 
-    /// What the budget makes of an update.
+    /// Applies budget and thermal state after an update.
     fn govern(&mut self, world: &WorldFrame, took: Duration) {
-        let before = self.governor.tier();
-        let spent = Spent {
+        let before = self.governor.quality_level();
+        let elapsed = UpdateCost {
             update_s: took.as_secs_f64(),
             since_last_s: world.time_s - self.last_time_s.unwrap_or(world.time_s),
-            sound_share: self.meters.sound_share(),
-            can_rest: !self.synchronous,
+            sound_share: self.metrics.sound_share(),
+            may_pause: !self.synchronous,
         };
         self.last_time_s = Some(world.time_s);
         let now_s = self.epoch.elapsed().as_secs_f64();
-        let budget = self.manners.temper(world.budget, now_s);
-        self.governor.observe(&budget, &spent);
+        let budget = self.device_hints.limit_budget(world.budget, now_s);
+        self.governor.observe(&budget, &elapsed);
         if !self.synchronous {
-            self.manners.tell_update(spent.update_s, &budget);
+            self.device_hints.report_update(elapsed.update_s, &budget);
         }
-        if self.manners.wants_sound(now_s) {
-            let load = self.meters.take_sound_load();
-            self.manners.tell_sound(load, now_s);
+        if self.device_hints.is_sound_report_due(now_s) {
+            let load = self.metrics.take_sound_load();
+            self.device_hints.report_sound(load, now_s);
         }
-        self.meters.manners.store(self.manners.report());
-        let tier = self.governor.tier();
-        if tier != before {
-            let number = u32::from(tier.0);
-            self.meters.tier.store(number, Ordering::Relaxed);
+        self.metrics.device_hints.store(self.device_hints.report());
+        let level = self.governor.quality_level();
+        if level != before {
+            let number = u32::from(level.0);
+            self.metrics.quality_level.store(number, Ordering::Relaxed);
             self.spans
                 .record(SpanKind::QualityLevel, now(), Duration::ZERO, number.into());
         }
-        self.take_detail();
+        self.apply_quality();
     }
 
-    fn take_detail(&mut self) {
+    fn apply_quality(&mut self) {
         let settings = self.propagator.settings();
-        self.detail = self.governor.detail(settings, self.max_paths);
-        self.propagator.set_quality(self.detail.effort);
+        self.quality = self.governor.active_quality(settings, self.max_paths);
+        self.propagator.set_quality(self.quality.propagation);
     }
 
-    fn take_order(&mut self) -> bool {
-        let Some(ordered) = self.orders.take() else {
+    fn take_propagator(&mut self) -> bool {
+        let Some(ordered) = self.pending_propagator.take() else {
             return false;
         };
         let before = std::mem::replace(&mut self.propagator, ordered);
@@ -202,24 +202,26 @@ impl Worker {
         let same_scene = before.scene().same_fixed_part(scene)
             && before.settings().min_distance_m == self.propagator.settings().min_distance_m;
         if !same_scene {
-            let kind = self.paced(self.predictor);
+            let kind = self.renderer_predictor(self.predictor);
             let room = [self.max_paths, self.max_sources];
             self.extrapolator = Some(extrapolator_for(&self.propagator, kind, room));
             self.scenes = None;
-            self.governor.begin_scene();
+            self.governor.reset_costs();
         } else if scene.has_instances() || before.scene().has_instances() {
             self.scenes = Some(ScenePair::of(scene));
         }
-        self.given = Arc::clone(scene);
-        self.take_detail();
+        self.base_scene = Arc::clone(scene);
+        self.apply_quality();
         true
     }
 
-    /// Instances that were added, removed or moved.
+    /// Takes over added, removed and moved instances.
     fn take_instances(&mut self, world: &WorldFrame) {
-        // Poses of another scene wait for its propagator.
-        if !Arc::ptr_eq(&world.scene, &self.given) && world.scene.same_fixed_part(&self.given) {
-            self.given = Arc::clone(&world.scene);
+        // Poses of another scene are applied with its propagator.
+        if !Arc::ptr_eq(&world.scene, &self.base_scene)
+            && world.scene.same_fixed_part(&self.base_scene)
+        {
+            self.base_scene = Arc::clone(&world.scene);
             *self.propagator.scene_mut() = Scene::clone(&world.scene);
             self.scenes = Some(ScenePair::of(&world.scene));
         }
@@ -239,27 +241,27 @@ impl Worker {
         true
     }
 
-    /// Sends an update, with what an earlier one that nobody took had brought along.
-    fn send(&mut self, mut delivery: Box<Delivery>) {
-        if let Some(mut missed) = self.deliveries.recall() {
-            if delivery.extrapolator.is_none() {
-                delivery.extrapolator = missed.extrapolator.take();
-                delivery.scenes = delivery.scenes.take().or_else(|| missed.scenes.take());
+    /// Sends an update, together with the replacements of an earlier one that was not taken.
+    fn send(&mut self, mut message: Box<UpdateMessage>) {
+        if let Some(mut missed) = self.updates.recall() {
+            if message.extrapolator.is_none() {
+                message.extrapolator = missed.extrapolator.take();
+                message.scenes = message.scenes.take().or_else(|| missed.scenes.take());
             }
-            if delivery.predictor.is_none() {
-                delivery.predictor = missed.predictor.take();
+            if message.predictor.is_none() {
+                message.predictor = missed.predictor.take();
             }
-            self.deliveries.keep(missed);
+            self.updates.keep(missed);
         }
-        self.deliveries.send(delivery);
+        self.updates.send(message);
     }
 }
 
-/// Energy over that of the loudest path dropped up to which paths are faded, so that one whose rank changes neither
-/// comes nor goes with a step: 6 dB.
-const KNEE: f32 = 4.0;
+/// Energy relative to the loudest dropped path below which kept paths are attenuated, against steps when ranks change:
+/// 6 dB.
+const FADE_RANGE: f32 = 4.0;
 
-/// Drops the quietest paths beyond a limit, keeps the order, and gives the number dropped.
+/// Drops the quietest paths beyond a limit, keeps paths sorted by id and returns the number dropped.
 fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
     let dropped = paths.len().saturating_sub(most);
     if dropped > 0 {
@@ -273,8 +275,8 @@ fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
         paths.truncate(most);
         for path in paths.iter_mut() {
             let over = energy(path) / silent;
-            if over < KNEE {
-                let gain = (over - 1.0) / (KNEE - 1.0);
+            if over < FADE_RANGE {
+                let gain = (over - 1.0) / (FADE_RANGE - 1.0);
                 path.amplitude = path.amplitude.map(|a| a * gain.max(0.0));
             }
         }
@@ -319,7 +321,7 @@ mod tests {
         assert_eq!(last, 0.0);
         for step in 1..=1000 {
             let next = heard(0.3 + 0.001 * step as f32);
-            // 6 dB about the limit: at most some three times as fast as the path itself.
+            // 6 dB at the limit: at most three times the slope of the path itself.
             assert!((next - last).abs() < 0.005, "{last} to {next}");
             last = next;
         }

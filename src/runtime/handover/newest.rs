@@ -1,39 +1,37 @@
-//! Newest values from one thread to another, whose memory travels back.
+//! A channel that keeps the newest value only, and returns memory to the sender.
 //!
-//! Wait-free on both sides: one atomic exchange to send, one to take. Boxes go round: the sender fills one, the receiver
-//! reads it for as long as it likes and gives it back for the sender to fill again or free. The receiver neither
-//! allocates nor frees. Queues, where every value counts, are plain `rtrb` rings.
-//!
-//! Built on [`Slot`]; the `triple_buffer` crate does as much, but under the MPL and without giving ownership away.
+//! Wait-free on both sides: one atomic exchange to send, one to take. The sender fills a box, the receiver owns it and
+//! returns it for reuse; the receiver neither allocates nor frees. Queues in which every value counts are `rtrb` rings.
+//! The `triple_buffer` crate is similar, but does not transfer ownership.
 
 use std::sync::Arc;
 
-use crate::runtime::handover::slot::Slot;
+use crate::runtime::handover::atomic_box::AtomicBox;
 
-/// Boxes that a receiver may hold at a time without giving one back.
-const HELD: usize = 4;
+/// Boxes that a receiver may hold at a time.
+const MAX_HELD: usize = 4;
 
-/// Places on the way back: for what the receiver holds, one in the slot and one in the sender's hand there is always
-/// one, since the sender makes a box only when none is left in it.
-const PLACES: usize = 2 * (HELD + 2);
+/// Capacity of the return ring, never exceeded: the sender allocates only when the ring is empty, so at most
+/// [`MAX_HELD`] + 2 boxes exist.
+const RETURN_CAPACITY: usize = 2 * (MAX_HELD + 2);
 
 /// The sending end.
 pub(crate) struct Sender<T> {
-    slot: Arc<Slot<T>>,
+    slot: Arc<AtomicBox<T>>,
     returned: rtrb::Consumer<Box<T>>,
     spare: Option<Box<T>>,
 }
 
 /// The receiving end.
 pub(crate) struct Receiver<T> {
-    slot: Arc<Slot<T>>,
+    slot: Arc<AtomicBox<T>>,
     returns: rtrb::Producer<Box<T>>,
 }
 
-/// A slot that holds the newest value, empty at first.
+/// A channel, empty at first.
 pub(crate) fn newest<T: Send>() -> (Sender<T>, Receiver<T>) {
-    let slot = Arc::new(Slot::default());
-    let (returns, returned) = rtrb::RingBuffer::new(PLACES);
+    let slot = Arc::new(AtomicBox::default());
+    let (returns, returned) = rtrb::RingBuffer::new(RETURN_CAPACITY);
     let sender = Sender {
         slot: Arc::clone(&slot),
         returned,
@@ -43,20 +41,20 @@ pub(crate) fn newest<T: Send>() -> (Sender<T>, Receiver<T>) {
 }
 
 impl<T: Send> Sender<T> {
-    /// A box to fill: one that came back, with its old content, or else a new one.
-    pub(crate) fn blank(&mut self, make: impl FnOnce() -> T) -> Box<T> {
+    /// A box to fill: a returned one with its old content, or a new one.
+    pub(crate) fn take_blank(&mut self, make: impl FnOnce() -> T) -> Box<T> {
         if let Some(spare) = self.spare.take() {
             return spare;
         }
         self.returned.pop().unwrap_or_else(|_| Box::new(make()))
     }
 
-    /// Takes back what was sent last, unless the receiver has it already.
+    /// Takes back the last value sent, unless the receiver has taken it.
     pub(crate) fn recall(&mut self) -> Option<Box<T>> {
         self.slot.take()
     }
 
-    /// Makes a box the newest value. One that nobody took is kept to be filled again.
+    /// Sends a value; an older one that was not taken is kept for reuse.
     pub(crate) fn send(&mut self, value: Box<T>) {
         let missed = self.slot.swap(Some(value));
         if missed.is_some() {
@@ -64,27 +62,27 @@ impl<T: Send> Sender<T> {
         }
     }
 
-    /// Keeps a box to be filled again without sending it.
+    /// Keeps a box for reuse without sending it.
     pub(crate) fn keep(&mut self, value: Box<T>) {
         self.spare = Some(value);
     }
 }
 
 impl<T: Send> Receiver<T> {
-    /// The newest value, if there is one that was not taken before.
+    /// The newest value, once.
     pub(crate) fn take(&mut self) -> Option<Box<T>> {
         self.slot.take()
     }
 
-    /// Gives a box back.
+    /// Returns a box to the sender.
     pub(crate) fn give_back(&mut self, value: Box<T>) {
         if let Err(rtrb::PushError::Full(value)) = self.returns.push(value) {
-            // There are fewer boxes than places. Were it otherwise, memory lost is better than memory freed here.
+            // Unreachable, as the ring has room for all boxes. A leak would be better than freeing memory here.
             Box::leak(value);
         }
     }
 
-    /// Whether the sender is gone.
+    /// Whether the sender was dropped.
     pub(crate) fn is_abandoned(&self) -> bool {
         self.returns.is_abandoned()
     }
@@ -99,9 +97,9 @@ mod tests {
         let (mut sender, mut receiver) = newest::<u32>();
         assert!(receiver.take().is_none());
         for value in 1..=3 {
-            let mut place = sender.blank(|| 0);
-            *place = value;
-            sender.send(place);
+            let mut boxed = sender.take_blank(|| 0);
+            *boxed = value;
+            sender.send(boxed);
         }
         let taken = receiver.take().expect("sent");
         assert_eq!(*taken, 3);
@@ -141,14 +139,14 @@ mod tests {
         });
         let mut made = 0;
         for round in 1..=rounds {
-            let mut place = sender.blank(|| {
+            let mut boxed = sender.take_blank(|| {
                 made += 1;
                 [0; 8]
             });
-            place.fill(round);
-            sender.send(place);
+            boxed.fill(round);
+            sender.send(boxed);
         }
         reading.join().expect("no assertion fails");
-        assert!(made <= HELD + 2, "{made} boxes");
+        assert!(made <= MAX_HELD + 2, "{made} boxes");
     }
 }

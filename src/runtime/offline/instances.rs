@@ -1,7 +1,7 @@
 //! Instances in offline rendering: added, moved and removed between graphics frames.
 //!
-//! Control side. What is changed holds from the next graphics frame on: for direct paths and for paths that are known at
-//! once, for propagation in the next update that starts.
+//! Control side. Changes apply to known paths in the next graphics frame, to propagation in the next update that
+//! starts.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::runtime::offline::renderer::OfflineRenderer;
 use crate::scene::{InstanceId, InstancePose, Scene};
 
 impl OfflineRenderer {
-    /// Adds an instance of a part; the pose's own handle does not count.
+    /// Adds an instance of a part; the handle inside `pose` is ignored.
     ///
     /// # Errors
     /// As [`Scene::add_instance`].
@@ -22,11 +22,11 @@ impl OfflineRenderer {
         Ok(id)
     }
 
-    /// Moves instances. Good poses are taken, whatever the others are.
+    /// Moves instances. Valid poses are applied even if others are invalid.
     ///
     /// # Errors
-    /// The first of: [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid, and the
-    /// last good one stays.
+    /// The first of: [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid: the last
+    /// good one stays.
     pub fn set_instance_poses(&mut self, poses: &[InstancePose]) -> Result<()> {
         let scene = self.propagation.propagator_mut().scene_mut();
         let checked = poses.iter().map(|pose| scene.check_instance_pose(pose));
@@ -36,7 +36,7 @@ impl OfflineRenderer {
         result
     }
 
-    /// Removes an instance; its handle is stale from now on.
+    /// Removes an instance; its handle is stale at once.
     ///
     /// # Errors
     /// [`crate::Error::StaleInstance`].

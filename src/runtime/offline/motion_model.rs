@@ -1,10 +1,8 @@
-//! How sources have been moving, and where that leads: straight on, or round.
+//! Motion prediction of sources: constant turn or constant velocity.
 //!
-//! Arithmetic; control side. A source that sways, circles or brakes is not where its last step points to. Where its last
-//! places agree with an even turn it goes on turning: the constant-turn model of target tracking (\[LI03\]), which also is
-//! that of a pendulum, `x + v sin(ω t) / ω + a (1 − cos(ω t)) / ω²` of speed and its change, where each change is `−ω²` of
-//! what is two before it. It stays within reach however long it is followed. People turn on their heels: where the last places
-//! agree with no such turn, a source goes straight on, and a listener always does.
+//! Arithmetic; control side. If the last positions fit an even turn, the constant-turn model of target tracking
+//! (\[LI03\]) applies, which also describes a pendulum: `x + v sin(ω t) / ω + a (1 − cos(ω t)) / ω²`. Its prediction is
+//! bounded. Otherwise a source moves straight on. Listeners turn abruptly and always move straight on.
 
 use std::collections::VecDeque;
 
@@ -13,103 +11,102 @@ use glam::Vec3;
 use crate::runtime::offline::schedule::Poses;
 use crate::scene::{SourceId, SourcePose};
 
-/// Longest step between two graphics frames that counts as motion, in metres; beyond it somebody was put elsewhere.
-const LONGEST_STEP_M: f32 = 0.5;
+/// Longest step between two graphics frames that counts as motion, in metres; longer steps are teleports.
+const MAX_STEP_M: f32 = 0.5;
 
-/// Places of a source that are looked at, and graphics frames from one to the next at most.
-const PLACES: usize = 5;
-const MOST_APART: usize = 16;
+/// Positions of a source used by the model, and greatest number of graphics frames between two of them.
+const HISTORY_POINTS: usize = 5;
+const MAX_STRIDE: usize = 16;
 
-/// By how much a source may be beside where its places before would have led it, as a share of its longest step.
+/// Greatest fourth difference of the positions, relative to the longest step.
 const UNEVEN: f32 = 0.25;
 
-/// Longest way that a turn is followed for, in radians.
-const LONGEST_TURN: f32 = std::f32::consts::PI;
+/// Longest predicted turn in radians.
+const MAX_TURN_RAD: f32 = std::f32::consts::PI;
 
-/// Within what a turn is one, `2 − 2 cos` of the angle from one place to the next: below it is as good as straight, above
-/// nobody knows which way round.
-const SLOWEST_BEND: f32 = 1e-4;
-const FASTEST_BEND: f32 = 1.0;
+/// Range of a turn as `2 − 2 cos` of the angle between two positions: below it is nearly straight, above ambiguous.
+const MIN_CURVATURE: f32 = 1e-4;
+const MAX_CURVATURE: f32 = 1.0;
 
-/// Where sources were in the last graphics frames.
+/// Positions of sources in the last graphics frames.
 #[derive(Debug)]
 pub(crate) struct MotionModel {
-    apart: usize,
-    /// The newest first.
-    places: VecDeque<Vec<(SourceId, Vec3)>>,
+    stride: usize,
+    /// Newest first.
+    history: VecDeque<Vec<(SourceId, Vec3)>>,
 }
 
 impl MotionModel {
-    /// For updates that start so many graphics frames after each other.
+    /// For updates that start every `interval` graphics frames.
     pub(crate) fn new(interval: usize) -> Self {
         Self {
-            apart: (interval / (PLACES - 1)).clamp(1, MOST_APART),
-            places: VecDeque::new(),
+            stride: (interval / (HISTORY_POINTS - 1)).clamp(1, MAX_STRIDE),
+            history: VecDeque::new(),
         }
     }
 
-    /// Keeps the poses of a graphics frame that is over.
-    pub(crate) fn remember(&mut self, poses: &Poses) {
-        let most = (PLACES - 1) * self.apart;
-        let spare = (self.places.len() >= most).then(|| self.places.pop_back());
-        let mut places = spare.flatten().unwrap_or_default();
-        places.clear();
-        places.extend(poses.sources.iter().map(|pose| (pose.id, pose.position)));
-        self.places.push_front(places);
+    /// Stores the poses of a completed graphics frame.
+    pub(crate) fn push(&mut self, poses: &Poses) {
+        let most = (HISTORY_POINTS - 1) * self.stride;
+        let spare = (self.history.len() >= most).then(|| self.history.pop_back());
+        let mut history = spare.flatten().unwrap_or_default();
+        history.clear();
+        history.extend(poses.sources.iter().map(|pose| (pose.id, pose.position)));
+        self.history.push_front(history);
     }
 
-    /// The way of a source from where it is now, if it moves; `last` are the poses of the graphics frame before.
-    pub(crate) fn way(&self, last: &Poses, now: &SourcePose, frames: f32) -> Option<Vec3> {
-        let straight = way(place_in(last, now.id)?, now.position, frames)?;
-        Some(self.turn(now, frames).unwrap_or(straight))
+    /// Displacement of a source within `frames` from now on, if it moves; `last` are the poses of the previous frame.
+    pub(crate) fn displacement(&self, last: &Poses, now: &SourcePose, frames: f32) -> Option<Vec3> {
+        let straight = straight_displacement(position_of(last, now.id)?, now.position, frames)?;
+        Some(self.turning_displacement(now, frames).unwrap_or(straight))
     }
 
-    /// Its way if it turns evenly.
-    fn turn(&self, now: &SourcePose, frames: f32) -> Option<Vec3> {
-        let mut places = [now.position; PLACES];
-        for (number, place) in places.iter_mut().enumerate().skip(1) {
-            let known = self.places.get(number * self.apart - 1)?;
-            *place = known.iter().find(|(id, _)| *id == now.id)?.1;
+    /// Displacement by the constant-turn model, if it applies.
+    fn turning_displacement(&self, now: &SourcePose, frames: f32) -> Option<Vec3> {
+        let mut history = [now.position; HISTORY_POINTS];
+        for (step, position) in history.iter_mut().enumerate().skip(1) {
+            let known = self.history.get(step * self.stride - 1)?;
+            *position = known.iter().find(|(id, _)| *id == now.id)?.1;
         }
-        let [p, q, r, s, t] = places;
+        let [p, q, r, s, t] = history;
         let steps = [p - q, q - r, r - s, s - t].map(Vec3::length);
         let longest = steps.into_iter().fold(0.0, f32::max);
-        let beside = (p - 4.0 * q + 6.0 * r - 4.0 * s + t).length();
-        let was_put = longest > LONGEST_STEP_M * self.apart as f32;
-        if was_put || beside > UNEVEN * longest {
+        let deviation = (p - 4.0 * q + 6.0 * r - 4.0 * s + t).length();
+        let was_teleported = longest > MAX_STEP_M * self.stride as f32;
+        if was_teleported || deviation > UNEVEN * longest {
             return None;
         }
-        // Differences about the middle one, of which a pendulum's and a circle's are exact; time in steps.
+        // Central differences at the middle position, exact for circles and pendulums; time in steps.
         let (speed, change) = (0.5 * (q - s), q - 2.0 * r + s);
         let (jerk, snap) = (0.5 * (p - t) - (q - s), p - 4.0 * q + 6.0 * r - 4.0 * s + t);
         let squares = speed.length_squared() + change.length_squared();
-        let bend = -(jerk.dot(speed) + snap.dot(change)) / squares.max(f32::MIN_POSITIVE);
-        let time = frames / self.apart as f32;
-        if bend > SLOWEST_BEND && bend < FASTEST_BEND {
-            let step = (1.0 - 0.5 * bend).acos();
+        let curvature = -(jerk.dot(speed) + snap.dot(change)) / squares.max(f32::MIN_POSITIVE);
+        let time = frames / self.stride as f32;
+        if curvature > MIN_CURVATURE && curvature < MAX_CURVATURE {
+            let step = (1.0 - 0.5 * curvature).acos();
             let from_middle = |angle: f32| {
-                speed * (angle.sin() / step.sin()) + change * ((1.0 - angle.cos()) / bend)
+                speed * (angle.sin() / step.sin()) + change * ((1.0 - angle.cos()) / curvature)
             };
-            let turned = (step * time).min(LONGEST_TURN);
+            let turned = (step * time).min(MAX_TURN_RAD);
             return Some(from_middle(2.0 * step + turned) - from_middle(2.0 * step));
         }
-        // It does not come back: its speed changes by what it is at most.
+        // Constant acceleration, until the speed has changed by the longest step.
         let most = longest / change.length().max(f32::MIN_POSITIVE);
         let newest = p - q + 0.5 * change;
         Some(newest * time + change * (0.5 * time * time.min(most)))
     }
 }
 
-/// Where a source is.
-pub(crate) fn place_in(poses: &Poses, id: SourceId) -> Option<Vec3> {
+/// Position of a source.
+pub(crate) fn position_of(poses: &Poses, id: SourceId) -> Option<Vec3> {
     let pose = poses.sources.iter().find(|pose| pose.id == id);
     pose.map(|pose| pose.position)
 }
 
-/// The way from `at` straight on, if that is motion.
-pub(crate) fn way(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
+/// Displacement at constant velocity, if the last step counts as motion.
+pub(crate) fn straight_displacement(before: Vec3, at: Vec3, frames: f32) -> Option<Vec3> {
     let step = at - before;
-    let moves = step != Vec3::ZERO && step.length() <= LONGEST_STEP_M;
+    let moves = step != Vec3::ZERO && step.length() <= MAX_STEP_M;
     moves.then(|| step * frames)
 }
 
@@ -120,27 +117,28 @@ mod tests {
     const ID: SourceId = SourceId::new(3, 1);
     const RATE_HZ: f32 = 75.0;
 
-    fn poses(place: Vec3) -> Poses {
+    fn poses(position: Vec3) -> Poses {
         Poses {
-            sources: vec![SourcePose::at(ID, place)],
+            sources: vec![SourcePose::at(ID, position)],
             ..Poses::default()
         }
     }
 
-    /// Where a source is taken to be `frames` graphics frames after `now` that has been moving like this.
-    fn followed(place: impl Fn(f32) -> Vec3, now: i32, frames: f32) -> Vec3 {
-        let mut courses = MotionModel::new(25);
-        let at = |frame: i32| place(frame as f32 / RATE_HZ);
+    /// Predicted position `frames` graphics frames after `now`.
+    fn followed(position: impl Fn(f32) -> Vec3, now: i32, frames: f32) -> Vec3 {
+        let mut model = MotionModel::new(25);
+        let at = |frame: i32| position(frame as f32 / RATE_HZ);
         for frame in now - 40..now {
-            courses.remember(&poses(at(frame)));
+            model.push(&poses(at(frame)));
         }
-        let way = courses.way(&poses(at(now - 1)), &poses(at(now)).sources[0], frames);
-        at(now) + way.unwrap_or_default()
+        let displacement =
+            model.displacement(&poses(at(now - 1)), &poses(at(now)).sources[0], frames);
+        at(now) + displacement.unwrap_or_default()
     }
 
-    fn missed_m(place: impl Fn(f32) -> Vec3, now: i32, frames: f32) -> f32 {
-        let there = place((now as f32 + frames) / RATE_HZ);
-        followed(place, now, frames).distance(there)
+    fn missed_m(position: impl Fn(f32) -> Vec3, now: i32, frames: f32) -> f32 {
+        let there = position((now as f32 + frames) / RATE_HZ);
+        followed(position, now, frames).distance(there)
     }
 
     #[test]
@@ -148,13 +146,13 @@ mod tests {
         let sway = |s: f32| Vec3::X * 1.2 * (1.7 * s).sin();
         let circle = |s: f32| Vec3::new(2.0 + (1.5 * s).cos(), 1.0, (1.5 * s).sin());
         for now in [100, 127, 150, 211] {
-            let straight = |place: &dyn Fn(f32) -> Vec3| {
-                let at = |frame: i32| place(frame as f32 / RATE_HZ);
+            let straight = |position: &dyn Fn(f32) -> Vec3| {
+                let at = |frame: i32| position(frame as f32 / RATE_HZ);
                 let line = at(now) + 49.0 * (at(now) - at(now - 1));
                 line.distance(at(now + 49))
             };
-            for place in [&sway as &dyn Fn(f32) -> Vec3, &circle] {
-                let missed = missed_m(place, now, 49.0);
+            for position in [&sway as &dyn Fn(f32) -> Vec3, &circle] {
+                let missed = missed_m(position, now, 49.0);
                 assert!(missed < 0.02, "{missed} m in frame {now}");
             }
             assert!(straight(&circle) > 0.3, "a line would do");

@@ -1,6 +1,6 @@
-//! Offline rendering: all stages one after the other on a virtual clock. The same input gives the same bits.
+//! Offline rendering: all stages in turn on a virtual clock. Deterministic to the bit.
 //!
-//! Control side; a clock is read for the report's times only and never decides anything.
+//! Control side; the clock is read for the report only.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,36 +9,53 @@ use crate::error::{Error, Result};
 use crate::extrapolation::{Extrapolator, FramePaths, PredictorKind};
 use crate::generation::{Generator, GeneratorSettings, Hrtf};
 use crate::propagation::{PathSet, PropagationSettings, Propagator};
-use crate::runtime::offline::schedule::{Poses, Schedule, ScheduledPropagation};
+use crate::runtime::offline::schedule::{Poses, Schedule};
+use crate::runtime::offline::scheduled_propagation::ScheduledPropagation;
 use crate::runtime::threads::clock::thread_processor_time;
 use crate::scene::Scene;
 
-/// How to render.
+/// Settings of offline rendering; start from [`Default`] and assign fields.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct OfflineSettings {
-    /// Graphics frames a second on the virtual clock, 1 to 1,000.
+    /// Graphics frames per second on the virtual clock, 1 to 1,000.
     pub graphics_rate_hz: f64,
-    /// Audio frames generated in one call, 32 to 4,096; changes nothing that can be heard.
+    /// Audio frames per block, 32 to 4,096; inaudible.
     pub block_frames: usize,
     /// When propagation runs.
     pub schedule: Schedule,
     /// How paths continue between updates.
     pub predictor: PredictorKind,
-    /// Rays, depth, seed.
+    /// Rays, reflection orders, seed.
     pub propagation: PropagationSettings,
-    /// Rate, sources, voices, limiter.
+    /// Sample rate, source slots, voices, limiter.
     pub generation: GeneratorSettings,
 }
 
-/// What a rendering found, one entry an event in each list.
+impl Default for OfflineSettings {
+    /// 60 graphics frames a second, blocks of 256, a whole propagation in every graphics frame.
+    fn default() -> Self {
+        Self {
+            graphics_rate_hz: 60.0,
+            block_frames: 256,
+            schedule: Schedule::Synchronous,
+            predictor: PredictorKind::default(),
+            propagation: PropagationSettings::default(),
+            generation: GeneratorSettings::default(),
+        }
+    }
+}
+
+/// Times and counts of a rendering.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct OfflineReport {
     /// Graphics frames rendered.
     pub graphics_frames: u64,
     /// Time of each propagation update (SPS).
     pub propagation: Vec<Duration>,
-    /// Processor time of each graphics frame's extrapolation (EPS): all that a sound thread has to do for it, direct paths
-    /// and the update that it may begin with included. Plain time where a system does not tell.
+    /// Processor time of each graphics frame's extrapolation (EPS), including direct paths and taking an update.
+    /// Elapsed time on systems without processor time.
     pub extrapolation: Vec<Duration>,
     /// Time of each graphics frame's generation (SGS).
     pub generation: Vec<Duration>,
@@ -46,11 +63,36 @@ pub struct OfflineReport {
     pub rays: Vec<u64>,
     /// Valid paths in each update.
     pub paths: Vec<usize>,
-    /// Paths that generation had no voice for, over all blocks.
+    /// Paths dropped for lack of a voice, over all blocks.
     pub dropped_paths: u64,
 }
 
-/// Renders graphics frame after graphics frame.
+/// Renders a moving scene frame by frame, without threads or real time.
+///
+/// ```
+/// use std::sync::Arc;
+/// use foresound::offline::{OfflineRenderer, OfflineSettings, Poses};
+/// use foresound::glam::Vec3;
+/// use foresound::{Hrtf, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, shoebox};
+///
+/// # fn main() -> foresound::Result<()> {
+/// let mesh = shoebox(Vec3::new(6.0, 3.0, 5.0), "brick");
+/// let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())?;
+/// let hrtf = Arc::new(Hrtf::omnidirectional(44_100)?);
+/// let mut renderer = OfflineRenderer::new(Arc::new(scene), hrtf, OfflineSettings::default())?;
+/// let mut poses = Poses::default();
+/// poses.listener.position = Vec3::new(1.0, 1.7, 1.0);
+/// poses.sources.push(SourcePose::at(SourceId::new(0, 0), Vec3::new(4.0, 1.5, 3.0)));
+/// let mut sound = Vec::new();
+/// let mut silence = |_slot: usize, _from: u64, samples: &mut [f32]| samples.fill(0.0);
+/// renderer.next_frame(&poses, &mut silence, &mut |block| {
+///     sound.extend_from_slice(block);
+///     Ok(())
+/// })?;
+/// assert_eq!(sound.len(), 2 * 735); // 1/60 s of stereo
+/// # Ok(())
+/// # }
+/// ```
 pub struct OfflineRenderer {
     settings: OfflineSettings,
     pub(crate) propagation: ScheduledPropagation,
@@ -63,11 +105,11 @@ pub struct OfflineRenderer {
     output: Vec<f32>,
 }
 
-/// Fills a source slot's mono samples from a sample position on; gives nothing back for a silent slot.
+/// Fills mono samples of a source slot, given slot, number of the first sample and buffer.
 pub type Signal<'a> = dyn FnMut(usize, u64, &mut [f32]) + 'a;
 
 impl OfflineRenderer {
-    /// For a scene and a head.
+    /// For a scene and an HRTF set.
     ///
     /// # Errors
     /// [`Error::Setting`] names a setting outside its range.
@@ -119,22 +161,22 @@ impl OfflineRenderer {
         self.frame as f64 / self.settings.graphics_rate_hz
     }
 
-    /// The newest update in use.
+    /// Paths of the update in use.
     pub fn paths(&self) -> &PathSet {
         self.extrapolator.current()
     }
 
-    /// The last graphics frame's paths, as generation took them.
+    /// Extrapolated paths of the last graphics frame.
     pub fn frame_paths(&self) -> &FramePaths {
         &self.frame_paths
     }
 
-    /// What has been found so far.
+    /// Times and counts so far.
     pub fn report(&self) -> &OfflineReport {
         &self.report
     }
 
-    /// Audio frames by which the output is late against the geometry (the limiter's look-ahead).
+    /// Latency of limiter and interpolation in audio frames.
     pub fn latency_frames(&self) -> usize {
         self.generator.latency_frames()
     }
@@ -144,8 +186,8 @@ impl OfflineRenderer {
         (frame as f64 * rate_hz / self.settings.graphics_rate_hz).round() as u64
     }
 
-    /// Renders one graphics frame: the sound from this frame's time to the next one's, at whose end every path stands
-    /// where these poses put it. `sink` gets interleaved stereo.
+    /// Renders the sound from this graphics frame to the next; paths reach the values of `poses` at its end. `sink`
+    /// gets interleaved stereo.
     ///
     /// # Errors
     /// Those of `sink`.
@@ -164,17 +206,17 @@ impl OfflineRenderer {
             self.report.rays.push(update.rays);
             self.report.paths.push(update.paths.len());
         }
-        let started = Work::begins();
+        let started = ProcessorTimer::start();
         if let Some(update) = arrived {
-            let level = self.settings.schedule.level();
-            let groundwork = self.propagation.groundwork_mut();
+            let level = self.settings.schedule.extrapolation_level();
+            let groundwork = self.propagation.prepared_mut();
             let extrapolator = &mut self.extrapolator;
             let retired = extrapolator.store_prepared_update(update, groundwork, level);
             self.propagation.recycle(retired);
         }
         self.extrapolator
             .frame(&poses.listener, &poses.sources, &mut self.frame_paths);
-        self.report.extrapolation.push(started.spent());
+        self.report.extrapolation.push(started.elapsed());
         self.generate(poses, signal, sink)?;
         self.frame += 1;
         self.report.graphics_frames += 1;
@@ -215,21 +257,21 @@ impl OfflineRenderer {
     }
 }
 
-/// How long this thread has been at work: its processor's time, which other programs do not add to, if the system tells.
-struct Work {
+/// Measures processor time of this thread, or elapsed time where the system has none.
+struct ProcessorTimer {
     processor: Option<Duration>,
     clock: Instant,
 }
 
-impl Work {
-    fn begins() -> Self {
+impl ProcessorTimer {
+    fn start() -> Self {
         Self {
             processor: thread_processor_time(),
             clock: now(),
         }
     }
 
-    fn spent(&self) -> Duration {
+    fn elapsed(&self) -> Duration {
         let both = self.processor.zip(thread_processor_time());
         both.map_or_else(
             || self.clock.elapsed(),
@@ -238,10 +280,7 @@ impl Work {
     }
 }
 
-#[expect(
-    clippy::disallowed_methods,
-    reason = "the report tells how long stages took; nothing depends on it"
-)]
+#[expect(clippy::disallowed_methods, reason = "for the report only")]
 fn now() -> Instant {
     Instant::now()
 }

@@ -1,4 +1,4 @@
-//! A phone that does what it is told: the functions of [`super::Symbols`], for tests. Each thread has its own.
+//! A scripted phone for tests: the functions of [`super::Symbols`]. One per thread.
 
 use std::cell::RefCell;
 use std::ffi::{CStr, c_int};
@@ -6,7 +6,7 @@ use std::ptr::{null_mut, without_provenance_mut};
 
 use super::symbols::{Handle, Symbols};
 
-/// What the phone has seen and what it answers.
+/// Answers and record of the phone.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Phone {
     pub(super) headroom: f32,
@@ -76,7 +76,7 @@ unsafe extern "C" fn create(
     target_ns: i64,
 ) -> Handle {
     assert_eq!(manager, HINTS);
-    // SAFETY: as many numbers as are said, by the caller of this function, whom the test is about.
+    // SAFETY: the caller passes a pointer to `count` numbers.
     let threads = unsafe { std::slice::from_raw_parts(threads, count) };
     phone(|p| {
         p.sessions += 1;
@@ -105,7 +105,7 @@ unsafe extern "C" fn close(session: Handle) {
     phone(|p| p.sessions -= 1);
 }
 
-/// The address of a function, unless it is younger than this API level.
+/// The address of a function, null below its API level.
 fn address(name: &CStr, level: u32) -> Handle {
     let (since, address): (u32, Handle) = match name.to_str().unwrap_or_default() {
         "AThermal_acquireManager" => (30, acquire as *mut _),
@@ -117,7 +117,7 @@ fn address(name: &CStr, level: u32) -> Handle {
         "APerformanceHint_updateTargetWorkDuration" => (33, target as *mut _),
         "APerformanceHint_reportActualWorkDuration" => (33, report as *mut _),
         "APerformanceHint_closeSession" => (33, close as *mut _),
-        name => panic!("nobody should ask for {name}"),
+        name => panic!("unexpected name {name}"),
     };
     if level >= since { address } else { null_mut() }
 }

@@ -1,10 +1,9 @@
-//! A phone's manners: what the system is told of our work (performance hints), and what it says of its heat.
+//! Device hints of Android: thermal state and performance hints.
 //!
-//! Both are of Android and younger than API 26, so their functions are looked up at run time ([`Symbols`]); where they are
-//! not found, nothing happens. [`DeviceHints`] is what the propagation thread has of them: it asks for the thermal state once a
-//! second and makes a lowest tier of it for the budget ([`ThermalPolicy`]), and it reports how long updates and blocks
-//! take ([`HintSession`]). All calls are the system's and may wait for another process: propagation's thread only, never
-//! the audio side, whose part is one number in an atomic.
+//! Their functions are newer than API 26 and looked up at run time ([`Symbols`]); without them nothing happens.
+//! [`DeviceHints`] runs on the propagation thread: it reads the thermal state once a second and limits the quality
+//! level ([`ThermalPolicy`]), and it reports times of updates and blocks ([`HintSession`]). Calls may block on another
+//! process and never run on the audio side, which only stores its load in atomics.
 
 mod device_hints;
 mod hints;
@@ -16,7 +15,7 @@ pub use crate::runtime::phone::device_hints::{
 };
 pub use hints::HintSession;
 pub use symbols::{Handle, HintSymbols, Lookup, Symbols, ThermalSymbols};
-pub use thermal::{ThermalPolicy, ThermalReading, ThermalWatch};
+pub use thermal::{ThermalMonitor, ThermalPolicy, ThermalReading};
 
 #[cfg(test)]
 mod fake;

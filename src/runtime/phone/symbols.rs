@@ -1,10 +1,9 @@
-//! The system's functions, looked up by name.
+//! Functions of the system, looked up by name.
 //!
-//! `APerformanceHint_*` came with API 33, `AThermal_*` with 30 and 31, and the library is for 26: linked by name it would
-//! not load on older phones. A group that is not complete is not used. Signatures: the platform's `performance_hint.h` and
-//! `thermal.h`, which are frozen.
+//! `APerformanceHint_*` needs API 33, `AThermal_*` API 30 and 31; the library supports 26 and cannot link them. An
+//! incomplete group is not used. Signatures: the platform's frozen `performance_hint.h` and `thermal.h`.
 //!
-//! `unsafe` because a name says nothing of a function's type.
+//! Unsafe: a name does not determine a function's type.
 
 use std::ffi::{CStr, c_int, c_void};
 use std::mem::transmute;
@@ -13,7 +12,7 @@ use std::sync::OnceLock;
 /// The system's opaque pointers.
 pub type Handle = *mut c_void;
 
-/// Gives the address of a function by its name, or null.
+/// Returns the address of a function by name, or null.
 pub type Lookup<'a> = &'a mut dyn FnMut(&CStr) -> Handle;
 
 type Acquire = unsafe extern "C" fn() -> Handle;
@@ -23,7 +22,7 @@ type Headroom = unsafe extern "C" fn(Handle, c_int) -> f32;
 type Create = unsafe extern "C" fn(Handle, *const i32, usize, i64) -> Handle;
 type Duration = unsafe extern "C" fn(Handle, i64) -> c_int;
 
-/// Heat (API 30; the headroom 31).
+/// Thermal functions (API 30; headroom 31).
 #[derive(Debug, Clone, Copy)]
 pub struct ThermalSymbols {
     /// `AThermal_acquireManager`.
@@ -51,33 +50,33 @@ pub struct HintSymbols {
     pub close: Release,
 }
 
-/// What this system has.
+/// Functions that the system has.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Symbols {
-    /// Heat.
+    /// Thermal state.
     pub thermal: Option<ThermalSymbols>,
     /// Performance hints.
     pub hints: Option<HintSymbols>,
 }
 
-/// A function's address as a function, or nothing from the group.
+/// The function at an address; null is `None`.
 macro_rules! function {
     ($lookup:expr, $name:literal, $type:ty) => {{
         let address = $lookup($name);
         if address.is_null() {
             None
         } else {
-            // SAFETY: not null, and the function of this name, whose type the frozen header says: the caller's word.
+            // SAFETY: not null; the caller guarantees a function of this name, whose type is in the frozen header.
             Some(unsafe { transmute::<Handle, $type>(address) })
         }
     }};
 }
 
 impl Symbols {
-    /// Looks all of them up.
+    /// Looks up all functions.
     ///
     /// # Safety
-    /// What `lookup` gives for a name is null or a function of the type that Android's headers give it, for ever.
+    /// `lookup` returns null or a function of the type in Android's headers, valid forever.
     pub unsafe fn found_by(lookup: Lookup<'_>) -> Self {
         let mut thermal = || {
             Some(ThermalSymbols {
@@ -109,12 +108,12 @@ impl Symbols {
         Self { thermal, hints }
     }
 
-    /// Those of this system, looked up once; none but on Android.
+    /// The functions of this system, looked up once; none except on Android.
     pub fn of_this_system() -> &'static Self {
         static FOUND: OnceLock<Symbols> = OnceLock::new();
         FOUND.get_or_init(|| {
             let mut lookup = system::lookup();
-            // SAFETY: they are the functions of the system's own library, which is never closed.
+            // SAFETY: functions of the system library, which is never closed.
             unsafe { Self::found_by(&mut lookup) }
         })
     }
@@ -125,15 +124,15 @@ mod system {
     use super::Handle;
     use std::ffi::CStr;
 
-    /// Looks a name up in the NDK's library, which every Android has.
+    /// Looks up names in the NDK's library.
     pub(super) fn lookup() -> impl FnMut(&CStr) -> Handle {
-        // SAFETY: takes a name that ends with a zero; the library is the system's and loaded already.
+        // SAFETY: a zero-terminated name; the library is part of the system.
         let library = unsafe { libc::dlopen(c"libandroid.so".as_ptr(), libc::RTLD_NOW) };
         move |name| {
             if library.is_null() {
                 return std::ptr::null_mut();
             }
-            // SAFETY: an open library, and a name that ends with a zero.
+            // SAFETY: an open library and a zero-terminated name.
             unsafe { libc::dlsym(library, name.as_ptr()) }
         }
     }
@@ -144,7 +143,7 @@ mod system {
     use super::Handle;
     use std::ffi::CStr;
 
-    /// Nothing to be found.
+    /// Finds nothing.
     pub(super) fn lookup() -> impl FnMut(&CStr) -> Handle {
         |_| std::ptr::null_mut()
     }

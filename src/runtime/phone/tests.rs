@@ -1,22 +1,22 @@
-//! What a phone is asked and told, on one that is made up.
+//! Device hints on a scripted phone.
 
 use super::fake::{Phone, phone, symbols};
 use super::*;
 use crate::runtime::budget::{Budget, LAST_QUALITY_LEVEL, QualityChoice, QualityLevel};
 
-fn manners(level: u32) -> DeviceHints {
+fn hints(level: u32) -> DeviceHints {
     phone(|p| *p = Phone::default());
-    DeviceHints::begin(DeviceHintsSettings {
+    DeviceHints::new(DeviceHintsSettings {
         symbols: symbols(level),
         ..DeviceHintsSettings::default()
     })
 }
 
-fn least(manners: &mut DeviceHints, time_s: f64) -> u8 {
-    match manners.temper(Budget::default(), time_s).tiers {
-        QualityChoice::AtLeast(tier) => tier.0,
+fn least(hints: &mut DeviceHints, time_s: f64) -> u8 {
+    match hints.limit_budget(Budget::default(), time_s).quality {
+        QualityChoice::AtLeast(level) => level.0,
         QualityChoice::Free => 0,
-        QualityChoice::Exactly(tier) => panic!("{tier:?} was not asked for"),
+        QualityChoice::Exactly(level) => panic!("{level:?} was not asked for"),
     }
 }
 
@@ -28,19 +28,19 @@ fn an_old_system_has_none_of_it() {
     assert!(symbols(32).thermal.is_some_and(|t| t.headroom.is_some()));
     assert!(symbols(33).hints.is_some());
     // This host has nothing at all, and nothing happens.
-    let mut here = DeviceHints::begin(DeviceHintsSettings::default());
+    let mut here = DeviceHints::new(DeviceHintsSettings::default());
     let budget = Budget::default();
-    assert_eq!(here.temper(budget, 0.0), budget);
-    here.tell_update(0.01, &budget);
+    assert_eq!(here.limit_budget(budget, 0.0), budget);
+    here.report_update(0.01, &budget);
     assert_eq!(here.report(), DeviceHintsReport::default());
 }
 
 #[test]
 fn detail_goes_before_the_system_throttles_and_comes_back_slowly() {
-    let mut manners = manners(31);
+    let mut hints = hints(31);
     let mut heat = |headroom: f32, time_s: f64| {
         phone(|p| p.headroom = headroom);
-        least(&mut manners, time_s)
+        least(&mut hints, time_s)
     };
     assert_eq!(heat(0.5, 0.0), 0);
     assert_eq!(heat(0.86, 1.0), 1);
@@ -58,7 +58,7 @@ fn detail_goes_before_the_system_throttles_and_comes_back_slowly() {
     assert_eq!(heat(0.5, 64.0), 0);
     let asked = phone(|p| p.asked);
     assert_eq!(asked, 13);
-    drop(manners);
+    drop(hints);
     assert_eq!(phone(|p| p.managers), 0);
 }
 
@@ -67,25 +67,25 @@ fn a_headroom_at_a_limit_does_not_swing() {
     let mut policy = ThermalPolicy::default();
     let mut changes = 0;
     for second in 0..600u32 {
-        let before = policy.tier();
+        let before = policy.quality_level();
         let headroom = Some(0.92 + 0.02 * (f64::from(second) * 0.7).sin() as f32);
         let reading = ThermalReading {
             headroom,
             ..ThermalReading::default()
         };
         policy.observe(second.into(), reading);
-        changes += u32::from(policy.tier() != before);
+        changes += u32::from(policy.quality_level() != before);
     }
     // At once with the first reading, and never again.
-    assert_eq!((changes, policy.tier()), (1, QualityLevel(2)));
+    assert_eq!((changes, policy.quality_level()), (1, QualityLevel(2)));
 }
 
 #[test]
 fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
-    let mut manners = manners(31);
+    let mut hints = hints(31);
     let mut heat = |headroom: f32, status: i32, time_s: f64| {
         phone(|p| (p.headroom, p.status) = (headroom, status));
-        least(&mut manners, time_s)
+        least(&mut hints, time_s)
     };
     assert_eq!(heat(f32::NAN, 0, 0.0), 0);
     assert_eq!(heat(f32::NAN, -1, 1.0), 0);
@@ -97,7 +97,7 @@ fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
     let mut see = |headroom, time_s| {
         let status = None;
         policy.observe(time_s, ThermalReading { headroom, status });
-        policy.tier().0
+        policy.quality_level().0
     };
     assert_eq!(see(Some(0.95), 0.0), 2);
     assert_eq!(see(None, 29.0), 2);
@@ -107,69 +107,69 @@ fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
 
 #[test]
 fn the_system_is_asked_once_a_second() {
-    let mut manners = manners(31);
+    let mut hints = hints(31);
     for update in 0..1000 {
-        least(&mut manners, 0.01 * f64::from(update));
+        least(&mut hints, 0.01 * f64::from(update));
     }
     assert_eq!(phone(|p| p.asked), 10);
 }
 
 #[test]
 fn heat_adds_to_a_budget_and_never_overrules_a_fixed_tier() {
-    let mut manners = manners(31);
+    let mut hints = hints(31);
     phone(|p| p.headroom = 0.93);
-    let mut tempered = |tiers| {
+    let mut within_limit = |quality| {
         let budget = Budget {
             update_s: Some(0.02),
-            tiers,
+            quality,
             ..Budget::default()
         };
-        let after = manners.temper(budget, 0.0);
+        let after = hints.limit_budget(budget, 0.0);
         assert_eq!(after.update_s, Some(0.02));
-        after.tiers
+        after.quality
     };
     assert_eq!(
-        tempered(QualityChoice::Free),
+        within_limit(QualityChoice::Free),
         QualityChoice::AtLeast(QualityLevel(2))
     );
     let (one, four) = (QualityLevel(1), QualityLevel(4));
     assert_eq!(
-        tempered(QualityChoice::AtLeast(one)),
+        within_limit(QualityChoice::AtLeast(one)),
         QualityChoice::AtLeast(QualityLevel(2))
     );
     assert_eq!(
-        tempered(QualityChoice::AtLeast(four)),
+        within_limit(QualityChoice::AtLeast(four)),
         QualityChoice::AtLeast(four)
     );
     assert_eq!(
-        tempered(QualityChoice::Exactly(one)),
+        within_limit(QualityChoice::Exactly(one)),
         QualityChoice::Exactly(one)
     );
 }
 
 #[test]
 fn updates_and_blocks_are_told_with_their_targets() {
-    let mut manners = manners(33);
+    let mut hints = hints(33);
     let free = Budget::default();
     let limited = Budget {
         update_s: Some(0.01),
         ..free
     };
-    manners.tell_update(0.005, &free);
-    manners.tell_update(0.006, &free);
-    manners.tell_update(0.007, &limited);
-    // Sound that nobody makes yet is not told.
-    manners.tell_sound(SoundLoad::default(), 0.0);
-    assert!(manners.wants_sound(0.0));
+    hints.report_update(0.005, &free);
+    hints.report_update(0.006, &free);
+    hints.report_update(0.007, &limited);
+    // Without a sound thread nothing is reported.
+    hints.report_sound(SoundLoad::default(), 0.0);
+    assert!(hints.is_sound_report_due(0.0));
     let load = SoundLoad {
         thread: 77,
         block_s: 0.001,
-        lasts_s: 0.005,
+        duration_s: 0.005,
     };
-    manners.tell_sound(load, 1.0);
-    assert!(!manners.wants_sound(1.04) && manners.wants_sound(1.06));
-    let report = manners.report();
-    assert!(report.hints_updates && report.hints_sound);
+    hints.report_sound(load, 1.0);
+    assert!(!hints.is_sound_report_due(1.04) && hints.is_sound_report_due(1.06));
+    let report = hints.report();
+    assert!(report.hints_propagation && report.hints_sound);
     let seen = phone(|p| p.clone());
     assert_eq!(seen.sessions, 2);
     assert_eq!(seen.threads, [this_thread(), 77]);
@@ -179,43 +179,43 @@ fn updates_and_blocks_are_told_with_their_targets() {
         [5_000_000, 6_000_000, 7_000_000, 1_000_000]
     );
     // Another thread, another session.
-    manners.change_thread();
-    manners.tell_update(0.005, &free);
+    hints.reset_thread();
+    hints.report_update(0.005, &free);
     let other = SoundLoad { thread: 78, ..load };
-    manners.tell_sound(other, 2.0);
+    hints.report_sound(other, 2.0);
     let seen = phone(|p| p.clone());
     assert_eq!((seen.sessions, seen.threads.len()), (2, 4));
     assert_eq!(seen.threads[3], 78);
-    drop(manners);
+    drop(hints);
     assert_eq!(phone(|p| p.sessions), 0);
 }
 
 #[test]
 fn a_session_that_refuses_is_closed_and_not_begun_again() {
-    let mut manners = manners(33);
+    let mut hints = hints(33);
     phone(|p| p.refuses = true);
     let budget = Budget::default();
     for _ in 0..3 {
-        manners.tell_update(0.005, &budget);
-        manners.change_thread();
+        hints.report_update(0.005, &budget);
+        hints.reset_thread();
     }
     let seen = phone(|p| p.clone());
     assert_eq!((seen.sessions, seen.reports_ns.len()), (0, 1));
-    assert!(!manners.report().hints_updates);
+    assert!(!hints.report().hints_propagation);
 }
 
 #[test]
 fn times_that_cannot_be_are_told_within_the_systems_range() {
-    let mut manners = manners(33);
-    for took_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        manners.tell_update(took_s, &Budget::default());
+    let mut hints = hints(33);
+    for elapsed_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        hints.report_update(elapsed_s, &Budget::default());
     }
-    let told = phone(|p| p.reports_ns.clone());
-    assert_eq!(told, [1_000, 1_000, 1_000, 10_000_000_000]);
+    let reported = phone(|p| p.reports_ns.clone());
+    assert_eq!(reported, [1_000, 1_000, 1_000, 10_000_000_000]);
 }
 
 #[test]
-fn a_phone_without_managers_and_manners_that_are_off_do_nothing() {
+fn a_phone_without_managers_and_hints_turned_off_do_nothing() {
     phone(|p| {
         *p = Phone {
             has_no_manager: true,
@@ -232,10 +232,10 @@ fn a_phone_without_managers_and_manners_that_are_off_do_nothing() {
         ..settings
     };
     for settings in [settings, off] {
-        let mut manners = DeviceHints::begin(settings);
-        assert_eq!(least(&mut manners, 0.0), 0);
-        manners.tell_update(0.005, &Budget::default());
-        assert_eq!(manners.report(), DeviceHintsReport::default());
+        let mut hints = DeviceHints::new(settings);
+        assert_eq!(least(&mut hints, 0.0), 0);
+        hints.report_update(0.005, &Budget::default());
+        assert_eq!(hints.report(), DeviceHintsReport::default());
         phone(|p| {
             *p = Phone {
                 headroom: 2.0,

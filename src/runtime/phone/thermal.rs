@@ -1,57 +1,56 @@
-//! Heat: the system's reading, and the least detail that follows from it.
+//! Thermal readings of the system, and the quality limit that follows from them.
 //!
-//! The headroom forecasts how near the device is to severe throttling (1.0 is there; what stands beyond is left to the
-//! system); a status says what it does already. A phone that is about to throttle takes far more from us than a tier
-//! does, so detail goes before. Limits are own, in the spirit of the platform's advice to shed load from 0.85 on.
+//! The headroom forecasts severe throttling (at 1.0); the status is the throttling in force. Quality goes down before
+//! the phone throttles, which would cost more. Limits are own, near the platform's advice to reduce load from 0.85 on.
 
 use std::ffi::c_int;
 
 use super::symbols::{Handle, ThermalSymbols};
 use crate::runtime::budget::{LAST_QUALITY_LEVEL, QualityLevel};
 
-/// Seconds that the headroom is forecast for: as long as it takes heat to answer a change of load.
+/// Forecast time of the headroom in seconds: the thermal response to a change of load.
 const FORECAST_S: c_int = 10;
 
-/// Seconds between two readings: asked more often the system answers with no number.
+/// Seconds between two readings; the system answers NaN to more frequent ones.
 const PERIOD_S: f64 = 1.0;
 
-/// Headroom from which on each tier is the least, from tier 1.
+/// Headroom from which on level 1, 2, 3 and 4 is the limit.
 const HEADROOM: [f32; 4] = [0.85, 0.92, 0.97, 1.05];
 
-/// Below its limit by so much before a tier's detail may come back.
+/// Hysteresis of the headroom before quality goes up.
 const SLACK: f32 = 0.05;
 
-/// Seconds between two steps back up: heat is slow.
+/// Seconds between two steps up.
 const DWELL_S: f64 = 10.0;
 
-/// Seconds after which an old headroom counts for nothing.
+/// Seconds after which a headroom expires.
 const STALE_S: f64 = 30.0;
 
-/// What the system says of its heat.
+/// A thermal reading of the system.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ThermalReading {
-    /// Share of the way to severe throttling, forecast; `None` where the system has no number.
+    /// Forecast headroom, 1.0 at severe throttling; `None` if unknown.
     pub headroom: Option<f32>,
-    /// 0 none, 1 light, 2 moderate, 3 severe, 4 critical, 5 emergency, 6 shutdown; `None` where it is not known.
+    /// 0 none, 1 light, 2 moderate, 3 severe, 4 critical, 5 emergency, 6 shutdown; `None` if unknown.
     pub status: Option<u8>,
 }
 
-/// Makes a least tier of readings. Pure: it is told the time.
+/// Quality limit by thermal readings, with hysteresis. Reads no clock.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ThermalPolicy {
-    tier: u8,
+    level: u8,
     changed_s: f64,
-    /// The last headroom that was a number, and when.
+    /// Last valid headroom and its time.
     headroom: Option<(f32, f64)>,
 }
 
-/// The least tier of a headroom, with limits lowered by `slack`.
+/// Limit by a headroom, with thresholds lowered by `slack`.
 fn of_headroom(headroom: f32, slack: f32) -> u8 {
     let reached = |limit: &&f32| headroom >= **limit - slack;
     HEADROOM.iter().take_while(reached).count() as u8
 }
 
-/// The least tier of a status: throttling that has begun wants more than a forecast of it.
+/// Limit by a status.
 fn of_status(status: u8) -> u8 {
     match status {
         0 => 0,
@@ -63,7 +62,7 @@ fn of_status(status: u8) -> u8 {
 }
 
 impl ThermalPolicy {
-    /// Takes notice of a reading at a time in seconds.
+    /// Takes a reading at a time in seconds into account.
     pub fn observe(&mut self, time_s: f64, reading: ThermalReading) {
         if let Some(headroom) = reading.headroom.filter(|h| h.is_finite() && *h >= 0.0) {
             self.headroom = Some((headroom, time_s));
@@ -71,59 +70,58 @@ impl ThermalPolicy {
         let fresh = |(headroom, at_s): (f32, f64)| (time_s - at_s <= STALE_S).then_some(headroom);
         let headroom = self.headroom.and_then(fresh).unwrap_or(0.0);
         let status = of_status(reading.status.unwrap_or(0));
-        let wanted = of_headroom(headroom, 0.0).max(status);
-        if wanted > self.tier {
-            self.tier = wanted;
+        let limit = of_headroom(headroom, 0.0).max(status);
+        if limit > self.level {
+            self.level = limit;
             self.changed_s = time_s;
-        } else if of_headroom(headroom, SLACK).max(status) < self.tier
+        } else if of_headroom(headroom, SLACK).max(status) < self.level
             && time_s - self.changed_s >= DWELL_S
         {
-            self.tier -= 1;
+            self.level -= 1;
             self.changed_s = time_s;
         }
     }
 
-    /// The least tier.
-    pub fn tier(&self) -> QualityLevel {
-        QualityLevel(self.tier)
+    /// The lowest quality level number allowed.
+    pub fn quality_level(&self) -> QualityLevel {
+        QualityLevel(self.level)
     }
 }
 
-/// Asks the system, once a second at most, and keeps the policy. One thread at a time; the calls may wait for another
-/// process.
-pub struct ThermalWatch {
+/// Reads the system's thermal state once a second at most. One thread at a time; calls may block on another process.
+pub struct ThermalMonitor {
     symbols: ThermalSymbols,
     manager: Handle,
-    asked_s: Option<f64>,
+    read_s: Option<f64>,
     reading: ThermalReading,
     policy: ThermalPolicy,
 }
 
-// SAFETY: the system's manager may be used from any thread; ours has no thread of its own.
-unsafe impl Send for ThermalWatch {}
+// SAFETY: the system's manager may be used from any thread.
+unsafe impl Send for ThermalMonitor {}
 
-impl ThermalWatch {
-    /// With the system's manager; `None` if it has none.
-    pub fn begin(symbols: ThermalSymbols) -> Option<Self> {
+impl ThermalMonitor {
+    /// Acquires the system's manager; `None` if there is none.
+    pub fn open(symbols: ThermalSymbols) -> Option<Self> {
         // SAFETY: takes nothing.
         let manager = unsafe { (symbols.acquire)() };
         (!manager.is_null()).then(|| Self {
             symbols,
             manager,
-            asked_s: None,
+            read_s: None,
             reading: ThermalReading::default(),
             policy: ThermalPolicy::default(),
         })
     }
 
-    /// The least tier at a time in seconds, which never goes back.
-    pub fn tier(&mut self, time_s: f64) -> QualityLevel {
-        if self.asked_s.is_none_or(|at_s| time_s - at_s >= PERIOD_S) {
-            self.asked_s = Some(time_s);
-            self.reading = self.ask();
+    /// The lowest quality level number allowed at a time in seconds, which is monotonic.
+    pub fn quality_level(&mut self, time_s: f64) -> QualityLevel {
+        if self.read_s.is_none_or(|at_s| time_s - at_s >= PERIOD_S) {
+            self.read_s = Some(time_s);
+            self.reading = self.read();
             self.policy.observe(time_s, self.reading);
         }
-        self.policy.tier()
+        self.policy.quality_level()
     }
 
     /// The last reading.
@@ -131,8 +129,8 @@ impl ThermalWatch {
         self.reading
     }
 
-    fn ask(&self) -> ThermalReading {
-        // SAFETY: the manager is acquired and not released.
+    fn read(&self) -> ThermalReading {
+        // SAFETY: the manager is acquired.
         let status = unsafe { (self.symbols.status)(self.manager) };
         let headroom = self.symbols.headroom.map(|headroom| {
             // SAFETY: as above.
@@ -140,13 +138,13 @@ impl ThermalWatch {
         });
         ThermalReading {
             headroom: headroom.filter(|h| h.is_finite() && *h >= 0.0),
-            // An error is below zero.
+            // Errors are negative.
             status: u8::try_from(status).ok(),
         }
     }
 }
 
-impl Drop for ThermalWatch {
+impl Drop for ThermalMonitor {
     fn drop(&mut self) {
         // SAFETY: acquired, and released once.
         unsafe { (self.symbols.release)(self.manager) };

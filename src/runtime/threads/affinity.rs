@@ -1,18 +1,16 @@
-//! Which cores a thread runs on and how urgent it is: asked for, read back, told; never fatal.
+//! Core and priority of threads: requested, read back, reported; refusals are not fatal.
 //!
-//! Each call concerns the thread that makes it and makes system calls, so threads place themselves once, before their
-//! first block. Linux and Android; elsewhere nothing is asked for and nothing reported. Capacities come from
-//! `/sys/devices/system/cpu/cpuN/cpu_capacity` (1024 is the fastest core) or else from the highest clock frequency.
+//! Calls concern the calling thread and make system calls, so a thread places itself once, before its first block.
+//! Linux and Android; no effect elsewhere. Core capacities come from `/sys/devices/system/cpu/cpuN/cpu_capacity` or the
+//! highest clock frequency.
 
-use crate::runtime::handover::seqlock::{Words, halves, pair};
-
-/// Where the engine's threads may run.
+/// Cores of the engine's threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AffinityPolicy {
     /// The system decides.
     None,
-    /// The two fastest cores, one a thread: the fastest for propagation, the next for sound. Where all cores are alike,
-    /// the highest numbers, which systems load last.
+    /// The fastest core for propagation, the next for sound; of equal cores the highest numbers, which systems load
+    /// last.
     #[default]
     PreferBig,
     /// These cores.
@@ -24,44 +22,27 @@ pub enum AffinityPolicy {
     },
 }
 
-/// What a thread does, which decides its core and priority.
+/// Role of a thread, which determines core and priority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ThreadRole {
-    /// Traces rays. Priority as it is.
+    /// Propagation. Unchanged priority.
     Propagation,
-    /// Makes sound. Real-time priority (`SCHED_FIFO` 10) or else nice −16, Android's for urgent audio, if allowed.
+    /// Sound. Real-time priority (`SCHED_FIFO` 10) or, if refused, nice −16 as Android's audio threads.
     Sound,
 }
 
-/// What the system made of a request.
+/// Core and priority that the system granted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Placement {
-    /// Cores the thread may run on, a bit each for the first 64; 0 if not known.
+    /// Bitmask of the first 64 cores that the thread may run on; 0 if unknown.
     pub cores: u64,
-    /// Whether that is the one core that was asked for. True if none was.
+    /// Whether that is exactly the requested core; true without a request.
     pub pinned: bool,
     /// Priority of the real-time class, 0 outside it.
     pub realtime_priority: i32,
     /// Niceness from −20 (urgent) to 19.
     pub nice: i32,
-}
-
-impl Words<3> for Placement {
-    fn to_words(self) -> [u64; 3] {
-        let priority = self.realtime_priority.cast_unsigned();
-        let nice = self.nice.cast_unsigned();
-        [self.cores, self.pinned.into(), pair(priority, nice)]
-    }
-
-    fn from_words([cores, pinned, priorities]: [u64; 3]) -> Self {
-        let [priority, nice] = halves(priorities).map(u32::cast_signed);
-        Self {
-            cores,
-            pinned: pinned == 1,
-            realtime_priority: priority,
-            nice,
-        }
-    }
 }
 
 impl AffinityPolicy {
@@ -83,7 +64,7 @@ impl AffinityPolicy {
     }
 }
 
-/// Places the calling thread by policy and role and tells what came of it. Makes system calls.
+/// Sets core and priority of the calling thread; returns what was granted. Makes system calls.
 pub fn place_this_thread(policy: AffinityPolicy, role: ThreadRole) -> Placement {
     let core = policy.core(role);
     if let Some(core) = core {
@@ -97,7 +78,7 @@ pub fn place_this_thread(policy: AffinityPolicy, role: ThreadRole) -> Placement 
     placement
 }
 
-/// Cores this process may use, fastest first; of equally fast ones the highest number first.
+/// Cores of this process, fastest first; of equal cores the highest number first.
 pub fn cores_by_capacity() -> Vec<usize> {
     let allowed = system::read_back().cores;
     let mut cores: Vec<usize> = (0..64).filter(|c| allowed >> c & 1 == 1).collect();
@@ -105,7 +86,7 @@ pub fn cores_by_capacity() -> Vec<usize> {
     cores
 }
 
-/// Capacity of a core in the system's own unit; 0 if it is not known.
+/// Capacity of a core in the system's unit; 0 if unknown.
 fn capacity(core: usize) -> u64 {
     ["cpu_capacity", "cpufreq/cpuinfo_max_freq"]
         .iter()

@@ -1,5 +1,4 @@
-//! The clock: monotonic, read without a system call where the system maps it (Linux and Android do); and how long a
-//! thread has worked, which takes a system call.
+//! The monotonic clock (no system call on Linux and Android), and processor time of a thread (a system call).
 
 use std::time::{Duration, Instant};
 
@@ -13,13 +12,12 @@ pub(crate) fn now() -> Instant {
     Instant::now()
 }
 
-/// Nanoseconds of a duration, as a number that an atomic can hold.
+/// Nanoseconds of a duration, saturating.
 pub(crate) fn nanoseconds(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// Processor time of the calling thread so far, where the system says. A system call, so nothing for the audio side but in
-/// a measurement.
+/// Processor time of the calling thread, if the system has it. A system call: not for the audio side.
 #[cfg(any(target_os = "linux", target_os = "android"))]
 pub fn thread_processor_time() -> Option<Duration> {
     // SAFETY: plain integers, for which zero is a value.
@@ -31,7 +29,7 @@ pub fn thread_processor_time() -> Option<Duration> {
     Some(Duration::new(seconds, nanoseconds))
 }
 
-/// Processor time of the calling thread, which this system is not asked for.
+/// Not available on this system.
 #[cfg(not(any(target_os = "linux", target_os = "android")))]
 pub fn thread_processor_time() -> Option<Duration> {
     None

@@ -10,11 +10,11 @@
 use std::arch::asm;
 use std::marker::PhantomData;
 
-/// While it lives, its thread flushes subnormal numbers to zero.
+/// Flushes subnormal numbers of this thread to zero while it exists.
 pub struct FlushToZero {
     #[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
     before: Mode,
-    /// The mode is the thread's, so the guard stays there.
+    /// Not `Send`: the mode belongs to the thread.
     thread: PhantomData<*const ()>,
 }
 
@@ -47,7 +47,7 @@ impl FlushToZero {
     }
 }
 
-/// Whether this thread flushes now, so that another can do as it does.
+/// Whether this thread flushes subnormal numbers.
 pub(crate) fn flushes() -> bool {
     #[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
     return read() & FLUSH == FLUSH;
@@ -72,8 +72,8 @@ fn read() -> Mode {
 
 #[cfg(all(not(miri), target_arch = "x86_64"))]
 fn write(mode: Mode) {
-    // SAFETY: loads four bytes from a local of four bytes; callers pass a mode that was read, with flush bits that every
-    // x86-64 processor has, so no reserved bit is set and no exception unmasked.
+    // SAFETY: loads four bytes from a local of four bytes; callers pass a mode that was read, with flush bits that
+    // every x86-64 processor has, so no reserved bit is set and no exception unmasked.
     unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const mode, options(nostack, preserves_flags)) };
 }
 

@@ -1,4 +1,4 @@
-//!
+//! Threads: placement and priority, worker pool, clock, floating-point mode.
 
 pub mod affinity;
 pub(crate) mod clock;

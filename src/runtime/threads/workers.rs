@@ -1,14 +1,13 @@
-//! Persistent threads that share the phases of one propagation update: the synchronous schedule's two threads.
+//! A pool of persistent threads for the phases of a propagation update.
 //!
-//! Made and dropped on the control side; [`Threads::for_each`] is called by the propagation thread, which works too.
-//! Waking allocates nothing. A job that panics ends neither thread nor program on its own: all other jobs are done,
-//! then the panic goes on in the caller. Own.
+//! Made and dropped on the control side; [`Threads::for_each`] is called by the propagating thread, which takes part.
+//! Does not allocate. If a job panics, all other jobs are done before the panic resumes in the caller. Own.
 //!
-//! Holds unsafe code: the list and the job live on the caller's stack while other threads use them.
+//! Unsafe: helpers access lists and job on the caller's stack.
 
 #![expect(
     clippy::disallowed_types,
-    reason = "the propagation thread waits for its helpers here, never the audio side"
+    reason = "the propagation thread waits for its helpers; the audio side never does"
 )]
 
 use std::any::Any;
@@ -21,37 +20,36 @@ use crate::error::{Error, Result};
 use crate::propagation::{MOST_WORKERS, Serial, Workers};
 use crate::runtime::threads::flush_to_zero::{FlushToZero, flushes};
 
-/// Most threads that are started.
-pub const MOST_THREADS: usize = MOST_WORKERS;
+/// Greatest number of threads.
+pub const MAX_THREADS: usize = MOST_WORKERS;
 
-/// Turns that a helper waits awake for the next phase before it sleeps, and the caller for a helper's last job: some tens
-/// of microseconds, about what the caller needs between two phases of an update.
+/// Spins of a helper before it sleeps, and of the caller before it waits: some tens of microseconds, about the time
+/// between two phases of an update.
 const SPINS: u32 = if cfg!(miri) { 4 } else { 4000 };
 
-/// A job for a thread and an index: threads have numbers, the caller's is 0.
+/// A job, given thread number (the caller's is 0) and item index.
 type Task<'a> = dyn Fn(usize, usize) + Sync + 'a;
 
-/// A job with its lifetime taken off.
+/// A job with its lifetime erased.
 #[derive(Clone, Copy)]
 struct Job(*const Task<'static>);
 
-// SAFETY: what it points to is `Sync`, and `Threads::share_out` keeps it alive until no helper holds it.
+// SAFETY: the job is `Sync`, and `Threads::run_jobs` keeps it alive until no helper uses it.
 unsafe impl Send for Job {}
 
 #[derive(Default)]
 struct Round {
     job: Option<Job>,
     count: usize,
-    /// Whether the caller flushes subnormal numbers: helpers do as it does, or the bits would tell them apart.
+    /// Whether the caller flushes subnormal numbers; helpers copy its mode for identical results.
     flushes: bool,
-    /// Helpers that sleep until the next round.
+    /// Sleeping helpers.
     asleep: usize,
     panic: Option<Box<dyn Any + Send>>,
 }
 
-/// What [`Floor::gate`] says: a round's number, whether helpers may still join it, and how many are in it.
-///
-/// A helper that comes late finds the gate shut and is not waited for, so a slow wake-up costs nothing but its help.
+/// Value of [`PoolState::gate`]: number of a round, whether helpers may still enter, and how many are inside. The
+/// caller does not wait for a helper that wakes up after the gate has closed.
 #[derive(Clone, Copy)]
 struct Gate(u64);
 
@@ -79,7 +77,7 @@ impl Gate {
 }
 
 #[derive(Default)]
-struct Floor {
+struct PoolState {
     round: Mutex<Round>,
     begins: Condvar,
     ends: Condvar,
@@ -89,8 +87,8 @@ struct Floor {
     closing: AtomicBool,
 }
 
-impl Floor {
-    /// A panic under the lock leaves nothing half done: it is caught before.
+impl PoolState {
+    /// Ignores poisoning: panics of jobs are caught outside the lock.
     fn round(&self) -> MutexGuard<'_, Round> {
         self.round.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -99,7 +97,7 @@ impl Floor {
         Gate(self.gate.load(Ordering::Acquire))
     }
 
-    /// Takes index after index until none is left, on thread number `thread`.
+    /// Runs the job for one index after the other until none is left.
     fn work(&self, thread: usize, count: usize, job: &Task<'_>) {
         loop {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
@@ -112,7 +110,7 @@ impl Floor {
         }
     }
 
-    /// Life of helper number `thread`.
+    /// Main loop of a helper.
     fn help(&self, thread: usize) {
         let mut seen = 0;
         loop {
@@ -121,14 +119,14 @@ impl Floor {
             if self.closing.load(Ordering::Relaxed) {
                 return;
             }
-            if self.join(seen) {
+            if self.enter(seen) {
                 let (job, count, flushes) = {
                     let round = self.round();
                     (round.job, round.count, round.flushes)
                 };
                 let flush = flushes.then(FlushToZero::begin);
                 if let Some(Job(job)) = job {
-                    // SAFETY: this helper is inside the gate, and the caller keeps the job until nobody is.
+                    // SAFETY: this helper is inside the gate; the caller keeps the job alive until the gate is empty.
                     let job = unsafe { &*job };
                     self.work(thread, count, job);
                 }
@@ -138,7 +136,7 @@ impl Floor {
         }
     }
 
-    /// Comes back with another round than the one seen last: awake at first, asleep if it takes long.
+    /// Waits for a round other than `seen`: spins first, then sleeps.
     fn wait_for_round(&self, seen: u64) -> Gate {
         for _ in 0..SPINS {
             let gate = self.gate();
@@ -159,8 +157,8 @@ impl Floor {
         self.gate()
     }
 
-    /// Goes through the gate of a round, unless it is shut or another's by now.
-    fn join(&self, number: u64) -> bool {
+    /// Enters a round, unless its gate has closed.
+    fn enter(&self, number: u64) -> bool {
         let enter = |gate: u64| {
             let gate = Gate(gate);
             (gate.is_open() && gate.number() == number).then_some(gate.0 + 1)
@@ -173,13 +171,13 @@ impl Floor {
     fn leave(&self) {
         let left = Gate(self.gate.fetch_sub(1, Ordering::AcqRel) - 1);
         if left.is_empty() && !left.is_open() {
-            // Under the lock, so that a caller who is about to sleep hears of it.
+            // Under the lock, or a caller about to wait would miss it.
             let _round = self.round();
             self.ends.notify_one();
         }
     }
 
-    /// Shuts the gate and comes back when nobody is inside.
+    /// Closes the gate and waits until no helper is inside.
     fn close(&self) {
         self.gate.fetch_and(!Gate::OPEN, Ordering::AcqRel);
         for _ in 0..SPINS {
@@ -197,7 +195,7 @@ impl Floor {
         }
     }
 
-    /// Opens the next round and wakes those that sleep.
+    /// Opens the next round and wakes sleeping helpers.
     fn open(&self, job: Option<Job>, count: usize) {
         let mut round = self.round();
         round.job = job;
@@ -211,11 +209,23 @@ impl Floor {
     }
 }
 
-/// A number of threads, the caller's among them.
+/// A pool of threads, including the caller's, for [`crate::propagation::Propagator::update_with`].
+///
+/// ```
+/// use foresound::paths::{Threads, Workers};
+///
+/// # fn main() -> foresound::Result<()> {
+/// let threads = Threads::start(2)?;
+/// let mut squares = [1, 2, 3, 4];
+/// threads.for_each(&mut squares, |_index, n| *n *= *n);
+/// assert_eq!(squares, [1, 4, 9, 16]);
+/// # Ok(())
+/// # }
+/// ```
 pub struct Threads {
-    floor: Arc<Floor>,
+    pool: Arc<PoolState>,
     helpers: Vec<JoinHandle<()>>,
-    /// Held through a round: a second caller, or a job that calls again, works alone.
+    /// Locked during a round: a second or nested caller works alone.
     caller: Mutex<()>,
 }
 
@@ -226,13 +236,13 @@ impl std::fmt::Debug for Threads {
 }
 
 impl Threads {
-    /// Starts `count` − 1 helpers; 1 is the caller alone.
+    /// Starts `count` − 1 helper threads; with 1 the caller works alone. Control side.
     ///
     /// # Errors
-    /// [`Error::Setting`] for none or more than [`MOST_THREADS`], or if the system refuses a thread.
+    /// [`Error::Setting`] for 0 or more than [`MAX_THREADS`], or if no thread can be started.
     pub fn start(count: usize) -> Result<Self> {
-        if !(1..=MOST_THREADS).contains(&count) {
-            let problem = format!("{count} is outside 1 to {MOST_THREADS}");
+        if !(1..=MAX_THREADS).contains(&count) {
+            let problem = format!("{count} is outside 1 to {MAX_THREADS}");
             return Err(Error::setting(
                 "threads",
                 problem,
@@ -240,15 +250,15 @@ impl Threads {
             ));
         }
         let mut threads = Self {
-            floor: Arc::default(),
+            pool: Arc::default(),
             helpers: Vec::with_capacity(count - 1),
             caller: Mutex::new(()),
         };
         for number in 1..count {
-            let floor = Arc::clone(&threads.floor);
+            let pool = Arc::clone(&threads.pool);
             let helper = Builder::new()
                 .name(format!("propagation-{number}"))
-                .spawn(move || floor.help(number))
+                .spawn(move || pool.help(number))
                 .map_err(|error| {
                     Error::setting("threads", error.to_string(), "choose fewer threads")
                 })?;
@@ -257,13 +267,14 @@ impl Threads {
         Ok(threads)
     }
 
-    fn share_out(&self, count: usize, job: &Task<'_>) {
-        // SAFETY: only the lifetime changes; `close` does not return before every helper has left the round, and nothing before it unwinds.
+    fn run_jobs(&self, count: usize, job: &Task<'_>) {
+        // SAFETY: only the lifetime changes; `close` returns after every helper has left, and nothing before it
+        // unwinds.
         let lasting: *const Task<'static> = unsafe { std::mem::transmute(job) };
-        self.floor.open(Some(Job(lasting)), count);
-        self.floor.work(0, count, job);
-        self.floor.close();
-        let mut round = self.floor.round();
+        self.pool.open(Some(Job(lasting)), count);
+        self.pool.work(0, count, job);
+        self.pool.close();
+        let mut round = self.pool.round();
         round.job = None;
         let panic = round.panic.take();
         drop(round);
@@ -273,24 +284,23 @@ impl Threads {
     }
 }
 
-/// The first item of a list that threads take items of.
-struct First<T>(*mut T);
+/// Pointer to the first item of a list shared by threads.
+struct SharedItems<T>(*mut T);
 
-// SAFETY: every index is handed out once, so no two threads have the same item, and each thread has its own scratch; both may
-// change threads.
-unsafe impl<T: Send> Sync for First<T> {}
+// SAFETY: each index is taken once, so no two threads access the same item; items are `Send`.
+unsafe impl<T: Send> Sync for SharedItems<T> {}
 
-impl<T> First<T> {
+impl<T> SharedItems<T> {
     /// # Safety
-    /// `index` is below the list's length, and nobody else has that item.
+    /// `index` is below the list's length, and no other reference to that item exists.
     #[expect(
         clippy::mut_from_ref,
-        reason = "who asks for an index has it alone, so no two references meet"
+        reason = "each index is taken once, so references do not alias"
     )]
     unsafe fn item(&self, index: usize) -> &mut T {
         // SAFETY: the index lies in the list, as the caller promises.
         let item = unsafe { self.0.add(index) };
-        // SAFETY: nobody else has the item, as the caller promises; it lives as long as the round.
+        // SAFETY: the only reference to the item, as the caller promises; it outlives the round.
         unsafe { &mut *item }
     }
 }
@@ -314,16 +324,16 @@ impl Workers for Threads {
             Serial.for_both((a, b), scratch, first, second);
             return;
         }
-        let (a, b) = (First(a.as_mut_ptr()), First(b.as_mut_ptr()));
-        let scratch = First(scratch.as_mut_ptr());
-        self.share_out(count, &|thread, index| {
+        let (a, b) = (SharedItems(a.as_mut_ptr()), SharedItems(b.as_mut_ptr()));
+        let scratch = SharedItems(scratch.as_mut_ptr());
+        self.run_jobs(count, &|thread, index| {
             // SAFETY: threads have different numbers below `count`, and each does one job at a time.
             let scratch = unsafe { scratch.item(thread) };
             if index < middle {
-                // SAFETY: `Floor::work` hands out each index below the sum of lengths once.
+                // SAFETY: `PoolState::work` takes each index below the sum of lengths once.
                 first(index, unsafe { a.item(index) }, scratch);
             } else {
-                // SAFETY: as above; what is beyond the first list lies in the second.
+                // SAFETY: as above; indices beyond the first list belong to the second.
                 second(index - middle, unsafe { b.item(index - middle) }, scratch);
             }
         });
@@ -332,10 +342,10 @@ impl Workers for Threads {
 
 impl Drop for Threads {
     fn drop(&mut self) {
-        self.floor.closing.store(true, Ordering::Relaxed);
-        self.floor.open(None, 0);
+        self.pool.closing.store(true, Ordering::Relaxed);
+        self.pool.open(None, 0);
         for helper in self.helpers.drain(..) {
-            // Jobs' panics are caught, so a helper ends well.
+            // Helpers catch panics of jobs.
             let _ = helper.join();
         }
     }
@@ -345,7 +355,7 @@ impl Drop for Threads {
 mod tests {
     use super::*;
 
-    /// Rounds of a test: Miri takes its time.
+    /// Rounds of a test; fewer under Miri, which is slow.
     const ROUNDS: usize = if cfg!(miri) { 3 } else { 50 };
 
     #[test]
@@ -439,6 +449,6 @@ mod tests {
     #[test]
     fn no_threads_are_refused() {
         assert!(Threads::start(0).is_err());
-        assert!(Threads::start(MOST_THREADS + 1).is_err());
+        assert!(Threads::start(MAX_THREADS + 1).is_err());
     }
 }

@@ -1,12 +1,10 @@
-//! Spans collected, and the file they become: Chrome's trace event format (\[CHROMETRACE\]), which Perfetto opens.
-//!
-//! Control side; grows as it collects.
+//! Collected spans, written in Chrome's trace event format (\[CHROMETRACE\]) for Perfetto. Control side.
 
 use std::io::{self, Write};
 
 use super::span::{Span, SpanKind, SpanReader, Track};
 
-/// Spans of a run, in the order in which they were collected.
+/// Spans of a run, in the order of collection.
 #[derive(Debug, Clone, Default)]
 pub struct TraceLog {
     spans: Vec<(Track, Span)>,
@@ -44,7 +42,7 @@ impl SpanKind {
         }
     }
 
-    /// What the value is.
+    /// Name of the value.
     fn value_name(self) -> &'static str {
         match self {
             Self::Tick => "sources",
@@ -58,7 +56,7 @@ impl SpanKind {
 }
 
 impl TraceLog {
-    /// Takes what a ring holds.
+    /// Moves all spans out of a ring.
     pub(crate) fn collect(&mut self, reader: &mut SpanReader) {
         while let Some(span) = reader.take() {
             self.spans.push((reader.track, span));
@@ -66,17 +64,18 @@ impl TraceLog {
         self.lost += reader.take_lost();
     }
 
-    /// What was collected.
+    /// All spans collected.
     pub fn spans(&self) -> &[(Track, Span)] {
         &self.spans
     }
 
-    /// Spans that found no room: empty the rings more often or make them larger.
+    /// Spans dropped by full rings: collect more often or make the rings larger.
     pub fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// Writes the file: complete events in microseconds on named threads; level, paths and tier as counters besides.
+    /// Writes the file: events in microseconds on named threads; extrapolation level, paths and quality level as
+    /// counters.
     ///
     /// # Errors
     /// Those of `out`.
@@ -97,7 +96,7 @@ impl TraceLog {
             let (name, what) = (span.kind.name(), span.kind.value_name());
             let (thread, value) = (track.number(), span.value);
             let at_us = span.began_ns as f64 * 1e-3;
-            let lasted_us = span.lasted_ns as f64 * 1e-3;
+            let lasted_us = span.duration_ns as f64 * 1e-3;
             if span.kind != SpanKind::QualityLevel {
                 writeln!(
                     out,

@@ -1,7 +1,6 @@
-//! What the engine's threads did when: spans in rings, a file that Perfetto opens.
+//! Timeline of the engine's threads: spans in rings, written as a file for Perfetto.
 //!
-//! Each thread has a ring of its own, made beforehand; a full ring drops spans and counts them. The app empties the rings
-//! into a [`TraceLog`] now and then, and writes it at the end.
+//! Each thread has a preallocated ring; a full ring drops spans and counts them. The app moves spans to a [`TraceLog`].
 
 mod log;
 mod span;

@@ -1,6 +1,4 @@
-//! Spans of time, and the ring they travel through.
-//!
-//! [`SpanWriter::record`] is wait-free and allocates nothing: one store into the ring, or one counted loss.
+//! Spans of time, and their ring. [`SpanWriter::record`] is wait-free and does not allocate.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::runtime::threads::clock::nanoseconds;
 
-/// Whose time it was. Propagation is on the app's thread in the synchronous schedule.
+/// The thread of a span. Propagation runs on the app's thread in the synchronous schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Track {
     /// [`crate::runtime::Controller::tick`].
@@ -19,14 +17,14 @@ pub enum Track {
     Sound,
 }
 
-/// What was done in a span.
+/// The work of a span.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpanKind {
-    /// A graphics frame handed over; the value is the number of sources.
+    /// A call of `tick`; the value is the number of sources.
     Tick,
     /// A propagation update (SPS); the value is its number of paths.
     Update,
-    /// A call of the renderer; the value is the level L.
+    /// A call of the renderer; the value is the extrapolation level L.
     Block,
     /// The direct paths of a graphics frame; the value is the number of rays.
     Direct,
@@ -34,24 +32,24 @@ pub enum SpanKind {
     Extrapolation,
     /// Generation of a block (SGS); the value is the number of voices.
     Generation,
-    /// The budget's tier changed; no time passes; the value is the new tier.
+    /// A change of quality level, of no duration; the value is the new level.
     QualityLevel,
 }
 
-/// A stretch of time.
+/// A span of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
-    /// What was done.
+    /// The work.
     pub kind: SpanKind,
-    /// When it began, in nanoseconds since the engine was made.
+    /// Start in nanoseconds since the engine was made.
     pub began_ns: u64,
-    /// How long it took, in nanoseconds.
-    pub lasted_ns: u64,
-    /// A figure; see [`SpanKind`].
+    /// Duration in nanoseconds.
+    pub duration_ns: u64,
+    /// See [`SpanKind`].
     pub value: u64,
 }
 
-/// A thread's end of a ring.
+/// The thread's end of the ring.
 pub(crate) struct SpanWriter {
     ring: rtrb::Producer<Span>,
     lost: Arc<AtomicU64>,
@@ -66,7 +64,7 @@ pub(crate) struct SpanReader {
     pub(super) track: Track,
 }
 
-/// A ring for this many spans; none turns recording off.
+/// A ring for `capacity` spans; 0 turns recording off.
 pub(crate) fn spans(track: Track, capacity: usize, epoch: Instant) -> (SpanWriter, SpanReader) {
     let (producer, consumer) = rtrb::RingBuffer::new(capacity);
     let lost = Arc::new(AtomicU64::new(0));
@@ -93,7 +91,7 @@ impl SpanWriter {
         let span = Span {
             kind,
             began_ns: nanoseconds(began.saturating_duration_since(self.epoch)),
-            lasted_ns: nanoseconds(lasted),
+            duration_ns: nanoseconds(lasted),
             value,
         };
         if self.ring.push(span).is_err() {
@@ -103,7 +101,7 @@ impl SpanWriter {
 }
 
 impl SpanReader {
-    /// The oldest span that was not taken yet.
+    /// The oldest span in the ring.
     pub(super) fn take(&mut self) -> Option<Span> {
         self.ring.pop().ok()
     }
@@ -128,7 +126,7 @@ mod tests {
             writer.record(SpanKind::Block, began, Duration::from_nanos(7), value);
         }
         let first = reader.take().expect("recorded");
-        assert_eq!((first.began_ns, first.lasted_ns, first.value), (0, 7, 0));
+        assert_eq!((first.began_ns, first.duration_ns, first.value), (0, 7, 0));
         assert_eq!(reader.take().map(|span| span.began_ns), Some(10));
         assert_eq!((reader.take(), reader.take_lost()), (None, 3));
         assert_eq!(reader.take_lost(), 0);

@@ -1,8 +1,6 @@
-//! Sections of the system's own trace (ATrace) around propagation updates, where the platform has one.
-//!
-//! Propagation side only: `ndk` copies a section's name, so the audio side stays away from it.
+//! Sections of the system's trace (ATrace) around propagation updates. Propagation side: `ndk` allocates for the name.
 
-/// Begins a section that ends when it is dropped; none unless somebody is tracing.
+/// Begins a section, which ends when dropped; `None` unless tracing is on.
 #[cfg(target_os = "android")]
 pub(crate) fn section(name: &str) -> Option<ndk::trace::Section> {
     let is_traced = ndk::trace::is_trace_enabled();
@@ -11,7 +9,7 @@ pub(crate) fn section(name: &str) -> Option<ndk::trace::Section> {
         .flatten()
 }
 
-/// No such trace here.
+/// This system has no such trace.
 #[cfg(not(target_os = "android"))]
 pub(crate) fn section(_name: &str) -> Option<()> {
     None

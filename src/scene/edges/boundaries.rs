@@ -1,12 +1,12 @@
-//! Where surfaces end: the edges of each, and how far a point of it is from them.
+//! Boundary edges of each surface, and the distance of a point from them.
 
 use glam::DVec3;
 
 use crate::scene::edges::edge::Edge;
 
-/// An edge of a surface as it is measured from; beside each other, since all of a surface's are.
+/// Line of an edge, stored by surface.
 #[derive(Debug, Clone, Copy)]
-struct Rim {
+struct BoundaryEdge {
     origin: DVec3,
     direction: DVec3,
     length_m: f64,
@@ -14,20 +14,20 @@ struct Rim {
 
 /// The edges of every surface of a mesh.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Rims {
-    rims: Vec<Rim>,
+pub(crate) struct SurfaceBoundaries {
+    boundaries: Vec<BoundaryEdge>,
     /// Where each surface's edges begin; one more closes the list.
     first: Vec<u32>,
 }
 
-impl Rims {
+impl SurfaceBoundaries {
     pub(crate) fn build(edges: &[Edge], surfaces: usize) -> Self {
         let mut ends: Vec<(u32, u32)> = Vec::with_capacity(2 * edges.len());
-        for (number, edge) in (0..).zip(edges) {
+        for (index, edge) in (0..).zip(edges) {
             let [a, b] = edge.faces;
-            ends.push((a, number));
+            ends.push((a, index));
             if a != b {
-                ends.push((b, number));
+                ends.push((b, index));
             }
         }
         ends.sort_unstable();
@@ -38,24 +38,24 @@ impl Rims {
         for surface in 0..surfaces {
             first[surface + 1] += first[surface];
         }
-        let rim = |(_, number): &(u32, u32)| {
-            let edge = &edges[*number as usize];
-            Rim {
+        let boundary = |(_, index): &(u32, u32)| {
+            let edge = &edges[*index as usize];
+            BoundaryEdge {
                 origin: edge.origin,
                 direction: edge.direction,
                 length_m: edge.length_m,
             }
         };
         Self {
-            rims: ends.iter().map(rim).collect(),
+            boundaries: ends.iter().map(boundary).collect(),
             first,
         }
     }
 
-    fn of(&self, surface: u32) -> &[Rim] {
+    fn of(&self, surface: u32) -> &[BoundaryEdge] {
         let bound = |place: u32| self.first.get(place as usize).map(|&first| first as usize);
         match (bound(surface), bound(surface.saturating_add(1))) {
-            (Some(first), Some(end)) => &self.rims[first..end],
+            (Some(first), Some(end)) => &self.boundaries[first..end],
             _ => &[],
         }
     }
@@ -63,10 +63,10 @@ impl Rims {
     /// Distance in metres from a point to the nearest edge of a surface, if that is below `within_m`.
     pub(crate) fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
         let mut nearest = within_m * within_m;
-        for rim in self.of(surface) {
-            let out = point - rim.origin;
-            let along = out.dot(rim.direction);
-            let beyond = along - along.clamp(0.0, rim.length_m);
+        for boundary in self.of(surface) {
+            let out = point - boundary.origin;
+            let along = out.dot(boundary.direction);
+            let beyond = along - along.clamp(0.0, boundary.length_m);
             let across = out.length_squared() - along * along;
             nearest = nearest.min(across.max(0.0) + beyond * beyond);
         }
@@ -74,6 +74,6 @@ impl Rims {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        size_of_val(self.rims.as_slice()) + size_of_val(self.first.as_slice())
+        size_of_val(self.boundaries.as_slice()) + size_of_val(self.first.as_slice())
     }
 }

@@ -1,4 +1,4 @@
-//! One edge: where it lies, how its faces stand, and how a way bends over it.
+//! One diffracting edge: its line, its wedge, and the crossing of a path.
 
 use std::f64::consts::PI;
 
@@ -7,13 +7,13 @@ use glam::DVec3;
 /// A point nearer to an edge's line than this has no angle around it, in metres.
 const ON_EDGE_M: f64 = 1e-4;
 
-/// What rounding may do to lengths, as a share of them: a hundred times what a few sums and roots of `f64` do.
+/// Relative rounding error of lengths: a hundred times that of a few sums and roots in `f64`.
 const LENGTH_ROUNDING: f64 = 1e-13;
 
-/// Angles this far outside the air count as on the face, in radians: rounding, not rock.
+/// Angles this far outside the exterior wedge count as on the face, in radians: rounding.
 const ON_FACE: f64 = 1e-6;
 
-/// A straight edge between two faces, or at the rim of one. Lengths in metres in the scene's local coordinates.
+/// A straight edge between two faces, or at the boundary of one. Lengths in metres in the scene's local coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
     /// Name across commits: a hash of the faces' keys and the ends.
@@ -28,26 +28,26 @@ pub struct Edge {
     pub tangent: DVec3,
     /// Unit normal of the first face, on the air's side: [`Self::direction`] × [`Self::tangent`].
     pub normal: DVec3,
-    /// Angle of the air around it in units of π, above 1; 2 at the rim of a sheet.
+    /// Wedge index: angle of the exterior wedge in units of π, above 1; 2 at the boundary of a sheet.
     pub n: f64,
-    /// Surfaces of its two faces; twice the same at a rim.
+    /// Surfaces of its two faces; twice the same at a boundary edge.
     pub faces: [u32; 2],
 }
 
-/// How a way bends over an edge.
+/// The crossing of an edge by a diffracted path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeCrossing {
-    /// Where, in local coordinates.
+    /// Diffraction point in local coordinates.
     pub apex: DVec3,
-    /// Angle of the incoming way from the first face, radians.
+    /// Angle of the incoming ray from the first face, radians.
     pub incoming: f64,
-    /// Angle of the outgoing way from the first face, radians.
+    /// Angle of the outgoing ray from the first face, radians.
     pub outgoing: f64,
     /// Length before the edge, metres.
     pub before_m: f64,
     /// Length after the edge, metres.
     pub after_m: f64,
-    /// Sine of the angle between way and edge, the same on both sides.
+    /// Sine of the angle between ray and edge, the same on both sides.
     pub sin_edge: f64,
 }
 
@@ -64,8 +64,8 @@ impl Edge {
         self.origin + self.direction * along_m
     }
 
-    /// Where the shortest way between two points crosses the edge's line, in metres from its beginning: the straight
-    /// line once both half-planes are turned into one.
+    /// Position along the edge, in metres from its origin, of the shortest path between two points: the straight line after
+    /// rotating both half-planes into one.
     pub fn apex_m(&self, from: DVec3, to: DVec3) -> f64 {
         let [(a, near), (b, far)] = [from, to].map(|p| {
             let out = p - self.origin;
@@ -75,16 +75,16 @@ impl Edge {
         apex_m((a, near), (b, far))
     }
 
-    /// Length of the shortest way between two points over the edge, if that is not above `most_m`, bends within the edge's
-    /// ends and stays in the air: [`Self::bend`]'s, without its angles for the many that are too long.
-    pub fn bend_length_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
+    /// Length of the shortest path between two points over the edge, if it is not above `most_m`, crosses within the edge's
+    /// ends and stays in the air: [`Self::crossing`]'s, without its angles for the many that are too long.
+    pub fn crossing_length_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
         let [(a, near), (b, far)] = [from, to].map(|p| {
             let out = p - self.origin;
             let along = out.dot(self.direction);
             (along, (out - along * self.direction).length())
         });
         let (along_m, across_m) = (b - a, near + far);
-        // No way over the edge's line is shorter but by rounding.
+        // Lower bound but for rounding.
         let least_m2 = along_m * along_m + across_m * across_m;
         if least_m2 * (1.0 - 2.0 * LENGTH_ROUNDING) > most_m * most_m {
             return None;
@@ -99,9 +99,8 @@ impl Edge {
         is_outside.then_some(length_m)
     }
 
-    /// A length that no way between two points over the edge's line is below, by rounding a hair less than that of the
-    /// shortest.
-    pub fn least_way_m(&self, from: DVec3, to: DVec3) -> f64 {
+    /// Lower bound of the length of a path between two points over the edge's line, with a margin for rounding.
+    pub fn min_path_length_m(&self, from: DVec3, to: DVec3) -> f64 {
         let [(a, near), (b, far)] = [from, to].map(|p| {
             let out = p - self.origin;
             let along = out.dot(self.direction);
@@ -111,7 +110,7 @@ impl Edge {
         (along * along + across * across).sqrt() * (1.0 - LENGTH_ROUNDING)
     }
 
-    /// Whether a point has an angle around the edge ([`Self::angle_of`]), mostly without asking which.
+    /// Whether a point has an angle around the edge ([`Self::angle_of`]), mostly without computing it.
     pub fn is_outside(&self, point: DVec3) -> bool {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
@@ -124,7 +123,7 @@ impl Edge {
     pub fn angle_of(&self, point: DVec3) -> Option<f64> {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
-        // The root only where it may say so.
+        // The root is needed only near the edge.
         if x.abs().max(y.abs()) <= ON_EDGE_M && x.hypot(y) <= ON_EDGE_M {
             return None;
         }
@@ -138,13 +137,13 @@ impl Edge {
         if angle <= far + ON_FACE {
             return Some(angle.min(far));
         }
-        // A hair behind the first face, not almost once around.
+        // Just behind the first face, by rounding.
         (angle > 2.0 * PI - ON_FACE).then_some(0.0)
     }
 
-    /// How the shortest way between two points bends over the edge, if it does so within its ends and both points are
-    /// outside the wedge.
-    pub fn bend(&self, from: DVec3, to: DVec3) -> Option<EdgeCrossing> {
+    /// The crossing of the shortest path between two points, if it lies within the ends of the edge and both points are in
+    /// the exterior wedge.
+    pub fn crossing(&self, from: DVec3, to: DVec3) -> Option<EdgeCrossing> {
         let along = self.apex_m(from, to);
         if !(0.0..=self.length_m).contains(&along) {
             return None;
@@ -184,14 +183,15 @@ impl Edge {
         self.at(s).distance(other.at(t))
     }
 
-    /// Unit vector from the edge into the middle of the air around it.
+    /// Unit vector from the edge along the bisector of the exterior wedge.
     pub fn outward(&self) -> DVec3 {
         let (sin, cos) = (0.5 * self.n * PI).sin_cos();
         self.tangent * cos + self.normal * sin
     }
 }
 
-/// Where a way crosses a line between two points, each given by where it is along the line and how far from it.
+/// Position along a line at which the shortest path between two points crosses it; each point has its position along the
+/// line and its distance from it.
 #[inline]
 fn apex_m((a, near): (f64, f64), (b, far): (f64, f64)) -> f64 {
     let both = near + far;
@@ -207,7 +207,7 @@ mod tests {
     use super::*;
 
     fn corner() -> Edge {
-        // Rock at x > 0, y < 0; the first face looks to +y.
+        // Solid at x > 0, y < 0; the first face looks to +y.
         Edge {
             key: 1,
             origin: DVec3::ZERO,
@@ -240,14 +240,14 @@ mod tests {
     fn a_bent_way_keeps_its_angle_to_the_edge() {
         let edge = corner();
         let (from, to) = (DVec3::new(2.0, 1.0, -0.5), DVec3::new(-1.0, -3.0, -3.5));
-        let bend = edge.bend(from, to).expect("within the ends");
+        let crossing = edge.crossing(from, to).expect("within the ends");
         let cosine = |way: DVec3| way.normalize().dot(edge.direction);
-        assert!((cosine(bend.apex - from) - cosine(to - bend.apex)).abs() < 1e-12);
+        assert!((cosine(crossing.apex - from) - cosine(to - crossing.apex)).abs() < 1e-12);
         // No other point of the edge makes a shorter way.
         for along in [0.1, 0.9, 2.0, 3.9] {
             let at = edge.at(along);
-            assert!(from.distance(at) + at.distance(to) >= bend.length_m() - 1e-12);
+            assert!(from.distance(at) + at.distance(to) >= crossing.length_m() - 1e-12);
         }
-        assert_eq!(edge.bend(from, to + 40.0 * DVec3::NEG_Z), None);
+        assert_eq!(edge.crossing(from, to + 40.0 * DVec3::NEG_Z), None);
     }
 }

@@ -1,10 +1,10 @@
-//! Which lines of a mesh are edges that sound bends around.
+//! Finds the diffracting edges of a mesh.
 //!
-//! Around a line of the mesh its faces stand like the leaves of a book; the widest gap between two neighbours is where
-//! air may be, and if it is wider than a half-turn the line is an edge (a rim has one leaf and a gap of 2π). Winding says
-//! which side is rock only where it can be trusted: in a part of the mesh without open rims. There a gap that both its
-//! faces turn their backs to is rock and no edge. In open parts (sheets, furniture without a bottom) both sides count
-//! as air: an edge too many costs time, since nothing is ever heard from inside rock, and one too few is a hard shadow.
+//! The faces at a line of the mesh are sorted by angle. The widest gap between neighbours is the exterior wedge; the line
+//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding tells the solid side
+//! only in connected parts of the mesh without boundary edges: there a gap behind both faces is solid and no edge. In other
+//! parts (sheets, furniture without a bottom) both sides count as air. A superfluous edge costs time; a missing edge is a
+//! hard shadow.
 
 use std::f64::consts::PI;
 
@@ -12,24 +12,24 @@ use glam::{DVec3, Vec3};
 
 use super::super::surface::SurfaceSet;
 use super::super::surface::key::{distinct, edge_key};
-use super::super::surface::panel::Pieces;
+use super::super::surface::panel::DisjointSets;
 use super::super::weld::sorted_edges;
 use super::edge::Edge;
 
-/// Shortest edge in metres: nothing shorter throws a shadow of its own below 1 kHz.
+/// Shortest edge in metres: a shorter one has no shadow of its own below 1 kHz.
 pub const LEAST_LENGTH_M: f64 = 0.3;
 
 /// Least angle in degrees by which the air around an edge exceeds a half-turn.
 pub const LEAST_TURN_DEG: f64 = 5.0;
 
-/// Pieces whose directions differ by less are one line, in degrees.
+/// Largest angle between collinear segments, in degrees.
 const SAME_LINE_DEG: f64 = 0.2;
 
 /// Most edges of a scene, the longest ones: 32,768 of them with their tree and graph take 8 MB.
 const MOST_EDGES: usize = 1 << 15;
 
-/// Part of an edge along one side of a triangle.
-struct Part {
+/// Segment of an edge along one side of a triangle.
+struct Segment {
     vertices: [u32; 2],
     direction: DVec3,
     tangent: DVec3,
@@ -45,9 +45,9 @@ pub(super) fn find(
     centre: DVec3,
 ) -> Vec<Edge> {
     let sides = sorted_edges(triangles);
-    let closed = closed_triangles(&sides, triangles.len());
+    let watertight = watertight_triangles(&sides, triangles.len());
     let position = |v: u32| vertices[v as usize].as_dvec3();
-    let mut parts = Vec::new();
+    let mut segments = Vec::new();
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
         let surface = |side: u32| surfaces.triangle_surface[(side / 3) as usize];
         let flat = same.len() == 2 && surface(same[0].1) == surface(same[1].1);
@@ -55,11 +55,11 @@ pub(super) fn find(
             continue;
         }
         let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
-        if let Some(part) = part(ends, same, triangles, surfaces, &closed, position) {
-            parts.push(part);
+        if let Some(segment) = segment(ends, same, triangles, surfaces, &watertight, position) {
+            segments.push(segment);
         }
     }
-    let mut edges = join(&parts, position);
+    let mut edges = join(&segments, position);
     edges.retain(|edge| edge.length_m > LEAST_LENGTH_M);
     edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
     edges.truncate(MOST_EDGES);
@@ -79,29 +79,29 @@ pub(super) fn find(
     edges
 }
 
-/// Whether each triangle belongs to a connected part of the mesh without rims.
-fn closed_triangles(sides: &[(u64, u32)], count: usize) -> Vec<bool> {
-    let mut pieces = Pieces::new(count);
+/// Whether each triangle belongs to a connected part of the mesh without boundary edges.
+fn watertight_triangles(sides: &[(u64, u32)], count: usize) -> Vec<bool> {
+    let mut sets = DisjointSets::new(count);
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
         for (_, side) in &same[1..] {
-            pieces.unite(same[0].1 / 3, side / 3);
+            sets.union(same[0].1 / 3, side / 3);
         }
     }
-    let mut open = vec![false; count];
+    let mut has_boundary = vec![false; count];
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
         if same.len() == 1 {
-            open[pieces.root(same[0].1 / 3) as usize] = true;
+            has_boundary[sets.root(same[0].1 / 3) as usize] = true;
         }
     }
     (0..count as u32)
-        .map(|triangle| !open[pieces.root(triangle) as usize])
+        .map(|triangle| !has_boundary[sets.root(triangle) as usize])
         .collect()
 }
 
-/// A leaf of the book: one face at an edge.
+/// One face at an edge.
 #[derive(Clone, Copy)]
-struct Leaf {
-    /// Angle from the first leaf.
+struct Face {
+    /// Angle from the first face.
     angle: f64,
     /// From the edge into the face.
     tangent: DVec3,
@@ -111,17 +111,17 @@ struct Leaf {
     triangle: u32,
 }
 
-fn part(
+fn segment(
     ends: [u32; 2],
     sides: &[(u64, u32)],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
-    closed: &[bool],
+    watertight: &[bool],
     position: impl Fn(u32) -> DVec3,
-) -> Option<Part> {
+) -> Option<Segment> {
     let along = position(ends[1]) - position(ends[0]);
     let direction = along.try_normalize().map(oriented)?;
-    let mut leaves: Vec<Leaf> = Vec::with_capacity(sides.len());
+    let mut faces: Vec<Face> = Vec::with_capacity(sides.len());
     for &(_, side) in sides {
         let triangle = side / 3;
         let corners = triangles[triangle as usize].map(&position);
@@ -131,7 +131,7 @@ fn part(
         let across = surfaces.surfaces[surface as usize].normal.cross(direction);
         let third = corners.iter().copied().sum::<DVec3>() / 3.0 - position(ends[0]);
         let tangent = across.try_normalize()? * 1f64.copysign(across.dot(third));
-        leaves.push(Leaf {
+        faces.push(Face {
             angle: 0.0,
             tangent,
             normal,
@@ -139,31 +139,31 @@ fn part(
             triangle,
         });
     }
-    let (x, y) = (leaves[0].tangent, direction.cross(leaves[0].tangent));
-    for leaf in &mut leaves[1..] {
-        leaf.angle = leaf
+    let (x, y) = (faces[0].tangent, direction.cross(faces[0].tangent));
+    for face in &mut faces[1..] {
+        face.angle = face
             .tangent
             .dot(y)
-            .atan2(leaf.tangent.dot(x))
+            .atan2(face.tangent.dot(x))
             .rem_euclid(2.0 * PI);
     }
-    leaves.sort_by(|a, b| a.angle.total_cmp(&b.angle).then(a.surface.cmp(&b.surface)));
-    let gap = |i: usize| match leaves.get(i + 1) {
-        Some(next) => next.angle - leaves[i].angle,
-        None => leaves[0].angle + 2.0 * PI - leaves[i].angle,
+    faces.sort_by(|a, b| a.angle.total_cmp(&b.angle).then(a.surface.cmp(&b.surface)));
+    let gap = |i: usize| match faces.get(i + 1) {
+        Some(next) => next.angle - faces[i].angle,
+        None => faces[0].angle + 2.0 * PI - faces[i].angle,
     };
-    let widest = (0..leaves.len()).max_by(|&a, &b| gap(a).total_cmp(&gap(b)))?;
-    let (first, second) = (leaves[widest], leaves[(widest + 1) % leaves.len()]);
+    let widest = (0..faces.len()).max_by(|&a, &b| gap(a).total_cmp(&gap(b)))?;
+    let (first, second) = (faces[widest], faces[(widest + 1) % faces.len()]);
     if gap(widest) < PI + LEAST_TURN_DEG.to_radians() {
         return None;
     }
-    // One large face throws the shadow; the other may be a door's narrow jamb.
+    // One large face suffices for a shadow; the other may be a door's narrow jamb.
     let panels = surfaces.is_panel(first.triangle) || surfaces.is_panel(second.triangle);
     // The air's side of the first face is where angles grow, of the second where they fall.
     let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
     let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
-    let rock = closed[first.triangle as usize] && first_looks_away && second_looks_away;
-    (panels && !rock).then_some(Part {
+    let rock = watertight[first.triangle as usize] && first_looks_away && second_looks_away;
+    (panels && !rock).then_some(Segment {
         vertices: ends,
         direction,
         tangent: first.tangent,
@@ -184,29 +184,29 @@ fn oriented(direction: DVec3) -> DVec3 {
     }
 }
 
-/// Joins parts of one line between the same faces that touch.
-fn join(parts: &[Part], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
-    let mut ends: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(2 * parts.len());
-    for (number, part) in parts.iter().enumerate() {
-        for vertex in part.vertices {
-            ends.push((part.faces, vertex, number as u32));
+/// Joins collinear segments between the same faces that touch.
+fn join(segments: &[Segment], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
+    let mut ends: Vec<([u32; 2], u32, u32)> = Vec::with_capacity(2 * segments.len());
+    for (index, segment) in segments.iter().enumerate() {
+        for vertex in segment.vertices {
+            ends.push((segment.faces, vertex, index as u32));
         }
     }
     ends.sort_unstable();
-    let mut pieces = Pieces::new(parts.len());
+    let mut sets = DisjointSets::new(segments.len());
     let least = SAME_LINE_DEG.to_radians().cos();
     for same in ends.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         for (i, &(_, _, a)) in same.iter().enumerate() {
             for &(_, _, b) in &same[..i] {
-                let (p, q) = (&parts[a as usize], &parts[b as usize]);
+                let (p, q) = (&segments[a as usize], &segments[b as usize]);
                 if p.direction.dot(q.direction) > least && p.tangent.dot(q.tangent) > 0.0 {
-                    pieces.unite(a, b);
+                    sets.union(a, b);
                 }
             }
         }
     }
-    let mut groups: Vec<(u32, u32)> = (0..parts.len() as u32)
-        .map(|number| (pieces.root(number), number))
+    let mut groups: Vec<(u32, u32)> = (0..segments.len() as u32)
+        .map(|index| (sets.root(index), index))
         .collect();
     groups.sort_unstable();
     groups
@@ -215,13 +215,13 @@ fn join(parts: &[Part], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
             let points = || {
                 group
                     .iter()
-                    .flat_map(|&(_, number)| parts[number as usize].vertices)
+                    .flat_map(|&(_, index)| segments[index as usize].vertices)
             };
-            let along = |v: &u32| position(*v).dot(parts[group[0].0 as usize].direction);
+            let along = |v: &u32| position(*v).dot(segments[group[0].0 as usize].direction);
             let order = |a: &u32, b: &u32| along(a).total_cmp(&along(b));
             let (low, high) = (points().min_by(order), points().max_by(order));
             edge(
-                &parts[group[0].0 as usize],
+                &segments[group[0].0 as usize],
                 low.map(&position),
                 high.map(&position),
             )
@@ -229,10 +229,10 @@ fn join(parts: &[Part], position: impl Fn(u32) -> DVec3) -> Vec<Edge> {
         .collect()
 }
 
-fn edge(part: &Part, low: Option<DVec3>, high: Option<DVec3>) -> Edge {
+fn edge(segment: &Segment, low: Option<DVec3>, high: Option<DVec3>) -> Edge {
     let (low, high) = (low.unwrap_or_default(), high.unwrap_or_default());
-    let direction = (high - low).normalize_or(part.direction);
-    let tangent = (part.tangent - part.tangent.dot(direction) * direction).normalize();
+    let direction = (high - low).normalize_or(segment.direction);
+    let tangent = (segment.tangent - segment.tangent.dot(direction) * direction).normalize();
     Edge {
         key: 0,
         origin: low,
@@ -240,7 +240,7 @@ fn edge(part: &Part, low: Option<DVec3>, high: Option<DVec3>) -> Edge {
         length_m: low.distance(high),
         tangent,
         normal: direction.cross(tangent),
-        n: part.n,
-        faces: part.faces,
+        n: segment.n,
+        faces: segment.faces,
     }
 }

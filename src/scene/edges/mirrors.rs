@@ -1,4 +1,4 @@
-//! In which surfaces a bend is best seen reflected, edge by edge.
+//! Surfaces that combine with each edge in paths with reflection and diffraction.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ const LEAST_DISTANCE_M: f64 = 0.01;
 /// Added to squared distances, in m²: a surface next to the edge is no better than one a metre away.
 const NEAR_M2: f64 = 1.0;
 
-/// Surfaces to try as mirrors beside an edge, those that look largest from it first.
+/// Mirror surfaces of an edge, largest solid angle first.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EdgeMirrors {
     surfaces: [u32; MOST_EDGE_MIRRORS],
@@ -35,34 +35,34 @@ pub(crate) fn choose<'a>(
 ) -> EdgeMirrors {
     let mut best = [(0.0, 0); MOST_EDGE_MIRRORS];
     let points = [0.1, 0.5, 0.9].map(|share| edge.at(share * edge.length_m));
-    for (number, surface) in mirrors {
+    for (index, surface) in mirrors {
         let least = best[MOST_EDGE_MIRRORS - 1].0;
-        // None looks larger than it is, a metre away.
+        // The apparent size is at most the area.
         if surface.area_m2 <= least {
             break;
         }
         let size = size(&points, surface);
-        if size > least && !edge.faces.contains(&number) && !holds(surface, points[1]) {
+        if size > least && !edge.faces.contains(&index) && !holds(surface, points[1]) {
             let place = best.partition_point(|b| b.0 >= size);
             best[place..].rotate_right(1);
-            best[place] = (size, number);
+            best[place] = (size, index);
         }
     }
     EdgeMirrors {
-        surfaces: best.map(|(_, number)| number),
+        surfaces: best.map(|(_, index)| index),
         count: best.iter().take_while(|(size, _)| *size > 0.0).count(),
     }
 }
 
 /// The mirrors of all edges.
 #[derive(Debug, Clone, Default)]
-pub(super) struct MirrorsOfEdges {
+pub(super) struct EdgeMirrorLists {
     list: Vec<EdgeMirrors>,
 }
 
-impl MirrorsOfEdges {
+impl EdgeMirrorLists {
     pub(super) fn build(edges: &[Edge], surfaces: &[Surface], mirrors: &[u32]) -> Self {
-        let named = |&number: &u32| (number, &surfaces[number as usize]);
+        let named = |&index: &u32| (index, &surfaces[index as usize]);
         let list = edges
             .iter()
             .map(|edge| choose(edge, mirrors.iter().map(named)));
@@ -85,7 +85,7 @@ fn holds(surface: &Surface, middle: DVec3) -> bool {
     surface.distance_m(middle).abs() < LEAST_DISTANCE_M
 }
 
-/// How large a surface looks from points of an edge: its area over the squared distance of its nearest part.
+/// Apparent size of a surface from points of an edge: its area over the squared distance of its nearest part.
 #[inline(always)]
 fn size(points: &[DVec3; 3], surface: &Surface) -> f64 {
     let (low, high): (DVec3, DVec3) = (surface.bounds_min.into(), surface.bounds_max.into());

@@ -1,7 +1,7 @@
-//! Edges that sound bends around: found once at commit, asked for by place afterwards.
+//! Diffracting edges: found at commit, queried by the end points of a path.
 //!
-//! Control side to build, wait-free to ask: queries allocate nothing and are bounded by the number of edges. Own, after
-//! the description of edge visibility in \[SCHISSLER14\].
+//! Control side to build; queries are wait-free, allocate nothing and are bounded by the number of edges. Own, after the
+//! description of edge visibility in \[SCHISSLER14\].
 
 mod boundaries;
 mod edge;
@@ -22,10 +22,10 @@ use super::surface::SurfaceSet;
 use crate::geometry::Bvh;
 use tree::EdgeTree;
 
-/// Most edges that one query gives.
-pub const MOST_NEAR: usize = 24;
+/// Most edges of one query.
+pub const MAX_DIFFRACTING_EDGES: usize = 24;
 
-/// Most surfaces that bent paths are reflected in, the largest of a scene.
+/// Most surfaces that reflect diffracted paths: the largest of a scene.
 pub const MOST_MIRRORS: usize = 256;
 
 /// All edges of a scene, sorted by [`Edge::key`].
@@ -33,58 +33,58 @@ pub const MOST_MIRRORS: usize = 256;
 pub struct EdgeSet {
     edges: Vec<Edge>,
     tree: EdgeTree,
-    graph: visibility_graph::Neighbours,
-    mirrors: mirrors::MirrorsOfEdges,
-    rims: boundaries::Rims,
+    graph: visibility_graph::EdgeVisibilityGraph,
+    mirrors: mirrors::EdgeMirrorLists,
+    boundaries: boundaries::SurfaceBoundaries,
     /// The largest surfaces, largest first.
     large: Vec<u32>,
 }
 
-/// An edge that a query found, with the length of the way over it.
+/// An edge with the length of the shortest path over it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct NearEdge {
+pub struct DiffractingEdge {
     /// Number of the edge.
     pub edge: u32,
     /// Length in metres from start to edge to end.
     pub length_m: f64,
 }
 
-/// The answer to a query: the shortest ways first.
+/// Result of a query, shortest path first.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct NearEdges {
-    found: [NearEdge; MOST_NEAR],
+pub struct DiffractingEdges {
+    found: [DiffractingEdge; MAX_DIFFRACTING_EDGES],
     count: usize,
 }
 
-impl NearEdges {
-    /// The edges, shortest way first; equally long ones by their number.
-    pub fn as_slice(&self) -> &[NearEdge] {
+impl DiffractingEdges {
+    /// The edges, shortest path first; equal lengths by index.
+    pub fn as_slice(&self) -> &[DiffractingEdge] {
         &self.found[..self.count]
     }
 
-    /// Length that a further way must stay below to be taken.
+    /// Upper bound of the length of a path that still enters the list.
     pub(super) fn bound_m(&self, longest_m: f64) -> f64 {
-        if self.count < MOST_NEAR {
+        if self.count < MAX_DIFFRACTING_EDGES {
             longest_m
         } else {
-            longest_m.min(self.found[MOST_NEAR - 1].length_m)
+            longest_m.min(self.found[MAX_DIFFRACTING_EDGES - 1].length_m)
         }
     }
 
-    pub(super) fn insert(&mut self, new: NearEdge) {
-        let rank = |e: &NearEdge| (e.length_m, e.edge);
+    pub(super) fn insert(&mut self, new: DiffractingEdge) {
+        let rank = |e: &DiffractingEdge| (e.length_m, e.edge);
         let place = self.as_slice().partition_point(|e| rank(e) < rank(&new));
-        if place == MOST_NEAR || self.as_slice().get(place) == Some(&new) {
+        if place == MAX_DIFFRACTING_EDGES || self.as_slice().get(place) == Some(&new) {
             return;
         }
-        self.count = (self.count + 1).min(MOST_NEAR);
+        self.count = (self.count + 1).min(MAX_DIFFRACTING_EDGES);
         self.found[place..self.count].rotate_right(1);
         self.found[place] = new;
     }
 }
 
 impl EdgeSet {
-    /// Finds the edges of a mesh whose vertices lie about `centre`, and which of them see each other.
+    /// Finds the edges of a mesh whose vertices lie about `centre`, and the pairs with a line of sight.
     pub(super) fn build(
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
@@ -94,7 +94,7 @@ impl EdgeSet {
     ) -> Self {
         let edges = find::find(vertices, triangles, surfaces, centre);
         let tree = EdgeTree::build(&edges);
-        let graph = visibility_graph::Neighbours::build(&edges, &tree, bvh);
+        let graph = visibility_graph::EdgeVisibilityGraph::build(&edges, &tree, bvh);
         let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)
             .filter(|&s| surfaces.surfaces[s as usize].panel_triangle_count > 0)
             .collect();
@@ -102,8 +102,8 @@ impl EdgeSet {
         mirrors.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
         mirrors.truncate(MOST_MIRRORS);
         Self {
-            mirrors: mirrors::MirrorsOfEdges::build(&edges, &surfaces.surfaces, &mirrors),
-            rims: boundaries::Rims::build(&edges, surfaces.surfaces.len()),
+            mirrors: mirrors::EdgeMirrorLists::build(&edges, &surfaces.surfaces, &mirrors),
+            boundaries: boundaries::SurfaceBoundaries::build(&edges, surfaces.surfaces.len()),
             edges,
             tree,
             graph,
@@ -126,30 +126,30 @@ impl EdgeSet {
         self.edges.is_empty()
     }
 
-    /// An edge by its number.
+    /// An edge by its index.
     ///
     /// # Panics
     /// If there is none.
     #[inline]
-    pub fn get(&self, number: u32) -> &Edge {
-        &self.edges[number as usize]
+    pub fn get(&self, index: u32) -> &Edge {
+        &self.edges[index as usize]
     }
 
-    /// Edges that an edge sees, at most [`MOST_NEIGHBOURS`], nearest first.
-    pub fn neighbours(&self, number: u32) -> &[u32] {
-        self.graph.of(number)
+    /// Edges visible from an edge, at most [`MOST_NEIGHBOURS`], nearest first.
+    pub fn neighbours(&self, index: u32) -> &[u32] {
+        self.graph.of(index)
     }
 
     /// Distance in metres from a point of a surface to the nearest edge that the surface ends at, if that is below
     /// `within_m`.
     pub fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
-        self.rims.distance_m(surface, point, within_m)
+        self.boundaries.distance_m(surface, point, within_m)
     }
 
-    /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: those worth trying as mirrors
-    /// before and behind a bend around it.
-    pub fn mirrors(&self, number: u32) -> EdgeMirrors {
-        self.mirrors.of(number)
+    /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: candidates for
+    /// a reflection before or after its diffraction.
+    pub fn mirrors(&self, index: u32) -> EdgeMirrors {
+        self.mirrors.of(index)
     }
 
     /// The largest surfaces, largest first, at most [`MOST_MIRRORS`]: those that edges choose of.
@@ -157,58 +157,58 @@ impl EdgeSet {
         &self.large
     }
 
-    /// Adds the ways over `known` edges to an answer, as [`Self::add_bends`] finds them: with a list that is full of short
-    /// ways its search ends sooner.
+    /// Adds paths over `known` edges to a list: with short paths in the list, [`Self::add_crossings`] ends sooner.
     pub(super) fn add_known(
         &self,
-        near: &mut NearEdges,
-        known: &NearEdges,
+        near: &mut DiffractingEdges,
+        known: &DiffractingEdges,
         (from, to): (DVec3, DVec3),
         longest_m: f64,
     ) {
-        for &NearEdge { edge, .. } in known.as_slice() {
+        for &DiffractingEdge { edge, .. } in known.as_slice() {
             let found = self.edges.get(edge as usize);
-            if let Some(length_m) = found.and_then(|e| e.bend_length_m(from, to, longest_m)) {
-                near.insert(NearEdge { edge, length_m });
+            if let Some(length_m) = found.and_then(|e| e.crossing_length_m(from, to, longest_m)) {
+                near.insert(DiffractingEdge { edge, length_m });
             }
         }
     }
 
-    /// Adds the shortest ways from one place to another over one edge, none longer than `longest_m`, both places outside
-    /// the wedge and the bend within the edge's ends, under other numbers of edges. Says nothing of what stands in between.
-    pub(super) fn add_bends(
+    /// Adds the shortest paths between two points over one edge, up to `longest_m`: both points in the exterior wedge, the
+    /// crossing within the edge's ends. `index` maps the indices of edges. Occlusion is not tested.
+    pub(super) fn add_crossings(
         &self,
-        near: &mut NearEdges,
+        near: &mut DiffractingEdges,
         from: DVec3,
         to: DVec3,
         longest_m: f64,
-        number: impl Fn(u32) -> u32,
+        index: impl Fn(u32) -> u32,
     ) {
-        self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
-            // Most are too long for a list that is full, which is sooner known than their angles.
-            edge.bend_length_m(from, to, bound_m)
+        self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
+            // Most are too long for a full list; the length is cheaper than the angles.
+            edge.crossing_length_m(from, to, bound_m)
         });
     }
 
-    /// The [`MOST_NEAR`] shortest ways from one place to another over one edge, none longer than `longest_m`, for ways that may bend again before they end: only `from` must lie outside the wedge, and a bend beyond
-    /// an edge's end counts as one at its end.
-    pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        let mut near = NearEdges::default();
-        self.add_first_bends(&mut near, from, to, longest_m, |edge| edge);
+    /// The [`MAX_DIFFRACTING_EDGES`] shortest paths between two points over one edge, up to `longest_m`, for paths of
+    /// several diffractions: only `from` must lie in the exterior wedge, and a crossing beyond an edge's end counts as one
+    /// at its end.
+    pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
+        let mut near = DiffractingEdges::default();
+        self.add_first_crossings(&mut near, from, to, longest_m, |edge| edge);
         near
     }
 
-    /// Adds [`Self::first_bends`] to an answer, under other numbers.
-    pub(super) fn add_first_bends(
+    /// Adds [`Self::first_crossings`] to an answer, under other numbers.
+    pub(super) fn add_first_crossings(
         &self,
-        near: &mut NearEdges,
+        near: &mut DiffractingEdges,
         from: DVec3,
         to: DVec3,
         longest_m: f64,
-        number: impl Fn(u32) -> u32,
+        index: impl Fn(u32) -> u32,
     ) {
-        self.nearest(near, (from, to), longest_m, number, |edge, bound_m| {
-            if edge.least_way_m(from, to) > bound_m || !edge.is_outside(from) {
+        self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
+            if edge.min_path_length_m(from, to) > bound_m || !edge.is_outside(from) {
                 return None;
             }
             let at = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
@@ -218,11 +218,11 @@ impl EdgeSet {
 
     fn nearest(
         &self,
-        near: &mut NearEdges,
+        near: &mut DiffractingEdges,
         (from, to): (DVec3, DVec3),
         longest_m: f64,
-        number: impl Fn(u32) -> u32,
-        way_m: impl Fn(&Edge, f64) -> Option<f64>,
+        index: impl Fn(u32) -> u32,
+        path_length_m: impl Fn(&Edge, f64) -> Option<f64>,
     ) {
         let slack_m = self.tree.slack_m();
         self.tree.walk(|min, max, leaf| {
@@ -232,9 +232,11 @@ impl EdgeSet {
             }
             for &edge in leaf {
                 let bound_m = near.bound_m(longest_m);
-                if let Some(length_m) = way_m(self.get(edge), bound_m).filter(|l| *l <= longest_m) {
-                    let edge = number(edge);
-                    near.insert(NearEdge { edge, length_m });
+                if let Some(length_m) =
+                    path_length_m(self.get(edge), bound_m).filter(|l| *l <= longest_m)
+                {
+                    let edge = index(edge);
+                    near.insert(DiffractingEdge { edge, length_m });
                 }
             }
             true
@@ -247,7 +249,7 @@ impl EdgeSet {
             + self.tree.memory_bytes()
             + self.graph.memory_bytes()
             + self.mirrors.memory_bytes()
-            + self.rims.memory_bytes()
+            + self.boundaries.memory_bytes()
             + size_of_val(self.large.as_slice())
     }
 }

@@ -7,7 +7,7 @@ use super::edge::Edge;
 /// Most edges in a leaf.
 const LEAF: usize = 4;
 
-/// Boxes are in `f64` and exact; a way's length is not.
+/// Rounding of path lengths in metres; boxes are exact.
 const SLACK_M: f64 = 1e-9;
 
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ struct Node {
     next: u32,
 }
 
-/// Boxes in depth-first order, each with the place to go on from when it is left out.
+/// Boxes in depth-first order, each with the index of the next node if its subtree is skipped.
 #[derive(Debug, Clone, Default)]
 pub(super) struct EdgeTree {
     nodes: Vec<Node>,
@@ -70,13 +70,12 @@ impl EdgeTree {
         self.nodes[this].next = self.nodes.len() as u32;
     }
 
-    /// By how much the sum of two distances to boxes may exceed a way's length by rounding.
+    /// Rounding of the sum of two distances to boxes, in metres.
     pub(super) fn slack_m(&self) -> f64 {
         SLACK_M
     }
 
-    /// Calls `enter` with the bounds of boxes and, in leaves, their edges; a box that it refuses is left out with all
-    /// that it holds.
+    /// Calls `enter` with the bounds of boxes and, in leaves, their edges; a subtree is skipped if it returns `false`.
     pub(super) fn walk(&self, mut enter: impl FnMut(DVec3, DVec3, &[u32]) -> bool) {
         let mut at = 0;
         while let Some(node) = self.nodes.get(at) {

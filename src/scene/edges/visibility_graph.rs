@@ -1,4 +1,4 @@
-//! Which edges see each other, for ways that bend twice.
+//! Pairs of edges with a line of sight, for second-order diffraction.
 
 use glam::DVec3;
 
@@ -10,13 +10,13 @@ use crate::scene::edges::tree::EdgeTree;
 /// Most neighbours of one edge.
 pub const MOST_NEIGHBOURS: usize = 12;
 
-/// Edges farther apart than this bend sound one after the other too weakly to matter, in metres.
+/// Largest distance in metres of two edges of a second-order path: beyond it the path is too weak to matter.
 pub const REACH_M: f64 = 6.0;
 
-/// How far in front of an edge, in the middle of its air, sight lines start and end, in metres.
+/// Distance in metres of the ends of sight lines from the edge, along the middle of the exterior wedge.
 const CLEARANCE_M: f64 = 1e-3;
 
-/// Candidates of one edge that are looked at, nearest first.
+/// Candidates of one edge that are tested, nearest first.
 const MOST_LOOKED_AT: usize = 32;
 
 /// Edges that one edge is compared with, in the tree's order: bounds the time in a heap of thousands of edges that all
@@ -25,19 +25,19 @@ const MOST_COMPARED: usize = 4096;
 
 /// Neighbour lists of all edges, end to end.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Neighbours {
+pub(crate) struct EdgeVisibilityGraph {
     first: Vec<u32>,
     list: Vec<u32>,
 }
 
-impl Neighbours {
+impl EdgeVisibilityGraph {
     pub(crate) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh) -> Self {
         let mut result = Self {
             first: vec![0],
             list: Vec::new(),
         };
         let mut near: Vec<(f64, u32)> = Vec::new();
-        for (number, edge) in edges.iter().enumerate() {
+        for (index, edge) in edges.iter().enumerate() {
             near.clear();
             let (a, b) = (edge.at(0.0), edge.at(edge.length_m));
             let (low, high) = (a.min(b), a.max(b));
@@ -51,7 +51,7 @@ impl Neighbours {
                 if compared >= MOST_COMPARED || gap_m - tree.slack_m() > bound_m {
                     return false;
                 }
-                for &other in leaf.iter().filter(|&&o| o as usize != number) {
+                for &other in leaf.iter().filter(|&&o| o as usize != index) {
                     compared += 1;
                     let (s, t) = edge.closest(&edges[other as usize]);
                     let apart_m = edge.at(s).distance(edges[other as usize].at(t));
@@ -70,7 +70,7 @@ impl Neighbours {
             });
             let seen = near
                 .iter()
-                .filter(|(_, other)| sees(edge, &edges[*other as usize], bvh))
+                .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh))
                 .take(MOST_NEIGHBOURS);
             result.list.extend(seen.map(|(_, other)| *other));
             result.first.push(result.list.len() as u32);
@@ -78,8 +78,8 @@ impl Neighbours {
         result
     }
 
-    pub(crate) fn of(&self, number: u32) -> &[u32] {
-        let [first, end] = [0, 1].map(|k| self.first[number as usize + k] as usize);
+    pub(crate) fn of(&self, index: u32) -> &[u32] {
+        let [first, end] = [0, 1].map(|k| self.first[index as usize + k] as usize);
         &self.list[first..end]
     }
 
@@ -88,7 +88,7 @@ impl Neighbours {
     }
 }
 
-/// Whether some of each edge lies in the other's air.
+/// Whether part of each edge lies in the exterior wedge of the other.
 fn outside(a: &Edge, b: &Edge) -> bool {
     let touches = |e: &Edge, o: &Edge| {
         [0.1, 0.5, 0.9]
@@ -98,8 +98,8 @@ fn outside(a: &Edge, b: &Edge) -> bool {
     touches(a, b) && touches(b, a)
 }
 
-/// Whether any of four sight lines between two edges is free.
-fn sees(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
+/// Whether any of four sight lines between two edges is unoccluded.
+fn is_unoccluded(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
     let (s, t) = a.closest(b);
     let same_way = a.direction.dot(b.direction) >= 0.0;
     let across = |share: f64| {
@@ -147,12 +147,12 @@ mod tests {
             let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
             let edges = scene.edges().as_slice();
             assert!(edges.len() > 40 && edges.len() < MOST_COMPARED);
-            for (number, edge) in edges.iter().enumerate() {
+            for (index, edge) in edges.iter().enumerate() {
                 let mut near: Vec<(f64, u32)> = Vec::new();
                 for (other, candidate) in edges.iter().enumerate() {
                     let (s, t) = edge.closest(candidate);
                     let apart_m = edge.at(s).distance(candidate.at(t));
-                    if other != number && apart_m < REACH_M && outside(edge, candidate) {
+                    if other != index && apart_m < REACH_M && outside(edge, candidate) {
                         near.push((apart_m, other as u32));
                     }
                 }
@@ -161,9 +161,9 @@ mod tests {
                     .iter()
                     .take(MOST_LOOKED_AT)
                     .map(|(_, other)| *other)
-                    .filter(|&other| sees(edge, &edges[other as usize], scene.bvh()));
+                    .filter(|&other| is_unoccluded(edge, &edges[other as usize], scene.bvh()));
                 let expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
-                assert_eq!(scene.edges().neighbours(number as u32), expected);
+                assert_eq!(scene.edges().neighbours(index as u32), expected);
             }
         }
     }

@@ -1,22 +1,22 @@
-//! How a scene stands, kept to see whether that has changed: what was found of it before is then no longer true.
+//! Detects changes of a scene, which invalidate earlier results.
 
 use std::sync::Arc;
 
 use crate::scene::instances::pose::InstancePose;
 use crate::scene::{CommittedMesh, Scene};
 
-/// What of a scene has changed.
+/// Change of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Change {
-    /// Nothing: it answers every ray alike.
+pub enum SceneChange {
+    /// None: every query has the same result.
     Nothing,
-    /// Where instances stand, and no more.
+    /// Poses of instances only.
     Poses,
-    /// More than that.
+    /// Geometry or materials.
     Everything,
 }
 
-/// A scene's fixed part, and what its instances are made of and where they are. Keeps them from being freed.
+/// The fixed part of a scene and the parts and poses of its instances. Holds references to them.
 #[derive(Debug, Clone, Default)]
 pub struct SceneSnapshot {
     fixed: Option<Arc<CommittedMesh>>,
@@ -24,11 +24,11 @@ pub struct SceneSnapshot {
 }
 
 impl SceneSnapshot {
-    /// Notes how a scene stands; gives what has changed since that was last noted. Allocates while the number of instances
-    /// is new.
-    pub fn renew(&mut self, scene: &Scene) -> Change {
+    /// Stores the state of a scene and returns its change since the last call. Allocates if there are more instances than
+    /// before.
+    pub fn renew(&mut self, scene: &Scene) -> SceneChange {
         let change = self.change_to(scene);
-        if change != Change::Nothing {
+        if change != SceneChange::Nothing {
             self.fixed = Some(Arc::clone(&scene.mesh));
             self.placed.clear();
             let placed = scene.instances.placed();
@@ -38,7 +38,7 @@ impl SceneSnapshot {
         change
     }
 
-    fn change_to(&self, scene: &Scene) -> Change {
+    fn change_to(&self, scene: &Scene) -> SceneChange {
         let fixed = self.fixed.as_ref();
         let placed = || scene.instances.placed().zip(&self.placed);
         let is_same = fixed.is_some_and(|fixed| Arc::ptr_eq(fixed, &scene.mesh))
@@ -46,11 +46,11 @@ impl SceneSnapshot {
             && placed()
                 .all(|(now, (pose, part))| now.pose.id == pose.id && Arc::ptr_eq(&now.part, part));
         if !is_same {
-            return Change::Everything;
+            return SceneChange::Everything;
         }
         match placed().all(|(now, (pose, _))| now.pose == *pose) {
-            true => Change::Nothing,
-            false => Change::Poses,
+            true => SceneChange::Nothing,
+            false => SceneChange::Poses,
         }
     }
 }

@@ -3,26 +3,26 @@
 use crate::acoustics::material::Reflectance;
 use crate::acoustics::{BandArray, Material};
 
-/// One of them, ready for use.
+/// A material with its derived factors.
 #[derive(Debug, Clone)]
-struct Entry {
+struct PreparedMaterial {
     material: Material,
     reflectance: Reflectance,
     transmission_factor: BandArray,
 }
 
-/// All of them. Every material once, so parts that come and go add none.
+/// Each distinct material once: parts that come and go do not grow the list.
 #[derive(Debug, Clone, Default)]
-pub(super) struct MoreMaterials {
-    entries: Vec<Entry>,
+pub(super) struct InstanceMaterials {
+    entries: Vec<PreparedMaterial>,
 }
 
-impl MoreMaterials {
+impl InstanceMaterials {
     /// The number of a material, which is added if it is new.
-    pub(super) fn number(&mut self, material: &Material) -> usize {
+    pub(super) fn index(&mut self, material: &Material) -> usize {
         let known = self.entries.iter().position(|e| e.material == *material);
         known.unwrap_or_else(|| {
-            self.entries.push(Entry {
+            self.entries.push(PreparedMaterial {
                 material: material.clone(),
                 reflectance: Reflectance::of(material),
                 transmission_factor: material.transmission_factor(),
@@ -31,15 +31,15 @@ impl MoreMaterials {
         })
     }
 
-    pub(super) fn material(&self, number: usize) -> Option<&Material> {
-        self.entries.get(number).map(|entry| &entry.material)
+    pub(super) fn material(&self, index: usize) -> Option<&Material> {
+        self.entries.get(index).map(|entry| &entry.material)
     }
 
-    pub(super) fn reflectance(&self, number: usize) -> Option<&Reflectance> {
-        self.entries.get(number).map(|entry| &entry.reflectance)
+    pub(super) fn reflectance(&self, index: usize) -> Option<&Reflectance> {
+        self.entries.get(index).map(|entry| &entry.reflectance)
     }
 
-    pub(super) fn transmission_factor(&self, number: usize) -> Option<&BandArray> {
-        self.entries.get(number).map(|e| &e.transmission_factor)
+    pub(super) fn transmission_factor(&self, index: usize) -> Option<&BandArray> {
+        self.entries.get(index).map(|e| &e.transmission_factor)
     }
 }

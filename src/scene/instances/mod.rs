@@ -1,14 +1,13 @@
 //! Rigid parts that move: doors, lifts, vehicles. Each is a committed [`Scene`] of its own, placed by a pose.
 //!
-//! Adding and removing is control side and allocates; moving ([`Scene::set_instance_poses`]) allocates nothing, and so
-//! may be done on the audio side to a scene of its own. Queries go through a tree over the instances' boxes, which is
-//! built anew when one has moved, and then through the part's own tree with the ray in the part's coordinates. Surfaces
-//! keep their keys wherever they stand, so a path in a moving door keeps its identity. Own.
+//! Adding and removing is control side and allocates; moving ([`Scene::set_instance_poses`]) allocates nothing and is
+//! allowed on the audio side. A query traverses a tree over the instances' boxes, rebuilt after a move, and then the
+//! part's BVH with the ray in the part's coordinates. The keys of surfaces do not depend on the pose: a path at a moving
+//! door keeps its identity. Own.
 //!
-//! What a part is made of does not change, and it is not joined with anything: a door that touches its frame shares no
-//! edge or surface with it. What a part's panels stand free of and what its edges see of each other was found when the
-//! part was committed, without the scene; ways over an edge of the one and an edge of the other are looked for as it
-//! stands.
+//! A part is not joined with the scene: a door that touches its frame shares no edge or surface with it. Free edges of its
+//! panels and visibility among its edges were found at its commit, without the scene; diffraction over edges of two bodies
+//! is searched at their current poses.
 
 mod changes;
 mod materials;
@@ -26,17 +25,17 @@ use super::edges::MOST_MIRRORS;
 use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, AabbTree, Hit, Ray};
-use materials::MoreMaterials;
-use placed::Placed;
+use materials::InstanceMaterials;
+use placed::PlacedInstance;
 
-pub use crate::scene::instances::changes::{Change, SceneSnapshot};
+pub use crate::scene::instances::changes::{SceneChange, SceneSnapshot};
 pub use crate::scene::instances::numbering::{MOST_IN_A_PART, MOST_INSTANCES};
 pub use pose::{InstanceId, InstancePose};
 
 #[derive(Debug, Clone, Default)]
 struct Slot {
     generation: u16,
-    placed: Option<Placed>,
+    placed: Option<PlacedInstance>,
 }
 
 /// All instances of a scene.
@@ -45,7 +44,7 @@ pub(super) struct Instances {
     slots: Vec<Slot>,
     count: usize,
     /// Materials that the fixed scene does not have.
-    materials: MoreMaterials,
+    materials: InstanceMaterials,
     tree: AabbTree,
     /// One a slot.
     boxes: Vec<Aabb>,
@@ -63,18 +62,18 @@ impl Instances {
         &self.large
     }
 
-    fn placed(&self) -> impl Iterator<Item = &Placed> {
+    fn placed(&self) -> impl Iterator<Item = &PlacedInstance> {
         self.slots.iter().filter_map(|slot| slot.placed.as_ref())
     }
 
     #[inline]
-    fn at(&self, slot: usize) -> Option<&Placed> {
+    fn at(&self, slot: usize) -> Option<&PlacedInstance> {
         self.slots.get(slot)?.placed.as_ref()
     }
 
-    /// The instance that a number belongs to, and its number there.
+    /// The instance that a number belongs to, and its index there.
     #[inline]
-    fn of(&self, global: u32) -> Option<(&Placed, u32)> {
+    fn of(&self, global: u32) -> Option<(&PlacedInstance, u32)> {
         let (slot, local) = numbering::split(global);
         let placed = self.at(slot).filter(|_| numbering::is_instance(global));
         Some((placed?, local))
@@ -95,8 +94,8 @@ impl Instances {
             })
     }
 
-    /// Builds the tree anew.
-    fn settle(&mut self) {
+    /// Rebuilds the tree.
+    fn rebuild_tree(&mut self) {
         self.boxes.clear();
         let bounds = |slot: &Slot| slot.placed.as_ref().map_or(Aabb::EMPTY, |p| p.bounds);
         self.boxes.extend(self.slots.iter().map(bounds));
@@ -106,7 +105,7 @@ impl Instances {
     #[inline(never)]
     fn closest_hit(&self, ray: &Ray, ignored: [u32; 2], found: Option<Hit>) -> Option<Hit> {
         let mut best = found;
-        // One at the same parameter as the best still counts if its number is lower.
+        // A hit at the same parameter counts if its index is lower.
         let up_to = |best: Option<Hit>| best.map_or(ray.t_max, |hit| hit.t.next_up());
         let short = Ray {
             t_max: up_to(best),
@@ -123,12 +122,12 @@ impl Instances {
             if let Some(hit) = placed
                 .part
                 .bvh()
-                .closest_hit(&local, placed.groups(ignored))
+                .closest_hit(&local, placed.part_groups(ignored))
             {
                 let hit = Hit {
                     t: hit.t,
-                    triangle: placed.number(hit.triangle),
-                    group: placed.number(hit.group),
+                    triangle: placed.scene_index(hit.triangle),
+                    group: placed.scene_index(hit.group),
                 };
                 if best.is_none_or(|b| (hit.t, hit.triangle) < (b.t, b.triangle)) {
                     best = Some(hit);
@@ -144,9 +143,9 @@ impl Instances {
         let mut met = None;
         self.tree.traverse(ray, |slot, t_max| {
             met = self.at(slot as usize).and_then(|placed| {
-                let groups = placed.groups(ignored);
-                let found = placed.part.bvh().occluder(&placed.ray(ray), groups)?;
-                Some(placed.number(found))
+                let part_groups = placed.part_groups(ignored);
+                let found = placed.part.bvh().occluder(&placed.ray(ray), part_groups)?;
+                Some(placed.scene_index(found))
             });
             if met.is_some() { -1.0 } else { t_max }
         });
@@ -154,7 +153,7 @@ impl Instances {
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
-        let placed: usize = self.placed().map(Placed::memory_bytes).sum();
+        let placed: usize = self.placed().map(PlacedInstance::memory_bytes).sum();
         placed
             + self.tree.memory_bytes()
             + size_of_val(self.boxes.as_slice())
@@ -163,8 +162,8 @@ impl Instances {
 }
 
 impl Scene {
-    /// Adds an instance of a part: a scene committed on its own, in coordinates of its own. The pose's handle does not
-    /// count; the instance's is given. Parts may be shared by any number of instances. Control side; allocates.
+    /// Adds an instance of a part: a scene committed on its own, in coordinates of its own. The pose's handle is
+    /// ignored; the instance's is returned. Parts may be shared by any number of instances. Control side; allocates.
     ///
     /// # Errors
     /// [`Error::Setting`] for a pose that is not rigid, a part with instances of its own or of more than
@@ -173,7 +172,7 @@ impl Scene {
         pose.check()?;
         check_part(&part)?;
         let slots = &mut self.instances.slots;
-        // The vacant slot that was given away least, so that handles stay stale for long.
+        // The vacant slot of the lowest generation: stale handles stay invalid for long.
         let vacant = slots.iter().enumerate().filter(|(_, s)| s.placed.is_none());
         let slot = match vacant.min_by_key(|(_, slot)| slot.generation) {
             Some((slot, _)) => slot,
@@ -192,7 +191,7 @@ impl Scene {
         instances.slots[slot].placed = Some(placed);
         instances.count += 1;
         instances.tree.reserve(instances.slots.len());
-        instances.settle();
+        instances.rebuild_tree();
         self.rank_surfaces();
         Ok(id)
     }
@@ -206,12 +205,12 @@ impl Scene {
         slot.placed = None;
         slot.generation = slot.generation.wrapping_add(1);
         self.instances.count -= 1;
-        self.instances.settle();
+        self.instances.rebuild_tree();
         self.rank_surfaces();
         Ok(())
     }
 
-    /// Moves one instance; many are moved faster together.
+    /// Moves one instance; [`Self::set_instance_poses`] is faster for several.
     ///
     /// # Errors
     /// [`Error::StaleInstance`]; [`Error::Setting`] for a pose that is not rigid, and the last good one stays.
@@ -221,7 +220,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether a pose can be taken: rigid, and of an instance that is there.
+    /// Checks that a pose is rigid and its handle valid.
     ///
     /// # Errors
     /// [`Error::StaleInstance`], [`Error::Setting`].
@@ -230,8 +229,8 @@ impl Scene {
         pose.check()
     }
 
-    /// Moves instances; gives how many have another pose than before. Poses of instances that are not there and poses
-    /// that are not rigid ([`InstancePose::check`]) are left out.
+    /// Moves instances; returns how many changed their pose. Stale handles and poses that are not rigid
+    /// ([`InstancePose::check`]) are ignored.
     ///
     /// # Real-time
     /// Allocates nothing, neither blocks nor fails; takes as long as there are instances to move.
@@ -250,7 +249,7 @@ impl Scene {
             }
         }
         if moved > 0 {
-            instances.settle();
+            instances.rebuild_tree();
         }
         moved
     }
@@ -272,19 +271,19 @@ impl Scene {
             });
         }
         result.instances.tree.reserve(result.instances.slots.len());
-        result.instances.settle();
+        result.instances.rebuild_tree();
         result.rank_surfaces();
         result
     }
 
-    /// Finds the largest surfaces anew: areas do not change as instances move.
+    /// Ranks the surfaces by area, which does not depend on poses.
     fn rank_surfaces(&mut self) {
         let mut large = std::mem::take(&mut self.instances.large);
         large.clear();
         large.extend_from_slice(self.edges().large_surfaces());
         for placed in self.instances.placed() {
             let own = placed.part.edges().large_surfaces().iter();
-            large.extend(own.map(|&surface| placed.number(surface)));
+            large.extend(own.map(|&surface| placed.scene_index(surface)));
         }
         let area_m2 = |surface: &u32| self.surface(*surface).area_m2;
         large.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
@@ -293,7 +292,7 @@ impl Scene {
     }
 
     /// A part at a pose, with materials of this scene.
-    fn place(&mut self, part: Arc<Scene>, pose: InstancePose) -> Placed {
+    fn place(&mut self, part: Arc<Scene>, pose: InstancePose) -> PlacedInstance {
         let fixed = self.materials();
         let numbers = part.materials().iter();
         // Two statements, since the fixed materials are the scene's too.
@@ -305,8 +304,8 @@ impl Scene {
             .into_iter()
             .zip(part.materials())
             .map(|(known, material)| match known {
-                Some(number) => number as u32,
-                None => (first + self.instances.materials.number(material)) as u32,
+                Some(index) => index as u32,
+                None => (first + self.instances.materials.index(material)) as u32,
             })
             .collect();
         let like = self
@@ -314,7 +313,7 @@ impl Scene {
             .placed()
             .find(|p| Arc::ptr_eq(&p.part, &part));
         let centre = self.centre();
-        Placed::new(part, pose, &materials, centre, like)
+        PlacedInstance::new(part, pose, &materials, centre, like)
     }
 
     /// Number of instances.
@@ -327,7 +326,7 @@ impl Scene {
         self.instances.placed().map(|placed| placed.pose)
     }
 
-    /// What an instance is made of.
+    /// The part of an instance.
     ///
     /// # Errors
     /// [`Error::StaleInstance`].

@@ -1,12 +1,12 @@
 //! Numbers of surfaces, triangles and edges that belong to instances.
 //!
-//! The fixed scene counts from 0; a number with the highest bit names an instance's slot and the number in its part. So
+//! The fixed scene counts from 0; a number with the highest bit names an instance's slot and the index in its part. So
 //! numbers do not change when other instances come and go, and one of an instance that has gone names nothing.
 
 /// Bit of numbers that are an instance's.
 const INSTANCE: u32 = 1 << 31;
 
-/// Bits of the number in the part.
+/// Bits of the index in the part.
 const LOCAL_BITS: u32 = 19;
 
 /// Most surfaces, triangles or edges of a part.
@@ -37,7 +37,7 @@ pub(crate) fn is_instance(global: u32) -> bool {
 
 /// Whether two numbers are of one instance, or both of the fixed scene.
 #[inline]
-pub(crate) fn is_one(a: u32, b: u32) -> bool {
+pub(crate) fn is_same_rigid_body(a: u32, b: u32) -> bool {
     match (is_instance(a), is_instance(b)) {
         (true, true) => split(a).0 == split(b).0,
         (a, b) => a == b,
@@ -56,12 +56,14 @@ mod tests {
             (1, 5),
             (MOST_INSTANCES - 1, MOST_IN_A_PART as u32 - 1),
         ] {
-            let number = global(slot, local);
-            assert!(is_instance(number) && number != NO_GROUP);
-            assert_eq!(split(number), (slot, local));
+            let index = global(slot, local);
+            assert!(is_instance(index) && index != NO_GROUP);
+            assert_eq!(split(index), (slot, local));
         }
         assert!(split(NO_GROUP).0 >= MOST_INSTANCES);
-        assert!(is_one(3, 7) && is_one(global(2, 3), global(2, 7)));
-        assert!(!is_one(3, global(0, 3)) && !is_one(global(0, 3), global(1, 3)));
+        assert!(is_same_rigid_body(3, 7) && is_same_rigid_body(global(2, 3), global(2, 7)));
+        assert!(
+            !is_same_rigid_body(3, global(0, 3)) && !is_same_rigid_body(global(0, 3), global(1, 3))
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! One instance where it stands: its part's planes and bounds in the scene's local coordinates, and the way back.
+//! One instance at its pose: transforms between part and scene, surfaces and bounds in the scene's local coordinates.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,10 +15,10 @@ use crate::scene::surface::key::instance_key;
 use crate::scene::{Scene, SurfaceSet};
 
 /// A surface of more corners is bounded by its box.
-const MOST_CORNERS: usize = 64;
+const MAX_CORNERS: usize = 64;
 
-/// How far an instance's bounds stand off what a ray may meet in it: this much and this share of the coordinates, many
-/// times the rounding of a ray that is turned and moved.
+/// Margin of an instance's bounds, absolute and relative to the coordinates: many times the rounding of a transformed
+/// ray.
 const MARGIN_M: f32 = 1e-4;
 const MARGIN: f32 = 1.0 / (1u32 << 18) as f32;
 
@@ -35,8 +35,8 @@ impl Outline {
         let mut corners = Vec::new();
         let mut first = vec![0];
         let set = part.surface_set();
-        for number in 0..set.surfaces.len() as u32 {
-            corners.extend(corners_of(part, set, number));
+        for index in 0..set.surfaces.len() as u32 {
+            corners.extend(corners_of(part, set, index));
             first.push(corners.len() as u32);
         }
         Self { corners, first }
@@ -47,18 +47,18 @@ impl Outline {
     }
 }
 
-fn corners_of(part: &Scene, set: &SurfaceSet, number: u32) -> Vec<Vec3> {
-    let triangles = set.triangles_of(number).iter();
+fn corners_of(part: &Scene, set: &SurfaceSet, index: u32) -> Vec<Vec3> {
+    let triangles = set.triangles_of(index).iter();
     // By their bits, so that the order is always the same.
     let distinct: BTreeSet<[u32; 3]> = triangles
         .flat_map(|&t| part.corners_of(t))
         .map(|corner| corner.to_array().map(f32::to_bits))
         .collect();
-    if distinct.len() <= MOST_CORNERS {
+    if distinct.len() <= MAX_CORNERS {
         let corner = |bits: [u32; 3]| Vec3::from_array(bits.map(f32::from_bits));
         return distinct.into_iter().map(corner).collect();
     }
-    let surface = &set.surfaces[number as usize];
+    let surface = &set.surfaces[index as usize];
     let (low, high) = (surface.bounds_min, surface.bounds_max);
     let corner =
         |n: u32| Vec3::select(glam::BVec3::new(n & 1 > 0, n & 2 > 0, n & 4 > 0), low, high);
@@ -67,20 +67,20 @@ fn corners_of(part: &Scene, set: &SurfaceSet, number: u32) -> Vec<Vec3> {
 
 /// An instance at its pose.
 #[derive(Debug, Clone)]
-pub(super) struct Placed {
+pub(super) struct PlacedInstance {
     pub(super) pose: InstancePose,
     pub(super) part: Arc<Scene>,
     outline: Arc<Outline>,
     /// From the part's local coordinates to the scene's.
     axes: DMat3,
     origin: DVec3,
-    /// The part's surfaces as they stand, with the scene's numbers of materials.
+    /// The part's surfaces in the scene's coordinates, with the scene's indices of materials.
     pub(super) surfaces: Vec<Surface>,
-    /// What it lies in.
+    /// Bounding box in the scene's coordinates.
     pub(super) bounds: Aabb,
 }
 
-impl Placed {
+impl PlacedInstance {
     /// Of a part at a pose; `materials` are the scene's numbers of the part's materials. `like` is another instance of
     /// the same part, if there is one.
     pub(super) fn new(
@@ -112,7 +112,7 @@ impl Placed {
         placed
     }
 
-    /// Puts it somewhere else; `centre` is the origin of the scene's local coordinates. Allocates nothing.
+    /// Moves it to a pose; `centre` is the origin of the scene's local coordinates. Allocates nothing.
     pub(super) fn place(&mut self, pose: InstancePose, centre: DVec3) {
         self.pose = pose;
         self.axes = pose.axes();
@@ -120,14 +120,14 @@ impl Placed {
         let (axes, origin) = (self.axes, self.origin);
         let mut bounds = Aabb::EMPTY;
         let own = self.part.surfaces().iter().enumerate();
-        for (surface, (number, local)) in self.surfaces.iter_mut().zip(own) {
+        for (surface, (index, local)) in self.surfaces.iter_mut().zip(own) {
             surface.normal = axes * local.normal;
             surface.offset_m = local.offset_m + surface.normal.dot(origin);
-            let corners = self.outline.corners(number).iter();
+            let corners = self.outline.corners(index).iter();
             let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
             for corner in corners {
-                let there = axes * corner.as_dvec3() + origin;
-                (low, high) = (low.min(there), high.max(there));
+                let to_scene = axes * corner.as_dvec3() + origin;
+                (low, high) = (low.min(to_scene), high.max(to_scene));
             }
             (surface.bounds_min, surface.bounds_max) = (low.as_vec3(), high.as_vec3());
             bounds = bounds.union(&Aabb {
@@ -161,7 +161,7 @@ impl Placed {
     }
 
     /// A point of the part in the scene's coordinates.
-    pub(super) fn there(&self, local: Vec3) -> DVec3 {
+    pub(super) fn to_scene(&self, local: Vec3) -> DVec3 {
         self.axes * local.as_dvec3() + self.origin
     }
 
@@ -172,7 +172,7 @@ impl Placed {
 
     /// The groups that a ray ignores, by the part's numbers.
     #[inline]
-    pub(super) fn groups(&self, ignored: [u32; 2]) -> [u32; 2] {
+    pub(super) fn part_groups(&self, ignored: [u32; 2]) -> [u32; 2] {
         ignored.map(|group| match numbering::split(group) {
             (slot, local) if numbering::is_instance(group) && slot == self.pose.id.slot() => local,
             _ => NO_GROUP,
@@ -181,11 +181,11 @@ impl Placed {
 
     /// The scene's number of one of the part's surfaces, triangles or edges.
     #[inline]
-    pub(super) fn number(&self, local: u32) -> u32 {
+    pub(super) fn scene_index(&self, local: u32) -> u32 {
         numbering::global(self.pose.id.slot(), local)
     }
 
-    /// An edge of the part as it stands.
+    /// An edge of the part in the scene's coordinates.
     pub(super) fn edge(&self, local: &Edge) -> Edge {
         Edge {
             key: instance_key(local.key, self.pose.id.bits()),
@@ -193,13 +193,13 @@ impl Placed {
             direction: self.axes * local.direction,
             tangent: self.axes * local.tangent,
             normal: self.axes * local.normal,
-            faces: local.faces.map(|face| self.number(face)),
+            faces: local.faces.map(|face| self.scene_index(face)),
             ..*local
         }
     }
 
-    /// Least length in metres of a way from one point to another that touches it.
-    pub(super) fn least_way_m(&self, from: DVec3, to: DVec3) -> f64 {
+    /// Lower bound in metres of the length of a path between two points that touches the instance.
+    pub(super) fn min_path_length_m(&self, from: DVec3, to: DVec3) -> f64 {
         let (low, high) = (self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3());
         let outside_m = |p: DVec3| p.distance(p.clamp(low, high));
         outside_m(from) + outside_m(to)

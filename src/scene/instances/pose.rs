@@ -1,4 +1,4 @@
-//! Handles of instances, and where they stand.
+//! Handles and poses of instances.
 
 use glam::{DMat3, DQuat, DVec3, Mat4, Quat};
 
@@ -7,11 +7,11 @@ use crate::error::{Error, Result};
 /// Farthest coordinate in metres that a pose may have, as sources and listener.
 const FARTHEST_M: f64 = 1e6;
 
-/// How far a rotation may be from one: the length of a quaternion from 1, products of a matrix's columns from those of
-/// the axes. Far above single precision's rounding, far below a change of size that anyone could mean.
+/// Tolerance of rotations: of a quaternion's length and of the products of a matrix's columns. Far above the rounding of
+/// single precision, far below an intended scale.
 const RIGID: f64 = 1e-3;
 
-/// Handle of an instance: a slot and a generation, so that a slot's next tenant is not taken for the last.
+/// Handle of an instance: a slot and a generation, which differs for each instance that has the slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct InstanceId(u32);
 
@@ -26,7 +26,7 @@ impl InstanceId {
         (self.0 & 0xffff) as usize
     }
 
-    /// How often the slot has been given away before.
+    /// How many instances had the slot before.
     pub const fn generation(self) -> u16 {
         (self.0 >> 16) as u16
     }
@@ -37,31 +37,49 @@ impl InstanceId {
     }
 }
 
-/// Where an instance stands at one instant: a rigid transform, first the turn, then the way.
+/// Pose of an instance: a rigid transform, rotation before translation.
+///
+/// # Examples
+/// ```
+/// use std::sync::Arc;
+/// use foresound::{InstanceId, InstancePose, MaterialTable, Scene, SceneSettings, shoebox};
+///
+/// let commit = |size: [f32; 3]| {
+///     let mesh = shoebox(size, "concrete");
+///     Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())
+/// };
+/// let mut hall = commit([20.0, 8.0, 12.0])?;
+/// let lift = Arc::new(commit([2.0, 3.0, 2.0])?);
+/// let mut pose = InstancePose::at(InstanceId::default(), [4.0, 0.0, 6.0]);
+/// pose.id = hall.add_instance(lift, &pose)?;
+/// pose.position.y = 1.5;
+/// hall.set_instance_pose(&pose)?;
+/// # Ok::<(), foresound::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InstancePose {
     /// Which instance.
     pub id: InstanceId,
-    /// Where the origin of the part's own coordinates is, in metres in world coordinates.
+    /// World position of the part's origin in metres, below 1e6.
     pub position: DVec3,
-    /// Turns the part's own coordinates into world coordinates; of length 1 to a thousandth.
+    /// Rotation from the part's coordinates to world coordinates; of length 1 to a thousandth.
     pub rotation: Quat,
 }
 
 impl InstancePose {
-    /// Not turned, with the part's origin at a position.
-    pub fn at(id: InstanceId, position: DVec3) -> Self {
+    /// The part's origin at a position in metres (`[f64; 3]` or a vector of `glam`), not rotated.
+    pub fn at(id: InstanceId, position: impl Into<DVec3>) -> Self {
         Self {
             id,
-            position,
+            position: position.into(),
             rotation: Quat::IDENTITY,
         }
     }
 
-    /// From a matrix that turns and moves, as engines keep them.
+    /// From a rigid matrix.
     ///
     /// # Errors
-    /// [`Error::Setting`] if it scales, shears, mirrors or has a number that is none.
+    /// [`Error::Setting`] for a matrix that scales, shears, mirrors or is not finite.
     pub fn from_matrix(id: InstanceId, matrix: &Mat4) -> Result<Self> {
         let axes = DMat3::from_mat4(matrix.as_dmat4());
         let products = axes.transpose() * axes - DMat3::IDENTITY;
@@ -71,7 +89,7 @@ impl InstancePose {
             && axes.determinant() > 0.0
             && last.abs_diff_eq(glam::Vec4::W, RIGID as f32);
         if !rigid {
-            let problem = "the matrix does more than turn and move";
+            let problem = "the matrix is not a rigid transform";
             return Err(refused(problem));
         }
         let pose = Self {
@@ -83,20 +101,23 @@ impl InstancePose {
         Ok(pose)
     }
 
-    /// Refuses what is no rigid transform within 1,000 km.
+    /// Checks that the transform is rigid and within 1,000 km.
     ///
     /// # Errors
     /// [`Error::Setting`].
     pub fn check(&self) -> Result<()> {
         // Written so that a NaN anywhere fails.
         if !self.position.abs().cmple(DVec3::splat(FARTHEST_M)).all() {
-            let problem = format!("{} is no place", self.position);
+            let problem = format!("{} is not a position", self.position);
             return Err(refused(&problem));
         }
         let length = self.rotation.as_dquat().length();
         let rigid = (length - 1.0).abs() <= RIGID;
         if !rigid {
-            let problem = format!("{} is no rotation, its length is {length}", self.rotation);
+            let problem = format!(
+                "{} is not a rotation, its length is {length}",
+                self.rotation
+            );
             return Err(refused(&problem));
         }
         Ok(())

@@ -1,5 +1,4 @@
-//! Questions to a scene that its instances have a part in. Without instances each is the fixed scene's, and one
-//! comparison.
+//! Queries of a scene with instances. Without instances each is a query of the fixed part after one comparison.
 //!
 //! Any thread; all take `&self`, neither allocate nor block.
 
@@ -10,13 +9,13 @@ use crate::acoustics::{BandArray, Material};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, EdgeMirrors, NearEdge, NearEdges, choose};
+use crate::scene::edges::{DiffractingEdge, DiffractingEdges, Edge, EdgeMirrors, choose};
 use crate::scene::instances::numbering;
 use crate::scene::surface::Surface;
-use crate::scene::surface::free_panel::FreePanel;
+use crate::scene::surface::finite_panel::FinitePanel;
 
-/// What a number names that is nobody's any more: no point lies in it.
-const NOWHERE: Surface = Surface {
+/// Surface of a stale index: it contains no point.
+const NO_SURFACE: Surface = Surface {
     key: 0,
     normal: DVec3::Y,
     offset_m: 0.0,
@@ -29,7 +28,7 @@ const NOWHERE: Surface = Surface {
     panel_triangle_count: 0,
 };
 
-/// The same for edges: no way bends over it.
+/// Edge of a stale index: no path crosses it.
 const NO_EDGE: Edge = Edge {
     key: 0,
     origin: DVec3::NAN,
@@ -52,17 +51,17 @@ impl Scene {
         self.closest_hit_among_instances(ray, ignored)
     }
 
-    /// Instances first: what the fixed scene has beyond them need not be looked at.
+    /// Instances first: their hit bounds the search in the fixed part.
     #[inline(never)]
     fn closest_hit_among_instances(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
         let found = self.instances.closest_hit(ray, ignored, None);
-        // One at the same parameter still counts, since its number is lower.
+        // One at the same parameter still counts, since its index is lower.
         let t_max = found.map_or(ray.t_max, |hit| hit.t.next_up());
         let fixed = self.bvh().closest_hit(&Ray { t_max, ..*ray }, ignored);
         fixed.or(found)
     }
 
-    /// [`Self::closest_hit`] for whom knows already what the ray meets in the fixed scene.
+    /// [`Self::closest_hit`] with the known hit in the fixed part.
     #[inline]
     pub(crate) fn closest_hit_beside(
         &self,
@@ -90,25 +89,24 @@ impl Scene {
         self.instances.blocker(ray, ignored)
     }
 
-    /// Whether a ray comes into the box around any instance, in local coordinates.
+    /// Whether a ray enters the bounding box of any instance, in local coordinates.
     pub fn enters_box_of_instance(&self, ray: &Ray) -> bool {
         self.instances.tree.is_entered(ray)
     }
 
     /// Whether a surface, triangle or edge is of an instance.
     #[inline]
-    pub fn is_of_instance(&self, number: u32) -> bool {
-        numbering::is_instance(number)
+    pub fn is_of_instance(&self, index: u32) -> bool {
+        numbering::is_instance(index)
     }
 
-    /// Whether anything in it can move.
+    /// Whether the scene has instances.
     #[inline]
     pub fn has_instances(&self) -> bool {
         !self.instances.is_empty()
     }
 
-    /// Whether a surface's number still names one: those of an instance end with it, and those of another scene's
-    /// updates never did.
+    /// Whether the index of a surface is valid; those of a removed instance are not.
     #[inline]
     pub fn has_surface(&self, surface: u32) -> bool {
         match numbering::is_instance(surface) {
@@ -117,34 +115,33 @@ impl Scene {
         }
     }
 
-    /// An edge by its number, in local coordinates; one that no way bends over if the number names none.
+    /// An edge by its index, in local coordinates; an edge that no path crosses for a stale index.
     #[inline]
-    pub fn edge(&self, number: u32) -> Edge {
-        if numbering::is_instance(number) {
-            return self.instance_edge(number);
+    pub fn edge(&self, index: u32) -> Edge {
+        if numbering::is_instance(index) {
+            return self.instance_edge(index);
         }
-        let found = self.edges().as_slice().get(number as usize);
+        let found = self.edges().as_slice().get(index as usize);
         *found.unwrap_or(&NO_EDGE)
     }
 
     #[inline(never)]
-    fn instance_edge(&self, number: u32) -> Edge {
-        let found = self.instances.of(number).and_then(|(placed, local)| {
+    fn instance_edge(&self, index: u32) -> Edge {
+        let found = self.instances.of(index).and_then(|(placed, local)| {
             let edge = placed.part.edges().as_slice().get(local as usize)?;
             Some(placed.edge(edge))
         });
         found.unwrap_or(NO_EDGE)
     }
 
-    /// Edges that an edge sees as long as nothing comes between: a fixed edge fixed ones, one of an instance the instance's
-    /// own. What else they see changes as instances move.
-    pub fn edge_neighbours(&self, number: u32) -> impl Iterator<Item = u32> + '_ {
-        let (placed, local) = match numbering::is_instance(number) {
-            true => match self.instances.of(number) {
+    /// Edges of the same rigid body that are visible from an edge. Visibility between bodies changes as instances move.
+    pub fn edge_neighbours(&self, index: u32) -> impl Iterator<Item = u32> + '_ {
+        let (placed, local) = match numbering::is_instance(index) {
+            true => match self.instances.of(index) {
                 Some((placed, local)) => (Some(placed), local),
                 None => (None, NO_GROUP),
             },
-            false => (None, number),
+            false => (None, index),
         };
         let set = placed.map_or(self.edges(), |placed| placed.part.edges());
         let neighbours = match (local as usize) < set.len() {
@@ -153,96 +150,102 @@ impl Scene {
         };
         neighbours
             .iter()
-            .map(move |&other| placed.map_or(other, |placed| placed.number(other)))
+            .map(move |&other| placed.map_or(other, |placed| placed.scene_index(other)))
     }
 
-    /// The [`MOST_NEAR`](crate::scene::edges::MOST_NEAR) shortest ways from one place to another over one edge, of the fixed
-    /// scene and of instances, none longer than `longest_m`: both places outside the wedge and the bend within the edge's
-    /// ends. Says nothing of what stands in between. With the answer for places not far away as `known` it is found sooner,
-    /// and no other one.
+    /// The [`MAX_DIFFRACTING_EDGES`](crate::scene::edges::MAX_DIFFRACTING_EDGES) shortest paths between two points over
+    /// one edge, of the fixed part and of instances, up to `longest_m`: both points in the exterior wedge, the crossing
+    /// within the edge's ends. Occlusion is not tested. The result for nearby points as `known` saves time and does not
+    /// change the result.
     pub fn diffracting_edges(
         &self,
-        known: &NearEdges,
+        known: &DiffractingEdges,
         from: DVec3,
         to: DVec3,
         longest_m: f64,
-    ) -> NearEdges {
-        let (edges, mut near) = (self.edges(), NearEdges::default());
+    ) -> DiffractingEdges {
+        let (edges, mut near) = (self.edges(), DiffractingEdges::default());
         edges.add_known(&mut near, known, (from, to), longest_m);
-        edges.add_bends(&mut near, from, to, longest_m, |edge| edge);
+        edges.add_crossings(&mut near, from, to, longest_m, |edge| edge);
         for placed in self.instances.placed() {
-            if placed.least_way_m(from, to) <= near.bound_m(longest_m) {
+            if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let (from, to) = (placed.point(from), placed.point(to));
                 let set = placed.part.edges();
-                set.add_bends(&mut near, from, to, longest_m, |edge| placed.number(edge));
+                set.add_crossings(&mut near, from, to, longest_m, |edge| {
+                    placed.scene_index(edge)
+                });
             }
         }
         near
     }
 
-    /// The same, asked of some edges only, each of which may come more than once, or have gone.
+    /// The same for a list of edges, which may have duplicates and stale indices.
     pub fn diffracting_edges_over(
         &self,
         edges: impl Iterator<Item = u32>,
         from: DVec3,
         to: DVec3,
-    ) -> NearEdges {
-        let mut near = NearEdges::default();
+    ) -> DiffractingEdges {
+        let mut near = DiffractingEdges::default();
         for edge in edges {
             let known = near.as_slice().iter().any(|found| found.edge == edge);
-            if let Some(bend) = self.edge(edge).bend(from, to).filter(|_| !known) {
-                let length_m = bend.length_m();
-                near.insert(NearEdge { edge, length_m });
+            if let Some(crossing) = self.edge(edge).crossing(from, to).filter(|_| !known) {
+                let length_m = crossing.length_m();
+                near.insert(DiffractingEdge { edge, length_m });
             }
         }
         near
     }
 
-    /// The same for ways that may bend again; otherwise as [`crate::scene::EdgeSet::first_bends`].
-    pub fn first_bends(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        let mut near = self.edges().first_bends(from, to, longest_m);
-        self.add_instances_first_bends(&mut near, from, to, longest_m);
+    /// The same for the first edge of paths of several diffractions, as [`crate::scene::EdgeSet::first_crossings`].
+    pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
+        let mut near = self.edges().first_crossings(from, to, longest_m);
+        self.add_instances_first_crossings(&mut near, from, to, longest_m);
         near
     }
 
     /// The same over edges of instances only.
-    pub fn first_bends_of_instances(&self, from: DVec3, to: DVec3, longest_m: f64) -> NearEdges {
-        let mut near = NearEdges::default();
-        self.add_instances_first_bends(&mut near, from, to, longest_m);
+    pub fn first_crossings_of_instances(
+        &self,
+        from: DVec3,
+        to: DVec3,
+        longest_m: f64,
+    ) -> DiffractingEdges {
+        let mut near = DiffractingEdges::default();
+        self.add_instances_first_crossings(&mut near, from, to, longest_m);
         near
     }
 
-    fn add_instances_first_bends(
+    fn add_instances_first_crossings(
         &self,
-        near: &mut NearEdges,
+        near: &mut DiffractingEdges,
         from: DVec3,
         to: DVec3,
         longest_m: f64,
     ) {
         for placed in self.instances.placed() {
-            if placed.least_way_m(from, to) <= near.bound_m(longest_m) {
+            if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
                 let (from, to) = (placed.point(from), placed.point(to));
                 let set = placed.part.edges();
-                set.add_first_bends(near, from, to, longest_m, |edge| placed.number(edge));
+                set.add_first_crossings(near, from, to, longest_m, |edge| placed.scene_index(edge));
             }
         }
     }
 
-    /// Whether two surfaces, triangles or edges are of one instance, or both of the fixed scene: such never move against
-    /// each other.
-    pub fn moves_as_one(&self, a: u32, b: u32) -> bool {
-        numbering::is_one(a, b)
+    /// Whether two surfaces, triangles or edges are of one instance, or both of the fixed part.
+    pub fn is_same_rigid_body(&self, a: u32, b: u32) -> bool {
+        numbering::is_same_rigid_body(a, b)
     }
 
-    /// Surfaces that look large from an edge: those worth trying before and behind a bend around it, of the fixed scene
-    /// and of instances as they stand.
-    pub fn edge_mirrors(&self, number: u32) -> EdgeMirrors {
+    /// Candidates for a reflection before or after the diffraction at an edge: surfaces of the fixed part and of
+    /// instances that look large from it.
+    pub fn edge_mirrors(&self, index: u32) -> EdgeMirrors {
         if !self.has_instances() {
-            return self.edges().mirrors(number);
+            return self.edges().mirrors(index);
         }
         let large = self.instances.large_surfaces().iter();
         let named = large.map(|&surface| (surface, self.surface(surface)));
-        choose(&self.edge(number), named)
+        choose(&self.edge(index), named)
     }
 
     /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`.
@@ -254,7 +257,7 @@ impl Scene {
         self.edges().distance_m(surface, point, within_m)
     }
 
-    /// Whether anything at all has edges.
+    /// Whether the scene has edges.
     #[inline]
     pub fn has_edges(&self) -> bool {
         let has = |scene: &Self| !scene.edges().is_empty();
@@ -268,19 +271,19 @@ impl Scene {
         placed.part.edges().distance_m(local, point, within_m)
     }
 
-    /// Whether any small panel stands free.
+    /// Whether the scene has finite panels.
     #[inline]
-    pub fn has_free_panels(&self) -> bool {
-        let has = |scene: &Self| !scene.free_panels().is_empty();
+    pub fn has_finite_panels(&self) -> bool {
+        let has = |scene: &Self| !scene.finite_panels().is_empty();
         has(self) || self.instances.placed().any(|placed| has(&placed.part))
     }
 }
 
-/// What the fixed scene does not have.
+/// Queries of instances.
 impl Scene {
     #[inline(never)]
-    pub(crate) fn instance_surface(&self, number: u32) -> &Surface {
-        self.instances.surface(number).unwrap_or(&NOWHERE)
+    pub(crate) fn instance_surface(&self, index: u32) -> &Surface {
+        self.instances.surface(index).unwrap_or(&NO_SURFACE)
     }
 
     #[inline(never)]
@@ -292,17 +295,17 @@ impl Scene {
     }
 
     #[inline(never)]
-    pub(crate) fn instance_free_panel_at(
+    pub(crate) fn instance_finite_panel_at(
         &self,
         surface: u32,
         point: DVec3,
         in_front: bool,
-    ) -> Option<FreePanel> {
+    ) -> Option<FinitePanel> {
         let (placed, local) = self.instances.of(surface)?;
         placed.surfaces.get(local as usize)?;
         let point = placed.point(point);
-        let panel = placed.part.free_panel_at(local, point, in_front)?;
-        Some(FreePanel {
+        let panel = placed.part.finite_panel_at(local, point, in_front)?;
+        Some(FinitePanel {
             sides: panel.sides.map(|side| placed.direction(side)),
             ..panel
         })
@@ -321,7 +324,7 @@ impl Scene {
         let found = self.instances.of(triangle);
         let found = found.filter(|(placed, local)| placed.part.has_triangle(*local));
         found.map_or(NO_GROUP, |(placed, local)| {
-            placed.number(placed.part.surface_of(local))
+            placed.scene_index(placed.part.surface_of(local))
         })
     }
 
@@ -343,18 +346,18 @@ impl Scene {
 
     /// A material that only instances have; `number` counts on from the fixed scene's.
     #[inline(never)]
-    pub(crate) fn more_material(&self, number: usize) -> Option<&Material> {
-        self.instances.materials.material(number)
+    pub(crate) fn instance_material(&self, index: usize) -> Option<&Material> {
+        self.instances.materials.material(index)
     }
 
     #[inline(never)]
-    pub(crate) fn more_reflectance(&self, number: usize) -> Option<&Reflectance> {
-        self.instances.materials.reflectance(number)
+    pub(crate) fn instance_reflectance(&self, index: usize) -> Option<&Reflectance> {
+        self.instances.materials.reflectance(index)
     }
 
     #[inline(never)]
-    pub(crate) fn more_transmission(&self, number: usize) -> Option<&BandArray> {
-        self.instances.materials.transmission_factor(number)
+    pub(crate) fn instance_transmission(&self, index: usize) -> Option<&BandArray> {
+        self.instances.materials.transmission_factor(index)
     }
 
     /// Corners of every triangle of the instances, in local coordinates.
@@ -362,7 +365,7 @@ impl Scene {
         self.instances.placed().flat_map(|placed| {
             let triangles = 0..placed.part.bvh().triangle_count() as u32;
             let triangles = triangles.filter(|&t| placed.part.has_triangle(t));
-            triangles.map(|t| placed.part.corners_of(t).map(|c| placed.there(c)))
+            triangles.map(|t| placed.part.corners_of(t).map(|c| placed.to_scene(c)))
         })
     }
 }

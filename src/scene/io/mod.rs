@@ -1,6 +1,24 @@
+//! Reads scenes from files: meshes from OBJ, materials and layouts from TOML.
 //!
+//! Control side; behind the feature `files`.
 
-pub mod layout_source;
-pub(crate) mod material_entry;
+mod layout_file;
+mod material_file;
 pub mod obj;
-pub(crate) mod toml_file;
+mod toml_file;
+
+use std::fs::File;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+/// Opens a file; a directory is an error.
+fn open(path: &Path, advice: &str) -> Result<File> {
+    let error = |reason: &dyn ToString| Error::file(path, reason.to_string(), advice);
+    let file = File::open(path).map_err(|reason| error(&reason))?;
+    match file.metadata() {
+        Ok(metadata) if metadata.is_dir() => Err(error(&"is a directory")),
+        Ok(_) => Ok(file),
+        Err(reason) => Err(error(&reason)),
+    }
+}

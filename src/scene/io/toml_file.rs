@@ -1,17 +1,18 @@
 //! TOML files with errors that name file, line and key.
 //!
-//! Control side. One reader for materials and scene layouts; values keep their place in the text, so that a number out
-//! of range is reported where it stands.
+//! Control side. Values are checked by the types of this module while `serde` reads them, so that an error has the place
+//! of the value. Their messages have the form `problem; advice`.
 
-use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
 use glam::Vec3;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use toml::de::{DeTable, Deserializer};
 
+use crate::acoustics::{BANDS, BandArray};
 use crate::error::{Error, Result};
 use crate::scene::mesh::LARGEST_COORDINATE_M;
 
@@ -24,174 +25,142 @@ const LARGEST_FILE: u64 = 1 << 24;
 /// [`Error::File`] where it cannot be read, [`Error::Format`] where it is not text.
 pub(crate) fn read_text(path: &Path) -> Result<String> {
     let advice = "give the path of a readable TOML file";
-    let file = File::open(path).map_err(|error| Error::file(path, error, advice))?;
-    if file.metadata().is_ok_and(|about| about.is_dir()) {
-        return Err(Error::file(path, "is a directory", advice));
-    }
     let mut bytes = Vec::new();
-    file.take(LARGEST_FILE + 1)
+    super::open(path, advice)?
+        .take(LARGEST_FILE + 1)
         .read_to_end(&mut bytes)
         .map_err(|error| Error::file(path, error, advice))?;
     if bytes.len() as u64 > LARGEST_FILE {
         return Err(Error::file(path, "larger than 16 MiB", advice));
     }
     String::from_utf8(bytes).map_err(|error| {
-        let good = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes()[..good]
-            .iter()
-            .filter(|&&byte| byte == b'\n')
-            .count();
+        let valid = error.utf8_error().valid_up_to();
         Error::format(
             path,
-            Some(line),
+            Some(line_at(error.as_bytes(), valid)),
             "not UTF-8 text",
             "save the file as UTF-8 TOML",
         )
     })
 }
 
-/// A text and the file it came from.
-#[derive(Clone, Copy)]
-pub(crate) struct TomlFile<'a> {
-    pub(crate) path: &'a Path,
-    pub(crate) text: &'a str,
+/// Line of a byte of a text, from one.
+fn line_at(text: &[u8], offset: usize) -> usize {
+    let before = &text[..offset.min(text.len())];
+    1 + before.iter().filter(|&&byte| byte == b'\n').count()
 }
 
-impl<'a> TomlFile<'a> {
-    pub(crate) fn parse(&self) -> Result<DeTable<'a>> {
-        DeTable::parse(self.text)
-            .map(Spanned::into_inner)
-            .map_err(|error| {
-                let message = error.message().lines().collect::<Vec<_>>().join(", ");
-                Error::format(
-                    self.path,
-                    error.span().map(|span| self.line(&span)),
-                    message,
-                    "write valid TOML: key = value, [table], [[list of tables]]",
-                )
-            })
-    }
+/// A text and the file it came from.
+#[derive(Clone, Copy)]
+pub(super) struct TomlFile<'a> {
+    pub(super) path: &'a Path,
+    pub(super) text: &'a str,
+}
 
-    /// Line of a place in the text, from one.
-    fn line(&self, span: &Range<usize>) -> usize {
-        let before = span.start.min(self.text.len());
-        1 + self.text.as_bytes()[..before]
-            .iter()
-            .filter(|&&byte| byte == b'\n')
-            .count()
-    }
-
-    pub(crate) fn error(&self, span: Range<usize>, problem: impl ToString, advice: &str) -> Error {
-        Error::format(self.path, Some(self.line(&span)), problem, advice)
-    }
-
-    /// Refuses keys that nobody reads: a misspelt one would be silently without effect.
-    pub(crate) fn known_keys(&self, table: &DeTable<'_>, place: &str, keys: &[&str]) -> Result<()> {
-        for key in table.keys() {
-            let name = key.get_ref().as_ref();
-            if !keys.contains(&name) {
-                return Err(self.error(
-                    key.span(),
-                    format!("unknown key `{}` in {place}", name.escape_debug()),
-                    &format!("use {}", keys.join(", ")),
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    pub(crate) fn table<'v>(
-        &self,
-        value: &'v Spanned<DeValue<'a>>,
-        key: &str,
-    ) -> Result<&'v DeTable<'a>> {
-        match value.get_ref() {
-            DeValue::Table(table) => Ok(table),
-            other => Err(self.wrong_type(value.span(), key, other, "a table")),
-        }
-    }
-
-    pub(crate) fn string(&self, value: &Spanned<DeValue<'_>>, key: &str) -> Result<String> {
-        match value.get_ref() {
-            DeValue::String(text) => Ok(text.to_string()),
-            other => Err(self.wrong_type(value.span(), key, other, "a string")),
-        }
-    }
-
-    /// A finite number.
-    pub(crate) fn number(&self, value: &Spanned<DeValue<'_>>, key: &str) -> Result<f64> {
-        let number = match value.get_ref() {
-            DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix())
-                .ok()
-                .map(|n| n as f64),
-            DeValue::Float(n) => n.as_str().parse().ok(),
-            other => return Err(self.wrong_type(value.span(), key, other, "a number")),
-        };
-        number.filter(|n| n.is_finite()).ok_or_else(|| {
-            self.error(
-                value.span(),
-                format!("`{key}` is not a finite number"),
-                "give an ordinary decimal number",
-            )
+impl TomlFile<'_> {
+    /// The content of the file.
+    pub(super) fn read<T: DeserializeOwned>(&self) -> Result<T> {
+        let table = DeTable::parse(self.text).map_err(|error| {
+            let advice = "write valid TOML: key = value, [table], [[list of tables]]";
+            self.error(error.span().unwrap_or_default(), error.message(), advice)
+        })?;
+        T::deserialize(Deserializer::from(table)).map_err(|error| {
+            let (problem, advice) = error
+                .message()
+                .split_once("; ")
+                .unwrap_or((error.message(), "correct the key or its value"));
+            // The text of the error is its message and, in a line of its own, the path of the key.
+            let text = error.to_string();
+            let key = text.trim_end().rsplit_once("\nin ").map(|(_, key)| key);
+            let problem = match key {
+                Some(key) => format!("{key}: {problem}"),
+                None => problem.to_owned(),
+            };
+            self.error(error.span().unwrap_or_default(), problem, advice)
         })
     }
 
-    /// Numbers with their places; a single number is a list of one.
-    pub(crate) fn numbers(
-        &self,
-        value: &Spanned<DeValue<'_>>,
-        key: &str,
-    ) -> Result<Vec<(f64, Range<usize>)>> {
-        match value.get_ref() {
-            DeValue::Array(values) => values
-                .iter()
-                .map(|v| Ok((self.number(v, key)?, v.span())))
-                .collect(),
-            _ => Ok(vec![(self.number(value, key)?, value.span())]),
-        }
+    /// An error at a place of the text.
+    pub(super) fn error(&self, span: Range<usize>, problem: impl ToString, advice: &str) -> Error {
+        let line = line_at(self.text.as_bytes(), span.start);
+        let problem = problem.to_string().replace(char::is_control, " ");
+        Error::format(self.path, Some(line), problem, advice)
     }
+}
 
-    /// A position in metres.
-    pub(crate) fn position(&self, value: &Spanned<DeValue<'_>>, key: &str) -> Result<Vec3> {
-        let numbers = self.numbers(value, key)?;
-        let [x, y, z] = numbers[..].as_array().ok_or_else(|| {
-            self.error(
-                value.span(),
-                format!("`{key}` has {} numbers instead of 3", numbers.len()),
-                "write [x, y, z] in metres",
-            )
-        })?;
-        for (number, span) in [x, y, z] {
-            if number.abs() > f64::from(LARGEST_COORDINATE_M) {
-                return Err(self.error(
-                    span.clone(),
-                    format!("`{key}` {number} lies beyond {LARGEST_COORDINATE_M} m"),
-                    "give metres in the mesh's coordinates",
-                ));
-            }
+/// A number from `LOW` to `HIGH`; with `ABOVE` not `LOW` itself.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "f64")]
+pub(super) struct Within<const LOW: i32, const HIGH: i32, const ABOVE: bool = false>(
+    pub(super) f64,
+);
+
+impl<const LOW: i32, const HIGH: i32, const ABOVE: bool> TryFrom<f64> for Within<LOW, HIGH, ABOVE> {
+    type Error = String;
+
+    fn try_from(number: f64) -> std::result::Result<Self, String> {
+        if (f64::from(LOW)..=f64::from(HIGH)).contains(&number)
+            && !(ABOVE && number == f64::from(LOW))
+        {
+            return Ok(Self(number));
         }
-        Ok(Vec3::new(x.0 as f32, y.0 as f32, z.0 as f32))
+        let low = if ABOVE { "above " } else { "" };
+        Err(format!(
+            "{number} is outside {low}{LOW} to {HIGH}; give a number in that range"
+        ))
     }
+}
 
-    fn wrong_type(
-        &self,
-        span: Range<usize>,
-        key: &str,
-        found: &DeValue<'_>,
-        wanted: &str,
-    ) -> Error {
-        let found = match found {
-            DeValue::String(_) => "a string",
-            DeValue::Integer(_) | DeValue::Float(_) => "a number",
-            DeValue::Boolean(_) => "a truth value",
-            DeValue::Datetime(_) => "a date",
-            DeValue::Array(_) => "a list",
-            DeValue::Table(_) => "a table",
+/// One number for all bands or one a band, each from `LOW` to `HIGH`.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "toml::Value")]
+pub(super) struct PerBand<const LOW: i32, const HIGH: i32>(pub(super) BandArray);
+
+impl<const LOW: i32, const HIGH: i32> TryFrom<toml::Value> for PerBand<LOW, HIGH> {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> std::result::Result<Self, String> {
+        let values = match value {
+            toml::Value::Array(values) => values,
+            single => vec![single],
         };
-        self.error(
-            span,
-            format!("`{key}` is {found} instead of {wanted}"),
-            &format!("give {wanted}"),
-        )
+        let numbers = values
+            .into_iter()
+            .map(|value| value.try_into::<Within<LOW, HIGH>>().map(|n| n.0 as f32))
+            .collect::<std::result::Result<Vec<f32>, _>>()
+            .map_err(|error| error.message().to_owned())?;
+        match numbers[..] {
+            [single] => Ok(Self([single; BANDS])),
+            _ => BandArray::try_from(numbers).map(Self).map_err(|numbers| {
+                format!(
+                    "{} numbers instead of {BANDS}; give one for each octave from 63 Hz to 8 kHz, or a single number for all",
+                    numbers.len()
+                )
+            }),
+        }
+    }
+}
+
+/// Largest absolute coordinate in metres.
+const FARTHEST_M: i32 = LARGEST_COORDINATE_M as i32;
+
+/// A position in metres.
+#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "Vec<Within<{ -FARTHEST_M }, FARTHEST_M>>")]
+pub(super) struct Position(pub(super) Vec3);
+
+impl TryFrom<Vec<Within<{ -FARTHEST_M }, FARTHEST_M>>> for Position {
+    type Error = String;
+
+    fn try_from(
+        numbers: Vec<Within<{ -FARTHEST_M }, FARTHEST_M>>,
+    ) -> std::result::Result<Self, String> {
+        match numbers[..] {
+            [x, y, z] => Ok(Self(Vec3::new(x.0 as f32, y.0 as f32, z.0 as f32))),
+            _ => Err(format!(
+                "{} numbers instead of 3; write [x, y, z] in metres",
+                numbers.len()
+            )),
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use super::{BenchmarkScene, Part, TriangleMesh, Walk, named};
+use super::{BenchmarkScene, ObjectRange, TriangleMesh, Walk, named};
 
 /// How far things are sunk into what they stand on or hang from, in metres: far beyond rounding, too little to see.
 pub(super) const SUNK_M: f64 = 0.02;
@@ -14,7 +14,7 @@ pub(super) const SUNK_M: f64 = 0.02;
 pub(super) struct MeshBuilder {
     mesh: TriangleMesh,
     vertex_at_mm: HashMap<[i32; 3], u32>,
-    parts: Vec<Part>,
+    parts: Vec<ObjectRange>,
     material: u32,
 }
 
@@ -32,7 +32,7 @@ impl MeshBuilder {
     /// What follows is of this kind.
     pub(super) fn part(&mut self, name: &'static str) {
         let here = self.mesh.triangles.len();
-        self.parts.push(Part {
+        self.parts.push(ObjectRange {
             name,
             triangles: here..here,
         });

@@ -38,7 +38,7 @@ pub const NAMES: [&str; 4] = ["concert_hall", "bootcamp", "angrybot", "doorway"]
 /// Speed of the listener on every walk, m/s: an easy walking pace.
 pub const WALK_SPEED_M_S: f32 = 1.4;
 
-/// A scene to measure with.
+/// A benchmark scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BenchmarkScene {
     /// One of [`NAMES`].
@@ -46,17 +46,17 @@ pub struct BenchmarkScene {
     /// Welded triangles, none degenerate, none twice.
     pub mesh: TriangleMesh,
     /// Kinds of objects, in the order of the mesh's triangles and without gaps.
-    pub parts: Vec<Part>,
+    pub parts: Vec<ObjectRange>,
     /// Sixteen names (`source01` to `source16`) and positions in metres.
     pub sources: Vec<(String, Vec3)>,
-    /// Where the listener goes.
+    /// Walk of the listener.
     pub walk: Walk,
 }
 
 /// All objects of one kind in a mesh.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Part {
-    /// What they are, in one word.
+pub struct ObjectRange {
+    /// Kind of the objects, in one word.
     pub name: &'static str,
     /// Their triangles in the mesh.
     pub triangles: Range<usize>,
@@ -98,8 +98,15 @@ pub fn by_name(name: &str) -> Option<BenchmarkScene> {
 }
 
 /// A closed rectangular room of twelve triangles that face inwards, one corner at the origin, the other at `size`
-/// (metres). Sizes are taken as they are, not rounded, so that closed forms hold.
-pub fn shoebox(size: Vec3, material: &str) -> TriangleMesh {
+/// in metres. Sizes are not rounded: closed forms hold.
+///
+/// # Examples
+/// ```
+/// let room = foresound::shoebox([8.0, 3.0, 5.0], "concrete");
+/// assert_eq!(room.triangles.len(), 12);
+/// ```
+pub fn shoebox(size: impl Into<Vec3>, material: &str) -> TriangleMesh {
+    let size = size.into();
     let mut mesh = TriangleMesh::default();
     let index = mesh.material(material);
     for corner in 0..8 {

@@ -35,7 +35,7 @@ const SLIVER_M: f64 = 1e-4;
 /// Bit of a cell that triangles cover whole.
 const WHOLE: u32 = 1 << 31;
 
-/// What a cell says by itself: that nothing is there, that triangles cover it, or that its entries have to be asked.
+/// State of a cell: no triangle, covered by triangles, or its entries decide.
 const EMPTY: u64 = 0;
 const WHOLLY: u64 = 1;
 const PARTLY: u64 = 2;
@@ -99,8 +99,8 @@ impl Grids {
             let first = surface.first_triangle;
             let slots_of = first as usize..(first + surface.triangle_count) as usize;
             let panels_end = (first + surface.panel_triangle_count) as usize;
-            result.flat.extend(slots[slots_of].iter().map(|&number| {
-                let corners = triangles[number as usize].map(|i| vertices[i as usize]);
+            result.flat.extend(slots[slots_of].iter().map(|&index| {
+                let corners = triangles[index as usize].map(|i| vertices[i as usize]);
                 FlatTriangle::new(corners.map(|v| flat(v.as_dvec3(), axis)))
             }));
             let grid = if surface.panel_triangle_count > FEW_TRIANGLES {
@@ -210,9 +210,9 @@ impl Grids {
     }
 
     #[inline]
-    pub(super) fn contains(&self, number: u32, surface: &Surface, point: DVec3) -> bool {
+    pub(super) fn contains(&self, index: u32, surface: &Surface, point: DVec3) -> bool {
         let place = flat(point, main_axis(surface.normal));
-        let grid = self.grid_of[number as usize];
+        let grid = self.grid_of[index as usize];
         let first = surface.first_triangle as usize;
         if grid == RECTANGLE {
             return self.flat[first].bounds_hold(place);

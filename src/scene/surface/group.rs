@@ -9,8 +9,8 @@
 
 use glam::DVec3;
 
-use super::super::cells::{CellIndex, cell_of};
 use super::super::mesh::TriangleMesh;
+use super::super::spatial_hash::{SpatialHash, cell_of};
 use super::super::weld::sorted_edges;
 
 /// Largest angle between the planes of one surface, in degrees.
@@ -96,7 +96,7 @@ pub(super) fn group(mesh: &TriangleMesh, centre: DVec3) -> Groups {
     let patches = grow(mesh, &order, |seed, number| {
         fits(facets[seed as usize].plane, number)
     });
-    let roots = unite(mesh, &facets, &patches, fits);
+    let roots = union(mesh, &facets, &patches, fits);
 
     // Sums run through the triangles from the largest down, so their rounding is that of the geometry.
     let mut surfaces: Vec<FoundSurface> = roots
@@ -259,13 +259,13 @@ struct Roots {
     seeds: Vec<u32>,
 }
 
-fn unite(
+fn union(
     mesh: &TriangleMesh,
     facets: &[Facet],
     patches: &Patches,
     fits: impl Fn(Plane, u32) -> bool,
 ) -> Roots {
-    let mut index = CellIndex::new(patches.seeds.len());
+    let mut index = SpatialHash::new(patches.seeds.len());
     let mut roots = Roots {
         of_patch: Vec::with_capacity(patches.seeds.len()),
         seeds: Vec::new(),

@@ -42,7 +42,7 @@ pub(crate) fn edge_key(faces: [u64; 2], ends: [DVec3; 2]) -> u64 {
     hash
 }
 
-/// Key of a part's surface or edge in one of its instances: it does not depend on where that stands.
+/// Key of a part's surface or edge in one of its instances, whatever its pose.
 pub(crate) fn instance_key(key: u64, instance: u32) -> u64 {
     mixed(key ^ mixed(u64::from(instance)))
 }

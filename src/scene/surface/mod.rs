@@ -1,10 +1,10 @@
-//! Surfaces: coplanar triangles of one material, which mirror a sound as one.
+//! Surfaces: coplanar triangles of one material, one mirror for image sources.
 //!
-//! Control side to build, wait-free to ask. Takes a clean mesh, gives planes, bounds, triangle lists and keys. The
-//! floors of two rooms are one surface, so that a path keeps its name while the listener walks through a door.
+//! Control side to build; queries are wait-free. The floors of two rooms are one surface: a path keeps its identity while
+//! the listener walks through a door.
 //! Own; the tolerances are [`SAME_PLANE_ANGLE_DEG`] and [`SAME_PLANE_DISTANCE_M`].
 
-pub mod free_panel;
+pub mod finite_panel;
 mod grid;
 mod group;
 pub(super) mod key;
@@ -73,13 +73,13 @@ pub struct SurfaceSet {
 }
 
 impl SurfaceSet {
-    /// Surfaces of a mesh as [`super::weld::clean`] gives it. `centre` is the origin of `vertices`, the mesh's vertices
-    /// in the coordinates of the result. A connected piece of at least `smallest_panel_m2` is a panel.
+    /// Surfaces of a mesh after [`super::weld::clean`]. `centre` is the origin of `vertices`, the mesh's vertices
+    /// in the coordinates of the result. A connected piece of at least `min_panel_m2` is a panel.
     pub(super) fn build(
         mesh: &TriangleMesh,
         centre: DVec3,
         vertices: &[Vec3],
-        smallest_panel_m2: f64,
+        min_panel_m2: f64,
     ) -> Self {
         let groups = group::group(mesh, centre);
         let mut surfaces: Vec<Surface> = groups
@@ -103,7 +103,7 @@ impl SurfaceSet {
             surface.key = key;
         }
         let mut order: Vec<u32> = (0..surfaces.len() as u32).collect();
-        order.sort_unstable_by_key(|&number| surfaces[number as usize].key);
+        order.sort_unstable_by_key(|&index| surfaces[index as usize].key);
         let mut place = vec![0u32; order.len()];
         for (new, &old) in order.iter().enumerate() {
             place[old as usize] = new as u32;
@@ -115,8 +115,8 @@ impl SurfaceSet {
             .iter()
             .map(|&old| place[old as usize])
             .collect();
-        for (triangle, &number) in mesh.triangles.iter().zip(&triangle_surface) {
-            let surface = &mut surfaces[number as usize];
+        for (triangle, &index) in mesh.triangles.iter().zip(&triangle_surface) {
+            let surface = &mut surfaces[index as usize];
             surface.triangle_count += 1;
             for &i in triangle {
                 surface.bounds_min = surface.bounds_min.min(vertices[i as usize]);
@@ -130,16 +130,16 @@ impl SurfaceSet {
             next.push(first);
             first += surface.triangle_count;
         }
-        let triangle_in_panel = panel::large_enough(mesh, &triangle_surface, smallest_panel_m2);
+        let triangle_in_panel = panel::large_enough(mesh, &triangle_surface, min_panel_m2);
         let mut triangles = vec![0u32; mesh.triangles.len()];
         // Those of panels first.
         for panels in [true, false] {
-            for (number, &surface) in triangle_surface.iter().enumerate() {
-                if triangle_in_panel[number] != panels {
+            for (index, &surface) in triangle_surface.iter().enumerate() {
+                if triangle_in_panel[index] != panels {
                     continue;
                 }
                 let slot = &mut next[surface as usize];
-                triangles[*slot as usize] = number as u32;
+                triangles[*slot as usize] = index as u32;
                 *slot += 1;
                 surfaces[surface as usize].panel_triangle_count += u32::from(panels);
             }
@@ -202,6 +202,6 @@ impl SurfaceSet {
         self.surfaces
             .binary_search_by_key(&key, |surface| surface.key)
             .ok()
-            .map(|number| number as u32)
+            .map(|index| index as u32)
     }
 }

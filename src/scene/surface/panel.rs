@@ -13,9 +13,9 @@ pub(super) fn large_enough(
 ) -> Vec<bool> {
     let roots = roots(&mesh.triangles, triangle_surface);
     let mut area_m2 = vec![0.0; mesh.triangles.len()];
-    for (number, triangle) in mesh.triangles.iter().enumerate() {
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize].as_dvec3());
-        area_m2[roots[number] as usize] += 0.5 * (b - a).cross(c - a).length();
+        area_m2[roots[index] as usize] += 0.5 * (b - a).cross(c - a).length();
     }
     roots
         .iter()
@@ -25,7 +25,7 @@ pub(super) fn large_enough(
 
 /// The first triangle of each triangle's connected piece of its surface.
 pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32> {
-    let mut pieces = Pieces::new(triangles.len());
+    let mut pieces = DisjointSets::new(triangles.len());
     for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
         // Rarely more than two; of those of one surface each is united with the first.
         for (place, (_, edge)) in same.iter().enumerate() {
@@ -33,21 +33,21 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
                 triangle_surface[(other.1 / 3) as usize] == triangle_surface[(edge / 3) as usize]
             };
             if let Some((_, first)) = same[..place].iter().find(alike) {
-                pieces.unite(first / 3, edge / 3);
+                pieces.union(first / 3, edge / 3);
             }
         }
     }
     (0..triangles.len() as u32)
-        .map(|number| pieces.root(number))
+        .map(|index| pieces.root(index))
         .collect()
 }
 
 /// Union-find; the lower number is the root.
-pub(crate) struct Pieces {
+pub(crate) struct DisjointSets {
     parents: Vec<u32>,
 }
 
-impl Pieces {
+impl DisjointSets {
     /// `count` things, each alone.
     pub(crate) fn new(count: usize) -> Self {
         Self {
@@ -56,17 +56,17 @@ impl Pieces {
     }
 
     /// The lowest number of the thing's piece.
-    pub(crate) fn root(&mut self, mut number: u32) -> u32 {
-        while self.parents[number as usize] != number {
-            let above = self.parents[self.parents[number as usize] as usize];
-            self.parents[number as usize] = above;
-            number = above;
+    pub(crate) fn root(&mut self, mut index: u32) -> u32 {
+        while self.parents[index as usize] != index {
+            let above = self.parents[self.parents[index as usize] as usize];
+            self.parents[index as usize] = above;
+            index = above;
         }
-        number
+        index
     }
 
     /// Makes two pieces one.
-    pub(crate) fn unite(&mut self, a: u32, b: u32) {
+    pub(crate) fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }

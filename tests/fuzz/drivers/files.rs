@@ -47,11 +47,10 @@ pub(crate) fn obj(data: &[u8]) {
         None => (rest, &b""[..]),
     };
     written("m.mtl", library);
-    let options = ObjOptions {
-        scale: [1.0, 0.01, 1e-30, 1e30][usize::from(first) % 4],
-        up: [UpAxis::Y, UpAxis::Z][usize::from(first / 4) % 2],
-        most_triangles: 1000,
-    };
+    let options = ObjOptions::default()
+        .with_scale([1.0, 0.01, 1e-30, 1e30][usize::from(first) % 4])
+        .with_up([UpAxis::Y, UpAxis::Z][usize::from(first / 4) % 2])
+        .with_most_triangles(1000);
     match load_obj(&written("m.obj", text), &options) {
         Ok(object) => {
             let mesh = object.mesh;

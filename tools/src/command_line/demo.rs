@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use foresound::extrapolation::{GeometricSettings, PredictorKind};
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::scene::SourceId;
 use foresound::{Error, Result};
@@ -115,7 +114,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let synchronous = walk_once("synchronous", Schedule::Synchronous)?;
     let late = Schedule::Asynchronous {
-        level: LEVEL,
+        extrapolation_level: LEVEL,
         latency: Latency::Modelled,
     };
     let asynchronous = walk_once("asynchronous", late)?;
@@ -136,18 +135,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn settings(schedule: Schedule) -> OfflineSettings {
-    OfflineSettings {
-        graphics_rate_hz: GRAPHICS_RATE_HZ,
-        block_frames: 1024,
-        schedule,
-        predictor: PREDICTOR,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            rate_hz: RATE_HZ,
-            max_sources: SOURCES,
-            ..GeneratorSettings::default()
-        },
-    }
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = GRAPHICS_RATE_HZ;
+    settings.block_frames = 1024;
+    settings.schedule = schedule;
+    settings.predictor = PREDICTOR;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.generation.max_sources = SOURCES;
+    settings
 }
 
 /// Draws the spectrograms and the top view and returns their files.

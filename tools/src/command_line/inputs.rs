@@ -61,11 +61,9 @@ pub(crate) fn load_scene(named: &Path, arguments: &SceneArguments) -> Result<Loa
             ));
         }
     };
-    let options = ObjOptions {
-        scale: arguments.scale.unwrap_or(1.0),
-        up,
-        ..ObjOptions::default()
-    };
+    let options = ObjOptions::default()
+        .with_scale(arguments.scale.unwrap_or(1.0))
+        .with_up(up);
     let object = load_obj(&file, &options)?;
     if object.mesh.triangles.len() == 1 {
         let advice = "export the whole model, with its faces";

@@ -32,9 +32,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "materials": names,
             "defaulted_materials": scene.defaulted_materials(),
             "edges": report.edges,
-            "open_edges": report.open_edges,
+            "open_edges": report.boundary_edges,
             "non_manifold_edges": report.non_manifold_edges,
-            "closed": report.closed,
+            "closed": report.watertight,
             "diffracting_edges": scene.edges().len(),
             "triangles_in": report.triangles_in,
             "dropped_non_finite": report.dropped_non_finite,
@@ -55,14 +55,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     );
     println!("  surfaces    {}", scene.surfaces().len());
     println!("  materials   {}", names.join(", "));
-    let closed = if report.closed {
+    let closed = if report.watertight {
         "closed"
     } else {
         "not closed"
     };
     println!(
         "  edges       {}: {} open, {} shared by more than two; {closed}",
-        report.edges, report.open_edges, report.non_manifold_edges
+        report.edges, report.boundary_edges, report.non_manifold_edges
     );
     println!("  diffracting {} edges", scene.edges().len());
     println!("  welded      {} vertices", report.vertices_welded);

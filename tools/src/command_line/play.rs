@@ -12,7 +12,7 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, poll, read};
 use crossterm::terminal::{disable_raw_mode, enable_raw_mode, size};
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::GeneratorSettings;
-use foresound::runtime::device::{CpalBackend, DeviceState, StandIn, Supervisor};
+use foresound::runtime::device::{CpalBackend, DeviceState, NullDeviceSettings, Supervisor};
 use foresound::runtime::{
     Budget, Controller, Engine, EngineSchedule, EngineSettings, EngineState, TraceLog,
 };
@@ -113,30 +113,22 @@ impl Session {
             Some(48_000) => 48_000,
             _ => 44_100,
         };
-        let settings = EngineSettings {
-            generation: GeneratorSettings {
-                rate_hz,
-                max_sources: arguments.sources.min(16),
-                ..EngineSettings::default().generation
-            },
-            most_sources: Some(arguments.sources),
-            predictor: predictor_named(&arguments.predictor)?,
-            budget: Budget {
-                update_s: arguments.update_ms.map(|ms| 1e-3 * ms),
-                core_share: arguments.core_share,
-                ..Budget::default()
-            },
-            block_frames: arguments.block,
-            trace_spans: if arguments.trace.is_some() {
-                1 << 14
-            } else {
-                0
-            },
-            ..EngineSettings::default()
+        let mut settings = EngineSettings::default();
+        settings.generation.rate_hz = rate_hz;
+        settings.generation.max_sources = arguments.sources.min(16);
+        settings.max_sources = Some(arguments.sources);
+        settings.predictor = predictor_named(&arguments.predictor)?;
+        settings.budget.update_s = arguments.update_ms.map(|ms| 1e-3 * ms);
+        settings.budget.core_share = arguments.core_share;
+        settings.block_frames = arguments.block;
+        settings.trace_spans = if arguments.trace.is_some() {
+            1 << 14
+        } else {
+            0
         };
         let loaded = load_scene(Path::new(&arguments.scene), &SceneArguments::default())?;
         print_notes(&loaded.notes);
-        let stand_in = StandIn {
+        let null_device = NullDeviceSettings {
             rate_hz,
             block_frames: settings.block_frames,
             affinity: settings.affinity,
@@ -149,7 +141,7 @@ impl Session {
         };
         Ok(Self {
             controller,
-            device: Supervisor::new(CpalBackend::new(rate_hz), fill, Some(stand_in)),
+            device: Supervisor::new(CpalBackend::new(rate_hz), fill, Some(null_device)),
             heard: DeviceState::Playing,
             walker: Walker::new(&loaded),
             log: TraceLog::default(),
@@ -270,11 +262,11 @@ impl Session {
         let period_s = settings.block_frames as f64 / f64::from(settings.generation.rate_hz);
         let Vec3 { x, y, z } = listener.position;
         let meter = format!(
-            "{:5.1} FPS  T_SPS {:6.2} ms  L {:2}  tier {}  {:4} paths  block {:3.0} % (worst {:3.0} %)  {} missed  {:6}  at {x:.1} {y:.1} {z:.1}",
+            "{:5.1} FPS  T_SPS {:6.2} ms  L {:2}  quality {}  {:4} paths  block {:3.0} % (worst {:3.0} %)  {} missed  {:6}  at {x:.1} {y:.1} {z:.1}",
             1.0 / statistics.graphics_frame_s.max(1e-3),
             1e3 * statistics.propagation_s,
-            statistics.level,
-            statistics.tier.0,
+            statistics.extrapolation_level,
+            statistics.quality_level.0,
             statistics.paths,
             100.0 * statistics.block.p50_s / period_s,
             100.0 * statistics.block.worst_s / period_s,

@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{Latency, OfflineSettings, Schedule};
 use foresound::{Error, Result};
 use foresound_tools::listener_path::ListenerPath;
@@ -90,7 +89,7 @@ impl Arguments {
         match self.schedule.as_str() {
             "synchronous" | "sync" => Ok(Schedule::Synchronous),
             "asynchronous" | "async" => Ok(Schedule::Asynchronous {
-                level: self.level,
+                extrapolation_level: self.level,
                 latency,
             }),
             other => Err(Error::setting(
@@ -162,21 +161,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         });
     }
     let duration_s = arguments.duration_s(&sounds, &listener)?;
-    let settings = OfflineSettings {
-        graphics_rate_hz: arguments.graphics_rate,
-        block_frames: 1024,
-        schedule,
-        predictor,
-        propagation: PropagationSettings {
-            seed: arguments.seed,
-            ..PropagationSettings::default()
-        },
-        generation: GeneratorSettings {
-            rate_hz: arguments.rate,
-            max_sources: sounds.len(),
-            ..GeneratorSettings::default()
-        },
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = arguments.graphics_rate;
+    settings.block_frames = 1024;
+    settings.schedule = schedule;
+    settings.predictor = predictor;
+    settings.propagation.seed = arguments.seed;
+    settings.generation.rate_hz = arguments.rate;
+    settings.generation.max_sources = sounds.len();
     let session = Session {
         what: "render",
         scene: &loaded.scene,
@@ -199,7 +191,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "updates": report.paths.len(),
             "rays_per_update": median(&report.rays),
             "paths_p50": median(&report.paths),
-            "level": schedule.level(),
+            "level": schedule.extrapolation_level(),
             "sps_ms_p50": median(&sps_ms),
             "dropped_paths": report.dropped_paths,
         });

@@ -6,9 +6,8 @@ use std::sync::Arc;
 use foresound::Result;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::{GeneratorSettings, Hrtf};
+use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{OfflineSettings, Schedule};
 use foresound::scene::{SourceId, SourcePose};
 use foresound_tools::clip::Clip;
@@ -61,19 +60,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     print_notes(&loaded.notes);
     let channels = if arguments.binaural { 2 } else { 1 };
     let mut sink = WavSink::create(&arguments.out, arguments.rate, channels)?;
-    let settings = OfflineSettings {
-        graphics_rate_hz: GRAPHICS_RATE_HZ,
-        block_frames: 1024,
-        schedule: Schedule::Synchronous,
-        predictor: PredictorKind::Hold,
-        propagation: PropagationSettings::default(),
-        generation: GeneratorSettings {
-            rate_hz: arguments.rate,
-            max_sources: 1,
-            limiter: false,
-            ..GeneratorSettings::default()
-        },
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = GRAPHICS_RATE_HZ;
+    settings.block_frames = 1024;
+    settings.schedule = Schedule::Synchronous;
+    settings.predictor = PredictorKind::Hold;
+    settings.generation.rate_hz = arguments.rate;
+    settings.generation.max_sources = 1;
+    settings.generation.limiter = false;
     // The first graphics frame fades paths in, so the impulse waits for the second.
     let lead = (f64::from(arguments.rate) / GRAPHICS_RATE_HZ).round() as usize;
     let mut samples = vec![0.0; lead + 1];

@@ -10,11 +10,10 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use foresound::Result;
-use foresound::generation::GeneratorSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::engine::Percentiles;
 use foresound::runtime::{
-    Budget, Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
+    Engine, EngineSettings, NullDevice, NullDeviceReport, Renderer, Statistics, TraceLog,
     thread_processor_time,
 };
 use foresound_tools::clicks::{ClickDetector, smooth_loop};
@@ -183,26 +182,20 @@ fn device(
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     within("--minutes", arguments.minutes, 0.01..=10_000.0, "")?;
-    let settings = EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: arguments.sources.min(SLOTS),
-            ..EngineSettings::default().generation
-        },
-        most_sources: Some(arguments.sources),
-        budget: Budget {
-            update_s: arguments.update_ms.map(|ms| 1e-3 * ms),
-            core_share: arguments.core_share,
-            ..Budget::default()
-        },
-        trace_spans: if arguments.trace.is_some() {
-            1 << 14
-        } else {
-            0
-        },
-        block_frames: arguments.block,
-        predictor: predictor_named(&arguments.predictor)?,
-        ..EngineSettings::default()
+    let mut settings = EngineSettings::default();
+    settings.generation.max_sources = arguments.sources.min(SLOTS);
+    settings.max_sources = Some(arguments.sources);
+    settings.budget.update_s = arguments.update_ms.map(|ms| 1e-3 * ms);
+    settings.budget.core_share = arguments.core_share;
+    settings.trace_spans = if arguments.trace.is_some() {
+        1 << 14
+    } else {
+        0
     };
+    settings.block_frames = arguments.block;
+    settings.predictor = predictor_named(&arguments.predictor)?;
+    settings.block_frames = arguments.block;
+    settings.predictor = predictor_named(&arguments.predictor)?;
     let (controller, renderer) = Engine::new(settings.clone())?;
     let scenes = SCENES
         .iter()
@@ -297,7 +290,7 @@ fn print_findings(
         "live_mb_a_minute": memory.growth(2),
         "updates": statistics.updates,
         "paths": statistics.paths,
-        "level": statistics.level,
+        "level": statistics.extrapolation_level,
         "sps_ms": {
             "p50": milliseconds(statistics.propagation.p50_s),
             "p95": milliseconds(statistics.propagation.p95_s),
@@ -305,9 +298,9 @@ fn print_findings(
         "direct_us": microseconds(&statistics.direct),
         "eps_us": microseconds(&statistics.extrapolation),
         "sgs_us": microseconds(&statistics.generation),
-        "tier": statistics.tier.0,
-        "unheard_sources": statistics.unheard_sources,
-        "starved_samples": statistics.starved_samples,
+        "tier": statistics.quality_level.0,
+        "unheard_sources": statistics.masked_sources,
+        "starved_samples": statistics.underrun_samples,
         "graphics_frame_ms": milliseconds(statistics.graphics_frame_s),
         "dropped_paths": statistics.dropped_paths,
         "cores": format!("{:#b}", heard.placement.cores),

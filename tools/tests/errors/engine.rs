@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::{GeneratorSettings, Hrtf};
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::{
     AffinityPolicy, Budget, Engine, EngineSettings, FrameTime, NullDevice, OfflineRenderer,
     OfflineSettings, QualityChoice, QualityLevel, Schedule, SoundThread, Threads,
@@ -18,17 +17,14 @@ use crate::Errors;
 use crate::meshes::{commit, committed, room};
 
 pub(crate) fn small() -> EngineSettings {
-    EngineSettings {
-        generation: GeneratorSettings {
-            rate_hz: 16_000,
-            max_sources: 1,
-            max_delay_s: 0.05,
-            ..GeneratorSettings::default()
-        },
-        hrtf: Some(head()),
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    }
+    let mut settings = EngineSettings::default();
+    settings.generation = GeneratorSettings::default();
+    settings.generation.rate_hz = 16_000;
+    settings.generation.max_sources = 1;
+    settings.generation.max_delay_s = 0.05;
+    settings.hrtf = Some(head());
+    settings.affinity = AffinityPolicy::None;
+    settings
 }
 
 fn head() -> Arc<Hrtf> {
@@ -57,9 +53,10 @@ fn settings(errors: &mut Errors) {
         s.budget.update_s = Some(f64::NAN);
     });
     with("no tier", &|s| {
-        s.budget = Budget {
-            tiers: QualityChoice::AtLeast(QualityLevel(200)),
-            ..Budget::default()
+        s.budget = {
+            let mut budget = Budget::default();
+            budget.quality = QualityChoice::AtLeast(QualityLevel(200));
+            budget
         };
     });
     errors.of(
@@ -75,14 +72,12 @@ fn settings(errors: &mut Errors) {
 }
 
 fn offline(errors: &mut Errors) {
-    let good = OfflineSettings {
-        graphics_rate_hz: 50.0,
-        block_frames: 64,
-        schedule: Schedule::Synchronous,
-        predictor: PredictorKind::Hold,
-        propagation: PropagationSettings::default(),
-        generation: small().generation,
-    };
+    let mut good = OfflineSettings::default();
+    good.graphics_rate_hz = 50.0;
+    good.block_frames = 64;
+    good.schedule = Schedule::Synchronous;
+    good.predictor = PredictorKind::Hold;
+    good.generation = small().generation;
     let mut with = |what: &str, change: &dyn Fn(&mut OfflineSettings)| {
         let mut settings = good.clone();
         change(&mut settings);
@@ -93,7 +88,7 @@ fn offline(errors: &mut Errors) {
     with("a block of one", &|s| s.block_frames = 1);
     with("a level of ages", &|s| {
         s.schedule = Schedule::Asynchronous {
-            level: 5000,
+            extrapolation_level: 5000,
             latency: foresound::runtime::Latency::default(),
         };
     });

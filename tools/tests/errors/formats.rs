@@ -40,16 +40,10 @@ fn meshes(errors: &mut Errors) {
         SQUARE,
     ] {
         std::fs::write(&path, text).expect("written");
-        let options = ObjOptions {
-            most_triangles: 30,
-            ..ObjOptions::default()
-        };
+        let options = ObjOptions::default().with_most_triangles(30);
         errors.of(&text[..text.len().min(200)], load_obj(&path, &options));
     }
-    let options = ObjOptions {
-        scale: 0.0,
-        ..ObjOptions::default()
-    };
+    let options = ObjOptions::default().with_scale(0.0);
     errors.of("a scale of nothing", load_obj(&path, &options));
 }
 

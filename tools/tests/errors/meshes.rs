@@ -39,10 +39,8 @@ pub(crate) fn make(errors: &mut Errors) {
     let mut flat = room();
     flat.vertices.fill(Vec3::ONE);
     errors.of("no area", commit(&flat, &usual));
-    let few = SceneSettings {
-        most_triangles: 3,
-        ..usual
-    };
+    let mut few = usual;
+    few.most_triangles = 3;
     errors.of("more than three triangles", commit(&room(), &few));
     let mut cold = usual;
     cold.medium.temperature_c = -300.0;

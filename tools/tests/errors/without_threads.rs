@@ -4,7 +4,7 @@
 use std::process::Command;
 
 use foresound::runtime::{
-    AffinityPolicy, Engine, EngineSchedule, EngineSettings, NullDevice, SoundThread, Threads,
+    AffinityPolicy, Engine, EngineSchedule, NullDevice, SoundThread, Threads,
 };
 use foresound::scene::{MaterialTable, SceneSettings};
 
@@ -47,11 +47,9 @@ fn is_run_without_threads() {
     }
     let mut errors = Errors::default();
     errors.of("a helper", Threads::start(2));
-    let settings = EngineSettings {
-        schedule: EngineSchedule::Synchronous,
-        tracing_threads: 1,
-        ..small()
-    };
+    let mut settings = small();
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.tracing_threads = 1;
     let (mut controller, renderer) = Engine::new(settings).expect("an engine without threads");
     let built = controller.build_scene(room(), MaterialTable::built_in(), SceneSettings::default());
     errors.of("a scene", built);

@@ -1,4 +1,4 @@
-//! Instances: parts of the scene that move.
+//! Instances: moving parts of the scene.
 
 use std::sync::Arc;
 
@@ -7,9 +7,25 @@ use crate::error::Result;
 use crate::scene::{InstanceId, InstancePose, Scene};
 
 impl Controller {
-    /// Adds an instance of a part ([`Scene::commit`] makes one, in coordinates of its own) from the next tick on, for
-    /// direct sound as soon as the next update is there. The pose's own handle does not count. Instances stay when the
-    /// scene is replaced. Allocates.
+    /// Adds an instance of a part, a scene in local coordinates, from the next tick on; audible with the next update.
+    /// The handle inside `pose` is ignored. Instances stay when the scene is replaced. Allocates.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    /// use foresound::glam::{DVec3, Vec3};
+    /// use foresound::{InstanceId, InstancePose, MaterialTable, Scene, SceneSettings, shoebox};
+    ///
+    /// # fn main() -> foresound::Result<()> {
+    /// # let (mut controller, _renderer) = foresound::Engine::new(Default::default())?;
+    /// let door = shoebox(Vec3::new(1.0, 2.0, 0.05), "door_wood");
+    /// let part = Scene::commit(&door, &MaterialTable::built_in(), &SceneSettings::default())?;
+    /// let mut pose = InstancePose::at(InstanceId::default(), DVec3::new(2.0, 1.0, -3.0));
+    /// pose.id = controller.add_instance(Arc::new(part), &pose)?;
+    /// pose.position.x += 0.5;
+    /// controller.set_instance_pose(&pose)?;
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// As [`Scene::add_instance`].
@@ -20,16 +36,16 @@ impl Controller {
         Ok(id)
     }
 
-    /// Moves an instance from the next tick on: direct sound in that graphics frame, reflections as updates follow.
+    /// Moves an instance from the next tick on: direct sound follows in that graphics frame, reflections with updates.
     ///
     /// # Errors
-    /// [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid, and the last good one is
-    /// kept.
+    /// [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid: the last good one
+    /// stays.
     pub fn set_instance_pose(&mut self, pose: &InstancePose) -> Result<()> {
         self.scene.check_instance_pose(pose)?;
         let slot = |known: &InstancePose| known.id.slot();
-        let place = self.instances.binary_search_by_key(&pose.id.slot(), slot);
-        if let Some(known) = place.ok().and_then(|at| self.instances.get_mut(at)) {
+        let index = self.instances.binary_search_by_key(&pose.id.slot(), slot);
+        if let Some(known) = index.ok().and_then(|at| self.instances.get_mut(at)) {
             *known = *pose;
         }
         Ok(())
@@ -46,12 +62,12 @@ impl Controller {
         Ok(())
     }
 
-    /// Handles of all instances and where they stand, by slot.
+    /// Poses of all instances, by slot.
     pub fn instances(&self) -> &[InstancePose] {
         &self.instances
     }
 
-    /// A copy of the scene with instances where they stand now.
+    /// A copy of the scene with the current poses of instances.
     fn posed_scene(&self) -> Scene {
         let mut scene = Scene::clone(&self.scene);
         scene.set_instance_poses(&self.instances);

@@ -1,8 +1,8 @@
 //! The app's half of an engine.
 //!
-//! Control side: one thread of the app's; allocates now and then, never waits for propagation or audio except in
-//! [`Controller::set_schedule`], [`Controller::restart`] and on being dropped (one update at most), and in the synchronous
-//! schedule, where [`Controller::tick`] is the propagation.
+//! Control side, on one thread of the app. May allocate. Waits for propagation (one update at most) only in
+//! [`Controller::set_schedule`], [`Controller::restart`] and on drop; in the synchronous schedule [`Controller::tick`]
+//! itself propagates.
 
 mod instances;
 mod scenes;
@@ -13,118 +13,132 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::messages::{AudioFrame, FeedChange, FeedPlace, WorldFrame};
+use super::messages::{AudioFrame, SampleSourceChange, SourceRoute, WorldFrame};
+use super::path_snapshot::{PathSnapshot, SnapshotPath};
 use super::propagation_thread::Propagation;
 use super::scene_builder::SceneBuilder;
 use super::settings::{EngineSettings, FrameTime};
-use super::shown_paths::{PathSnapshot, ShownPath};
-use super::source_table::{SourceTable, check_place};
-use super::statistics::{Meters, Statistics};
-use super::worker::{Orders, Worker};
+use super::source_table::{SourceTable, check_position};
+use super::statistics::{Metrics, Statistics};
+use super::worker::{PendingPropagator, Worker};
 use crate::error::{Error, Result};
 use crate::extrapolation::PredictorKind;
 use crate::runtime::budget::Budget;
-use crate::runtime::engine::sample_source::Feed;
-use crate::runtime::engine::slot_release::{Heard, rest_s};
-use crate::runtime::engine::source_virtualization::{Guest, SourceVirtualizer};
+use crate::runtime::engine::sample_source::SampleSource;
+use crate::runtime::engine::slot_release::{PlaybackProgress, release_s};
+use crate::runtime::engine::source_virtualization::{SourceVirtualizer, VirtualSource};
 use crate::runtime::handover::newest::{Receiver, Sender};
 use crate::runtime::threads::clock::now;
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
 use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
 
-/// How the engine is.
+/// State of an engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EngineState {
-    /// Well.
+    /// Normal operation.
     Running,
     /// Silent until [`Controller::resume`].
     Paused,
-    /// Propagation has panicked: sound goes on with its last paths and live direct paths. [`Controller::restart`] helps.
+    /// Propagation panicked: sound continues with its last paths and live direct paths until [`Controller::restart`].
     PropagationFailed,
-    /// The renderer was dropped: nobody listens. Make another engine.
+    /// The renderer was dropped. Make another engine.
     RendererGone,
 }
 
-/// The controller's ends of the handovers.
-pub(super) struct Links {
+/// The controller's ends of all channels.
+pub(super) struct Channels {
     pub(super) frames: Sender<AudioFrame>,
     pub(super) world: Sender<WorldFrame>,
-    pub(super) feeds: rtrb::Producer<FeedChange>,
-    pub(super) retired: rtrb::Consumer<Feed>,
-    pub(super) orders: Orders,
-    pub(super) meters: Arc<Meters>,
-    pub(super) shown: Receiver<PathSnapshot>,
+    pub(super) source_changes: rtrb::Producer<SampleSourceChange>,
+    pub(super) retired: rtrb::Consumer<SampleSource>,
+    pub(super) pending_propagator: PendingPropagator,
+    pub(super) metrics: Arc<Metrics>,
+    pub(super) snapshots: Receiver<PathSnapshot>,
     pub(super) spans: SpanWriter,
     pub(super) span_readers: [SpanReader; 3],
 }
 
-/// The app's half.
+/// The app's half of an engine: scene, sources, instances, poses, budget. Belongs to one thread of the app.
 pub struct Controller {
     settings: EngineSettings,
-    links: Links,
+    channels: Channels,
     propagation: Propagation,
     builder: SceneBuilder,
     scene: Arc<Scene>,
-    /// Where its instances stand, by slot.
+    /// Poses of its instances, by slot.
     instances: Vec<InstancePose>,
     sources: SourceTable,
-    /// Who shares slots, where there are more sources than slots.
-    seating: Option<SourceVirtualizer>,
-    /// How long slots rest between two sources, in seconds of audio.
-    rest_s: f64,
-    /// What has a slot, and where each sound goes, as of the newest tick.
-    seated: Vec<SourcePose>,
-    places: Vec<FeedPlace>,
-    /// Feed changes that the ring had no place for, one a slot at most.
-    waiting: VecDeque<FeedChange>,
+    /// Only with more sources than slots.
+    virtualizer: Option<SourceVirtualizer>,
+    /// Release time of a slot, in seconds of audio.
+    release_s: f64,
+    /// Poses of used slots, and routes of all sources, of the newest tick.
+    slot_poses: Vec<SourcePose>,
+    routes: Vec<SourceRoute>,
+    /// Changes that did not fit into the ring, one per source at most.
+    waiting_changes: VecDeque<SampleSourceChange>,
     listener: ListenerPose,
     paused: bool,
-    shown: Box<PathSnapshot>,
+    snapshot: Box<PathSnapshot>,
     began: Instant,
     ticks: u64,
 }
 
 impl Controller {
-    pub(super) fn new(settings: EngineSettings, links: Links, worker: Box<Worker>) -> Result<Self> {
-        let (sources, slots) = (settings.most_sources(), settings.generation.max_sources);
-        let rest_s = rest_s(settings.block_frames, settings.generation.rate_hz);
+    pub(super) fn new(
+        settings: EngineSettings,
+        channels: Channels,
+        worker: Box<Worker>,
+    ) -> Result<Self> {
+        let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
+        let release_s = release_s(settings.block_frames, settings.generation.rate_hz);
         Ok(Self {
             scene: Arc::clone(worker.propagator.scene()),
             propagation: Propagation::start(worker, &settings)?,
             builder: SceneBuilder::default(),
             instances: Vec::new(),
             sources: SourceTable::new(sources),
-            seating: (sources > slots).then(|| SourceVirtualizer::new(sources, slots, rest_s)),
-            rest_s,
-            seated: Vec::with_capacity(slots),
-            places: Vec::with_capacity(sources),
-            waiting: VecDeque::new(),
+            virtualizer: (sources > slots)
+                .then(|| SourceVirtualizer::new(sources, slots, release_s)),
+            release_s,
+            slot_poses: Vec::with_capacity(slots),
+            routes: Vec::with_capacity(sources),
+            waiting_changes: VecDeque::new(),
             listener: ListenerPose::default(),
             paused: false,
-            shown: Box::default(),
+            snapshot: Box::default(),
             began: now(),
             ticks: 0,
-            links,
+            channels,
             settings,
         })
     }
 
-    /// Hands over one graphics frame: where the listener is, and where sources are that have moved.
+    /// Sends one graphics frame: the listener's pose and the poses of sources that moved. Call once per frame.
+    ///
+    /// ```
+    /// # use foresound::{Controller, ListenerPose, Result, SourceId, SourcePose, glam::Vec3};
+    /// # fn frame(controller: &mut Controller, source: SourceId) -> Result<()> {
+    /// let listener = ListenerPose::facing(Vec3::new(0.0, 1.7, 0.0), 0.0);
+    /// controller.tick(listener, &[SourcePose::at(source, Vec3::X)])
+    /// # }
+    /// ```
     ///
     /// # Errors
-    /// The first of: [`Error::Setting`] for a pose with a number that is none or beyond 1,000 km, [`Error::StaleSource`],
-    /// [`Error::Mesh`] of a scene that was being built. The frame goes out all the same, with the last good poses.
+    /// The first of: [`Error::Setting`] for a pose that is not finite or beyond 1,000 km, [`Error::StaleSource`],
+    /// [`Error::Mesh`] of a scene built in the background. The frame is sent all the same, with the last good poses.
     pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
         let began = now();
         let mut result = self.install_scene();
-        result = result.and(self.take_listener(listener));
+        result = result.and(self.set_listener(listener));
         for pose in sources {
             result = result.and(self.sources.pose(pose));
         }
         let time_s = self.time_s();
         self.ticks += 1;
-        self.seat(time_s);
-        let mut world = self.links.world.blank(|| WorldFrame {
+        self.assign_slots(time_s);
+        let mut world = self.channels.world.take_blank(|| WorldFrame {
             listener,
             sources: Vec::new(),
             scene: Arc::clone(&self.scene),
@@ -135,7 +149,7 @@ impl Controller {
         });
         world.listener = self.listener;
         world.sources.clear();
-        world.sources.extend_from_slice(&self.seated);
+        world.sources.extend_from_slice(&self.slot_poses);
         if !Arc::ptr_eq(&world.scene, &self.scene) {
             world.scene = Arc::clone(&self.scene);
         }
@@ -143,17 +157,17 @@ impl Controller {
         world.predictor = self.settings.predictor;
         world.budget = self.settings.budget;
         world.time_s = time_s;
-        self.links.world.send(world);
+        self.channels.world.send(world);
         self.propagation.wake();
         self.send_frame(true);
         let sources = self.sources.count() as u64;
-        self.links
+        self.channels
             .spans
             .record(SpanKind::Tick, began, began.elapsed(), sources);
         result
     }
 
-    /// Seconds since the engine began: counted where the frame time is given, else measured.
+    /// Seconds since the engine was made: by fixed frame times or by the clock.
     pub(super) fn time_s(&self) -> f64 {
         match self.settings.frame_time {
             FrameTime::Fixed(frame_s) => self.ticks as f64 * frame_s,
@@ -161,42 +175,42 @@ impl Controller {
         }
     }
 
-    /// How far the renderer is.
-    fn heard(&self) -> Heard {
-        let meters = &self.links.meters;
-        // In this order: what was mixed before a frame came into use has been counted when the frame is seen.
-        let placed = meters.placed_ticks.load(Ordering::Acquire);
-        let frames = meters.mixed_frames.load(Ordering::Relaxed);
-        Heard {
+    /// Progress of the renderer.
+    fn progress(&self) -> PlaybackProgress {
+        let metrics = &self.channels.metrics;
+        // In this order: audio mixed before the frame was applied is counted when the frame is seen.
+        let placed = metrics.applied_tick.load(Ordering::Acquire);
+        let frames = metrics.mixed_frames.load(Ordering::Relaxed);
+        PlaybackProgress {
             tick: self.ticks,
-            placed,
+            applied_tick: placed,
             time_s: frames as f64 / f64::from(self.settings.generation.rate_hz),
         }
     }
 
-    /// Who has which slot: everybody their own, unless there are more sources than slots.
-    fn seat(&mut self, time_s: f64) {
-        let heard = self.heard();
-        if let Some(seating) = &mut self.seating {
-            let (guests, ear) = (self.sources.iter(), self.listener.position);
-            let times = (time_s, heard);
-            seating.arrange(guests, ear, times, &mut self.seated, &mut self.places);
-            let unheard = &self.links.meters.unheard_sources;
-            unheard.store(seating.unheard, Ordering::Relaxed);
+    /// Assigns slots: own ones, unless there are more sources than slots.
+    fn assign_slots(&mut self, time_s: f64) {
+        let progress = self.progress();
+        if let Some(virtualizer) = &mut self.virtualizer {
+            let (sources, ear) = (self.sources.iter(), self.listener.position);
+            let times = (time_s, progress);
+            virtualizer.assign(sources, ear, times, &mut self.slot_poses, &mut self.routes);
+            let unheard = &self.channels.metrics.masked_sources;
+            unheard.store(virtualizer.masked, Ordering::Relaxed);
             return;
         }
-        self.seated.clear();
-        self.places.clear();
-        self.sources.rest(&heard, self.rest_s);
-        for Guest { pose, gain, .. } in self.sources.after_rest() {
-            self.seated.push(pose);
+        self.slot_poses.clear();
+        self.routes.clear();
+        self.sources.advance_releases(&progress, self.release_s);
+        for VirtualSource { pose, gain, .. } in self.sources.iter_released() {
+            self.slot_poses.push(pose);
             let (id, slot) = (pose.id, pose.id.slot() as u16);
-            self.places.push(FeedPlace { id, slot, gain });
+            self.routes.push(SourceRoute { id, slot, gain });
         }
     }
 
-    fn take_listener(&mut self, listener: ListenerPose) -> Result<()> {
-        check_place("listener", listener.position)?;
+    fn set_listener(&mut self, listener: ListenerPose) -> Result<()> {
+        check_position("listener", listener.position)?;
         let length_squared = listener.orientation.length_squared();
         if !(length_squared.is_finite() && length_squared > 1e-12) {
             let problem = format!("{} is no orientation", listener.orientation);
@@ -211,44 +225,44 @@ impl Controller {
     }
 
     fn send_frame(&mut self, is_new: bool) {
-        self.send_waiting();
+        self.send_waiting_changes();
         let settings = &self.settings;
-        let mut frame = self.links.frames.blank(|| {
-            AudioFrame::with_capacity(settings.most_sources(), settings.generation.max_sources)
+        let mut frame = self.channels.frames.take_blank(|| {
+            AudioFrame::with_capacity(settings.source_limit(), settings.generation.max_sources)
         });
-        // A frame that nobody took is a frame still.
-        let missed = self.links.frames.recall();
+        // A new frame that was not taken stays new.
+        let missed = self.channels.frames.recall();
         frame.is_new = is_new || missed.as_ref().is_some_and(|missed| missed.is_new);
         if let Some(missed) = missed {
-            self.links.frames.keep(missed);
+            self.channels.frames.keep(missed);
         }
         frame.listener = self.listener;
         frame.paused = self.paused;
         frame.ticks = self.ticks;
         frame.instances.clone_from(&self.instances);
-        frame.sources.clone_from(&self.seated);
-        frame.feeds.clone_from(&self.places);
-        self.links.frames.send(frame);
+        frame.sources.clone_from(&self.slot_poses);
+        frame.routes.clone_from(&self.routes);
+        self.channels.frames.send(frame);
     }
 
-    /// Fades to silence within milliseconds; sounds stand still.
+    /// Pauses: fades to silence within 5 ms and stops all samples.
     pub fn pause(&mut self) {
         self.paused = true;
         self.send_frame(false);
     }
 
-    /// Goes on where [`Self::pause`] stopped.
+    /// Continues after [`Self::pause`].
     pub fn resume(&mut self) {
         self.paused = false;
         self.send_frame(false);
     }
 
-    /// How the engine is.
+    /// The state of the engine.
     pub fn state(&self) -> EngineState {
-        let meters = &self.links.meters;
-        if self.links.feeds.is_abandoned() {
+        let metrics = &self.channels.metrics;
+        if self.channels.source_changes.is_abandoned() {
             EngineState::RendererGone
-        } else if meters.propagation_failed.load(Ordering::Acquire) {
+        } else if metrics.propagation_failed.load(Ordering::Acquire) {
             EngineState::PropagationFailed
         } else if self.paused {
             EngineState::Paused
@@ -257,7 +271,15 @@ impl Controller {
         }
     }
 
-    /// Says what may be spent, from the next update on.
+    /// Sets the limits of computing time from the next update on.
+    ///
+    /// ```
+    /// # fn limit(controller: &mut foresound::Controller) -> foresound::Result<()> {
+    /// let mut budget = foresound::Budget::default();
+    /// budget.update_s = Some(0.01);
+    /// controller.set_budget(budget)
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`Error::Setting`] names a limit outside its range; nothing changes then.
@@ -267,26 +289,25 @@ impl Controller {
         Ok(())
     }
 
-    /// Moves what the threads have recorded to a log, if [`EngineSettings::trace_spans`] has them record.
+    /// Moves recorded spans to a log; see [`EngineSettings::trace_spans`].
     pub fn collect_spans(&mut self, log: &mut TraceLog) {
-        for reader in &mut self.links.span_readers {
+        for reader in &mut self.channels.span_readers {
             log.collect(reader);
         }
     }
 
-    /// The loudest paths of the newest update, for a picture: as many as [`EngineSettings::shown_paths`] says, in no
-    /// order.
-    pub fn shown_paths(&mut self) -> &[ShownPath] {
-        if let Some(newest) = self.links.shown.take() {
-            let old = std::mem::replace(&mut self.shown, newest);
-            self.links.shown.give_back(old);
+    /// The loudest paths of the newest update, unsorted, up to [`EngineSettings::max_snapshot_paths`].
+    pub fn path_snapshot(&mut self) -> &[SnapshotPath] {
+        if let Some(newest) = self.channels.snapshots.take() {
+            let old = std::mem::replace(&mut self.snapshot, newest);
+            self.channels.snapshots.give_back(old);
         }
-        &self.shown.paths
+        &self.snapshot.paths
     }
 
-    /// What the engine tells about itself.
+    /// Statistics since the engine was made. Allocates.
     pub fn statistics(&self) -> Statistics {
-        self.links.meters.read()
+        self.channels.metrics.read()
     }
 
     /// The settings in force.
@@ -296,7 +317,7 @@ impl Controller {
 }
 
 impl Drop for Controller {
-    /// Ends the propagation thread after the update under way. The renderer goes on with what it has.
+    /// Stops propagation after the current update. The renderer continues with the last poses.
     fn drop(&mut self) {
         self.propagation.stop();
     }

@@ -1,4 +1,4 @@
-//! Scenes, and how propagation goes about them.
+//! Scene, propagation settings and schedule.
 
 use std::sync::Arc;
 
@@ -11,22 +11,35 @@ use crate::runtime::engine::settings::EngineSchedule;
 use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh};
 
 impl Controller {
-    /// Replaces the scene. The old one is heard until the new one's first update is there. Instances stay, at the
-    /// same places in world coordinates and under the same handles. Allocates.
+    /// Replaces the scene; the old one is audible until the first update of the new one. Instances keep their handles
+    /// and world poses. Allocates.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    /// use foresound::{MaterialTable, Scene, SceneSettings, glam::Vec3, shoebox};
+    ///
+    /// # fn main() -> foresound::Result<()> {
+    /// # let (mut controller, _renderer) = foresound::Engine::new(Default::default())?;
+    /// let mesh = shoebox(Vec3::new(12.0, 4.0, 8.0), "brick");
+    /// let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())?;
+    /// controller.set_scene(Arc::new(scene))?;
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
-    /// [`Error::Setting`] for a scene with instances of its own.
+    /// [`Error::Setting`] for a scene that has instances.
     pub fn set_scene(&mut self, scene: Arc<Scene>) -> Result<()> {
         if scene.has_instances() && !Arc::ptr_eq(&scene, &self.scene) {
-            let advice = "give what is fixed and add instances to the engine";
+            let advice = "give the fixed scene and add instances to the engine";
             return Err(Error::setting("scene", "it has instances", advice));
         }
         self.builder.cancel();
-        self.order(self.with_instances(scene), self.settings.propagation)
+        self.set_propagator(self.with_instances(scene), self.settings.propagation)
     }
 
-    /// Builds a scene on a thread of its own; the tick after it is ready uses it, or gives its error. Of several builds
-    /// the last counts.
+    /// Builds a scene on a background thread; the first tick after its end uses it or returns its error. A later call
+    /// replaces an earlier one.
     ///
     /// # Errors
     /// [`Error::Engine`] if no thread can be started.
@@ -44,42 +57,48 @@ impl Controller {
         self.builder.is_building()
     }
 
-    /// The scene in use, or about to be, with its instances wherever they stood when one was added or removed last;
-    /// [`Self::instances`] tells where they stand.
+    /// The newest scene, with instances at their poses when one was last added or removed; [`Self::instances`] has
+    /// their current poses.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
     }
 
     pub(super) fn install_scene(&mut self) -> Result<()> {
         match self.builder.poll() {
-            Some(scene) => self.order(self.with_instances(scene?), self.settings.propagation),
+            Some(scene) => {
+                self.set_propagator(self.with_instances(scene?), self.settings.propagation)
+            }
             None => Ok(()),
         }
     }
 
-    /// Sets rays, depth and memory of propagation; what was remembered of sources is forgotten.
+    /// Sets rays, reflection orders and caches of propagation; clears its caches. Allocates.
     ///
     /// # Errors
     /// [`Error::Setting`] names a setting outside its range; nothing changes then.
     pub fn set_propagation(&mut self, settings: PropagationSettings) -> Result<()> {
-        self.order(Arc::clone(&self.scene), settings)
+        self.set_propagator(Arc::clone(&self.scene), settings)
     }
 
-    fn order(&mut self, scene: Arc<Scene>, settings: PropagationSettings) -> Result<()> {
+    fn set_propagator(&mut self, scene: Arc<Scene>, settings: PropagationSettings) -> Result<()> {
         let propagator = Propagator::new(Arc::clone(&scene), settings)?;
         self.scene = scene;
         self.settings.propagation = settings;
-        // An order that nobody took is freed here.
-        drop(self.links.orders.swap(Some(Box::new(propagator))));
+        // Frees a propagator that was not taken.
+        drop(
+            self.channels
+                .pending_propagator
+                .swap(Some(Box::new(propagator))),
+        );
         Ok(())
     }
 
-    /// Chooses how paths go on between updates, from the next update on.
+    /// Sets how paths continue between updates, from the next update on.
     pub fn set_predictor(&mut self, predictor: PredictorKind) {
         self.settings.predictor = predictor;
     }
 
-    /// Chooses when propagation runs. Waits for the update under way.
+    /// Sets when propagation runs. Waits for the current update.
     ///
     /// # Errors
     /// [`Error::Engine`] if no thread can be started.
@@ -91,12 +110,12 @@ impl Controller {
         self.start_propagation()
     }
 
-    /// Starts propagation anew after [`super::EngineState::PropagationFailed`]. Waits for the update under way if there is one.
+    /// Restarts propagation after [`super::EngineState::PropagationFailed`]. Waits for the current update.
     ///
     /// # Errors
     /// [`Error::Engine`] if no thread can be started.
     pub fn restart(&mut self) -> Result<()> {
-        self.order(Arc::clone(&self.scene), self.settings.propagation)?;
+        self.set_propagator(Arc::clone(&self.scene), self.settings.propagation)?;
         self.start_propagation()
     }
 

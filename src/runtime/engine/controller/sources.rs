@@ -1,4 +1,4 @@
-//! Sources and their sounds.
+//! Sources and their samples.
 
 use std::sync::Arc;
 
@@ -6,42 +6,51 @@ use glam::Vec3;
 
 use super::Controller;
 use crate::error::{Error, Result};
-use crate::runtime::engine::messages::FeedChange;
-use crate::runtime::engine::sample_source::Feed;
+use crate::runtime::engine::messages::SampleSourceChange;
+use crate::runtime::engine::sample_source::SampleSource;
 use crate::runtime::engine::stream::StreamWriter;
 use crate::scene::SourceId;
 
 impl Controller {
-    /// Adds a silent source. Where only slots are left whose last source has just been removed, it begins to sound when that
-    /// one has been heard to its end, after 0.15 s of audio (more where blocks are longer than 1,000 frames), and loses
-    /// nothing of its beginning.
+    /// Adds a silent source at a position in metres. In the slot of a source just removed it starts after the fade-out
+    /// of that one, 0.15 s of audio (more with blocks above 1,000 frames), without loss of samples.
+    ///
+    /// ```
+    /// # fn main() -> foresound::Result<()> {
+    /// # let (mut controller, _renderer) = foresound::Engine::new(Default::default())?;
+    /// let source = controller.add_source([0.0, 1.5, -2.0])?;
+    /// controller.play(source, vec![0.1; 44_100].into(), false)?;
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
-    /// [`Error::Engine`] if there are [`crate::runtime::EngineSettings::most_sources`] already, [`Error::Setting`] for a
-    /// position that is none.
-    pub fn add_source(&mut self, position: Vec3) -> Result<SourceId> {
-        self.sources.add(position)
+    /// [`Error::Engine`] at [`crate::runtime::EngineSettings::max_sources`] sources, [`Error::Setting`] for a position
+    /// that is not finite or beyond 1,000 km.
+    pub fn add_source(&mut self, position: impl Into<Vec3>) -> Result<SourceId> {
+        self.sources.add(position.into())
     }
 
-    /// Removes a source from the next tick on: what it has sent fades, its handle is stale at once.
+    /// Removes a source from the next tick on; its sound fades out, its handle is stale at once.
     ///
     /// # Errors
-    /// [`Error::StaleSource`], as for every handle that is not a present source's.
+    /// [`Error::StaleSource`].
     pub fn remove_source(&mut self, id: SourceId) -> Result<()> {
         self.sources.remove(id, self.ticks + 1)?;
-        self.send_feed(id, Feed::Silence);
+        self.send_source(id, SampleSource::Silence);
         Ok(())
     }
 
-    /// Moves a source from the next tick on.
+    /// Moves a source to a position in metres from the next tick on.
     ///
     /// # Errors
-    /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is none, and the last good one is kept.
-    pub fn move_source(&mut self, id: SourceId, position: Vec3) -> Result<()> {
-        self.sources.move_to(id, position)
+    /// [`Error::StaleSource`]; [`Error::Setting`] for a position that is not finite or beyond 1,000 km: the last good
+    /// one stays.
+    pub fn move_source(&mut self, id: SourceId, position: impl Into<Vec3>) -> Result<()> {
+        self.sources.move_to(id, position.into())
     }
 
-    /// Silences a source from the next tick on, or lets it be heard again; its sound goes on unheard.
+    /// Mutes or unmutes a source from the next tick on; its samples advance meanwhile.
     ///
     /// # Errors
     /// [`Error::StaleSource`].
@@ -49,7 +58,7 @@ impl Controller {
         self.sources.set_muted(id, muted)
     }
 
-    /// Sets a source's gain, a pressure ratio from 0 to 1000, from the next tick on.
+    /// Sets a source's linear gain, 0 to 1000, from the next tick on.
     ///
     /// # Errors
     /// [`Error::StaleSource`]; [`Error::Setting`] outside the range.
@@ -57,30 +66,27 @@ impl Controller {
         self.sources.set_gain(id, gain)
     }
 
-    /// Plays a clip from its beginning, once or for ever: mono samples at the engine's rate, in which 1 is the pressure at
-    /// 1 m. An empty clip is silence.
+    /// Plays a clip from its start, once or in a loop: mono samples at the engine's rate, 1 being the pressure at 1 m.
+    /// An empty clip is silence.
     ///
     /// # Errors
     /// [`Error::StaleSource`].
     pub fn play(&mut self, id: SourceId, samples: Arc<[f32]>, looped: bool) -> Result<()> {
         self.sources.set_plays(id, !samples.is_empty())?;
-        let clip = Feed::Clip {
+        let clip = SampleSource::Clip {
             samples,
             next: 0,
             looped,
         };
-        self.send_feed(id, clip);
+        self.send_source(id, clip);
         Ok(())
     }
 
-    /// Plays what the app writes from now on, through a ring for `capacity` samples (1 to 2^24). Where samples are late,
-    /// the last one fades within 256 audio frames, and what comes later rises; [`Statistics::starved_samples`] counts
-    /// them.
-    ///
-    /// [`Statistics::starved_samples`]: crate::runtime::Statistics::starved_samples
+    /// Plays samples that the app writes, through a ring for `capacity` samples (1 to 2^24). An underrun fades out and
+    /// in within 256 audio frames and counts in [`crate::runtime::Statistics::underrun_samples`].
     ///
     /// # Errors
-    /// [`Error::StaleSource`]; [`Error::Setting`] for another capacity.
+    /// [`Error::StaleSource`]; [`Error::Setting`] for a capacity outside the range.
     pub fn stream(&mut self, id: SourceId, capacity: usize) -> Result<StreamWriter> {
         self.sources.check(id)?;
         if !(1..=1 << 24).contains(&capacity) {
@@ -90,17 +96,17 @@ impl Controller {
         }
         let (writer, stream) = StreamWriter::new(capacity);
         self.sources.set_plays(id, true)?;
-        self.send_feed(id, Feed::Stream(stream));
+        self.send_source(id, SampleSource::Stream(stream));
         Ok(writer)
     }
 
-    /// Silences a source and lets go of its clip or stream.
+    /// Stops a source: fades out and releases its clip or stream.
     ///
     /// # Errors
     /// [`Error::StaleSource`].
     pub fn stop(&mut self, id: SourceId) -> Result<()> {
         self.sources.set_plays(id, false)?;
-        self.send_feed(id, Feed::Silence);
+        self.send_source(id, SampleSource::Silence);
         Ok(())
     }
 
@@ -109,23 +115,25 @@ impl Controller {
         self.sources.count()
     }
 
-    fn send_feed(&mut self, id: SourceId, feed: Feed) {
-        self.waiting.retain(|change| change.id.slot() != id.slot());
-        self.waiting.push_back(FeedChange { id, feed });
-        self.send_waiting();
+    fn send_source(&mut self, id: SourceId, feed: SampleSource) {
+        self.waiting_changes
+            .retain(|change| change.id.slot() != id.slot());
+        self.waiting_changes
+            .push_back(SampleSourceChange { id, source: feed });
+        self.send_waiting_changes();
     }
 
-    /// Sends what waits and frees what came back.
-    pub(super) fn send_waiting(&mut self) {
-        while self.links.retired.pop().is_ok() {}
-        if self.links.feeds.is_abandoned() {
-            self.waiting.clear();
+    /// Sends waiting changes and frees returned samples.
+    pub(super) fn send_waiting_changes(&mut self) {
+        while self.channels.retired.pop().is_ok() {}
+        if self.channels.source_changes.is_abandoned() {
+            self.waiting_changes.clear();
         }
-        while !self.links.feeds.is_full() {
-            let Some(change) = self.waiting.pop_front() else {
+        while !self.channels.source_changes.is_full() {
+            let Some(change) = self.waiting_changes.pop_front() else {
                 break;
             };
-            if self.links.feeds.push(change).is_err() {
+            if self.channels.source_changes.push(change).is_err() {
                 break;
             }
         }

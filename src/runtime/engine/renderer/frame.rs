@@ -1,11 +1,11 @@
-//! A graphics frame on its way through the renderer: taken, described by extrapolation in parts, handed to generation.
+//! A graphics frame in the renderer: taken, extrapolated in parts, committed to generation.
 //!
-//! Audio side, as all of [`Renderer`]; how much of it a block does is [`crate::runtime::engine::block_pacing`]'s to say.
+//! Audio side. [`crate::runtime::engine::block_pacing`] decides how much of it a block does.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use super::{Parts, RenderReport, Renderer};
+use super::{RenderReport, Renderer, RendererParts};
 use crate::extrapolation::extrapolation_level;
 use crate::extrapolation::work_budget::{WorkBudget, cost};
 use crate::propagation::MAX_ORDER;
@@ -15,63 +15,63 @@ use crate::runtime::engine::statistics::add;
 use crate::runtime::threads::clock::now;
 use crate::runtime::trace::SpanKind;
 
-/// Longest ramp of a graphics frame, in seconds.
-const LONGEST_RAMP_S: f64 = 0.1;
+/// Longest ramp in seconds.
+const MAX_RAMP_S: f64 = 0.1;
 
-/// Voices that may start in any block.
-const LEAST_STARTS: usize = 64;
+/// Voices that may start in a block without a free budget.
+const MIN_STARTS: usize = 64;
 
-/// Most that an order's gain moves in a second, under the budget.
+/// Greatest change of a reflection order's gain per second.
 const ORDER_FADE_PER_S: f64 = 4.0;
 
 impl Renderer {
-    /// Takes the newest graphics frame, and with it the newest update, unless one is under way; and goes on with it.
-    pub(super) fn go_on(&mut self, block_frames: usize, report: &mut RenderReport) {
-        if !self.is_under_way {
+    /// Does one block's part of the frame in progress; takes the newest frame and update if there is none.
+    pub(super) fn advance_frame(&mut self, block_frames: usize, report: &mut RenderReport) {
+        if !self.frame_in_progress {
             self.take_frame(report);
         }
-        if !self.is_under_way && self.waiting == 0 {
+        if !self.frame_in_progress && self.waiting_voices == 0 {
             return;
         }
         let block = self.parts.settings.block_frames as f64;
         let share = block_frames as f64 / block;
-        // Those that wait may all start in this block.
-        let voices = self.voices.saturating_add(self.waiting as u32);
-        let mut effort = self.pace.effort(share, voices);
-        self.start_voices(&mut effort);
-        if !self.is_under_way {
+        // All waiting voices may start in this block.
+        let voices = self.voices.saturating_add(self.waiting_voices as u32);
+        let mut work = self.pacing.work_budget(share, voices);
+        self.start_voices(&mut work);
+        if !self.frame_in_progress {
             return;
         }
-        if !self.is_described {
-            self.is_described = self.extrapolate(&mut effort);
-            if self.is_described {
-                self.fade_orders(self.frame_s);
+        if !self.is_extrapolated {
+            self.is_extrapolated = self.extrapolate(&mut work);
+            if self.is_extrapolated {
+                self.apply_order_gain(self.frame_s);
                 self.prepared = 0;
             }
         }
         let paths = self.frame_paths.paths.len();
-        let was_prepared = self.is_described && self.prepared == paths;
-        // Generation knows one frame's paths at a time.
-        let is_held_up = self.is_held_up();
-        if self.is_described && !was_prepared && !is_held_up {
-            let most = effort.left() as usize / cost::PREPARED;
-            let most = most.min(paths - self.prepared);
-            self.parts.generator.prepare_frame(&self.frame_paths, most);
-            self.prepared += most;
-            effort.spend(cost::PREPARED * most);
+        let was_prepared = self.is_extrapolated && self.prepared == paths;
+        // Generation holds the paths of one frame at a time.
+        let is_blocked = self.has_waiting_voices();
+        if self.is_extrapolated && !was_prepared && !is_blocked {
+            let count = work.left() as usize / cost::PREPARED;
+            let count = count.min(paths - self.prepared);
+            self.parts.generator.prepare_frame(&self.frame_paths, count);
+            self.prepared += count;
+            work.spend(cost::PREPARED * count);
         }
-        // What generation takes over at once is much: it may have a block to itself.
+        // The commit is indivisible and expensive; beyond the budget it gets the next block.
         let taken = cost::TAKEN * paths;
-        let is_prepared = self.is_described && self.prepared == paths && !is_held_up;
-        if is_prepared && (was_prepared || taken <= effort.left() as usize) {
-            effort.spend(taken);
-            self.hand_over(block_frames);
-            self.start_voices(&mut effort);
-            self.is_under_way = false;
+        let is_prepared = self.is_extrapolated && self.prepared == paths && !is_blocked;
+        if is_prepared && (was_prepared || taken <= work.left() as usize) {
+            work.spend(taken);
+            self.commit_frame(block_frames);
+            self.start_voices(&mut work);
+            self.frame_in_progress = false;
         }
-        self.pace.count(&effort);
-        if !self.is_under_way {
-            self.pace.end();
+        self.pacing.count(&work);
+        if !self.frame_in_progress {
+            self.pacing.end();
         }
     }
 
@@ -83,110 +83,110 @@ impl Renderer {
         self.parts.frames.give_back(old);
         let frame = &self.parts.frame;
         if !frame.is_new {
-            self.place_sounds();
+            self.apply_routes();
             return;
         }
         report.graphics_frames += 1;
         let frame_s = self.clock.take(now(), frame.ticks);
-        let (frame_ns, meters) = ((frame_s * 1e9) as u64, &self.parts.meters);
-        meters.frame_ns.store(frame_ns, Ordering::Relaxed);
+        let (frame_ns, metrics) = ((frame_s * 1e9) as u64, &self.parts.metrics);
+        metrics.frame_ns.store(frame_ns, Ordering::Relaxed);
         self.store_update(frame_s, report);
-        let Parts {
+        let RendererParts {
             frame,
             extrapolator,
             ..
         } = &mut self.parts;
         extrapolator.set_instance_poses(&frame.instances);
         self.frame_s = frame_s;
-        self.pace.begin(self.clock.tick_s());
-        (self.is_under_way, self.is_described) = (true, false);
-        self.took = [Duration::ZERO; 2];
+        self.pacing.begin(self.clock.tick_s());
+        (self.frame_in_progress, self.is_extrapolated) = (true, false);
+        self.elapsed = [Duration::ZERO; 2];
     }
 
-    /// Direct paths, then everything else, until the effort is spent; gives whether the frame is described.
-    fn extrapolate(&mut self, effort: &mut WorkBudget) -> bool {
-        let Parts {
+    /// Extrapolates direct paths, then all others, within the budget; returns whether the frame is complete.
+    fn extrapolate(&mut self, work: &mut WorkBudget) -> bool {
+        let RendererParts {
             frame,
             extrapolator,
-            meters,
+            metrics,
             spans,
             ..
         } = &mut self.parts;
         let (listener, sources) = (frame.listener, &frame.sources);
-        let [took_direct, took_others] = &mut self.took;
+        let [took_direct, took_others] = &mut self.elapsed;
         let began = now();
-        let part = extrapolator.direct_part(&listener, sources, effort, &mut self.frame_paths);
-        let spent = began.elapsed();
-        *took_direct += spent;
-        spans.record(SpanKind::Direct, began, spent, part.rays);
+        let part = extrapolator.direct_part(&listener, sources, work, &mut self.frame_paths);
+        let elapsed = began.elapsed();
+        *took_direct += elapsed;
+        spans.record(SpanKind::Direct, began, elapsed, part.rays);
         if !part.is_done {
             return false;
         }
         let began = now();
-        let part = extrapolator.other_part(&listener, sources, effort, &mut self.frame_paths);
-        let spent = began.elapsed();
-        *took_others += spent;
+        let part = extrapolator.other_part(&listener, sources, work, &mut self.frame_paths);
+        let elapsed = began.elapsed();
+        *took_others += elapsed;
         let paths = self.frame_paths.paths.len() as u64;
-        spans.record(SpanKind::Extrapolation, began, spent, paths);
+        spans.record(SpanKind::Extrapolation, began, elapsed, paths);
         if part.is_done {
-            meters.direct.record(*took_direct);
-            meters.extrapolation.record(*took_others);
+            metrics.direct.record(*took_direct);
+            metrics.extrapolation.record(*took_others);
         }
         part.is_done
     }
 
-    /// Every sound to where the frame has it, and tells so.
-    fn place_sounds(&mut self) {
+    /// Applies the frame's routes of all sources and publishes its number.
+    fn apply_routes(&mut self) {
         let frame = &self.parts.frame;
-        self.mixer.place(&frame.feeds);
-        let placed = &self.parts.meters.placed_ticks;
-        placed.store(frame.ticks, Ordering::Release);
+        self.mixer.set_routes(&frame.routes);
+        let applied = &self.parts.metrics.applied_tick;
+        applied.store(frame.ticks, Ordering::Release);
     }
 
-    /// Gives a described frame to generation.
-    fn hand_over(&mut self, block_frames: usize) {
-        // Sounds come and go with their sources' paths.
-        self.place_sounds();
+    /// Commits an extrapolated frame to generation.
+    fn commit_frame(&mut self, block_frames: usize) {
+        // Routes change together with the paths.
+        self.apply_routes();
         let settings = &self.parts.settings;
         let rate_hz = settings.generation.rate_hz;
         let ramp = match settings.frame_time {
             FrameTime::Measured => ramp_frames(self.frame_s, rate_hz, settings.block_frames),
-            // What is rendered apart from a device is as long as the frame says.
+            // Without a device, the ramp is exactly as long as the frame.
             FrameTime::Fixed(frame_s) => (frame_s * f64::from(rate_hz)).round() as u32,
         };
-        // A block that lasts longer than a graphics frame is ramped as a whole.
-        let longest = (LONGEST_RAMP_S * f64::from(rate_hz)) as u32;
+        // A block longer than a graphics frame is one ramp.
+        let longest = (MAX_RAMP_S * f64::from(rate_hz)) as u32;
         let ramp_frames = ramp.max(block_frames as u32).min(longest);
         let generator = &mut self.parts.generator;
-        if !self.pace.is_even() {
+        if !self.pacing.is_even() {
             generator.set_prepared_frame(&self.frame_paths, ramp_frames);
             return;
         }
-        self.waiting = generator.take_prepared_frame(&self.frame_paths, ramp_frames);
+        self.waiting_voices = generator.take_prepared_frame(&self.frame_paths, ramp_frames);
     }
 
-    /// Whether voices of the last frame have to start before generation may be told of the next. In the silence of a pause
-    /// no fade goes on that they wait for: the next frame has their paths, too, and may be the pause's end.
-    fn is_held_up(&self) -> bool {
-        self.waiting > 0 && !self.is_silent()
+    /// Whether voices of the last frame have to start before the next frame is committed. Not in a pause, where the
+    /// fades they wait for stand still; the next frame has their paths too.
+    fn has_waiting_voices(&self) -> bool {
+        self.waiting_voices > 0 && !self.is_silent()
     }
 
-    /// Starts voices of the last frame that was handed over, if some wait.
-    fn start_voices(&mut self, effort: &mut WorkBudget) {
-        if !self.is_held_up() {
+    /// Starts waiting voices of the last committed frame.
+    fn start_voices(&mut self, work: &mut WorkBudget) {
+        if !self.has_waiting_voices() {
             return;
         }
-        let most = (effort.left() as usize / cost::STARTED).max(LEAST_STARTS);
+        let count = (work.left() as usize / cost::STARTED).max(MIN_STARTS);
         let generator = &mut self.parts.generator;
-        let before = std::mem::replace(&mut self.waiting, generator.start_voices(most));
-        effort.spend(cost::STARTED * (before - self.waiting));
+        let before = std::mem::replace(&mut self.waiting_voices, generator.start_voices(count));
+        work.spend(cost::STARTED * (before - self.waiting_voices));
     }
 
-    /// Moves the gains of the orders towards what the budget wants, and applies them.
-    fn fade_orders(&mut self, frame_s: f64) {
+    /// Moves the gains of reflection orders towards their targets and applies them.
+    fn apply_order_gain(&mut self, frame_s: f64) {
         let step = (ORDER_FADE_PER_S * frame_s) as f32;
-        for (gain, wanted) in self.order_gain.iter_mut().zip(&self.wanted_gain) {
-            *gain += (wanted - *gain).clamp(-step, step);
+        for (gain, target) in self.order_gain.iter_mut().zip(&self.target_order_gain) {
+            *gain += (target - *gain).clamp(-step, step);
         }
         if self.order_gain == [1.0; MAX_ORDER + 1] {
             return;
@@ -199,34 +199,34 @@ impl Renderer {
     }
 
     fn store_update(&mut self, frame_s: f64, report: &mut RenderReport) {
-        let Some(mut delivery) = self.parts.deliveries.take() else {
+        let Some(mut message) = self.parts.updates.take() else {
             return;
         };
         let extrapolator = &mut self.parts.extrapolator;
-        if let Some(fresh) = &mut delivery.extrapolator {
+        if let Some(fresh) = &mut message.extrapolator {
             std::mem::swap(extrapolator, fresh);
         }
-        if let Some(scenes) = &mut delivery.scenes {
+        if let Some(scenes) = &mut message.scenes {
             extrapolator.swap_scene(scenes);
         }
-        if let Some(predictor) = delivery.predictor.take() {
-            delivery.predictor = Some(extrapolator.set_predictor(predictor));
+        if let Some(predictor) = message.predictor.take() {
+            message.predictor = Some(extrapolator.set_predictor(predictor));
         }
-        let level = if delivery.synchronous {
+        let level = if message.synchronous {
             0
         } else {
-            extrapolation_level(delivery.interval_s, frame_s)
+            extrapolation_level(message.interval_s, frame_s)
         };
-        self.wanted_gain = delivery.order_gain;
-        let paths = std::mem::take(&mut delivery.paths);
-        let meters = &self.parts.meters;
-        meters.level.store(level, Ordering::Relaxed);
-        meters
+        self.target_order_gain = message.order_gain;
+        let paths = std::mem::take(&mut message.paths);
+        let metrics = &self.parts.metrics;
+        metrics.extrapolation_level.store(level, Ordering::Relaxed);
+        metrics
             .paths
             .store(paths.paths.len() as u32, Ordering::Relaxed);
-        add(&meters.updates, 1);
+        add(&metrics.updates, 1);
         report.updates += 1;
-        delivery.paths = extrapolator.store_prepared_update(paths, &mut delivery.groundwork, level);
-        self.parts.deliveries.give_back(delivery);
+        message.paths = extrapolator.store_prepared_update(paths, &mut message.prepared, level);
+        self.parts.updates.give_back(message);
     }
 }

@@ -1,12 +1,11 @@
 //! Reads Wavefront OBJ files.
 //!
-//! Control side. Takes a path, gives a [`TriangleMesh`] with the names of `usemtl` statements; material libraries are
-//! not read for anything but a warning, because they describe light. The file streams through a buffer and is read a
-//! second time only to find the line of an error. Nothing is welded or dropped here: that is [`crate::scene::weld`]'s.
+//! Control side. Takes a path, returns a [`TriangleMesh`] with the names of `usemtl` statements. Material libraries
+//! describe light; they are opened only for a warning. The file is read once, as a stream. Nothing is welded or dropped
+//! here: [`crate::scene::weld`] does that.
 
-mod errors;
-mod lines;
 mod polygon;
+mod statements;
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -16,16 +15,18 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
-use crate::scene::io::obj::errors::{parser_error, vertex_error};
-use crate::scene::io::obj::lines::{ObjLines, shortened};
-use crate::scene::io::obj::polygon::{MOST_EAR_CORNERS, triangulate};
 use crate::scene::mesh::{LARGEST_COORDINATE_M, MOST_TRIANGLES, TriangleMesh};
+use polygon::{MOST_EAR_CORNERS, triangulate};
+use statements::Statements;
 
 /// Material name of faces before the first `usemtl`.
 pub const UNNAMED_MATERIAL: &str = "default";
 
 /// Bytes of a material library that are searched for a material.
 const LIBRARY_LIMIT: u64 = 1 << 24;
+
+/// Material libraries that are checked.
+const MOST_LIBRARIES: usize = 64;
 
 /// Which axis of a file points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,13 +40,14 @@ pub enum UpAxis {
 
 /// How to read an OBJ file.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ObjOptions {
     /// Metres a unit of the file, above zero.
     pub scale: f32,
     /// The file's upward axis.
     pub up: UpAxis,
-    /// Most triangles that are read, polygons cut up; three times as many vertices. A file with more is refused where it
-    /// exceeds that, so reading takes no more than some 200 bytes for each.
+    /// Most triangles that are read, polygons cut up; three times as many vertices. A file with more is an error at the
+    /// line that exceeds the limit, so reading takes no more than some 200 bytes a triangle.
     pub most_triangles: usize,
 }
 
@@ -60,12 +62,33 @@ impl Default for ObjOptions {
     }
 }
 
-/// What an OBJ file gave.
+impl ObjOptions {
+    /// Sets [`Self::scale`].
+    pub fn with_scale(self, scale: f32) -> Self {
+        Self { scale, ..self }
+    }
+
+    /// Sets [`Self::up`].
+    pub fn with_up(self, up: UpAxis) -> Self {
+        Self { up, ..self }
+    }
+
+    /// Sets [`Self::most_triangles`].
+    pub fn with_most_triangles(self, most_triangles: usize) -> Self {
+        Self {
+            most_triangles,
+            ..self
+        }
+    }
+}
+
+/// Content of an OBJ file.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ObjFile {
-    /// The triangles, in metres, +y up, with at least one among them.
+    /// The triangles, in metres, +y up; at least one.
     pub mesh: TriangleMesh,
-    /// What was passed over, one line each.
+    /// What was ignored, one line each.
     pub warnings: Vec<String>,
 }
 
@@ -79,6 +102,18 @@ pub struct ObjFile {
 /// [`Error::Format`] with the line for a broken statement, a face that refers to no vertex, a vertex in use that is not
 /// finite or farther out than [`LARGEST_COORDINATE_M`], or more of anything than [`ObjOptions::most_triangles`] allows,
 /// and without a line for a file without faces.
+///
+/// # Examples
+/// ```
+/// use foresound::scene::{ObjOptions, load_obj};
+///
+/// let path = std::env::temp_dir().join("foresound_load_obj_example.obj");
+/// std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 0 1\nusemtl wood_floor\nf 1 2 3\n")?;
+/// let file = load_obj(&path, &ObjOptions::default())?;
+/// assert_eq!(file.mesh.material_names, ["wood_floor"]);
+/// # std::fs::remove_file(&path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
     if !(options.scale.is_finite() && options.scale > 0.0) {
         return Err(Error::setting(
@@ -87,115 +122,321 @@ pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
             "give metres a unit: 1 for metres, 0.01 for centimetres, 0.001 for millimetres",
         ));
     }
-    let mut lines = ObjLines::new(open(path)?).within(options.most_triangles);
-    let parser_options = tobj::LoadOptions {
-        single_index: true,
-        triangulate: false,
-        ignore_points: true,
-        ignore_lines: true,
+    let file = super::open(path, "give the path of a readable OBJ file")?;
+    let input = BufReader::with_capacity(1 << 16, file);
+    let mut reader = ObjReader {
+        path,
+        options,
+        statements: Statements::new(path, input),
+        vertices: Vec::new(),
+        vertices_out_of_range: HashMap::new(),
+        corners: Vec::new(),
+        faces: Vec::new(),
+        triangle_count: 0,
+        material_names: vec![UNNAMED_MATERIAL.to_owned()],
+        material_indices: HashMap::from([(UNNAMED_MATERIAL.to_owned(), 0)]),
+        material: 0,
+        libraries: Vec::new(),
+        unused: None,
     };
-    let (models, _) = tobj::load_obj_buf(&mut lines, &parser_options, |library| {
-        let name = library.to_string_lossy().into_owned();
-        let material = tobj::Material {
-            name: name.clone(),
-            ..Default::default()
+    while let Some(statement) = reader.statements.next()? {
+        reader.read(&statement)?;
+    }
+    reader.finish()
+}
+
+/// One `f` statement.
+struct Face {
+    corner_count: u32,
+    /// Index into [`ObjReader::material_names`].
+    material: u32,
+    line: usize,
+}
+
+/// A vertex that no face may use.
+struct VertexOutOfRange {
+    line: usize,
+    text: String,
+    finite: bool,
+}
+
+struct ObjReader<'a> {
+    path: &'a Path,
+    options: &'a ObjOptions,
+    statements: Statements<'a, BufReader<File>>,
+    vertices: Vec<Vec3>,
+    vertices_out_of_range: HashMap<u32, VertexOutOfRange>,
+    /// Vertex indices of all faces, one face after the other. A face may come before its vertices.
+    corners: Vec<u32>,
+    faces: Vec<Face>,
+    triangle_count: usize,
+    material_names: Vec<String>,
+    material_indices: HashMap<String, u32>,
+    /// Material of the next face.
+    material: u32,
+    /// `mtllib` statements with their lines.
+    libraries: Vec<(usize, String)>,
+    /// Number of lines, points and curves, and the line of the first.
+    unused: Option<(usize, usize)>,
+}
+
+impl ObjReader<'_> {
+    fn read(&mut self, statement: &str) -> Result<()> {
+        let text = statement.trim();
+        let (keyword, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        let rest = rest.trim();
+        let words = rest
+            .split_whitespace()
+            .take_while(|word| !word.starts_with('#'));
+        match keyword {
+            "v" => self.read_vertex(&words.collect::<Vec<_>>()),
+            "f" => self.read_face(words),
+            "usemtl" => self.read_material(if rest.is_empty() {
+                UNNAMED_MATERIAL
+            } else {
+                rest
+            }),
+            "mtllib" => {
+                if self.libraries.len() < MOST_LIBRARIES {
+                    self.libraries.push((self.statements.line, rest.to_owned()));
+                }
+                Ok(())
+            }
+            "l" | "p" | "curv" | "curv2" | "surf" => {
+                let (count, first) = self.unused.unwrap_or((0, self.statements.line));
+                self.unused = Some((count + 1, first));
+                Ok(())
+            }
+            // Comments, groups, normals, texture coordinates.
+            _ => Ok(()),
+        }
+    }
+
+    fn check_count(&self, count: usize, most: usize, what: &str) -> Result<()> {
+        if count <= most {
+            return Ok(());
+        }
+        Err(self.statements.error(
+            format!("more than {most} {what}"),
+            "simplify the model; sound needs walls, not ornaments",
+        ))
+    }
+
+    /// Three coordinates; a fourth number is a weight, six are a position and a colour.
+    fn read_vertex(&mut self, words: &[&str]) -> Result<()> {
+        let most = self.options.most_triangles.saturating_mul(3);
+        self.check_count(self.vertices.len() + 1, most, "vertices")?;
+        let words = &words[..words.len().min(if words.len() == 4 { 4 } else { 3 })];
+        let numbers: Vec<f32> = words.iter().filter_map(|word| word.parse().ok()).collect();
+        let weight = match (words.len() == numbers.len(), numbers.len()) {
+            (true, 3) => 1.0,
+            (true, 4) => numbers[3],
+            _ => {
+                return Err(self
+                    .statements
+                    .error("a broken `v` statement", "write three numbers: v x y z"));
+            }
         };
-        Ok((vec![material], HashMap::from([(name, 0)])))
-    })
-    .map_err(|error| parser_error(path, &lines, error))?;
-
-    let mut warnings = library_warnings(path, &lines.libraries);
-    if let Some((count, line)) = lines.unused {
-        warnings.push(format!(
-            "{}:{line}: {count} lines, points or curves are left out; only faces reflect",
-            path.display()
-        ));
-    }
-    let mut mesh = TriangleMesh::default();
-    let place = |[x, y, z]: [f32; 3]| {
-        let [x, y, z] = [x, y, z].map(|value| value * options.scale);
+        if weight == 0.0 {
+            return Err(self.statements.error(
+                "a `v` statement of weight 0",
+                "leave the fourth number out or set it to 1",
+            ));
+        }
+        let [x, y, z] = [0, 1, 2].map(|axis| numbers[axis] / weight * self.options.scale);
         // Adding zero turns −0 into 0, which some ray tests mistake for a miss.
-        match options.up {
-            UpAxis::Y => Vec3::new(x, y, z) + Vec3::ZERO,
-            UpAxis::Z => Vec3::new(x, z, -y) + Vec3::ZERO,
+        let vertex = Vec3::ZERO
+            + match self.options.up {
+                UpAxis::Y => Vec3::new(x, y, z),
+                UpAxis::Z => Vec3::new(x, z, -y),
+            };
+        // False for NaN too.
+        let in_range = vertex.abs().max_element() <= LARGEST_COORDINATE_M && vertex.is_finite();
+        if !in_range {
+            let finite = |word: &&str| word.parse::<f64>().is_ok_and(f64::is_finite);
+            let found = VertexOutOfRange {
+                line: self.statements.line,
+                text: shortened(&words.join(" ")),
+                finite: words.iter().all(finite),
+            };
+            self.vertices_out_of_range
+                .insert(self.vertices.len() as u32, found);
         }
-    };
-    let mut materials: HashMap<&str, u32> = HashMap::new();
-    let mut fanned = 0usize;
-    for model in models {
-        let source = model.mesh;
-        if source.indices.is_empty() {
-            continue;
+        self.vertices.push(vertex);
+        Ok(())
+    }
+
+    fn read_face<'w>(&mut self, words: impl Iterator<Item = &'w str>) -> Result<()> {
+        let first = self.corners.len();
+        for word in words {
+            let corner = self.corner(word)?;
+            self.corners.push(corner);
         }
-        let number = source.material_id.filter(|&n| n < lines.names.len());
-        let name = number.map_or(UNNAMED_MATERIAL, |n| &lines.names[n]);
-        let material = *materials.entry(name).or_insert_with(|| {
-            mesh.material_names.push(name.to_owned());
-            mesh.material_names.len() as u32 - 1
+        let corner_count = self.corners.len() - first;
+        if corner_count < 3 {
+            return Err(self.statements.error(
+                format!("a face of {corner_count} corners"),
+                "give every face three corners or more",
+            ));
+        }
+        self.triangle_count += corner_count - 2;
+        self.check_count(
+            self.triangle_count,
+            self.options.most_triangles,
+            "triangles",
+        )?;
+        self.faces.push(Face {
+            corner_count: corner_count as u32,
+            material: self.material,
+            line: self.statements.line,
         });
-        let base = mesh.vertices.len() as u32;
-        let (corners, _) = source.positions.as_chunks::<3>();
-        for &corner in corners {
-            let vertex = place(corner);
-            if !in_range(vertex) {
-                return Err(vertex_error(path, &place));
-            }
-            mesh.vertices.push(vertex);
-        }
-        let mut rest = source.indices.as_slice();
-        let mut arities = source.face_arities.iter();
-        let mut outline: Vec<DVec3> = Vec::new();
-        while !rest.is_empty() {
-            let arity = arities.next().map_or(3, |&n| n as usize).min(rest.len());
-            let (face, tail) = rest.split_at(arity);
-            rest = tail;
-            outline.clear();
-            outline.extend(
-                face.iter()
-                    .map(|&i| mesh.vertices[(base + i) as usize].as_dvec3()),
-            );
-            fanned += usize::from(arity > MOST_EAR_CORNERS);
-            for triangle in triangulate(&outline) {
-                mesh.triangles.push(triangle.map(|c| base + face[c]));
-                mesh.triangle_materials.push(material);
-            }
+        Ok(())
+    }
+
+    /// The vertex index of a face corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, from zero.
+    fn corner(&self, word: &str) -> Result<u32> {
+        let position = word.split('/').next().unwrap_or_default();
+        let count = self.vertices.len() as i64;
+        match position.parse::<i64>() {
+            Ok(0) => Err(self.statements.error(
+                "a face with vertex index 0",
+                "count vertices from 1, or backwards from -1",
+            )),
+            Ok(index) if index.unsigned_abs() > u64::from(u32::MAX) => Err(self.statements.error(
+                format!("a face with vertex index {index}, out of range"),
+                "refer only to vertices that the file defines",
+            )),
+            Ok(index) if index > 0 => Ok((index - 1) as u32),
+            Ok(index) if count + index >= 0 => Ok((count + index) as u32),
+            Ok(index) => Err(self.index_error(self.statements.line, index)),
+            Err(_) => Err(self.statements.error(
+                format!("a face corner `{}` that is not a number", shortened(word)),
+                "write corners as v, v/vt, v//vn or v/vt/vn",
+            )),
         }
     }
-    if mesh.triangles.is_empty() {
-        return Err(Error::format(
-            path,
-            None,
-            "empty mesh: the file has no faces",
-            "export the model with its faces (`f` statements)",
-        ));
+
+    fn index_error(&self, line: usize, index: i64) -> Error {
+        let count = self.vertices.len();
+        Error::format(
+            self.path,
+            Some(line),
+            format!("a face with vertex index {index}, out of range ({count} vertices)"),
+            "refer only to vertices that the file defines before the face",
+        )
     }
-    if fanned > 0 {
-        warnings.push(format!(
-            "{}: {fanned} faces of more than {MOST_EAR_CORNERS} corners are taken as convex; export triangles if they are not",
-            path.display()
-        ));
+
+    fn read_material(&mut self, name: &str) -> Result<()> {
+        if let Some(&material) = self.material_indices.get(name) {
+            self.material = material;
+            return Ok(());
+        }
+        let count = self.material_names.len();
+        self.check_count(count, self.options.most_triangles, "materials")?;
+        self.material = count as u32;
+        self.material_names.push(name.to_owned());
+        self.material_indices.insert(name.to_owned(), self.material);
+        Ok(())
     }
-    Ok(ObjFile { mesh, warnings })
-}
 
-fn in_range(vertex: Vec3) -> bool {
-    // False for NaN too.
-    vertex.abs().max_element() <= LARGEST_COORDINATE_M && vertex.is_finite()
-}
+    fn finish(self) -> Result<ObjFile> {
+        self.check_corners()?;
+        let mut warnings = library_warnings(self.path, &self.libraries);
+        if let Some((count, line)) = self.unused {
+            warnings.push(format!(
+                "{}:{line}: {count} lines, points or curves are left out; only faces reflect",
+                self.path.display()
+            ));
+        }
+        let mut mesh = TriangleMesh::default();
+        let mut mesh_materials: Vec<Option<u32>> = vec![None; self.material_names.len()];
+        let mut fan_count = 0usize;
+        let mut corners = self.corners.as_slice();
+        for run in self.faces.chunk_by(|a, b| a.material == b.material) {
+            let name = run[0].material as usize;
+            let material = *mesh_materials[name].get_or_insert_with(|| {
+                mesh.material_names.push(self.material_names[name].clone());
+                mesh.material_names.len() as u32 - 1
+            });
+            // A mesh vertex for each vertex that the run uses, in the order of use.
+            let mut mesh_vertices: HashMap<u32, u32> = HashMap::new();
+            for face in run {
+                let (outline, rest) = corners.split_at(face.corner_count as usize);
+                corners = rest;
+                let outline: Vec<u32> = outline
+                    .iter()
+                    .map(|&vertex| {
+                        *mesh_vertices.entry(vertex).or_insert_with(|| {
+                            mesh.vertices.push(self.vertices[vertex as usize]);
+                            mesh.vertices.len() as u32 - 1
+                        })
+                    })
+                    .collect();
+                fan_count += usize::from(outline.len() > MOST_EAR_CORNERS);
+                let positions: Vec<DVec3> = outline
+                    .iter()
+                    .map(|&vertex| mesh.vertices[vertex as usize].as_dvec3())
+                    .collect();
+                for triangle in triangulate(&positions) {
+                    mesh.triangles.push(triangle.map(|corner| outline[corner]));
+                    mesh.triangle_materials.push(material);
+                }
+            }
+        }
+        if mesh.triangles.is_empty() {
+            return Err(Error::format(
+                self.path,
+                None,
+                "empty mesh: the file has no faces",
+                "export the model with its faces (`f` statements)",
+            ));
+        }
+        if fan_count > 0 {
+            warnings.push(format!(
+                "{}: {fan_count} faces of more than {MOST_EAR_CORNERS} corners are taken as convex; export triangles if they are not",
+                self.path.display()
+            ));
+        }
+        Ok(ObjFile { mesh, warnings })
+    }
 
-/// Opens a file that was read before; what is no file, as a pipe, would wait for somebody to write it again.
-fn reopen(path: &Path) -> Option<BufReader<File>> {
-    let again = std::fs::metadata(path).is_ok_and(|about| about.is_file());
-    again.then(|| open(path).ok()).flatten()
-}
-
-fn open(path: &Path) -> Result<BufReader<File>> {
-    let advice = "give the path of a readable OBJ file";
-    let file = File::open(path).map_err(|error| Error::file(path, error, advice))?;
-    match file.metadata() {
-        Ok(about) if about.is_dir() => Err(Error::file(path, "is a directory", advice)),
-        Ok(_) => Ok(BufReader::with_capacity(1 << 16, file)),
-        Err(error) => Err(Error::file(path, error, advice)),
+    /// Checks that every corner refers to a vertex in range.
+    fn check_corners(&self) -> Result<()> {
+        let mut beyond: Option<(u32, usize)> = None;
+        let mut unusable: Option<&VertexOutOfRange> = None;
+        let mut corners = self.corners.iter();
+        for face in &self.faces {
+            for corner in corners.by_ref().take(face.corner_count as usize) {
+                if *corner as usize >= self.vertices.len()
+                    && beyond.is_none_or(|(other, _)| *corner > other)
+                {
+                    beyond = Some((*corner, face.line));
+                }
+                let found = self.vertices_out_of_range.get(corner);
+                unusable = [unusable, found]
+                    .into_iter()
+                    .flatten()
+                    .min_by_key(|vertex| vertex.line);
+            }
+        }
+        if let Some((corner, line)) = beyond {
+            return Err(self.index_error(line, i64::from(corner) + 1));
+        }
+        let Some(VertexOutOfRange { line, text, finite }) = unusable else {
+            return Ok(());
+        };
+        let (problem, advice) = if *finite {
+            (
+                format!("vertex ({text}) lies beyond {LARGEST_COORDINATE_M} m"),
+                "check the units: --scale 0.001 reads millimetres; move a map's model to its own origin",
+            )
+        } else {
+            (
+                format!("vertex ({text}) is not finite and a face uses it"),
+                "export the model again without NaN and infinite coordinates",
+            )
+        };
+        Err(Error::format(self.path, Some(*line), problem, advice))
     }
 }
 
@@ -239,6 +480,19 @@ fn defines_material(library: &Path) -> bool {
         .any(|line| line.trim_ascii_start().starts_with(b"newmtl"))
 }
 
+/// At most 24 characters of a text, without control characters, for an error of one line.
+pub(crate) fn shortened(text: &str) -> String {
+    let mut short: String = text
+        .chars()
+        .take(24)
+        .map(|c| if c.is_control() { '?' } else { c })
+        .collect();
+    if text.chars().nth(24).is_some() {
+        short.push('…');
+    }
+    short
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -266,14 +520,21 @@ mod tests {
 
     #[test]
     fn z_up_and_scale_place_the_corners() {
-        let options = ObjOptions {
-            scale: 0.5,
-            up: UpAxis::Z,
-            ..ObjOptions::default()
-        };
+        let options = ObjOptions::default().with_scale(0.5).with_up(UpAxis::Z);
         let file = read("v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 -1\n", &options).unwrap();
         assert_eq!(file.mesh.vertices[0], Vec3::new(0.5, 1.5, -1.0));
         assert_eq!(file.mesh.triangles, [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn materials_keep_the_order_of_their_faces_and_colours_are_ignored() {
+        let text = "# c\no room\nv 1 2 3 0.5 0.5 0.5\r\nvt 0 0\nv 2 4 6 2\nv 0 0 1\nusemtl\tb\n\
+             usemtl Old Wall\nf 1/1/1 2//2 -1 # end\nusemtl b\nf 1 2 3\nl 1 2";
+        let file = read(text, &ObjOptions::default()).unwrap();
+        assert_eq!(file.mesh.material_names, ["Old Wall", "b"]);
+        assert_eq!(file.mesh.vertices[..2], [Vec3::new(1.0, 2.0, 3.0); 2]);
+        assert_eq!(file.mesh.triangle_materials, [0, 1]);
+        assert!(file.warnings[0].contains(":12: 1 lines, points or curves"));
     }
 
     #[test]
@@ -294,10 +555,7 @@ mod tests {
     #[test]
     fn scale_must_be_positive() {
         for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-            let options = ObjOptions {
-                scale,
-                ..ObjOptions::default()
-            };
+            let options = ObjOptions::default().with_scale(scale);
             let error = read(SQUARE, &options).unwrap_err();
             assert!(error.to_string().starts_with("scale:"), "{error}");
         }

@@ -189,7 +189,7 @@ pub(super) fn sandbags(b: &mut MeshBuilder) {
     b.part("sandbags");
     b.paint("sandbag");
     // Start, heading and its change from bag to bag, bags a course.
-    for (x, z, turns, bend, bags) in [
+    for (x, z, turns, crossing, bags) in [
         (-3.0, 14.0, 0.97, 0.02, 9),
         (4.0, -4.0, 0.02, -0.02, 10),
         (-16.0, -9.0, 0.30, 0.03, 9),
@@ -210,7 +210,7 @@ pub(super) fn sandbags(b: &mut MeshBuilder) {
                 // Every other bag lies 6 mm higher: where bags overlap, their tops are not one plane.
                 bag(b, place + DVec3::Y * (0.006 * f64::from(i % 2)), turns);
                 place += heading(turns).0 * 0.49;
-                turns += bend;
+                turns += crossing;
             }
         }
     }

@@ -12,7 +12,6 @@ use std::time::Instant;
 
 use foresound::extrapolation::{FramePaths, GeometricSettings, PredictorKind};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
-use foresound::propagation::PropagationSettings;
 use foresound::runtime::engine::ramp_frames;
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
 use foresound::scene::{ListenerPose, SourceId, SourcePose};
@@ -125,21 +124,18 @@ fn walk(arguments: &Arguments, hrtf: &Arc<Hrtf>) -> Result<Walked> {
         max_sources: arguments.sources,
         ..GeneratorSettings::default()
     };
-    let mut renderer = OfflineRenderer::new(
-        scene,
-        Arc::clone(hrtf),
-        OfflineSettings {
-            graphics_rate_hz: pace.graphics_rate_hz,
-            block_frames: 1024,
-            schedule: Schedule::Asynchronous {
-                level: pace.level,
-                latency: Latency::Modelled,
-            },
-            predictor: PredictorKind::Geometric(GeometricSettings::default()),
-            propagation: PropagationSettings::default(),
-            generation: settings.clone(),
-        },
-    )?;
+    let mut renderer = OfflineRenderer::new(scene, Arc::clone(hrtf), {
+        let mut these = OfflineSettings::default();
+        these.graphics_rate_hz = pace.graphics_rate_hz;
+        these.block_frames = 1024;
+        these.schedule = Schedule::Asynchronous {
+            extrapolation_level: pace.level,
+            latency: Latency::Modelled,
+        };
+        these.predictor = PredictorKind::Geometric(GeometricSettings::default());
+        these.generation = settings.clone();
+        these
+    })?;
     let mut poses = Poses::default();
     for (slot, source) in layout.sources.iter().take(arguments.sources).enumerate() {
         let id = SourceId::new(slot as u16, 0);

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use foresound::Result;
-use foresound::generation::GeneratorSettings;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings};
 use foresound::scene::ListenerPose;
@@ -37,15 +36,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let poses = sources(&scene, &loaded.sources(), arguments.sources);
     let standing = loaded.walk().map(|walk| walk.standing);
     let before_mb = resident_mb();
-    let settings = EngineSettings {
-        generation: GeneratorSettings {
-            max_sources: arguments.sources,
-            ..EngineSettings::default().generation
-        },
-        schedule: EngineSchedule::Synchronous,
-        affinity: AffinityPolicy::None,
-        ..EngineSettings::default()
-    };
+    let mut settings = EngineSettings::default();
+    settings.generation.max_sources = arguments.sources;
+    settings.schedule = EngineSchedule::Synchronous;
+    settings.affinity = AffinityPolicy::None;
     let (mut controller, mut renderer) = Engine::new(settings)?;
     let made_mb = resident_mb();
     controller.set_scene(Arc::clone(&scene))?;

@@ -14,7 +14,6 @@ use std::time::{Duration, Instant};
 
 use foresound::Result;
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::GeneratorSettings;
 use foresound::propagation::PropagationSettings;
 use foresound::propagation::rays::directions::mix;
 use foresound::runtime::engine::Percentiles;
@@ -95,21 +94,16 @@ struct Side {
 
 impl Cell<'_> {
     fn side(&self, schedule: EngineSchedule, load: f64) -> Result<Side> {
-        let settings = EngineSettings {
-            generation: GeneratorSettings {
-                max_sources: self.sources.len().max(1),
-                ..EngineSettings::default().generation
-            },
-            propagation: loaded(load),
-            block_frames: AUDIO_FRAMES,
-            schedule,
-            predictor: self.predictor,
-            budget: self.budget,
-            // A pinned thread can be delayed by another program for a whole round.
-            affinity: AffinityPolicy::None,
-            trace_spans: if self.trace { SPANS } else { 0 },
-            ..EngineSettings::default()
-        };
+        let mut settings = EngineSettings::default();
+        settings.generation.max_sources = self.sources.len().max(1);
+        settings.propagation = loaded(load);
+        settings.block_frames = AUDIO_FRAMES;
+        settings.schedule = schedule;
+        settings.predictor = self.predictor;
+        settings.budget = self.budget;
+        // Pinned, one thread could be held up by another program for a whole round.
+        settings.affinity = AffinityPolicy::None;
+        settings.trace_spans = if self.trace { SPANS } else { 0 };
         let rate_hz = settings.generation.rate_hz;
         let (mut controller, renderer) = Engine::new(settings)?;
         controller.set_scene(Arc::clone(self.scene))?;
@@ -241,7 +235,7 @@ impl Side {
         let report = self.renderer.render(&mut block);
         black_box(&block);
         if report.updates > 0 {
-            self.levels.push(report.level.into());
+            self.levels.push(report.extrapolation_level.into());
         }
         self.frame += 1;
         Ok(())
@@ -310,7 +304,7 @@ fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {
         },
         "paths_p50": share(&asynchronous.paths, 0.5),
         "rays_per_update": share(&asynchronous.rays, 0.5),
-        "tier": ours.tier.0,
+        "tier": ours.quality_level.0,
     })
 }
 

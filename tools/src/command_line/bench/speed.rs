@@ -105,9 +105,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 walk: walk.listener(),
                 sources: &poses,
                 predictor,
-                budget: Budget {
-                    tiers: QualityChoice::Exactly(QualityLevel(arguments.tier)),
-                    ..Budget::default()
+                budget: {
+                    let mut budget = Budget::default();
+                    budget.quality = QualityChoice::Exactly(QualityLevel(arguments.tier));
+                    budget
                 },
                 graphics_ms: arguments.graphics_ms,
                 seconds: arguments.seconds,

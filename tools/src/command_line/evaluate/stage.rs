@@ -19,7 +19,7 @@ use crate::inputs::{SceneArguments, asset, load_scene, print_notes};
 pub(super) const RATE_HZ: u32 = 44_100;
 
 /// Most sources of a cell.
-const MOST_SOURCES: usize = 16;
+const MAX_SOURCES: usize = 16;
 
 /// Largest sway of a source to each side in the stress condition, in metres.
 const SWAY_M: f32 = 1.5;
@@ -56,7 +56,7 @@ pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
     let mut sources = loaded.sources();
     let mut walk = loaded.walk();
     if sources.is_empty() || walk.is_none() {
-        let found = open_space(&loaded.scene, MOST_SOURCES)?;
+        let found = open_space(&loaded.scene, MAX_SOURCES)?;
         if sources.is_empty() {
             let count = found.sources.len();
             print_notes(&[format!("{named}: {count} sources laid out in open space")]);
@@ -72,7 +72,7 @@ pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
         let advice = "put a TOML file with sources and a listener beside the OBJ file";
         Error::file(named, "has no layout", advice)
     })?;
-    sources.truncate(MOST_SOURCES);
+    sources.truncate(MAX_SOURCES);
     let sways: Vec<Vec3> = sources
         .iter()
         .map(|position| sway(&loaded.scene, *position))
@@ -152,7 +152,7 @@ pub(super) fn props<'a>(
 fn load(signal: &str, own: Option<&Path>) -> Result<Sounds> {
     let clips = match (signal, own) {
         ("speech", Some(folder)) => recordings(folder)?,
-        ("speech", None) => (1..=MOST_SOURCES)
+        ("speech", None) => (1..=MAX_SOURCES)
             .map(|voice| clip(&asset(&format!("speech/voice{voice:02}.wav"))?))
             .collect::<Result<_>>()?,
         (other, _) => vec![clip(&asset(&format!("signals/{other}.wav"))?)?],
@@ -187,7 +187,7 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
         return Err(Error::file(folder, "holds no WAV file", advice));
     }
     let mut clips = Vec::with_capacity(files.len());
-    for file in files.iter().take(MOST_SOURCES) {
+    for file in files.iter().take(MAX_SOURCES) {
         let (clip, notes) = load_recording(file, RATE_HZ)?;
         print_notes(&notes);
         if clip.samples.iter().all(|sample| *sample == 0.0) {
@@ -196,9 +196,9 @@ fn recordings(folder: &Path) -> Result<Vec<Clip>> {
         }
         clips.push(clip);
     }
-    if files.len() > MOST_SOURCES {
+    if files.len() > MAX_SOURCES {
         print_notes(&[format!(
-            "{}: the first {MOST_SOURCES} of {} files are used",
+            "{}: the first {MAX_SOURCES} of {} files are used",
             folder.display(),
             files.len()
         )]);

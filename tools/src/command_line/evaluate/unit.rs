@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use foresound::extrapolation::PredictorKind;
-use foresound::generation::GeneratorSettings;
 use foresound::output::WholeFile;
 use foresound::output::wav::{WavFormat, WavSink};
 use foresound::propagation::{self, PathSet, PropagationSettings, Propagator};
@@ -123,7 +122,7 @@ fn make(unit: &Unit, stage: &Stage, props: &Props, key: String) -> Result<UnitRe
     let mut estimates = Vec::new();
     for (predictor, latency) in unit.estimates() {
         let schedule = Schedule::Asynchronous {
-            level: unit.pace.level,
+            extrapolation_level: unit.pace.level,
             latency,
         };
         let estimate = render(unit, stage, props, schedule, predictor)?;
@@ -180,22 +179,15 @@ fn render(
     schedule: Schedule,
     predictor: PredictorKind,
 ) -> Result<Rendered> {
-    let settings = OfflineSettings {
-        graphics_rate_hz: unit.pace.graphics_rate_hz,
-        block_frames: 1024,
-        schedule,
-        predictor,
-        propagation: PropagationSettings {
-            seed: unit.repeat + 1,
-            ..PropagationSettings::default()
-        },
-        generation: GeneratorSettings {
-            rate_hz: RATE_HZ,
-            max_sources: unit.sources,
-            late: unit.late,
-            ..GeneratorSettings::default()
-        },
-    };
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = unit.pace.graphics_rate_hz;
+    settings.block_frames = 1024;
+    settings.schedule = schedule;
+    settings.predictor = predictor;
+    settings.propagation.seed = unit.repeat + 1;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.generation.max_sources = unit.sources;
+    settings.generation.late = unit.late;
     let mut poses = Poses::default();
     let mut renderer =
         OfflineRenderer::new(Arc::clone(&stage.scene), Arc::clone(&props.hrtf), settings)?;

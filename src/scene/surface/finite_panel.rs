@@ -1,8 +1,8 @@
-//! Small panels with free edges: which they are, how large, and how far a point of them is from where they end.
+//! Finite panels: connected planar panels with free edges, their size, and the distance of a point from their edges.
 //!
-//! A reflector under a ceiling, a board, one facet of a column: a wave reflects from them as from a mirror only above a
-//! frequency that their size sets, and a path that slides over their edge fades. The wall of a room, however small, is
-//! continued by its neighbours on the side it reflects to: it is none of these.
+//! A reflector under a ceiling, a board, one facet of a column: its reflection is specular above a frequency that depends on
+//! its size, and fades at its edges. The wall of a room is continued by its neighbours on the reflecting side and is not a
+//! finite panel.
 
 use glam::{DVec3, Vec3};
 
@@ -11,33 +11,32 @@ use super::{SurfaceSet, panel};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Bvh, Ray};
 
-/// How far from an edge is looked for what continues the panel there, in metres: a wall may miss its neighbour by as
-/// much and share no corner with it.
+/// Search distance in metres for a continuation of the panel at an edge: the gap that may be between a wall and its
+/// neighbour.
 const REACH_M: f32 = 0.02;
 
-/// How far what continues a panel may fall back behind its plane, as a share of the way out: 17 degrees. The facets of a
-/// column turn more, and end each other.
+/// Largest slope of a continuation behind the plane of the panel: 17 degrees. The facets of a column turn by more.
 const FALL: f32 = 0.3;
 
-/// Places along an edge where that is done, as shares of its length.
+/// Sample positions along an edge, relative to its length.
 const PLACES: [f32; 3] = [0.2, 0.5, 0.8];
 
-/// Share of a panel's border that is free on a side before the panel counts as standing free there.
+/// Least free share of a panel's boundary on the free side of a finite panel.
 const FREE_SHARE: f64 = 0.5;
 
 /// How far outside a point may be, in metres; see [`super::INSIDE_TOLERANCE_M`].
 const MARGIN_M: f64 = 1e-4;
 
-/// A piece of border: its ends, and whether nothing continues the panel there on the normal's side and on the other.
+/// A segment of the boundary: its ends, and whether it is free on the normal's side and on the other.
 #[derive(Debug, Clone, Copy)]
-struct Border {
+struct BoundarySegment {
     ends: [Vec3; 2],
     free: [bool; 2],
 }
 
-/// One side of a triangle, as a point is held against it.
+/// The inner half-plane of one side of a triangle.
 #[derive(Debug, Clone, Copy)]
-struct Side {
+struct HalfPlane {
     from: DVec3,
     /// Across the side into the triangle, as long as the side.
     inward: DVec3,
@@ -45,13 +44,13 @@ struct Side {
     least: f64,
 }
 
-/// One connected piece of a surface.
+/// One connected panel of a surface.
 #[derive(Debug, Clone)]
-struct Piece {
+struct Panel {
     surface: u32,
     area_m2: f64,
-    triangles: Vec<[Side; 3]>,
-    borders: Vec<Border>,
+    triangles: Vec<[HalfPlane; 3]>,
+    boundary: Vec<BoundarySegment>,
     free: [bool; 2],
     sides: [Vec3; 2],
     /// Bounds, with room for a surface's own unevenness.
@@ -59,26 +58,26 @@ struct Piece {
     high: DVec3,
 }
 
-/// A small panel at one of its points, seen from one side.
+/// A finite panel at one of its points and on one side.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FreePanel {
+pub struct FinitePanel {
     /// Area in m².
     pub area_m2: f64,
-    /// The two sides of the rectangle that stands for it, in metres: of its area, along its longest straight border.
+    /// The two sides of the equivalent rectangle in metres: of the same area, along the longest boundary segment.
     pub sides: [Vec3; 2],
     /// Distance in metres to the nearest free edge.
     pub to_edge_m: f64,
 }
 
-/// All small panels that stand free on at least one side, by surface.
+/// All finite panels, by surface.
 #[derive(Debug, Clone, Default)]
-pub struct FreePanels {
-    pieces: Vec<Piece>,
+pub struct FinitePanels {
+    pieces: Vec<Panel>,
     /// Where each surface's pieces begin; one more closes the list.
     first: Vec<u32>,
 }
 
-impl FreePanels {
+impl FinitePanels {
     /// Of a mesh in local coordinates and its tree; only panels up to `largest_m2`.
     pub(crate) fn build(
         vertices: &[Vec3],
@@ -93,7 +92,7 @@ impl FreePanels {
             .collect();
         members.sort_unstable_by_key(|&t| (set.triangle_surface[t as usize], roots[t as usize], t));
         let mut place = vec![u32::MAX; triangles.len()];
-        let mut pieces: Vec<Piece> = Vec::new();
+        let mut pieces: Vec<Panel> = Vec::new();
         for same in members.chunk_by(|&a, &b| roots[a as usize] == roots[b as usize]) {
             let corners = |t: &u32| triangles[*t as usize].map(|v| vertices[v as usize]);
             let normal = set.surfaces[set.triangle_surface[same[0] as usize] as usize].normal;
@@ -106,14 +105,14 @@ impl FreePanels {
             for &t in same {
                 place[t as usize] = pieces.len() as u32;
             }
-            pieces.push(Piece {
+            pieces.push(Panel {
                 surface: set.triangle_surface[same[0] as usize],
                 area_m2,
                 triangles: same
                     .iter()
-                    .map(|t| held_sides(corners(t), normal))
+                    .map(|t| half_planes(corners(t), normal))
                     .collect(),
-                borders: Vec::new(),
+                boundary: Vec::new(),
                 free: [false; 2],
                 sides: [Vec3::ZERO; 2],
                 low: bound(DVec3::min) - f64::from(REACH_M),
@@ -141,7 +140,7 @@ impl FreePanels {
                 let corners = triangles[triangle as usize].map(|v| vertices[v as usize]);
                 let ends = [corners[side], corners[(side + 1) % 3]];
                 let normal = set.surfaces[piece.surface as usize].normal.as_vec3();
-                piece.borders.push(Border {
+                piece.boundary.push(BoundarySegment {
                     ends,
                     free: free_sides(bvh, ends, corners[(side + 2) % 3], normal),
                 });
@@ -149,10 +148,11 @@ impl FreePanels {
         }
         for piece in &mut pieces {
             piece.sides = sides(piece, set.surfaces[piece.surface as usize].normal.as_vec3());
-            let length_m = |border: &&Border| f64::from(border.ends[0].distance(border.ends[1]));
-            let whole_m: f64 = piece.borders.iter().map(|b| length_m(&b)).sum();
+            let length_m =
+                |segment: &&BoundarySegment| f64::from(segment.ends[0].distance(segment.ends[1]));
+            let whole_m: f64 = piece.boundary.iter().map(|b| length_m(&b)).sum();
             piece.free = [0, 1].map(|side| {
-                let free = piece.borders.iter().filter(|b| b.free[side]);
+                let free = piece.boundary.iter().filter(|b| b.free[side]);
                 free.map(|b| length_m(&b)).sum::<f64>() > FREE_SHARE * whole_m
             });
         }
@@ -167,8 +167,8 @@ impl FreePanels {
         Self { pieces, first }
     }
 
-    /// The small free panel that a point of a surface lies on, seen from the normal's side or from the other.
-    pub fn at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FreePanel> {
+    /// The finite panel at a point of a surface, on the normal's side or on the other.
+    pub fn at(&self, surface: u32, point: DVec3, in_front: bool) -> Option<FinitePanel> {
         let range =
             self.first[surface as usize] as usize..self.first[surface as usize + 1] as usize;
         let side = usize::from(!in_front);
@@ -176,14 +176,14 @@ impl FreePanels {
             piece.free[side]
                 && point.cmpge(piece.low).all()
                 && point.cmple(piece.high).all()
-                && piece.triangles.iter().any(|sides| holds(sides, point))
+                && piece.triangles.iter().any(|sides| contains(sides, point))
         })?;
-        let free = piece.borders.iter().filter(|border| border.free[side]);
-        Some(FreePanel {
+        let free = piece.boundary.iter().filter(|segment| segment.free[side]);
+        Some(FinitePanel {
             area_m2: piece.area_m2,
             sides: piece.sides,
             to_edge_m: free
-                .map(|border| distance_m(border.ends.map(Vec3::as_dvec3), point))
+                .map(|segment| distance_m(segment.ends.map(Vec3::as_dvec3), point))
                 .fold(f64::INFINITY, f64::min),
         })
     }
@@ -199,8 +199,8 @@ impl FreePanels {
     }
 }
 
-/// Whether nothing continues a panel over an edge, on the normal's side and on the other: nothing beyond that lies in its
-/// plane or leans towards that side, and nothing that rises from there.
+/// Whether an edge is free on the normal's side and on the other: nothing beyond it lies in the plane or leans towards that
+/// side, and nothing rises at it.
 fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2] {
     let along = ends[1] - ends[0];
     let across = normal.cross(along).normalize_or_zero();
@@ -228,15 +228,15 @@ fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2
 }
 
 /// The sides of a rectangle as long and wide as a piece, but of its area.
-fn sides(piece: &Piece, normal: Vec3) -> [Vec3; 2] {
-    let length_m = |border: &Border| border.ends[0].distance(border.ends[1]);
-    let borders = piece.borders.iter();
-    let longest = borders.max_by(|a, b| length_m(a).total_cmp(&length_m(b)));
-    let along = longest.map_or(Vec3::ZERO, |border| border.ends[1] - border.ends[0]);
+fn sides(piece: &Panel, normal: Vec3) -> [Vec3; 2] {
+    let length_m = |segment: &BoundarySegment| segment.ends[0].distance(segment.ends[1]);
+    let boundary = piece.boundary.iter();
+    let longest = boundary.max_by(|a, b| length_m(a).total_cmp(&length_m(b)));
+    let along = longest.map_or(Vec3::ZERO, |segment| segment.ends[1] - segment.ends[0]);
     let along = along.normalize_or(normal.any_orthonormal_vector());
     let across = normal.cross(along);
     let span_m = [along, across].map(|axis| {
-        let places = piece.borders.iter().flat_map(|border| border.ends);
+        let places = piece.boundary.iter().flat_map(|segment| segment.ends);
         let (low, high) = places.fold((f32::MAX, f32::MIN), |(low, high), at| {
             (low.min(axis.dot(at)), high.max(axis.dot(at)))
         });
@@ -251,12 +251,12 @@ fn area_m2([a, b, c]: [Vec3; 3]) -> f64 {
 }
 
 /// The sides of a triangle in a plane of this normal.
-fn held_sides(corners: [Vec3; 3], normal: DVec3) -> [Side; 3] {
+fn half_planes(corners: [Vec3; 3], normal: DVec3) -> [HalfPlane; 3] {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     let turn = (b - a).cross(c - a).dot(normal).signum();
     [(a, b), (b, c), (c, a)].map(|(from, to)| {
         let inward = normal.cross(to - from) * turn;
-        Side {
+        HalfPlane {
             from,
             inward,
             least: -MARGIN_M * inward.length(),
@@ -265,8 +265,8 @@ fn held_sides(corners: [Vec3; 3], normal: DVec3) -> [Side; 3] {
 }
 
 /// Whether a point of a triangle's plane lies in it.
-fn holds(sides: &[Side; 3], point: DVec3) -> bool {
-    let inside = |side: &Side| side.inward.dot(point - side.from) >= side.least;
+fn contains(sides: &[HalfPlane; 3], point: DVec3) -> bool {
+    let inside = |side: &HalfPlane| side.inward.dot(point - side.from) >= side.least;
     sides.iter().all(inside)
 }
 
@@ -292,10 +292,10 @@ mod tests {
         let mut mesh = procedural::shoebox(Vec3::new(4.0, 2.5, 3.0), "concrete");
         let room = commit(&mesh);
         let centre = room.to_local(Vec3::new(2.0, 1.25, 1.5));
-        for (number, wall) in room.surfaces().iter().enumerate() {
+        for (index, wall) in room.surfaces().iter().enumerate() {
             let height_m = wall.distance_m(centre);
             let point = centre - height_m * wall.normal;
-            let seen = |in_front: bool| room.free_panel_at(number as u32, point, in_front);
+            let seen = |in_front: bool| room.finite_panel_at(index as u32, point, in_front);
             // From inside a wall goes on round the corner; from outside the room is a box.
             assert!(seen(height_m > 0.0).is_none() && seen(height_m < 0.0).is_some());
         }
@@ -308,19 +308,21 @@ mod tests {
             mesh.triangle_materials.push(0);
         }
         let scene = commit(&mesh);
-        assert_eq!(scene.free_panels().len(), 1 + room.free_panels().len());
+        assert_eq!(scene.finite_panels().len(), 1 + room.finite_panels().len());
         let board = (0..scene.surfaces().len() as u32)
             .find(|&s| (scene.surface(s).area_m2 - 1.0).abs() < 1e-6)
             .expect("the board");
         let local = |x: f32| scene.to_local(Vec3::new(x, 2.0, 1.5));
-        let told = scene.free_panel_at(board, local(1.2), true).expect("on it");
+        let told = scene
+            .finite_panel_at(board, local(1.2), true)
+            .expect("on it");
         assert!((told.area_m2 - 1.0).abs() < 1e-6 && (told.to_edge_m - 0.2).abs() < 1e-5);
         let lengths = told.sides.map(Vec3::length);
         assert!(
             lengths.iter().all(|side| (side - 1.0).abs() < 1e-5),
             "{lengths:?}"
         );
-        assert!(scene.free_panel_at(board, local(2.1), true).is_none());
+        assert!(scene.finite_panel_at(board, local(2.1), true).is_none());
     }
 
     /// Its facets turn 30 degrees from one to the next; from inside they are a room.
@@ -340,11 +342,11 @@ mod tests {
         }
         mesh.triangle_materials.resize(24, 0);
         let scene = commit(&mesh);
-        for (number, facet) in scene.surfaces().iter().enumerate() {
+        for (index, facet) in scene.surfaces().iter().enumerate() {
             let centre = scene.to_local(Vec3::new(0.0, 3.0, 0.0));
             let height_m = facet.distance_m(centre);
             let point = centre - height_m * facet.normal;
-            let seen = |in_front: bool| scene.free_panel_at(number as u32, point, in_front);
+            let seen = |in_front: bool| scene.finite_panel_at(index as u32, point, in_front);
             assert!(seen(height_m > 0.0).is_none());
             let sides = seen(height_m < 0.0).expect("free outside").sides;
             assert!(

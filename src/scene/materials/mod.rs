@@ -1,6 +1,6 @@
-//! The table of surface materials: built in, and extended by a user's file.
+//! Surface materials by name: the built-in table, extended by a user's.
 //!
-//! Control side. Both are TOML and go through the same code:
+//! Control side. With the feature `files` a TOML file extends the table:
 //!
 //! ```toml
 //! [materials.my_wall]
@@ -12,19 +12,12 @@
 //!
 //! Absorption counts what passes through, so transmission is never above it.
 
-use std::path::Path;
-use std::sync::OnceLock;
-
-use toml::Spanned;
-use toml::de::DeValue;
+mod built_in;
 
 use crate::acoustics::bands::BANDS;
 use crate::acoustics::material::Material;
-use crate::error::Result;
-use crate::scene::io::material_entry::read_entry;
-use crate::scene::io::toml_file::{TomlFile, read_text};
 
-/// Name of the material that unknown names get.
+/// Material of names that the table does not have.
 pub const GENERIC_MATERIAL: &str = "generic";
 
 /// Scattering of a material that states none: smooth building surfaces have 0.05 to 0.2 (\[VORLANDER08\] appendix).
@@ -33,16 +26,35 @@ pub const DEFAULT_SCATTERING: f32 = 0.1;
 /// Transmission of a material that states none.
 pub const DEFAULT_TRANSMISSION: f32 = 0.0;
 
+/// Transmission coefficient of a transmission loss in dB.
+pub(super) fn transmission_of_loss(loss_db: f32) -> f32 {
+    10f32.powf(-loss_db / 10.0)
+}
+
 /// A material and where its numbers come from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialEntry {
     /// The material under its name in the table.
     pub material: Material,
-    /// The source its file states, empty if none.
+    /// Origin of the numbers; may be empty.
     pub source: String,
 }
 
 /// Materials by name.
+///
+/// # Examples
+/// ```
+/// use foresound::{BANDS, Material, MaterialTable};
+///
+/// let mut table = MaterialTable::built_in();
+/// table.extend(MaterialTable::from_materials(vec![Material {
+///     name: "hedge".into(),
+///     absorption: [0.6; BANDS],
+///     scattering: [0.7; BANDS],
+///     transmission: [0.2; BANDS],
+/// }]));
+/// assert!(table.get("hedge").is_some() && table.get("concrete").is_some());
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MaterialTable {
     entries: Vec<MaterialEntry>,
@@ -51,23 +63,16 @@ pub struct MaterialTable {
 /// Materials for a list of names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resolved {
-    /// One material a name, in the order asked, under the name asked.
+    /// One material a name, in the order of the names and under them.
     pub materials: Vec<Material>,
-    /// Names that the table does not know and that got [`GENERIC_MATERIAL`].
+    /// Names that the table does not have; their material is [`GENERIC_MATERIAL`].
     pub defaulted: Vec<String>,
 }
 
 impl MaterialTable {
     /// The materials that come with the crate.
     pub fn built_in() -> Self {
-        static TABLE: OnceLock<MaterialTable> = OnceLock::new();
-        // A test parses the included text, so the empty table stands for nothing that ships.
-        TABLE
-            .get_or_init(|| {
-                let text = include_str!("materials.toml");
-                Self::parse(Path::new("built-in materials.toml"), text).unwrap_or_default()
-            })
-            .clone()
+        Self::from_entries(built_in::entries())
     }
 
     /// A table of given materials.
@@ -76,47 +81,14 @@ impl MaterialTable {
             material,
             source: String::new(),
         };
-        Self {
-            entries: materials.into_iter().map(entry).collect(),
-        }
+        Self::from_entries(materials.into_iter().map(entry).collect())
     }
 
-    /// Reads a file of `[materials.NAME]` tables.
-    ///
-    /// # Errors
-    /// As [`Self::parse`], and [`crate::Error::File`] where the file cannot be read.
-    pub fn load(path: &Path) -> Result<Self> {
-        Self::parse(path, &read_text(path)?)
+    pub(super) fn from_entries(entries: Vec<MaterialEntry>) -> Self {
+        Self { entries }
     }
 
-    /// Reads the text of such a file; `path` is for errors.
-    ///
-    /// # Errors
-    /// [`crate::Error::Format`] with line and key for anything but numbers from 0 to 1, one or eight of them, with
-    /// transmission not above absorption.
-    pub fn parse(path: &Path, text: &str) -> Result<Self> {
-        let file = TomlFile { path, text };
-        let root = file.parse()?;
-        file.known_keys(&root, "the file", &["materials"])?;
-        match root.get("materials") {
-            Some(value) => Self::from_toml(file, value),
-            None => Ok(Self::default()),
-        }
-    }
-
-    /// From the value of a `materials` key.
-    pub(super) fn from_toml<'a>(file: TomlFile<'a>, value: &Spanned<DeValue<'a>>) -> Result<Self> {
-        let mut table = Self::default();
-        for (name, value) in file.table(value, "materials")? {
-            let name_text = name.get_ref().as_ref();
-            let fields = file.table(value, name_text)?;
-            let entry = read_entry(file, name, fields)?;
-            table.entries.push(entry);
-        }
-        Ok(table)
-    }
-
-    /// Adds the materials of another table; they win over those already here.
+    /// Adds the materials of another table; they replace materials of the same names.
     pub fn extend(&mut self, other: Self) {
         for entry in other.entries {
             self.entries
@@ -158,7 +130,7 @@ impl MaterialTable {
         resolved
     }
 
-    /// What unknown names get: the table's own entry, else the built-in numbers for a table without one.
+    /// The table's generic material, or a default for a table without one.
     fn generic(&self) -> Material {
         self.get(GENERIC_MATERIAL).map_or_else(
             || Material {
@@ -177,10 +149,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn built_in_table_parses_and_has_every_promised_name() {
-        let text = include_str!("materials.toml");
-        let table = MaterialTable::parse(Path::new("materials.toml"), text).unwrap();
-        assert_eq!(table, MaterialTable::built_in());
+    fn built_in_table_has_every_promised_name_and_valid_numbers() {
+        let table = MaterialTable::built_in();
         for name in [
             "concrete",
             "plaster",
@@ -208,15 +178,27 @@ mod tests {
             assert!(table.get(name).is_some(), "{name}");
         }
         for entry in table.entries() {
-            assert!(!entry.source.is_empty(), "{}", entry.material.name);
+            let material = &entry.material;
+            assert!(!entry.source.is_empty(), "{}", material.name);
+            let ratios = [
+                material.absorption,
+                material.scattering,
+                material.transmission,
+            ];
+            assert!(ratios.iter().flatten().all(|r| (0.0..=1.0).contains(r)));
         }
     }
 
     #[test]
     fn names_match_exactly_first_then_in_any_case() {
         let mut table = MaterialTable::built_in();
-        let own = "[materials.Concrete]\nabsorption = 0.5\n[materials.glass]\nabsorption = 0.25\n";
-        table.extend(MaterialTable::parse(Path::new("m.toml"), own).unwrap());
+        let own = [("Concrete", 0.5), ("glass", 0.25)].map(|(name, absorption)| Material {
+            name: name.to_owned(),
+            absorption: [absorption; BANDS],
+            scattering: [DEFAULT_SCATTERING; BANDS],
+            transmission: [DEFAULT_TRANSMISSION; BANDS],
+        });
+        table.extend(MaterialTable::from_materials(own.into()));
         let names = ["concrete", "Concrete", "CONCRETE", "GLASS", "Granite.001"];
         let resolved = table.resolve(&names.map(String::from));
         let first_band: Vec<f32> = resolved.materials.iter().map(|m| m.absorption[0]).collect();

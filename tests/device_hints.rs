@@ -1,5 +1,5 @@
-//! Heat and performance hints through the whole engine, on a phone that is made up: heat lowers detail in both schedules,
-//! updates and blocks are told to the system from the propagation thread, and everything is given back.
+//! Device hints through the whole engine, on a scripted phone: heat lowers quality in both schedules, the propagation thread
+//! reports updates and blocks, and all system objects are released.
 #![expect(
     clippy::disallowed_methods,
     reason = "the engine runs in real time; waiting for it is what this is about"
@@ -10,8 +10,7 @@ use std::ptr::{null_mut, without_provenance_mut};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicI64, AtomicU32, Ordering};
 
-use foresound::propagation::PropagationSettings;
-use foresound::runtime::phone::{DeviceHintsSettings, Handle, Symbols, this_thread};
+use foresound::runtime::phone::{Handle, Symbols, this_thread};
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, QualityLevel, Renderer,
     Statistics,
@@ -30,7 +29,7 @@ static SOUND_THREAD: AtomicI32 = AtomicI32::new(0);
 
 const SOMEBODY: Handle = without_provenance_mut(8);
 
-/// The system may make its caller wait, which sound must not.
+/// System calls may block, so the sound thread must not make them.
 fn note_caller() {
     if this_thread() == SOUND_THREAD.load(Ordering::SeqCst) {
         FROM_SOUND.fetch_add(1, Ordering::SeqCst);
@@ -108,21 +107,13 @@ impl Playing {
     fn new(schedule: EngineSchedule) -> Self {
         // SAFETY: the functions above have the types of Android's headers.
         let symbols = unsafe { Symbols::found_by(&mut |name| address(name)) };
-        let settings = EngineSettings {
-            schedule,
-            affinity: AffinityPolicy::None,
-            propagation: PropagationSettings {
-                guide_rays: 64,
-                source_rays: 16,
-                ..PropagationSettings::default()
-            },
-            manners: DeviceHintsSettings {
-                symbols: Box::leak(Box::new(symbols)),
-                ..DeviceHintsSettings::default()
-            },
-            shown_paths: 12,
-            ..EngineSettings::default()
-        };
+        let mut settings = EngineSettings::default();
+        settings.schedule = schedule;
+        settings.affinity = AffinityPolicy::None;
+        settings.propagation.guide_rays = 64;
+        settings.propagation.source_rays = 16;
+        settings.device_hints.symbols = Box::leak(Box::new(symbols));
+        settings.max_snapshot_paths = 12;
         let (mut controller, mut renderer) = Engine::new(settings).expect("can be");
         let mesh = procedural::shoebox(Vec3::new(8.0, 3.0, 6.0), "concrete");
         let table = MaterialTable::built_in();
@@ -138,7 +129,7 @@ impl Playing {
         }
     }
 
-    /// Ticks and renders until something holds; whether it ever does.
+    /// Ticks and renders until a condition holds; returns whether it did.
     fn until(&mut self, holds: impl Fn(&Statistics) -> bool) -> bool {
         let listener = ListenerPose::facing(Vec3::new(5.0, 1.7, 3.0), 0.0);
         let mut block = [0.0; 512];
@@ -155,20 +146,22 @@ impl Playing {
     }
 }
 
-/// One test, since the phone is one.
+/// One test, because the phone is global.
 #[test]
-fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
+fn heat_lowers_quality_and_hints_come_from_the_propagation_thread() {
     HEADROOM.store(0.98f32.to_bits(), Ordering::SeqCst);
     let mut playing = Playing::new(EngineSchedule::Asynchronous);
-    assert!(playing.until(|now| now.tier == QualityLevel(3)));
-    assert!(playing.until(|now| now.manners.hints_updates && now.manners.hints_sound));
-    let manners = playing.controller.statistics().manners;
+    assert!(playing.until(|now| now.quality_level == QualityLevel(3)));
+    assert!(
+        playing.until(|now| now.device_hints.hints_propagation && now.device_hints.hints_sound)
+    );
+    let hints = playing.controller.statistics().device_hints;
     assert_eq!(
-        (manners.reading.headroom, manners.reading.status),
+        (hints.reading.headroom, hints.reading.status),
         (Some(0.98), Some(0))
     );
-    // The picture of the room: what was asked for of its more than a hundred paths, and the direct one among the loudest.
-    let shown = playing.controller.shown_paths();
+    // The path snapshot: twelve of more than a hundred paths, the direct one among them.
+    let shown = playing.controller.path_snapshot();
     assert_eq!(shown.len(), 12);
     let direct = shown
         .iter()
@@ -180,7 +173,7 @@ fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     );
     assert!(REPORTS.load(Ordering::SeqCst) > 0 && LONGEST_NS.load(Ordering::SeqCst) > 1_000);
     assert_eq!(SESSIONS.load(Ordering::SeqCst), 2);
-    // None of it on this thread, which makes the sound.
+    // No call came from this thread, which renders.
     assert_eq!(FROM_SOUND.load(Ordering::SeqCst), 0);
     drop(playing);
     let left = [
@@ -189,12 +182,18 @@ fn heat_lowers_detail_and_hints_come_from_the_propagation_thread() {
     ];
     assert_eq!(left, [0, 0]);
 
-    // The baseline's updates are the app's own time: heat counts, hints of updates do not.
+    // Synchronous updates run on the app's thread: thermal state applies, hints of updates do not.
     let begun = BEGUN.load(Ordering::SeqCst);
     let mut playing = Playing::new(EngineSchedule::Synchronous);
-    assert!(playing.until(|now| now.tier == QualityLevel(3)));
-    assert!(playing.until(|now| now.manners.hints_sound));
-    assert!(!playing.controller.statistics().manners.hints_updates);
+    assert!(playing.until(|now| now.quality_level == QualityLevel(3)));
+    assert!(playing.until(|now| now.device_hints.hints_sound));
+    assert!(
+        !playing
+            .controller
+            .statistics()
+            .device_hints
+            .hints_propagation
+    );
     assert_eq!(BEGUN.load(Ordering::SeqCst), begun + 1);
     drop(playing);
     let left = [

@@ -1,20 +1,19 @@
-//! Finds things by the cell of space they lie in.
+//! Spatial hash: items by grid cell.
 //!
-//! Control side. Cells hash into buckets without keeping which cell it was: whoever asks measures the distance anyway,
-//! so a stranger in the bucket costs a comparison and nothing else.
+//! Control side. Buckets do not store the cell: a visitor tests distances, so an item of another cell costs a comparison.
 
 /// End of a chain.
 const NONE: u32 = u32::MAX;
 
-/// Things numbered from 0 in buckets of a fixed table.
-pub(super) struct CellIndex {
+/// Items with indices from 0 in buckets of a fixed table.
+pub(super) struct SpatialHash {
     heads: Vec<u32>,
     next: Vec<u32>,
     shift: u32,
 }
 
-impl CellIndex {
-    /// For about `count` things.
+impl SpatialHash {
+    /// For about `count` items.
     pub(super) fn new(count: usize) -> Self {
         let bits = (count.max(2) * 2).next_power_of_two().trailing_zeros();
         Self {
@@ -32,31 +31,31 @@ impl CellIndex {
         (hash >> self.shift) as usize
     }
 
-    /// Puts the next thing into a cell and gives its number.
+    /// Inserts the next item into a cell and returns its index.
     pub(super) fn insert<const N: usize>(&mut self, cell: [i64; N]) -> u32 {
         let bucket = self.bucket(cell);
-        let number = self.next.len() as u32;
+        let index = self.next.len() as u32;
         self.next.push(self.heads[bucket]);
-        self.heads[bucket] = number;
-        number
+        self.heads[bucket] = index;
+        index
     }
 
-    /// Visits everything in the cells that a box from `low` to `high` touches, some of it twice, and strangers, until
-    /// `go_on` says no.
+    /// Visits the items of all cells from `low` to `high`, some of them twice, and items of other cells, until
+    /// `keep_going` returns `false`.
     pub(super) fn visit<const N: usize>(
         &self,
         low: [i64; N],
         high: [i64; N],
-        mut go_on: impl FnMut(u32) -> bool,
+        mut keep_going: impl FnMut(u32) -> bool,
     ) {
         let mut cell = low;
         loop {
-            let mut number = self.heads[self.bucket(cell)];
-            while number != NONE {
-                if !go_on(number) {
+            let mut index = self.heads[self.bucket(cell)];
+            while index != NONE {
+                if !keep_going(index) {
                     return;
                 }
-                number = self.next[number as usize];
+                index = self.next[index as usize];
             }
             // Counts up like an odometer whose wheels run from low to high.
             let mut wheel = 0;
@@ -72,7 +71,7 @@ impl CellIndex {
     }
 }
 
-/// Number of the cell of a given size that holds a value.
+/// Index of the cell of a given size that contains a value.
 pub(super) fn cell_of(value: f64, size: f64) -> i64 {
     (value / size).floor() as i64
 }
@@ -83,7 +82,7 @@ mod tests {
 
     #[test]
     fn a_box_visits_every_cell_it_touches() {
-        let mut index = CellIndex::new(27);
+        let mut index = SpatialHash::new(27);
         for x in -1..2 {
             for y in -1..2 {
                 for z in -1..2 {
@@ -92,12 +91,12 @@ mod tests {
             }
         }
         let mut seen = [false; 27];
-        index.visit([-1, 0, 0], [0, 1, 0], |number| {
-            seen[number as usize] = true;
+        index.visit([-1, 0, 0], [0, 1, 0], |index| {
+            seen[index as usize] = true;
             true
         });
-        for (number, x, y) in [(4, -1, 0), (7, -1, 1), (13, 0, 0), (16, 0, 1)] {
-            assert!(seen[number], "{x} {y}");
+        for (index, x, y) in [(4, -1, 0), (7, -1, 1), (13, 0, 0), (16, 0, 1)] {
+            assert!(seen[index], "{x} {y}");
         }
     }
 }
