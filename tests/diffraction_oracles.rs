@@ -1,5 +1,5 @@
-//! Bent paths beyond one edge in the open, against oracles that know nothing of rays: where a large wall's reflection ends,
-//! over a mirroring floor, around a thick barrier.
+//! Diffracted paths beyond one edge in the open, against oracles independent of rays: the end of a large wall's reflection,
+//! a reflecting floor, a thick barrier.
 
 mod reference;
 
@@ -149,7 +149,7 @@ fn a_shadow_has_no_step_where_nothing_is_to_come_through_the_wall() {
 }
 
 #[test]
-fn a_bend_over_a_mirroring_floor_is_a_bend_of_the_images() {
+fn diffraction_over_a_reflecting_floor_is_that_of_the_images() {
     // A screen 4 m high on a floor; both ends stand behind it, at 1 and 1.5 m.
     let far = 50.0;
     let floor = [
@@ -184,7 +184,7 @@ fn a_bend_over_a_mirroring_floor_is_a_bend_of_the_images() {
             angles: [phi0, phi],
             along_m: f64::from(b.z - a.z),
         };
-        let near = |length_m: f32| (f64::from(length_m) - wedge.bent_m()).abs() < 1e-3;
+        let near = |length_m: f32| (f64::from(length_m) - wedge.path_m()).abs() < 1e-3;
         let found: Vec<_> = set
             .paths
             .iter()
@@ -202,7 +202,7 @@ fn a_bend_over_a_mirroring_floor_is_a_bend_of_the_images() {
 }
 
 #[test]
-fn the_boundary_elements_know_hankel_s_functions() {
+fn the_boundary_elements_have_hankel_s_functions() {
     // Their Wronskian, J₁ Y₀ − J₀ Y₁ = 2/(πx), on both sides of where the series change; and a printed value.
     for x in [0.05, 0.7, 3.0, 9.0, 13.9, 14.1, 40.0] {
         let (h0, h1) = (hankel(0, x), hankel(1, x));
@@ -219,7 +219,7 @@ fn the_boundary_elements_know_hankel_s_functions() {
 }
 
 #[test]
-fn two_bends_around_a_thick_barrier_are_near_the_boundary_elements() {
+fn second_order_around_a_thick_barrier_is_near_the_boundary_elements() {
     // A bar 1 m thick and 3 m high, without end; sound goes over it and under it.
     let (thick, high, half) = (1.0f32, 3.0f32, 60.0f32);
     let low = Vec3::new(-0.5 * thick, -0.5 * high, -half);
@@ -250,7 +250,7 @@ fn two_bends_around_a_thick_barrier_are_near_the_boundary_elements() {
             let [source, listener] = [from, to].map(|p| [f64::from(p.x), f64::from(p.y)]);
             let k = wavenumber(&bar, band);
             let exact = gain(&outline, &inside, k, source, listener);
-            // A line source's wave falls with the root of the way, a point's with the way.
+            // A line source's wave falls with the root of the path length, a point's with the length.
             let ours = level(&bar, &set, band, |length_m| length_m.sqrt()) * direct_m.sqrt();
             let error = db(ours / exact);
             println!("{from} {to} {band}: {:.2} dB, off by {error:.2}", db(exact));
@@ -258,7 +258,7 @@ fn two_bends_around_a_thick_barrier_are_near_the_boundary_elements() {
             sum += error.abs() / 12.0;
         }
     }
-    // At 126 Hz the top is less than half a wavelength thick, and sound bends to and fro on it; over and under the bar two
-    // waves meet whose phases real amplitudes leave out.
+    // At 126 Hz the top is less than half a wavelength thick, with diffraction of higher orders; the waves over and under
+    // the bar interfere with phases that real amplitudes leave out.
     assert!(sum < 2.0, "{sum} dB in the mean");
 }

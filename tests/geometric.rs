@@ -7,7 +7,7 @@ use foresound::extrapolation::{
     Extrapolator, FramePaths, GeometricSettings, PredictionTarget, PredictorKind, PreparedUpdate,
 };
 use foresound::generation::Hrtf;
-use foresound::propagation::diffraction::MOST_DIRECT_EDGES;
+use foresound::propagation::diffraction::MAX_DIRECT_EDGES;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::{Latency, OfflineRenderer, OfflineSettings, Poses, Schedule};
@@ -179,7 +179,7 @@ fn rays_stay_within_their_budget() {
         };
         // A direct path takes a ray for every wall it passes and one more: five at most, nine with both faces. A bend
         // of the direct field takes two, at the edges that the last two updates name.
-        let most = u64::from(4 * rays_per_source) + 4 * (10 + 2 * 2 * MOST_DIRECT_EDGES as u64);
+        let most = u64::from(4 * rays_per_source) + 4 * (10 + 2 * 2 * MAX_DIRECT_EDGES as u64);
         walk_by_hand(settings, |_, rays, _, _| {
             assert!(rays <= most, "{rays} of {most}");
         });

@@ -1,8 +1,8 @@
-//! Ways that bend over an edge of a part that moves and over one of something else: a half-open door and its frame.
+//! Second-order diffraction over an edge of an instance and one of something else: a half-open door and its frame.
 
 mod parts;
 
-use foresound::propagation::diffraction::{DiffractionSequence, MOST_DOUBLE};
+use foresound::propagation::diffraction::{DiffractionSequence, MAX_TWO_EDGE_PATHS};
 use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::{Path, PathSet, PropagationSettings, Propagator};
 use foresound::runtime::Threads;
@@ -10,8 +10,8 @@ use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose
 use glam::{DVec3, Quat, Vec2, Vec3};
 use parts::*;
 
-/// Few rays: nothing that bends twice hangs on them.
-fn bending(diffraction_order: usize) -> PropagationSettings {
+/// Few rays: paths over two edges do not depend on them.
+fn settings(diffraction_order: usize) -> PropagationSettings {
     PropagationSettings {
         guide_rays: 64,
         source_rays: 16,
@@ -21,13 +21,13 @@ fn bending(diffraction_order: usize) -> PropagationSettings {
     }
 }
 
-/// Over edges of two things of which one moves at least.
-fn is_joined(path: &Path) -> bool {
+/// Whether a path has edges of two instances, or of an instance and the fixed scene.
+fn crosses_parts(path: &Path) -> bool {
     let of = |edge: u32| if moves(&edge) { edge >> 19 } else { 0 };
     path.diffraction_order == 2 && of(path.edges[0]) != of(path.edges[1])
 }
 
-/// Numbers of all edges: the fixed scene's, then the instances'.
+/// Indices of all edges: the fixed scene's, then the instances'.
 fn edges_of(scene: &Scene) -> Vec<u32> {
     let fixed = 0..scene.edges().len() as u32;
     let parts = scene.instance_poses().flat_map(|pose| {
@@ -38,9 +38,9 @@ fn edges_of(scene: &Scene) -> Vec<u32> {
     fixed.chain(parts).collect()
 }
 
-/// All paths that bend around two edges, from the loudest on: every ordered pair of a scene's edges is asked.
-fn double_bends(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec<Path> {
-    let spot = Endpoints::of(
+/// All paths over two edges, loudest first, by trying every ordered pair of a scene's edges.
+fn two_edge_paths(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec<Path> {
+    let endpoints = Endpoints::of(
         source,
         ear.position,
         f64::from(PropagationSettings::default().min_distance_m),
@@ -49,12 +49,15 @@ fn double_bends(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec<P
     let pairs = edges
         .iter()
         .flat_map(|&a| edges.iter().map(move |&b| [a, b]));
-    let way = |edges: [u32; 2]| {
-        let way = DiffractionSequence::Double(edges).way(scene, &spot)?;
-        way.path(scene, &spot)
-            .filter(|_| way.is_clear(scene, &spot, &mut 0))
+    let path_over = |edges: [u32; 2]| {
+        let path = DiffractionSequence::TwoEdges(edges).between(scene, &endpoints)?;
+        path.path(scene, &endpoints)
+            .filter(|_| path.is_unoccluded(scene, &endpoints, &mut 0))
     };
-    let mut paths: Vec<Path> = pairs.filter(|[a, b]| a != b).filter_map(way).collect();
+    let mut paths: Vec<Path> = pairs
+        .filter(|[a, b]| a != b)
+        .filter_map(path_over)
+        .collect();
     paths.sort_by(|a, b| energy(b).total_cmp(&energy(a)));
     paths
 }
@@ -63,23 +66,23 @@ fn energy(path: &Path) -> f32 {
     path.amplitude.iter().map(|a| a * a).sum()
 }
 
-/// What comparing paths of two bends has shown.
+/// Counts of compared paths over two edges.
 #[derive(Debug, Default)]
-struct Doubles {
-    /// The loudest ways there are, as many as an update gives.
+struct TwoEdgeCounts {
+    /// The loudest paths, as many as an update emits.
     loudest: usize,
     /// How many of them the moving scene and the committed one have found.
     moving: usize,
     committed: usize,
-    /// How many of them go over edges of two things, and how many of these the moving scene has found.
+    /// How many of them have edges of two parts, and how many of these the moving scene has found.
     joined: usize,
     found: usize,
 }
 
-impl Doubles {
-    /// Compares an update in a scene with parts that move to one in a scene committed with them where they stand. Of ways over
-    /// two edges a commit names the nearest pairs only, so the moving scene may find more, and then gives them for
-    /// quieter ones: only ways that are there, and it misses none but for as many that are louder.
+impl TwoEdgeCounts {
+    /// Compares an update in a scene with moving parts to one in a scene committed with them at the same poses. A committed
+    /// scene has the nearest pairs of edges only, so the moving scene may find more, and emits them in place of quieter
+    /// ones: all exist, and it misses a path only if it has as many louder ones as an update emits.
     fn compare(
         &mut self,
         (found, moving): (&PathSet, &Scene),
@@ -94,17 +97,21 @@ impl Doubles {
             if heard.is_empty() && expected.is_empty() {
                 continue;
             }
-            let all = double_bends(committed, source, &found.listener);
+            let all = two_edge_paths(committed, source, &found.listener);
             let wrong = without(&heard, &all);
             assert!(wrong.is_empty(), "{what}: adds {wrong:#?}");
             for missing in without(&expected, &heard) {
                 let is_louder = |path: &&Path| energy(path) > 0.999 * energy(&missing);
                 let louder = heard.iter().filter(is_louder).count();
-                assert_eq!(louder, MOST_DOUBLE, "{what}: misses {missing:#?}");
+                assert_eq!(louder, MAX_TWO_EDGE_PATHS, "{what}: misses {missing:#?}");
             }
-            let there = double_bends(moving, source, &found.listener);
-            let loudest = &there[..there.len().min(MOST_DOUBLE)];
-            let joined: Vec<Path> = loudest.iter().filter(|p| is_joined(p)).copied().collect();
+            let there = two_edge_paths(moving, source, &found.listener);
+            let loudest = &there[..there.len().min(MAX_TWO_EDGE_PATHS)];
+            let joined: Vec<Path> = loudest
+                .iter()
+                .filter(|p| crosses_parts(p))
+                .copied()
+                .collect();
             let has = |paths: &[Path], set: &[Path]| paths.len() - without(paths, set).len();
             self.loudest += loudest.len();
             self.moving += has(loudest, &heard);
@@ -114,7 +121,7 @@ impl Doubles {
         }
     }
 
-    /// Most of the loudest are found if two things make them, and of all no fewer than by a committed scene.
+    /// The moving scene finds 90 % of the loudest with edges of two parts, and of all no fewer than a committed scene.
     fn check(&self, fewest: usize) {
         assert!(self.joined >= fewest, "{self:?}");
         assert!(10 * self.found >= 9 * self.joined, "{self:?}");
@@ -144,34 +151,34 @@ fn with_a_door(settings: PropagationSettings) -> (Propagator, InstanceId) {
 }
 
 #[test]
-fn a_door_and_its_frame_are_bent_around_like_a_scene_committed_with_it() {
+fn a_door_and_its_frame_diffract_like_a_scene_committed_with_it() {
     let (sources, ears) = hidden_from_each_other();
-    let (mut moving, id) = with_a_door(bending(2));
-    let mut doubles = Doubles::default();
+    let (mut moving, id) = with_a_door(settings(2));
+    let mut counts = TwoEdgeCounts::default();
     let mut set = PathSet::default();
     for step in 0..45 {
         let degrees = 0.3 + 2.0 * step as f32;
         let pose = swung(id, degrees);
         moving.scene_mut().set_instance_pose(&pose).expect("rigid");
         let fresh = commit(&joined(&rooms(), &door(), &pose));
-        let mut fresh = Propagator::new(fresh, bending(2)).expect("settings");
+        let mut fresh = Propagator::new(fresh, settings(2)).expect("settings");
         for place in ears {
             let ear = ear(place + Vec3::X * 0.004 * step as f32);
             let mut expected = PathSet::default();
             moving.update(&ear, &sources, 0.0, &mut set);
             fresh.update(&ear, &sources, 0.0, &mut expected);
             let what = format!("{degrees}°, {place}");
-            doubles.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
+            counts.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
         }
     }
-    doubles.check(400);
+    counts.check(400);
 }
 
 #[test]
-fn two_parts_are_bent_around_like_a_scene_committed_with_them() {
+fn two_parts_diffract_like_a_scene_committed_with_them() {
     let fixed = procedural::shoebox(Vec3::new(9.0, 4.0, 7.0), "concrete");
     let part = block(Vec3::new(-1.1, -1.5, -0.1), Vec3::new(1.1, 0.9, 0.1));
-    let mut moving = Propagator::new(commit(&fixed), bending(2)).expect("settings");
+    let mut moving = Propagator::new(commit(&fixed), settings(2)).expect("settings");
     let at = |id, x: f64, degrees: f32| InstancePose {
         id,
         position: DVec3::new(x, 1.55 - 0.03 * x, 3.4),
@@ -184,7 +191,7 @@ fn two_parts_are_bent_around_like_a_scene_committed_with_them() {
         added.expect("a screen")
     });
     let sources = [source(0, Vec3::new(1.6, 1.1, 3.3))];
-    let (mut doubles, mut set) = (Doubles::default(), PathSet::default());
+    let (mut counts, mut set) = (TwoEdgeCounts::default(), PathSet::default());
     for step in 0..30 {
         let turned = 2.3 * step as f32;
         let poses = [
@@ -194,18 +201,18 @@ fn two_parts_are_bent_around_like_a_scene_committed_with_them() {
         assert_eq!(moving.scene_mut().set_instance_poses(&poses), 2);
         let mesh = joined(&joined(&fixed, &part, &poses[0]), &part, &poses[1]);
         let fresh = commit(&mesh);
-        let mut fresh = Propagator::new(fresh, bending(2)).expect("settings");
+        let mut fresh = Propagator::new(fresh, settings(2)).expect("settings");
         let ear = ear(Vec3::new(7.3, 1.2, 3.6 + 0.01 * step as f32));
         let mut expected = PathSet::default();
         moving.update(&ear, &sources, 0.0, &mut set);
         fresh.update(&ear, &sources, 0.0, &mut expected);
         let what = format!("step {step}");
-        doubles.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
+        counts.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
     }
-    doubles.check(25);
+    counts.check(25);
 }
 
-/// Sound pressure of all that comes directly or bends, at the centres of the lowest three bands.
+/// Sound pressure of all direct and diffracted paths at the centres of the lowest three bands.
 fn pressure(set: &PathSet) -> [Vec2; 3] {
     std::array::from_fn(|band| {
         let wavenumber = std::f32::consts::TAU * [63.0, 125.0, 250.0][band] / 343.0;
@@ -219,14 +226,14 @@ fn pressure(set: &PathSet) -> [Vec2; 3] {
     })
 }
 
-/// How restless sound pressure is as a door swings: the sum of its squared steps.
+/// Sum of the squared steps of sound pressure.
 #[derive(Default)]
-struct Restless {
+struct Restlessness {
     last: Option<[Vec2; 3]>,
     steps: f32,
 }
 
-impl Restless {
+impl Restlessness {
     fn see(&mut self, set: &PathSet) {
         let now = pressure(set);
         if let Some(last) = self.last.replace(now) {
@@ -241,29 +248,30 @@ fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
     let (sources, ears) = hidden_from_each_other();
     for (source, place) in sources.into_iter().zip(ears) {
         let (source, ear) = ([source], ear(place));
-        let mut restless: [Restless; 3] = Default::default();
-        let (mut once, first) = with_a_door(bending(1));
-        let (mut twice, second) = with_a_door(bending(2));
+        let mut restless: [Restlessness; 3] = Default::default();
+        let (mut once, first) = with_a_door(settings(1));
+        let (mut twice, second) = with_a_door(settings(2));
         let (mut set, mut before) = (PathSet::default(), PathSet::default());
         let (mut kept, mut all) = (0, 0);
         for step in 0..220 {
             let degrees = 0.1 + 0.4 * step as f32;
             let pose = swung(second, degrees);
-            let hear = |propagator: &mut Propagator, set: &mut PathSet, restless: &mut Restless| {
-                propagator.update(&ear, &source, 0.0, set);
-                restless.see(set);
-            };
+            let hear =
+                |propagator: &mut Propagator, set: &mut PathSet, restless: &mut Restlessness| {
+                    propagator.update(&ear, &source, 0.0, set);
+                    restless.see(set);
+                };
             once.scene_mut()
                 .set_instance_pose(&swung(first, degrees))
                 .expect("rigid");
             twice.scene_mut().set_instance_pose(&pose).expect("rigid");
             let fresh = commit(&joined(&rooms(), &door(), &pose));
-            let mut fresh = Propagator::new(fresh, bending(2)).expect("settings");
+            let mut fresh = Propagator::new(fresh, settings(2)).expect("settings");
             hear(&mut once, &mut set, &mut restless[0]);
             hear(&mut fresh, &mut set, &mut restless[1]);
             hear(&mut twice, &mut set, &mut restless[2]);
-            // A way that goes on keeps its name, and moves little.
-            for path in before.paths.iter().filter(|path| is_joined(path)) {
+            // A path that persists keeps its identity, and moves little.
+            for path in before.paths.iter().filter(|path| crosses_parts(path)) {
                 if let Some(next) = set.paths.iter().find(|p| p.id == path.id) {
                     assert_eq!(next.edges, path.edges);
                     let moved_m = (next.length_m - path.length_m).abs();
@@ -287,11 +295,11 @@ fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_bit_of_ways_around_a_door() {
+fn the_number_of_threads_changes_no_bit_of_paths_around_a_door() {
     let (sources, ears) = hidden_from_each_other();
     let run = |count: usize| {
         let threads = Threads::start(count).expect("threads start");
-        let (mut rooms, id) = with_a_door(bending(2));
+        let (mut rooms, id) = with_a_door(settings(2));
         let hear = |step: usize| {
             let pose = swung(id, 7.0 * step as f32);
             rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
@@ -306,19 +314,19 @@ fn the_number_of_threads_changes_no_bit_of_ways_around_a_door() {
     let joined = one
         .iter()
         .flat_map(|set| &set.paths)
-        .filter(|p| is_joined(p));
+        .filter(|p| crosses_parts(p));
     assert!(joined.count() > 20);
     for count in [2, 3] {
         assert_eq!(one, run(count), "{count} threads");
     }
 }
 
-/// Between updates extrapolation asks for a path anew where the door is by then: the update's own answer.
+/// Between updates extrapolation recomputes a path at the door's current pose: the result is the update's.
 #[test]
-fn a_way_that_is_followed_is_the_updates_own() {
+fn a_revalidated_path_is_the_updates_own() {
     let (sources, ears) = hidden_from_each_other();
-    let min_distance_m = f64::from(bending(2).min_distance_m);
-    let (mut rooms, id) = with_a_door(bending(2));
+    let min_distance_m = f64::from(settings(2).min_distance_m);
+    let (mut rooms, id) = with_a_door(settings(2));
     let (mut before, mut set) = (PathSet::default(), PathSet::default());
     let mut followed = 0;
     for step in 0..60 {
@@ -326,16 +334,19 @@ fn a_way_that_is_followed_is_the_updates_own() {
         rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
         let ear = ear(ears[0]);
         rooms.update(&ear, &sources, 0.0, &mut set);
-        for path in before.paths.iter().filter(|path| is_joined(path)) {
+        for path in before.paths.iter().filter(|path| crosses_parts(path)) {
             let Some(now) = set.paths.iter().find(|p| p.id == path.id) else {
                 continue;
             };
             let source = sources.iter().find(|s| s.id == path.source).expect("one");
-            let spot = Endpoints::of(source, ear.position, min_distance_m);
-            let course = DiffractionSequence::of(rooms.scene(), path).expect("bends");
-            let way = course.way(rooms.scene(), &spot).expect("a way");
-            assert!(way.is_clear(rooms.scene(), &spot, &mut 0));
-            assert_eq!(way.path(rooms.scene(), &spot).as_ref(), Some(now));
+            let endpoints = Endpoints::of(source, ear.position, min_distance_m);
+            let sequence = DiffractionSequence::of(rooms.scene(), path).expect("two edges");
+            let revalidated = sequence.between(rooms.scene(), &endpoints).expect("a path");
+            assert!(revalidated.is_unoccluded(rooms.scene(), &endpoints, &mut 0));
+            assert_eq!(
+                revalidated.path(rooms.scene(), &endpoints).as_ref(),
+                Some(now)
+            );
             followed += 1;
         }
         std::mem::swap(&mut before, &mut set);
@@ -346,7 +357,7 @@ fn a_way_that_is_followed_is_the_updates_own() {
 #[test]
 fn source_and_listener_change_places() {
     let (sources, ears) = hidden_from_each_other();
-    let (mut rooms, id) = with_a_door(bending(2));
+    let (mut rooms, id) = with_a_door(settings(2));
     let (mut there, mut back) = (PathSet::default(), PathSet::default());
     let mut compared = 0;
     for step in 0..24 {
@@ -355,11 +366,11 @@ fn source_and_listener_change_places() {
         for (from, to) in sources.iter().zip(ears) {
             rooms.update(&ear(to), &[*from], 0.0, &mut there);
             rooms.update(&ear(from.position), &[source(0, to)], 0.0, &mut back);
-            for path in there.paths.iter().filter(|path| is_joined(path)) {
-                let ways = back.paths.iter().filter(|p| p.diffraction_order == 2);
+            for path in there.paths.iter().filter(|path| crosses_parts(path)) {
+                let returning = back.paths.iter().filter(|p| p.diffraction_order == 2);
                 let is_back =
                     |p: &&Path| p.edges[0] == path.edges[1] && p.edges[1] == path.edges[0];
-                match ways.clone().find(is_back) {
+                match returning.clone().find(is_back) {
                     Some(other) => {
                         assert!((other.length_m - path.length_m).abs() < 1e-4);
                         let loudest = energy(path).sqrt();
@@ -368,10 +379,10 @@ fn source_and_listener_change_places() {
                         }
                         compared += 1;
                     }
-                    // Ways over edges of one thing are found from one end only, and may be louder.
+                    // Paths over edges of one part are found from one end only, and may be louder.
                     None => {
-                        let louder = ways.filter(|p| energy(p) > 0.999 * energy(path));
-                        assert_eq!(louder.count(), MOST_DOUBLE, "{path:?}");
+                        let louder = returning.filter(|p| energy(p) > 0.999 * energy(path));
+                        assert_eq!(louder.count(), MAX_TWO_EDGE_PATHS, "{path:?}");
                     }
                 }
             }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use foresound::acoustics::BANDS;
 use foresound::generation::{GeneratorSettings, Hrtf};
-use foresound::propagation::diffraction::MOST_DIRECT_EDGES;
+use foresound::propagation::diffraction::MAX_DIRECT_EDGES;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::runtime::{
     AffinityPolicy, Engine, EngineSchedule, EngineSettings, FrameTime, Renderer,
@@ -94,7 +94,7 @@ fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
         // Amplitudes are single precision.
         let most = 1.0001
             * match (path.order, path.diffraction_order) {
-                (0, 0) => (1.0 + 0.5 * MOST_DIRECT_EDGES as f32) * free,
+                (0, 0) => (1.0 + 0.5 * MAX_DIRECT_EDGES as f32) * free,
                 (_, 0) => free,
                 _ => 1.0 / NEAREST_M,
             };

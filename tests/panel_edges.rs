@@ -1,4 +1,4 @@
-//! Where a reflector ends its reflection does not end at once: nobody who walks past hears a step.
+//! A reflection fades where its reflector ends, without a step for a moving listener.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -73,7 +73,7 @@ fn a_straight_edge_leaves_half_at_the_boundary() {
 
 #[test]
 fn a_second_reflection_fades_where_its_wall_ends() {
-    // A wall on the ground that ends at x = 0. The reflection's point on it is two fifths of the way to the listener.
+    // A wall on the ground that ends at x = 0. The reflection's point on it is two fifths along the path to the listener.
     let ground = [
         Vec3::new(-40.0, 0.0, -40.0),
         Vec3::new(0.0, 0.0, 80.0),
@@ -141,7 +141,7 @@ fn a_second_reflection_fades_where_its_wall_ends() {
 }
 
 #[test]
-fn a_free_panel_s_reflection_is_told_once_where_it_ends() {
+fn a_free_panel_s_reflection_counts_once_where_it_ends() {
     // A board above both, which ends at x = 0.
     let board = [
         Vec3::new(-5.0, 4.0, -2.5),
@@ -178,6 +178,8 @@ fn a_free_panel_s_reflection_is_told_once_where_it_ends() {
         for b in 0..8 {
             let change = (now[b] - before[b]).abs();
             worst = worst.max(change);
+            // A smoothstep over 0.3 m, of which the reflection point moves 5.5 mm: 0.027; the edge's wave that replaces
+            // the reflection changes as much.
             assert!(change < 0.06, "step {step}, band {b}: {change}");
             // Not louder than a whole reflection with its brightest fringe.
             assert!(now[b].abs() < 1.2, "step {step}, band {b}: {}", now[b]);

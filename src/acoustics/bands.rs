@@ -1,9 +1,9 @@
-//! The eight octave bands in which every spectrum is described.
+//! The eight octave bands of every spectrum.
 
 /// Number of octave bands. Moves with: [`CENTRES_HZ`], [`EDGES_HZ`], the band filter and every file format.
 pub const BANDS: usize = 8;
 
-/// One value a band, lowest band first.
+/// One value per band, lowest band first.
 pub type BandArray = [f32; BANDS];
 
 /// Exact midband frequencies, nominally 63 Hz to 8 kHz: 1000 × 10^(0.3 k), k = −4 … 3 (IEC 61260-1, base ten).
@@ -30,19 +30,24 @@ pub const EDGES_HZ: [f64; BANDS - 1] = [
     5_623.413_251_903_491,
 ];
 
-/// Pressure ratio of an energy ratio. The one place where energy becomes amplitude.
+/// Pressure ratio of an energy ratio: its square root, 0 below 0. All conversions from energy to amplitude use it.
+///
+/// ```
+/// use foresound::acoustics::bands::amplitude_of_energy;
+/// assert_eq!(amplitude_of_energy(0.25), 0.5);
+/// ```
 #[inline]
 pub fn amplitude_of_energy(energy: f32) -> f32 {
     energy.max(0.0).sqrt()
 }
 
-/// e^(−x) of each band, x from 0 up: what is left after so many nepers.
+/// e^(−x) of each band: the attenuation of x nepers.
 ///
-/// Range: a relative error below 1e-6 (1 + x) up to x = 87, from where on the result stays at 1e-38. Only sums and
-/// products, so that all bands go at once and every machine has the same bits. 2 to the power of a whole number and of a
-/// rest of at most a half, the latter by the first seven terms of its series.
+/// Range: x ≥ 0. The relative error is below 1e-6 (1 + x) up to x = 87; beyond, the result stays at 1e-38. The evaluation
+/// is 2^k 2^f with whole k and |f| ≤ ½, the latter by seven terms of its series. It has sums and products only: bands are
+/// vector lanes, and all machines give the same bits.
 #[inline]
-pub fn fading(nepers: &BandArray) -> BandArray {
+pub fn exp_neg(nepers: &BandArray) -> BandArray {
     /// ln(2)^k / k!
     const SERIES: [f32; 7] = [
         1.0,
@@ -53,7 +58,7 @@ pub fn fading(nepers: &BandArray) -> BandArray {
         0.001_333_355_8,
         0.000_154_035_3,
     ];
-    /// Added to a small number it leaves the nearest whole one in the low bits.
+    /// 1.5 × 2²³: adding it rounds to the nearest integer, which the low mantissa bits then hold.
     const WHOLE: f32 = 12_582_912.0;
     let mut left = [0.0; BANDS];
     for b in 0..BANDS {
@@ -79,10 +84,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fading_is_the_exponential() {
+    fn exp_neg_is_the_exponential() {
         for step in 0..8700 {
             let x = step as f32 * 0.01;
-            let left = fading(&[x, 0.0, 0.5 * x, 0.0, 0.0, 0.0, 0.0, 1e9]);
+            let left = exp_neg(&[x, 0.0, 0.5 * x, 0.0, 0.0, 0.0, 0.0, 1e9]);
             for (got, x) in [(left[0], x), (left[2], 0.5 * x)] {
                 let exact = (-f64::from(x)).exp();
                 let error = (f64::from(got) / exact - 1.0).abs();

@@ -1,50 +1,62 @@
-//! Materials: how much of a sound a surface absorbs, scatters and lets through, and at which angle it reflects what.
+//! Materials: absorption, scattering, transmission, and the reflection factor by angle of incidence.
 //!
-//! Angle dependence is that of a locally reacting surface whose real impedance has the stated random-incidence
-//! absorption (Paris' formula inverted), see \[KUTTRUFF\] 2.3 to 2.5.
+//! The angle dependence is that of a locally reacting surface whose real impedance has the given random-incidence
+//! absorption (Paris' formula inverted, \[KUTTRUFF\] 2.3 to 2.5).
 
 use std::sync::OnceLock;
 
 use super::bands::{BANDS, BandArray, amplitude_of_energy};
 
-/// A surface material. All values are energy ratios from 0 to 1, one a band.
+/// A surface material. All values are energy ratios from 0 to 1, one per band.
+///
+/// ```
+/// use foresound::acoustics::{BANDS, Material};
+/// let curtain = Material {
+///     name: "curtain".to_owned(),
+///     absorption: [0.5; BANDS],
+///     scattering: [0.19; BANDS],
+///     transmission: [0.01; BANDS],
+/// };
+/// assert!((curtain.transmission_factor()[0] - 0.1).abs() < 1e-6);
+/// assert!((curtain.specular_factor()[0] - 0.9).abs() < 1e-6);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
-    /// Name, as the mesh file has it.
+    /// Name, as in the mesh file.
     pub name: String,
-    /// Random-incidence absorption coefficient: the share of energy that does not come back (what passes through counts).
+    /// Random-incidence absorption coefficient: share of the incident energy that is not reflected, transmission included.
     pub absorption: BandArray,
-    /// Scattering coefficient: the share of the *reflected* energy that leaves the specular direction (ISO 17497-1).
+    /// Scattering coefficient (ISO 17497-1): share of the *reflected* energy outside the specular direction.
     pub scattering: BandArray,
-    /// Transmission coefficient: the share of energy that passes through. 10^(−TL/10) for a transmission loss of TL dB.
+    /// Transmission coefficient: share of the incident energy behind the surface, 10^(−TL/10) for a transmission loss of TL dB.
     pub transmission: BandArray,
 }
 
 impl Material {
-    /// Pressure factor of one passage through the material, in each band.
+    /// Pressure factor of transmission through the material, per band.
     pub fn transmission_factor(&self) -> BandArray {
         self.transmission.map(amplitude_of_energy)
     }
 
-    /// Pressure factor that scattering leaves to the specular reflection, in each band.
+    /// Pressure factor of the specular reflection due to scattering, √(1 − s) per band.
     pub fn specular_factor(&self) -> BandArray {
         self.scattering.map(|s| amplitude_of_energy(1.0 - s))
     }
 }
 
-/// Angle-dependent pressure reflection factor of one material, ready for use: a specific impedance and a residue a band.
+/// Angle-dependent pressure reflection factor of a material: a specific impedance and a residual factor per band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reflectance {
-    /// Specific impedance ζ of each band (real, in units of the air's), at least that of highest absorption.
+    /// Specific impedance ζ (real, in units of the air's), at least that of highest absorption.
     pub impedance: BandArray,
-    /// Factor beyond what any real impedance absorbs, times the loss to scattering.
+    /// Pressure factor for absorption above that of any real impedance, times the loss to scattering.
     pub residue: BandArray,
-    /// The first of these two factors alone.
+    /// The former factor without the loss to scattering.
     pub unscattered_residue: BandArray,
 }
 
 impl Reflectance {
-    /// Of a material, with the share that scattering takes away already taken away.
+    /// The reflectance of a material. Not for real-time threads: it inverts Paris' formula by bisection in every band.
     pub fn of(material: &Material) -> Self {
         let specular = material.specular_factor();
         let mut result = Self {
@@ -61,8 +73,8 @@ impl Reflectance {
         result
     }
 
-    /// Pressure reflection factor in each band at an angle of incidence given by its cosine. Signed: near grazing
-    /// incidence (ζ cos θ < 1) the reflection turns its phase.
+    /// Specular pressure reflection factor per band at an angle of incidence with this cosine (0 to 1). Negative near
+    /// grazing incidence, where ζ cos θ < 1. Real-time safe.
     #[inline]
     pub fn factor(&self, cos_incidence: f32) -> BandArray {
         let mut factor = [0.0; BANDS];
@@ -72,11 +84,9 @@ impl Reflectance {
         }
         factor
     }
-}
 
-impl Reflectance {
-    /// Share of the energy that comes back at an angle of incidence given by its cosine, in each band: the mirrored and
-    /// the scattered together.
+    /// Reflected share of the energy per band at an angle of incidence with this cosine (0 to 1), specular and scattered
+    /// together. Real-time safe.
     #[inline]
     pub fn energy(&self, cos_incidence: f32) -> BandArray {
         let mut energy = [0.0; BANDS];
@@ -89,7 +99,8 @@ impl Reflectance {
     }
 }
 
-/// Random-incidence absorption of a locally reacting surface of real specific impedance `zeta` (Paris, \[KUTTRUFF\] 2.42).
+/// Random-incidence absorption of a locally reacting surface of real specific impedance `zeta` > 0 (Paris,
+/// \[KUTTRUFF\] 2.42).
 pub fn random_incidence_absorption(zeta: f64) -> f64 {
     8.0 / (zeta * zeta) * (1.0 + zeta - 1.0 / (1.0 + zeta) - 2.0 * (1.0 + zeta).ln())
 }
@@ -99,7 +110,7 @@ pub fn random_incidence_absorption(zeta: f64) -> f64 {
 fn most_absorbing_impedance() -> f64 {
     static ZETA: OnceLock<f64> = OnceLock::new();
     *ZETA.get_or_init(|| {
-        // Golden-section search; the maximum is single and flat, so 1e-9 in ζ is far beyond need.
+        // Golden-section search; the maximum is unique.
         let (mut low, mut high) = (1.0, 3.0);
         let ratio = (5f64.sqrt() - 1.0) / 2.0;
         while high - low > 1e-9 {
@@ -114,18 +125,18 @@ fn most_absorbing_impedance() -> f64 {
     })
 }
 
-/// Largest impedance in use: absorption 8e-6, below any material's.
+/// Largest impedance in use: absorption 8e-6, below that of any material.
 const HARDEST_IMPEDANCE: f64 = 1e6;
 
-/// Real impedance whose random-incidence absorption is `absorption`, and the extra pressure factor where none has so
-/// much: above 0.951 the impedance stays at its most absorbing and the rest is taken off evenly, down to nothing at 1.
+/// Real impedance of a random-incidence absorption (0 to 1), and a residual pressure factor. Above 0.951, the most that
+/// a real impedance absorbs, the impedance stays there and the factor falls from 1 to 0 at an absorption of 1.
 pub fn impedance_of_absorption(absorption: f64) -> (f64, f64) {
     let softest = most_absorbing_impedance();
     let most = random_incidence_absorption(softest);
     if absorption >= most {
         return (softest, ((1.0 - absorption).max(0.0) / (1.0 - most)).sqrt());
     }
-    // Falls steadily from `softest` on, so bisection on a logarithmic scale finds the only root.
+    // The absorption falls monotonically from `softest` on: bisection on a logarithmic scale.
     let (mut low, mut high) = (softest.ln(), HARDEST_IMPEDANCE.ln());
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

@@ -7,7 +7,14 @@ use super::bands::{BANDS, BandArray, CENTRES_HZ};
 /// Speed of sound in dry air at 0 °C, in m/s (\[CRAMER93\]). At 20 °C it gives 343.4 m/s.
 const SPEED_AT_0_C_M_S: f64 = 331.45;
 
-/// State of the air, the same everywhere in a scene.
+/// State of the air, uniform within a scene.
+///
+/// ```
+/// use foresound::acoustics::Medium;
+/// let air = Medium { temperature_c: 0.0, ..Medium::default() };
+/// assert!((air.speed_of_sound_m_s() - 331.45).abs() < 1e-9);
+/// assert!(air.absorption_db_per_m(4000.0) > air.absorption_db_per_m(250.0));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Medium {
     /// Temperature in °C.
@@ -30,15 +37,12 @@ impl Default for Medium {
 }
 
 impl Medium {
-    /// Speed of sound in m/s.
+    /// Speed of sound in m/s (\[CRAMER93\], dry air).
     pub fn speed_of_sound_m_s(&self) -> f64 {
         SPEED_AT_0_C_M_S * (1.0 + self.temperature_c / 273.15).sqrt()
     }
 
-    /// Attenuation of a pure tone in dB/m.
-    ///
-    /// # References
-    /// \[ISO9613-1\] equations 3 to 5, literal; saturation pressure by its equation B.2/B.3.
+    /// Attenuation of a pure tone in dB/m (\[ISO9613-1\] equations 3 to 5, literal; saturation pressure by B.2 and B.3).
     pub fn absorption_db_per_m(&self, frequency_hz: f64) -> f64 {
         let t = self.temperature_c + 273.15;
         let t0 = 293.15;
@@ -56,7 +60,7 @@ impl Medium {
         8.686 * f2 * (classical + (t / t0).powf(-2.5) * (oxygen + nitrogen))
     }
 
-    /// Amplitude attenuation in Np/m at each band's centre: pressure falls by `exp(-m r)` over `r` metres.
+    /// Attenuation of pressure in Np/m at each band's centre: the factor over `r` metres is `exp(-m r)`.
     pub fn absorption_np_per_m(&self) -> BandArray {
         let mut m = [0.0; BANDS];
         for (value, centre) in m.iter_mut().zip(CENTRES_HZ) {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::acoustics::bands::fading;
+use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::image_source::finite_panel;
 use crate::propagation::image_source::image_path::ImagePath;
@@ -13,7 +13,7 @@ use crate::scene::{Scene, SourcePose};
 pub fn free_field(scene: &Scene, distance_m: f64, min_distance_m: f64) -> BandArray {
     let spreading = (1.0 / distance_m.max(min_distance_m)) as f32;
     let nepers = scene.air_np_per_m().map(|np| np * distance_m as f32);
-    fading(&nepers).map(|value| value * spreading)
+    exp_neg(&nepers).map(|value| value * spreading)
 }
 
 /// Amplitude of a reflected path: free field over its length, times each surface's reflection factor at the angle of

@@ -79,7 +79,7 @@ pub struct LateEnergy {
     /// The source.
     pub source: SourceId,
     /// Energy of the diffuse impulse response in each time segment and band, relative to the free field at 1 m. Segments
-    /// start at [`crate::propagation::diffuse::envelope::LATE_STEPS_FREE_TIMES`]; the last one is unbounded.
+    /// start at [`crate::propagation::diffuse::envelope::LATE_SEGMENT_STARTS`]; the last one is unbounded.
     pub energy: [BandArray; LATE_SEGMENTS],
     /// Reverberation time T60 around this source in seconds, by band.
     pub decay_time_s: BandArray,

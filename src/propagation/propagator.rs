@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::error::Result;
-use crate::propagation::diffraction::MOST_DIRECT_EDGES;
+use crate::propagation::diffraction::MAX_DIRECT_EDGES;
 use crate::propagation::diffuse::VisibilityCells;
 use crate::propagation::image_source::discovery_history::DiscoveryHistory;
 use crate::propagation::image_source::expansion::expand;
@@ -354,7 +354,7 @@ impl Propagator {
         collect_sorted(tasks, |task| &task.paths, order, &mut result.paths);
         collect_sorted(tasks, |task| &task.nearby, order, &mut result.nearby);
         result.direct_edges.clear();
-        result.direct_edges.reserve(tasks.len() * MOST_DIRECT_EDGES);
+        result.direct_edges.reserve(tasks.len() * MAX_DIRECT_EDGES);
         for (pose, task) in sources.iter().zip(tasks) {
             let edges = task.direct_edges.as_slice().iter();
             let edges = edges.map(|edge| (pose.id, *edge));

@@ -10,7 +10,7 @@ use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
 use crate::acoustics::BandArray;
 use crate::propagation::diffuse::{
-    LateEstimator, RayScratch, SourceRays, VisibilityCells, still_place,
+    LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::{ImagePath, MARGIN_M, UnfoldedPath};
 use crate::propagation::image_source::occluder_cache::{Occluder, OccluderCache};
@@ -273,7 +273,7 @@ impl SourceTask {
             for turn in turn..turn + ROTATIONS {
                 let source_rays = SourceRays {
                     origin: match moves {
-                        true => still_place(scene, source, turn, rays),
+                        true => stable_viewpoint(scene, source, turn, rays),
                         false => source,
                     },
                     listener,
@@ -288,13 +288,14 @@ impl SourceTask {
                     poses_since: context.poses_since,
                     fixed_since: context.fixed_since,
                 };
-                let is_new = self.late.cast(scene, &source_rays, scratch, rays);
+                let is_new = self.late.cast_rays(scene, &source_rays, scratch, rays);
                 left -= usize::from(is_new || !moves);
                 if left == 0 {
                     break;
                 }
             }
-            self.late.look(scene, [source, listener], cells, rays);
+            self.late
+                .test_visibility(scene, [source, listener], cells, rays);
             match is_audible {
                 true => self.late.estimate(scene, self.id),
                 false => LateEnergy::silent(self.id),

@@ -1,6 +1,6 @@
-//! The direct path: seen, or heard through walls.
+//! The direct path: visible, or transmitted through walls.
 //!
-//! Cheap enough for every graphics frame, so extrapolation asks it anew each time instead of predicting.
+//! Computed with every update and every graphics frame instead of extrapolated. The factors of walls multiply. Own.
 
 use glam::{DVec3, Vec3};
 
@@ -12,17 +12,17 @@ use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::{Scene, SourceId, SourcePose};
 
-/// Walls that sound is followed through; what is behind more is not heard.
+/// Most walls of a transmitted path; more are taken as opaque.
 pub const MAX_WALLS: usize = 4;
 
-/// Thickest solid that counts as one wall, in metres: its two faces make one loss, not two.
-const THICKEST_WALL_M: f32 = 1.0;
+/// Thickness of a solid in metres up to which its two faces are one wall with one transmission loss.
+const MAX_THICKNESS_M: f32 = 1.0;
 
-/// Weakest direct path worth keeping, relative to the free field: −120 dB.
+/// Least amplitude relative to the free field: −120 dB.
 const INAUDIBLE: f32 = 1e-6;
 
-/// The direct path from a source to a listener, both in world coordinates, or none if too much stands in between.
-/// Adds the rays it cast to `rays`.
+/// The direct path between two points in world coordinates without directivity, or `None` where [`transmission`] has none.
+/// No nearer than `min_distance_m` the amplitude rises. Adds the rays cast to `rays`. Real-time safe.
 pub fn direct_path(
     scene: &Scene,
     source: SourceId,
@@ -52,13 +52,13 @@ pub fn direct_path(
     })
 }
 
-/// The direct path of a source with its settings: [`direct_path`], unless it is not wanted, with the directivity.
-/// `otherwise_m` is the distance below which sources get no louder that do not say themselves.
+/// [`direct_path`] of a source, with its directivity and as far as its effects permit. `default_min_distance_m` applies to
+/// sources without a least distance of their own.
 pub fn direct_path_of(
     scene: &Scene,
     source: &SourcePose,
     to: Vec3,
-    otherwise_m: f64,
+    default_min_distance_m: f64,
     rays: &mut u64,
 ) -> Option<Path> {
     let effects = source.settings.effects;
@@ -73,25 +73,29 @@ pub fn direct_path_of(
             return None;
         }
     }
-    let min_distance_m = source.settings.min_distance_m(otherwise_m);
+    let min_distance_m = source.settings.min_distance_m(default_min_distance_m);
     let mut path = direct_path(scene, source.id, from, to, min_distance_m, rays)?;
     apply_directivity(&mut path.amplitude, source, to - from);
     Some(path)
 }
 
-/// One crossing of a surface on the way.
+/// One intersection of the line with a surface.
 #[derive(Clone, Copy)]
 struct Crossing {
     distance_m: f32,
     material: u32,
-    /// Whether the way goes in through the face that its winding shows, out of a solid otherwise.
+    /// Whether the line enters a solid here, by the triangle's winding.
     enters: bool,
 }
 
-/// Pressure factor of all walls between two points in local coordinates; `None` beyond [`MAX_WALLS`] or below hearing.
+/// Pressure factor of all walls between two points in local coordinates, per band; `None` behind more than [`MAX_WALLS`] or
+/// below −120 dB. Adds the rays cast to `rays`.
 ///
-/// Two faces of the same material that the way enters and leaves within a metre are one wall of that material, and so
-/// is a single sheet.
+/// Two faces of the same material through which the line enters and leaves a solid within 1 m are one wall, and so is a
+/// single sheet.
+///
+/// # Real-time
+/// Allocates nothing; casts at most two rays per wall and one more.
 pub fn transmission(scene: &Scene, from: DVec3, to: DVec3, rays: &mut u64) -> Option<BandArray> {
     let mut factor = [1.0; BANDS];
     let mut ray = Ray::between(from.as_vec3(), to.as_vec3());
@@ -109,14 +113,12 @@ pub fn transmission(scene: &Scene, from: DVec3, to: DVec3, rays: &mut u64) -> Op
             material: scene.surface(hit.group).material,
             enters: scene.triangle_normal(hit.triangle).dot(ray.direction) < 0.0,
         };
-        let closes_wall = entered.is_some_and(|first| {
+        let leaves_wall = |first: &Crossing| {
             !crossing.enters
                 && first.material == crossing.material
-                && crossing.distance_m - first.distance_m < THICKEST_WALL_M
-        });
-        if closes_wall {
-            entered = None;
-        } else {
+                && crossing.distance_m - first.distance_m < MAX_THICKNESS_M
+        };
+        if entered.take_if(|first| leaves_wall(first)).is_none() {
             walls += 1;
             if walls > MAX_WALLS {
                 return None;

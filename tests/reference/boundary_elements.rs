@@ -1,8 +1,8 @@
 //! Oracle: sound of a line source around a rigid body of any plane outline, by boundary elements in `f64`.
 //!
 //! Kirchhoff and Helmholtz's integral over the outline ([COLTON83]), constant elements, collocation at their middles,
-//! with points inside the body where the field must vanish against the integral's own resonances ([SCHENCK68]). Knows
-//! nothing of edges, rays or orders of diffraction. Time runs as e^(+jωt). Shares no code with the crate.
+//! with points inside the body where the field must vanish against the integral's own resonances ([SCHENCK68]). Independent
+//! of edges, rays and orders of diffraction. Time runs as e^(+jωt). Shares no code with the crate.
 
 use std::f64::consts::PI;
 
@@ -40,9 +40,9 @@ impl Element {
         let mut sum = (0.0, 0.0);
         for (share, weight) in GAUSS {
             let y = self.at(share);
-            let way = [y[0] - seen_from[0], y[1] - seen_from[1]];
-            let r = way[0].hypot(way[1]);
-            let cosine = (way[0] * normal[0] + way[1] * normal[1]) / r;
+            let offset = [y[0] - seen_from[0], y[1] - seen_from[1]];
+            let r = offset[0].hypot(offset[1]);
+            let cosine = (offset[0] * normal[0] + offset[1] * normal[1]) / r;
             let h1 = hankel(1, wavenumber * r);
             // G = −j/4 H₀, its derivative jk/4 H₁.
             let scale = 0.25 * wavenumber * cosine * weight * length;
@@ -90,18 +90,18 @@ pub fn gain(
     // ½ p − ∫ p ∂G/∂n = p of the source on the outline; −∫ p ∂G/∂n = the same inside.
     let matrix: Vec<Vec<Pair>> = rows
         .iter()
-        .map(|&(place, own)| {
+        .map(|&(point, own)| {
             let entry = |(k, element): (usize, &Element)| match own {
                 Some(own) if own == k => (0.5, 0.0),
                 _ => {
-                    let slope = element.slope(wavenumber, place);
+                    let slope = element.slope(wavenumber, point);
                     (-slope.0, -slope.1)
                 }
             };
             elements.iter().enumerate().map(entry).collect()
         })
         .collect();
-    let right: Vec<Pair> = rows.iter().map(|&(place, _)| free(place)).collect();
+    let right: Vec<Pair> = rows.iter().map(|&(point, _)| free(point)).collect();
     let pressure = least_squares(&matrix, &right);
     let mut sum = free(listener);
     for (element, &p) in elements.iter().zip(&pressure) {

@@ -1,13 +1,13 @@
-//! Oracle: what is heard of scattered sound in a rectangular room, by many particles in `f64`.
+//! Oracle: scattered sound in a rectangular room, by many particles in `f64`.
 //!
 //! Particles leave the source evenly in all directions, lose energy at walls by the material model's definition, are
 //! scattered by Lambert's law with the walls' probability, and are counted while they fly through a ball about the
-//! listener: energy times way inside over its volume ([VORLANDER08] 11.2). Only those that have been scattered count;
-//! what has not is the image sources'. Shares no code with the crate.
+//! listener: energy times path length inside over its volume ([VORLANDER08] 11.2). Only scattered ones count;
+//! specular reflections are the image sources'. Shares no code with the crate.
 
 use super::shoebox::{Bands, Room, impedances, reflection};
 
-/// Energy relative to the free field at 1 m that arrives in each window of `window_m` of way, scattered at least once.
+/// Energy relative to the free field at 1 m that arrives in each window of `window_m` of path length, scattered at least once.
 ///
 /// Every wall must scatter alike in all bands.
 pub fn scattered(
@@ -28,9 +28,9 @@ pub fn scattered(
         let mut position = source;
         let mut direction = random.direction();
         let mut energy = [share; 8];
-        let mut way_m = 0.0;
+        let mut path_m = 0.0;
         let mut is_scattered = false;
-        while way_m < window_m * windows as f64 {
+        while path_m < window_m * windows as f64 {
             // The nearest wall ahead.
             let mut leg_m = f64::INFINITY;
             let mut axis = 0;
@@ -54,12 +54,12 @@ pub fn scattered(
                     leg_m,
                     listener,
                     ball_m,
-                    way_m,
+                    path_m,
                     window_m,
                     &energy,
                 );
             }
-            way_m += leg_m;
+            path_m += leg_m;
             for a in 0..3 {
                 position[a] += leg_m * direction[a];
             }
@@ -97,7 +97,7 @@ fn count(
     leg_m: f64,
     listener: [f64; 3],
     ball_m: f64,
-    way_m: f64,
+    path_m: f64,
     window_m: f64,
     energy: &Bands,
 ) {
@@ -109,10 +109,10 @@ fn count(
     }
     let half = (ball_m * ball_m - aside).sqrt();
     let inside = (along + half).min(leg_m) - (along - half).max(0.0);
-    let window = ((way_m + along) / window_m) as usize;
+    let window = ((path_m + along) / window_m) as usize;
     if inside > 0.0 && window < result.len() {
         for band in 0..8 {
-            let air = (-2.0 * room.air_np_per_m[band] * (way_m + along)).exp();
+            let air = (-2.0 * room.air_np_per_m[band] * (path_m + along)).exp();
             result[window][band] += energy[band] * inside * air;
         }
     }

@@ -8,7 +8,7 @@ use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::diffraction;
 use foresound::propagation::diffuse::{
-    LateEstimator, RayScratch, SourceRays, VisibilityCells, still_place,
+    LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
 };
 use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::image_source::image_path::ImagePath;
@@ -185,7 +185,7 @@ impl PlainPropagator {
         for turn in update..update + ROTATIONS {
             let rays = SourceRays {
                 origin: match moves {
-                    true => still_place(&scene, origin, turn, &mut 0),
+                    true => stable_viewpoint(&scene, origin, turn, &mut 0),
                     false => origin,
                 },
                 listener: ear,
@@ -202,13 +202,15 @@ impl PlainPropagator {
             };
             let before = memory.origins[rays.rotation as usize].replace(rays.origin);
             let is_new = before != Some(rays.origin);
-            memory.late.forget_rays();
-            memory.late.cast(&scene, &rays, &mut scratch, &mut 0);
+            memory.late.invalidate_rays();
+            memory.late.cast_rays(&scene, &rays, &mut scratch, &mut 0);
             if is_new || !moves {
                 break;
             }
         }
-        memory.late.look(&scene, [origin, ear], &viewpoints, &mut 0);
+        memory
+            .late
+            .test_visibility(&scene, [origin, ear], &viewpoints, &mut 0);
         result.late.push(memory.late.estimate(&scene, pose.id));
         let mut own = Vec::new();
         for sequence in memory.late.sequences(update) {

@@ -24,8 +24,8 @@ pub struct Wedge {
 }
 
 impl Wedge {
-    /// Length of the shortest way over the edge.
-    pub fn bent_m(&self) -> f64 {
+    /// Length of the shortest path over the edge.
+    pub fn path_m(&self) -> f64 {
         (self.radii_m[0] + self.radii_m[1]).hypot(self.along_m)
     }
 
@@ -44,7 +44,7 @@ impl Wedge {
     pub fn diffracted(&self, wavenumber: f64) -> Pair {
         let [phi0, phi] = self.angles;
         let [r0, r] = self.radii_m;
-        let far = self.bent_m();
+        let far = self.path_m();
         // Steps even in ln t, so that a pole close to zero is resolved at every distance.
         let (low, high) = (1e-9f64.ln(), (45.0 / wavenumber).sqrt().ln());
         let steps = 3000;

@@ -180,7 +180,7 @@ impl Candidate {
             // Updates omit these where the direct path is visible.
             PathGeometry::Diffraction(_) if !source.is_occluded => return FrameGeometry::Invalid,
             PathGeometry::Diffraction(sequence) => {
-                let path = sequence.way(scene, &source.endpoints);
+                let path = sequence.between(scene, &source.endpoints);
                 return path.map_or(FrameGeometry::Invalid, |path| arena.push_diffracted(path));
             }
             PathGeometry::Reflection(sequence) => sequence,

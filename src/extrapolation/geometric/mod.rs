@@ -29,7 +29,7 @@ use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
 use crate::propagation::PathSet;
-use crate::propagation::diffraction::{MOST_DOUBLE, MOST_MIRRORED};
+use crate::propagation::diffraction::{MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS};
 use crate::propagation::endpoints::Endpoints;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
@@ -261,7 +261,7 @@ impl GeometricPredictor {
             budget.spend(cost::EMITTED);
             budget.spend(match (geometry, candidate.geometry) {
                 (FrameGeometry::Diffracted(_), PathGeometry::Diffraction(sequence))
-                    if sequence.is_double() =>
+                    if sequence.has_two_edges() =>
                 {
                     2 * cost::WAVE
                 }
@@ -279,7 +279,7 @@ impl GeometricPredictor {
             state.record_amplitude(&path.amplitude);
             match candidate.geometry {
                 PathGeometry::Diffraction(sequence) => {
-                    self.diffracted.push((sequence.is_double(), path));
+                    self.diffracted.push((sequence.has_two_edges(), path));
                 }
                 PathGeometry::Reflection(_) | PathGeometry::Unknown => paths.push(path),
             }
@@ -299,8 +299,8 @@ impl GeometricPredictor {
         });
         for same in self.diffracted.chunk_by(|a, b| group(a) == group(b)) {
             let most = match same[0].0 {
-                true => MOST_DOUBLE,
-                false => MOST_MIRRORED,
+                true => MAX_TWO_EDGE_PATHS,
+                false => MAX_REFLECTED_EDGE_PATHS,
             };
             paths.extend(same.iter().take(most).map(|(_, path)| *path));
         }

@@ -191,7 +191,7 @@ fn max_rays(geometry: FrameGeometry, arena: &GeometryArena) -> u64 {
     match geometry {
         FrameGeometry::Unfolded => arena.unfolded.legs().order as u64 + 1,
         FrameGeometry::Image(index) => arena.image(index).order as u64 + 1,
-        FrameGeometry::Diffracted(_) => revalidate::MOST_RAYS,
+        FrameGeometry::Diffracted(_) => revalidate::MAX_RAYS,
         _ => 0,
     }
 }
@@ -209,7 +209,7 @@ fn is_unoccluded(
         FrameGeometry::Image(index) => arena.image(index),
         FrameGeometry::Diffracted(index) => {
             let path = arena.diffracted(index);
-            return path.is_clear(scene, &source.endpoints, rays);
+            return path.is_unoccluded(scene, &source.endpoints, rays);
         }
         _ => return true,
     };

@@ -1,17 +1,18 @@
-//! The direct field: the straight path and those that bend once, computed together.
+//! The direct field: the straight path and the paths over one edge, computed together.
 //!
-//! The same function serves the propagation update and every graphics frame between two, so it casts two rays an edge
-//! and no more, allocates nothing, and takes the edges from outside: an update all that are near, a frame those that the
-//! last updates found. See [`super`] for how the parts join.
+//! Shared by the propagation update and every graphics frame: it casts two rays per edge at most, allocates nothing, and
+//! takes the edges from the caller, all near ones in an update and those of the last updates in a frame. See [`super`]
+//! for how the parts join.
 
 use std::f64::consts::PI;
 
-use crate::acoustics::{BANDS, BandArray};
+use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::complex::Complex;
-use crate::propagation::diffraction::edge_wave;
-use crate::propagation::diffraction::edge_wave::{Course, Wave};
-use crate::propagation::diffraction::{WEAKEST, fade_out, smooth};
+use crate::propagation::diffraction::edge_wave::{
+    self, ComplexBands, EdgePath, is_unoccluded, local_positions,
+};
+use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
@@ -19,28 +20,29 @@ use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
 use crate::scene::edges::EdgeCrossing;
 
-/// Most edges that the direct field of one source is followed at.
-pub const MOST_DIRECT_EDGES: usize = 6;
+/// Most edges of one source's direct field.
+pub const MAX_DIRECT_EDGES: usize = 6;
 
-/// Detour in radians at a band's centre up to which direct and bent wave are one, and from which they are two.
-const ONE_WAVE: f64 = PI;
-const TWO_WAVES: f64 = 2.0 * PI;
+/// Phase of the detour in radians up to which the diffracted wave is part of the direct path, and from which it is a path
+/// of its own.
+const MERGED_PHASE: f64 = PI;
+const SEPARATE_PHASE: f64 = 2.0 * PI;
 
-/// Edges that matter to the direct field, the shortest way first.
+/// Edges of the direct field, shortest path first.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DirectEdges {
-    edges: [u32; MOST_DIRECT_EDGES],
+    edges: [u32; MAX_DIRECT_EDGES],
     count: usize,
 }
 
 impl DirectEdges {
-    /// The edges' numbers.
+    /// Indices of the edges.
     pub fn as_slice(&self) -> &[u32] {
         &self.edges[..self.count]
     }
 
     fn is_full(&self) -> bool {
-        self.count == MOST_DIRECT_EDGES
+        self.count == MAX_DIRECT_EDGES
     }
 
     fn push(&mut self, edge: u32) {
@@ -49,193 +51,193 @@ impl DirectEdges {
     }
 }
 
-/// What the direct field of one source has shown.
+/// Result of [`direct_field`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DirectField {
-    /// Whether source and listener see each other, or nothing of this source is to bend: no need to look for longer
-    /// ways then.
+    /// Whether source and listener see each other, or the source's diffraction is off: no search for other diffracted
+    /// paths then.
     pub visible: bool,
-    /// Edges that it bends around: both ends see the bend, and what comes of it is above [`WEAKEST`].
+    /// Edges seen from both ends whose wave is above [`MIN_RELATIVE_AMPLITUDE`].
     pub edges: DirectEdges,
 }
 
-/// One way over one edge.
-struct OneBend {
+/// A path over one edge.
+struct FirstOrderPath {
     edge: u32,
     crossing: EdgeCrossing,
     detour_m: f64,
-    /// What the length of its detour leaves of it.
-    left: f64,
+    fade: f64,
 }
 
-/// The wave along it.
-struct OneWave {
-    crossing: OneBend,
-    incident: Wave,
-    reflected: Wave,
+/// The field along it.
+struct FirstOrderField {
+    path: FirstOrderPath,
+    incident: ComplexBands,
+    reflected: ComplexBands,
 }
 
-impl OneBend {
-    fn of(scene: &Scene, spot: &Endpoints, edge: u32) -> Option<Self> {
-        let (from, to) = (scene.to_local(spot.from), scene.to_local(spot.to));
+impl FirstOrderPath {
+    fn over(scene: &Scene, endpoints: &Endpoints, edge: u32) -> Option<Self> {
+        let (from, to) = local_positions(scene, endpoints);
         let crossing = scene.edge(edge).crossing(from, to)?;
         let detour_m = (crossing.length_m() - from.distance(to)).max(0.0);
-        let left = fade_out(detour_m);
-        (left > 0.0).then_some(Self {
+        let fade = fade_out(detour_m);
+        (fade > 0.0).then_some(Self {
             edge,
             crossing,
             detour_m,
-            left,
+            fade,
         })
     }
 
-    fn is_clear(&self, scene: &Scene, spot: &Endpoints, rays: &mut u64) -> bool {
-        let line = &scene.edge(self.edge);
-        let stand = edge_wave::stand(line, self.crossing.apex);
-        let mut sees =
-            |place| edge_wave::sees(scene, scene.to_local(place), stand, line.faces, rays);
-        sees(spot.to) && sees(spot.from)
+    fn is_unoccluded(&self, scene: &Scene, endpoints: &Endpoints, rays: &mut u64) -> bool {
+        let edge = scene.edge(self.edge);
+        let sight_point = edge_wave::sight_point(self.crossing.apex, edge.outward());
+        let (from, to) = local_positions(scene, endpoints);
+        let mut sees = |end| is_unoccluded(scene, end, sight_point, edge.faces, rays);
+        sees(to) && sees(from)
     }
 
-    fn wave(self, scene: &Scene, spot: &Endpoints) -> OneWave {
-        let line = &scene.edge(self.edge);
-        let beside_transmission = spot.source.settings.effects.transmission;
-        let spread = edge_wave::spread(&self.crossing);
-        let fades = edge_wave::fading_faces(scene, line, self.crossing.apex);
-        let (incident, reflected) = edge_wave::around(
+    fn field(self, scene: &Scene, endpoints: &Endpoints) -> FirstOrderField {
+        let edge = &scene.edge(self.edge);
+        let (incident, reflected) = edge_wave::diffracted_field(
             scene,
-            line,
+            edge,
             &self.crossing,
-            &spread,
-            beside_transmission,
-            fades,
+            &edge_wave::spread(&self.crossing),
+            endpoints.source.settings.effects.transmission,
+            edge_wave::finite_panel_faces(scene, edge, self.crossing.apex),
         );
-        OneWave {
-            incident: incident.map(|wave| wave * self.left),
-            reflected: reflected.map(|wave| wave * self.left),
-            crossing: self,
+        FirstOrderField {
+            incident: incident.map(|wave| wave * self.fade),
+            reflected: reflected.map(|wave| wave * self.fade),
+            path: self,
         }
     }
 
-    /// Share of the incident wave that goes with the direct path in a band, if that is seen.
-    fn joined(&self, wavenumber: f64) -> f64 {
-        1.0 - smooth((wavenumber * self.detour_m - ONE_WAVE) / (TWO_WAVES - ONE_WAVE))
+    /// Share of the incident part in a band that is added to a visible direct path.
+    fn merged_share(&self, wavenumber: f64) -> f64 {
+        let phase = wavenumber * self.detour_m;
+        1.0 - smoothstep((phase - MERGED_PHASE) / (SEPARATE_PHASE - MERGED_PHASE))
     }
 }
 
-impl OneWave {
-    /// Share of the faces' part in a band that goes where the incident wave's goes: all of it where that is near its own
-    /// boundary, a half of the direct path, and nothing where only the faces' is near its own, since there it continues a
-    /// reflection.
-    fn faces_follow(&self, band: usize) -> f64 {
-        let near = |wave: Complex| (2.0 * wave.abs()).min(1.0).powi(2);
-        let (incident, faces) = (near(self.incident[band]), near(self.reflected[band]));
-        incident + (1.0 - incident) * (1.0 - faces)
+impl FirstOrderField {
+    /// Share of the faces' part in a band that accompanies the incident part: 1 where the incident part is near its own
+    /// boundary, 0 where only the faces' is, since it continues a reflection there.
+    fn face_share(&self, band: usize) -> f64 {
+        let nearness = |wave: Complex| (2.0 * wave.abs()).min(1.0).powi(2);
+        let incident = nearness(self.incident[band]);
+        incident + (1.0 - incident) * (1.0 - nearness(self.reflected[band]))
     }
 
-    fn is_audible(&self, reaches: f64) -> bool {
-        (0..BANDS).any(|b| (self.incident[b].abs() + self.reflected[b].abs()) * reaches > WEAKEST)
+    fn is_audible(&self, spreading: f64) -> bool {
+        (0..BANDS).any(|b| {
+            (self.incident[b].abs() + self.reflected[b].abs()) * spreading > MIN_RELATIVE_AMPLITUDE
+        })
     }
 }
 
-/// Gives the straight path, seen or through walls, and the paths that bend around one of `edges`, which come in the order
-/// of the ways' lengths: the first [`MOST_DIRECT_EDGES`] that are seen from both ends and heard count. Adds the rays it
-/// cast to `rays`.
+/// Emits the straight path, direct or transmitted, and the paths over one of `edges`. The edges come in the order of the
+/// paths' lengths; the first [`MAX_DIRECT_EDGES`] that are seen from both ends and audible count. Adds the rays cast to
+/// `rays`.
 ///
 /// # Real-time
 /// Allocates nothing. One ray for the straight path, more behind walls, and up to two for each edge of the list.
 pub fn direct_field(
     scene: &Scene,
-    spot: &Endpoints,
+    endpoints: &Endpoints,
     edges: impl Iterator<Item = u32>,
     rays: &mut u64,
-    give: &mut impl FnMut(Path),
+    emit: &mut impl FnMut(Path),
 ) -> DirectField {
-    let effects = spot.source.settings.effects;
-    let mut found = DirectField {
+    let Endpoints {
+        ref source,
+        from,
+        to,
+        min_distance_m,
+    } = *endpoints;
+    let effects = source.settings.effects;
+    let mut result = DirectField {
         visible: true,
         ..DirectField::default()
     };
     if !effects.diffraction {
-        let straight = direct_path_of(scene, &spot.source, spot.to, spot.min_distance_m, rays);
-        straight.into_iter().for_each(give);
-        return found;
+        let straight = direct_path_of(scene, source, to, min_distance_m, rays);
+        straight.into_iter().for_each(emit);
+        return result;
     }
-    let id = spot.source.id;
-    let mut straight = direct_path(scene, id, spot.from, spot.to, spot.min_distance_m, rays);
-    let straight_m = scene.to_local(spot.from).distance(scene.to_local(spot.to));
-    let free = free_field(scene, straight_m, spot.min_distance_m);
-    // A wall that takes nothing away is none.
-    found.visible = straight.is_some_and(|path| path.amplitude == free);
-    if !effects.direct || !(found.visible || effects.transmission) {
+    let mut straight = direct_path(scene, source.id, from, to, min_distance_m, rays);
+    let straight_m = scene.to_local(from).distance(scene.to_local(to));
+    let free = free_field(scene, straight_m, min_distance_m);
+    // A wall without any loss does not occlude.
+    result.visible = straight.is_some_and(|path| path.amplitude == free);
+    if !effects.direct || !(result.visible || effects.transmission) {
         straight = None;
     }
-    let joins = found.visible && straight.is_some();
+    let merges = result.visible && straight.is_some();
     let wavenumbers = edge_wave::wavenumbers(scene);
     let mut gain = [Complex::ONE; BANDS];
     for edge in edges {
-        if found.edges.is_full() {
+        if result.edges.is_full() {
             break;
         }
-        let Some(crossing) = OneBend::of(scene, spot, edge) else {
+        let Some(path) = FirstOrderPath::over(scene, endpoints, edge) else {
             continue;
         };
-        // Two rays cost less than a wave in eight bands.
-        if !crossing.is_clear(scene, spot, rays) {
+        // Two rays cost less than the field in eight bands.
+        if !path.is_unoccluded(scene, endpoints, rays) {
             continue;
         }
-        let length_m = crossing.crossing.length_m();
-        let reaches = straight_m.max(spot.min_distance_m) / length_m.max(spot.min_distance_m);
-        let wave = crossing.wave(scene, spot);
-        if !wave.is_audible(reaches) {
+        let length_m = path.crossing.length_m();
+        let spreading = straight_m.max(min_distance_m) / length_m.max(min_distance_m);
+        let field = path.field(scene, endpoints);
+        if !field.is_audible(spreading) {
             continue;
         }
-        found.edges.push(edge);
-        let detour_m = wave.crossing.detour_m;
-        let bent_free = free_field(scene, length_m, spot.min_distance_m);
-        let (mut together, mut apart) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
+        result.edges.push(edge);
+        let (mut merged, mut separate) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
-            let joined = if joins {
-                wave.crossing.joined(wavenumber)
-            } else {
-                0.0
+            let share = match merges {
+                true => field.path.merged_share(wavenumber),
+                false => 0.0,
             };
-            let follows = joined * wave.faces_follow(b);
-            together[b] = wave.incident[b] * joined + wave.reflected[b] * follows;
-            apart[b] = wave.incident[b] * (1.0 - joined) + wave.reflected[b] * (1.0 - follows);
+            let faces = share * field.face_share(b);
+            merged[b] = field.incident[b] * share + field.reflected[b] * faces;
+            separate[b] = field.incident[b] * (1.0 - share) + field.reflected[b] * (1.0 - faces);
         }
-        let gains: BandArray = apart.map(|wave| edge_wave::signed(wave) as f32);
-        let is_heard = |gain: &f32| f64::from(gain.abs()) * reaches > WEAKEST;
-        let is_apart = gains.iter().any(is_heard);
+        let gains: BandArray = separate.map(|wave| edge_wave::real_gain(wave) as f32);
+        let is_path = edge_wave::is_audible(&gains, spreading);
+        let diffracted_free = free_field(scene, length_m, min_distance_m);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
-            // What is too weak for a path of its own is not lost.
-            let wave = if is_apart {
-                together[b]
-            } else {
-                together[b] + apart[b]
+            // A part too weak for a path of its own stays with the direct path.
+            let wave = match is_path {
+                true => merged[b],
+                false => merged[b] + separate[b],
             };
-            let reach = f64::from(bent_free[b]) / f64::from(free[b]).max(1e-30);
-            gain[b] += wave * Complex::turn(-wavenumber * detour_m) * reach;
+            let ratio = f64::from(diffracted_free[b]) / f64::from(free[b]).max(1e-30);
+            gain[b] += wave * Complex::cis(-wavenumber * field.path.detour_m) * ratio;
         }
-        if is_apart {
-            let course = Course {
-                stops: &[Interaction::Edge(edge)],
-                points: &[wave.crossing.crossing.apex],
+        if is_path {
+            let apex = field.path.crossing.apex;
+            let path = EdgePath {
+                interactions: &[Interaction::Edge(edge)],
+                points: &[apex],
                 length_m,
-                heard_at: wave.crossing.crossing.apex,
+                last_point: apex,
             };
-            give(edge_wave::path(scene, spot, &course, &gains));
+            emit(path.to_path(scene, endpoints, &gains));
         }
     }
     if let Some(path) = &mut straight {
-        if found.visible {
+        if result.visible {
             for (value, factor) in path.amplitude.iter_mut().zip(gain) {
-                // Bright fringes beside a shadow reach +1.4 dB; a source within its nearest distance gets no louder.
-                *value = (*value * factor.abs() as f32).min(1.0 / spot.min_distance_m as f32);
+                // Interference beside a shadow reaches +1.4 dB; the amplitude at the least distance is the limit.
+                *value = (*value * factor.abs() as f32).min(1.0 / min_distance_m as f32);
             }
         }
-        apply_directivity(&mut path.amplitude, &spot.source, spot.to - spot.from);
-        give(*path);
+        apply_directivity(&mut path.amplitude, source, to - from);
+        emit(*path);
     }
-    found
+    result
 }

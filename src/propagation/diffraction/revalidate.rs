@@ -1,94 +1,98 @@
-//! A bent path taken up again: the same reflections and edges between other places.
+//! A diffracted path between moved end points: the same reflections and edges.
 //!
-//! Between two updates extrapolation asks for each bent path anew; the geometry, the wave and the sight lines are those of
-//! the update itself, so that a path at rest has the same bits either way.
+//! Extrapolation recomputes diffracted paths between updates. Geometry, wave and visibility rays are those of the update, so
+//! a path at rest has the same bits.
 
-use crate::propagation::diffraction::second_order::Way;
-use crate::propagation::diffraction::with_reflections::Mirrored;
+use crate::propagation::diffraction::two_edge_path::TwoEdgePath;
+use crate::propagation::diffraction::with_reflections::ReflectedEdgePath;
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 
-/// Most rays that [`DiffractionPath::is_clear`] casts.
-pub const MOST_RAYS: u64 = 4;
+/// Most rays that [`DiffractionPath::is_unoccluded`] casts.
+pub const MAX_RAYS: u64 = 4;
 
-/// What a path with bends meets, in order.
+/// The interactions of a diffracted path, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DiffractionSequence {
-    /// One edge, with a surface before it, behind it, or both.
-    Mirrored {
-        /// The edge.
+    /// One edge, with a reflection before it, after it, or both.
+    Reflected {
+        /// Index of the edge.
         edge: u32,
-        /// The surfaces.
-        mirrors: [Option<u32>; 2],
+        /// Indices of the surfaces before and after the edge.
+        surfaces: [Option<u32>; 2],
     },
-    /// Two edges.
-    Double([u32; 2]),
+    /// Indices of two edges.
+    TwoEdges([u32; 2]),
 }
 
 impl DiffractionSequence {
-    /// The course of an update's path; `None` if it does not bend, or only belongs to the direct field.
+    /// The sequence of a path; `None` without an edge, and for one edge alone, which belongs to the direct field.
     pub fn of(scene: &Scene, path: &Path) -> Option<Self> {
         match (path.edges(), path.surfaces()) {
-            (&[first, second], []) => Some(Self::Double([first, second])),
-            (&[edge], &[before, behind]) => Some(Self::Mirrored {
+            (&[first, second], []) => Some(Self::TwoEdges([first, second])),
+            (&[edge], &[before, after]) => Some(Self::Reflected {
                 edge,
-                mirrors: [Some(before), Some(behind)],
+                surfaces: [Some(before), Some(after)],
             }),
             (&[edge], &[surface]) => {
-                // Whether the surface comes before the edge, only the path's identity tells.
-                let stops = [Interaction::Surface(surface), Interaction::Edge(edge)];
-                let mirrors =
-                    match interaction_path_id(scene, path.source, stops.into_iter()) == path.id {
-                        true => [Some(surface), None],
-                        false => [None, Some(surface)],
-                    };
-                Some(Self::Mirrored { edge, mirrors })
+                // Only the path's identity has the order of surface and edge.
+                let interactions =
+                    [Interaction::Surface(surface), Interaction::Edge(edge)].into_iter();
+                let is_before = interaction_path_id(scene, path.source, interactions) == path.id;
+                let surfaces = match is_before {
+                    true => [Some(surface), None],
+                    false => [None, Some(surface)],
+                };
+                Some(Self::Reflected { edge, surfaces })
             }
             _ => None,
         }
     }
 
-    /// Whether it bends twice.
-    pub fn is_double(&self) -> bool {
-        matches!(self, Self::Double(_))
+    /// Whether it has two edges.
+    pub fn has_two_edges(&self) -> bool {
+        matches!(self, Self::TwoEdges(_))
     }
 
-    /// The way along this course between today's places, if there is one. Says nothing of what stands in between.
-    pub fn way(&self, scene: &Scene, spot: &Endpoints) -> Option<DiffractionPath> {
+    /// The geometry of this sequence between two end points, if it exists. Occlusion is not tested.
+    pub fn between(&self, scene: &Scene, endpoints: &Endpoints) -> Option<DiffractionPath> {
         match *self {
-            Self::Mirrored { edge, mirrors } => {
-                Mirrored::over(scene, edge, mirrors, spot).map(DiffractionPath::Mirrored)
+            Self::Reflected { edge, surfaces } => {
+                ReflectedEdgePath::over(scene, edge, surfaces, endpoints)
+                    .map(DiffractionPath::Reflected)
             }
-            Self::Double(edges) => Way::over(scene, edges, spot).map(DiffractionPath::Double),
+            Self::TwoEdges(edges) => {
+                TwoEdgePath::over(scene, edges, endpoints).map(DiffractionPath::TwoEdges)
+            }
         }
     }
 }
 
-/// A way along a [`DiffractionSequence`].
+/// The geometry of a [`DiffractionSequence`].
 #[derive(Debug, Clone, Copy)]
 pub enum DiffractionPath {
-    /// One bend and reflections.
-    Mirrored(Mirrored),
-    /// Two bends.
-    Double(Way),
+    /// One edge and reflections.
+    Reflected(ReflectedEdgePath),
+    /// Two edges.
+    TwoEdges(TwoEdgePath),
 }
 
 impl DiffractionPath {
-    /// Its path, if that is loud enough ([`crate::propagation::diffraction::WEAKEST`]).
-    pub fn path(&self, scene: &Scene, spot: &Endpoints) -> Option<Path> {
+    /// Its path, if that is audible ([`crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE`]). Occlusion is not tested.
+    pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
         match self {
-            Self::Mirrored(way) => way.path(scene, spot),
-            Self::Double(way) => way.path(scene, spot),
+            Self::Reflected(path) => path.path(scene, endpoints),
+            Self::TwoEdges(path) => path.path(scene, endpoints),
         }
     }
 
-    /// Whether nothing stands on the way. Adds the rays it cast, [`MOST_RAYS`] at most, to `rays`.
-    pub fn is_clear(&self, scene: &Scene, spot: &Endpoints, rays: &mut u64) -> bool {
+    /// Whether nothing occludes it. Adds the rays cast, [`MAX_RAYS`] at most, to `rays`.
+    pub fn is_unoccluded(&self, scene: &Scene, endpoints: &Endpoints, rays: &mut u64) -> bool {
         match self {
-            Self::Mirrored(way) => way.is_clear(scene, rays),
-            Self::Double(way) => way.is_clear(scene, spot, rays),
+            Self::Reflected(path) => path.is_unoccluded(scene, rays),
+            Self::TwoEdges(path) => path.is_unoccluded(scene, endpoints, rays),
         }
     }
 }

@@ -1,7 +1,8 @@
-//! The transition function: how a field dies away on the far side of a shadow boundary.
+//! The transition function: decay of a wave with the distance from its shadow boundary.
 
-use super::complex::Complex;
 use crate::acoustics::BANDS;
+use crate::propagation::diffraction::complex::Complex;
+use crate::propagation::diffraction::wedge_geometry::DiffractedField;
 use crate::simd::{LaneSet, kernel};
 
 /// Weideman's series for the Faddeeva function, N = 12 (\[WEIDEMAN94\]): L = √(N/√2), and the coefficients of the
@@ -22,33 +23,43 @@ const COEFFICIENTS: [f64; 12] = [
     1.476_710_773_398_823,
 ];
 
-/// e^(jx) erfc(e^(jπ/4) √x) for x ≥ 0: 1 at a shadow boundary (x = 0), ½/√x and less far from it.
+/// e^(jx) erfc(e^(jπ/4) √x) for x ≥ 0, one x per band: 1 at a shadow boundary (x = 0), ½/√x and less far from it.
 ///
-/// Kouyoumjian and Pathak's F(x) is √(πx) e^(jπ/4) times this (\[KOUYOUMJIAN74\] 26); written so, the cotangent's pole and
-/// the root's zero cancel in closed form ([`crate::propagation::diffraction::utd`]). Relative error 5e-6, that is 0.00004 dB.
-pub fn transition(x: f64) -> Complex {
-    // The Faddeeva function at z = e^(3πj/4) √x; j z = −e^(jπ/4) √x.
-    let root = (0.5 * x.max(0.0)).sqrt();
-    let jz = Complex::new(-root, -root);
-    let far = Complex::new(L, 0.0) - jz;
-    let ratio = (Complex::new(L, 0.0) + jz) / far;
-    let mut sum = Complex::ZERO;
-    for coefficient in COEFFICIENTS {
-        sum = sum * ratio + Complex::new(coefficient, 0.0);
-    }
-    let inverse = Complex::ONE / far;
-    inverse * (sum * inverse * 2.0 + Complex::new(1.0 / std::f64::consts::PI.sqrt(), 0.0))
-}
-
-/// [`transition`] of a number a band: lane by lane the same products and sums, so that a machine may do several at once.
-pub fn transitions(x: &[f64; BANDS]) -> [Complex; BANDS] {
+/// Kouyoumjian and Pathak's F(x) is √(πx) e^(jπ/4) times this (\[KOUYOUMJIAN74\] 26); in this form the cotangent's pole
+/// and the root's zero cancel ([`crate::propagation::diffraction::utd`]). It is the Faddeeva function at
+/// z = e^(3πj/4) √x. Relative error 5e-6, that is 0.00004 dB.
+pub fn transition(x: &[f64; BANDS]) -> [Complex; BANDS] {
     let mut result = [Complex::ZERO; BANDS];
     in_lanes(LaneSet::best(), x, &mut result);
     result
 }
 
+/// The wave of one boundary: an amplitude, and the transition function's argument over kL.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct BoundaryTerm {
+    pub(crate) amplitude: f64,
+    pub(crate) argument: f64,
+}
+
+/// Sum of the waves of four boundaries ([`crate::propagation::diffraction::wedge_geometry::WedgeAngles`]) per band.
+pub(crate) fn boundary_waves(
+    terms: &[BoundaryTerm; 4],
+    kl: &[f64; BANDS],
+) -> [DiffractedField; BANDS] {
+    let mut fields = [DiffractedField::default(); BANDS];
+    for (boundary, term) in terms.iter().enumerate() {
+        if term.amplitude != 0.0 {
+            let waves = transition(&kl.map(|kl| kl * term.argument));
+            for (field, wave) in fields.iter_mut().zip(waves) {
+                *field.part_mut(boundary) += wave * term.amplitude;
+            }
+        }
+    }
+    fields
+}
+
 kernel! {
-    /// Every product is rounded, so all machines give the same bits.
+    /// Bands are lanes. No fused products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn in_lanes<Wide>(x: &[f64; BANDS], result: &mut [Complex; BANDS]) {
         const SCALE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI;
@@ -90,7 +101,7 @@ mod tests {
 
     /// 2/√π ∫ exp(−u² − 2 e^(jπ/4) √x u) du from 0, by Simpson's rule.
     fn integrated(x: f64) -> Complex {
-        let slope = Complex::turn(PI / 4.0) * (2.0 * x.sqrt());
+        let slope = Complex::cis(PI / 4.0) * (2.0 * x.sqrt());
         let (steps, end) = (4000, 8.0);
         let mut sum = Complex::ZERO;
         for i in 0..=steps {
@@ -100,36 +111,36 @@ mod tests {
             } else {
                 f64::from(2 + 2 * (i % 2))
             };
-            let value = Complex::turn(-slope.im * u) * (-u * u - slope.re * u).exp();
+            let value = Complex::cis(-slope.im * u) * (-u * u - slope.re * u).exp();
             sum += value * weight;
         }
         sum * (2.0 / PI.sqrt() * end / f64::from(steps) / 3.0)
     }
 
+    fn alone(x: f64) -> Complex {
+        transition(&[x; BANDS])[0]
+    }
+
     #[test]
-    fn eight_at_once_are_each_alone() {
+    fn bands_are_independent() {
         for i in 0..40 {
             let x: [f64; BANDS] =
                 std::array::from_fn(|b| 10f64.powf(0.2 * f64::from(i) + 0.3 * b as f64 - 5.0));
-            for (x, eight) in x.iter().zip(transitions(&x)) {
-                // The root of 1/π is written in another way.
-                let alone = transition(*x);
-                assert!((alone - eight).abs() <= 1e-15 * alone.abs(), "{x}");
-            }
+            assert_eq!(transition(&x), x.map(alone));
         }
     }
 
     #[test]
     fn agrees_with_the_integral() {
-        assert!((transition(0.0) - Complex::ONE).abs() < 5e-6);
+        assert!((alone(0.0) - Complex::ONE).abs() < 5e-6);
         for i in -30..15 {
             let x = 10f64.powf(f64::from(i) / 10.0);
             let exact = integrated(x);
             // The series' own error; Simpson's is below 1e-9 here.
-            assert!((transition(x) - exact).abs() < 6e-6 * exact.abs(), "{x}");
+            assert!((alone(x) - exact).abs() < 6e-6 * exact.abs(), "{x}");
         }
         // Far out F tends to 1 as 1 + j/(2x).
-        let far = transition(1e6) * (1e6 * PI).sqrt() * Complex::turn(PI / 4.0);
+        let far = alone(1e6) * (1e6 * PI).sqrt() * Complex::cis(PI / 4.0);
         assert!((far - Complex::ONE).abs() < 1e-5);
     }
 }

@@ -1,255 +1,257 @@
-//! Ways that bend once and are reflected before or after it, or both.
+//! Paths over one edge with a reflection before it, after it, or both.
 //!
-//! The source is mirrored in a surface before the edge, the listener in one behind it ([`super`] has the rest). Only
-//! asked for in shadow: elsewhere the direct path is louder than all of these.
+//! The source is mirrored in the surface before the edge, the listener in the one after it ([`super`] has the rest).
+//! Searched for in shadow only: elsewhere the direct path masks them.
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::acoustics::{BANDS, BandArray};
+use crate::acoustics::BandArray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffraction::edge_wave;
-use crate::propagation::diffraction::edge_wave::Course;
-use crate::propagation::diffraction::{ROUGH_BAND, WEAKEST, fade_out};
+use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
+use crate::propagation::diffraction::ranked_list::insert_ranked;
+use crate::propagation::diffraction::wedge_geometry::WedgeAngles;
+use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
 use crate::scene::edges::{DiffractingEdges, Edge, EdgeCrossing, MOST_EDGE_MIRRORS};
 
-/// Most paths of one source that bend once and are reflected.
-pub const MOST_MIRRORED: usize = 12;
+/// Most paths of one source over one edge with reflections.
+pub const MAX_REFLECTED_EDGE_PATHS: usize = 12;
 
-/// Of the surfaces around an edge, how many are tried on both sides of it at once.
-const MIRRORS_AT_BOTH: usize = 3;
+/// Surfaces around an edge that are combined on both sides of it at once.
+const SURFACES_ON_BOTH_SIDES: usize = 3;
 
-/// Ways whose sight lines are looked along, loudest first.
-const MOST_TRIED: usize = 24;
+/// Paths whose visibility is tested, loudest first.
+const MAX_TESTED: usize = 24;
 
-/// Cosine of incidence at which mirrors are compared.
-const ROUGH_COSINE: f32 = 0.7;
+/// Band and cosine of incidence of loudness estimates.
+const RANKING_BAND: usize = 2;
+const RANKING_COSINE: f32 = 0.7;
 
-/// Rough gain below which none of a way's bands is above [`WEAKEST`], since no band is more than twice as loud as the
-/// one that the estimate is for.
-const LEAST_ROUGH_GAIN: f64 = 0.25 * WEAKEST;
+/// Estimated gain below which no band is above [`MIN_RELATIVE_AMPLITUDE`]: no band is more than twice as loud as the ranking one.
+const MIN_RANKING_GAIN: f64 = 0.25 * MIN_RELATIVE_AMPLITUDE;
 
-/// A point seen directly or in a mirror.
+/// An end point, or its image in a surface.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct ImagePoint {
     real: DVec3,
-    /// Where it seems to be.
     image: DVec3,
-    mirror: Option<u32>,
+    surface: Option<u32>,
 }
 
-impl Seen {
-    fn of(scene: &Scene, real: DVec3, mirror: Option<u32>) -> Self {
+impl ImagePoint {
+    fn of(scene: &Scene, real: DVec3, surface: Option<u32>) -> Self {
         Self {
             real,
-            image: mirror.map_or(real, |surface| scene.surface(surface).mirror(real)),
-            mirror,
+            image: surface.map_or(real, |surface| scene.surface(surface).mirror(real)),
+            surface,
         }
     }
 }
 
-/// A way worth a look, and how loud it may be.
-#[derive(Clone, Copy, Default)]
-struct Likely {
-    rough_gain: f64,
+/// A candidate and its estimated gain relative to the free field over the straight distance.
+#[derive(Clone, Copy)]
+struct RankedPath {
+    gain: f64,
     edge: u32,
-    mirrors: [Option<u32>; 2],
+    surfaces: [Option<u32>; 2],
 }
 
-/// Gives the paths with one bend around an edge of `near` and one or two reflections, at most [`MOST_MIRRORED`].
+/// Emits the paths over an edge of `near` with one or two reflections, [`MAX_REFLECTED_EDGE_PATHS`] at most. Adds the rays
+/// cast to `rays`.
 pub fn find(
     scene: &Scene,
-    spot: &Endpoints,
+    endpoints: &Endpoints,
     near: &DiffractingEdges,
     rays: &mut u64,
-    give: &mut impl FnMut(Path),
+    emit: &mut impl FnMut(Path),
 ) {
-    let places = [spot.from, spot.to].map(|place| scene.to_local(place));
-    let mut likely = [Likely::default(); MOST_TRIED];
+    let (from, to) = local_positions(scene, endpoints);
+    let mut ranked = [None; MAX_TESTED];
     for found in near.as_slice() {
-        let mirrors = scene.edge_mirrors(found.edge);
-        let around = Around::of(scene, found.edge);
-        let mirrors = mirrors.as_slice();
-        let mut images = [[Seen::of(scene, places[0], None); MOST_EDGE_MIRRORS + 1]; 2];
-        for (end, seen) in images.iter_mut().enumerate() {
-            seen[0] = Seen::of(scene, places[end], None);
-            for (seen, &mirror) in seen[1..].iter_mut().zip(mirrors) {
-                *seen = Seen::of(scene, places[end], Some(mirror));
+        let surfaces = scene.edge_mirrors(found.edge);
+        let edge = CandidateEdge::of(scene, found.edge);
+        let surfaces = surfaces.as_slice();
+        let images = [from, to].map(|end| {
+            let mut images = [ImagePoint::of(scene, end, None); MOST_EDGE_MIRRORS + 1];
+            for (image, &surface) in images[1..].iter_mut().zip(surfaces) {
+                *image = ImagePoint::of(scene, end, Some(surface));
             }
-        }
-        let count = mirrors.len() + 1;
-        for before in 0..count {
-            for after in 0..count {
+            images
+        });
+        for before in 0..=surfaces.len() {
+            for after in 0..=surfaces.len() {
                 let both = before > 0 && after > 0;
-                if before + after == 0 || both && before.max(after) > MIRRORS_AT_BOTH {
+                if before + after == 0 || both && before.max(after) > SURFACES_ON_BOTH_SIDES {
                     continue;
                 }
                 let ends = [images[0][before], images[1][after]];
-                look(scene, ends, &around, spot, &mut likely);
+                edge.rank(scene, ends, endpoints, &mut ranked);
             }
         }
     }
-    let mut count = 0;
-    for way in likely.iter().take_while(|way| way.rough_gain > 0.0) {
-        if count == MOST_MIRRORED {
-            break;
-        }
-        let ends = [0, 1].map(|end| Seen::of(scene, places[end], way.mirrors[end]));
-        if let Some(way) = Mirrored::between(scene, ends, way.edge)
-            && way.is_clear(scene, rays)
-            && let Some(path) = way.path(scene, spot)
-        {
-            give(path);
-            count += 1;
-        }
-    }
+    ranked
+        .iter()
+        .flatten()
+        .filter_map(|candidate| {
+            let path =
+                ReflectedEdgePath::over(scene, candidate.edge, candidate.surfaces, endpoints)?;
+            path.is_unoccluded(scene, rays)
+                .then(|| path.path(scene, endpoints))?
+        })
+        .take(MAX_REFLECTED_EDGE_PATHS)
+        .for_each(emit);
 }
 
-/// An edge that many ways are tried over.
-struct Around {
-    number: u32,
-    line: Edge,
+/// An edge that many candidates share.
+struct CandidateEdge {
+    index: u32,
+    edge: Edge,
     outward: DVec3,
 }
 
-impl Around {
-    fn of(scene: &Scene, number: u32) -> Self {
-        let line = scene.edge(number);
+impl CandidateEdge {
+    fn of(scene: &Scene, index: u32) -> Self {
+        let edge = scene.edge(index);
         Self {
-            outward: line.outward(),
-            number,
-            line,
+            outward: edge.outward(),
+            index,
+            edge,
         }
     }
 
-    /// Whether both ends look at their mirrors from the side on which a way between them bends, if that is within the edge's
-    /// ends: sooner known than its angles, and most do not.
-    fn may_bend(&self, scene: &Scene, ends: &[Seen; 2]) -> bool {
-        let along_m = self.line.apex_m(ends[0].image, ends[1].image);
-        if !(0.0..=self.line.length_m).contains(&along_m) {
+    /// Whether the crossing is within the edge and both ends are on the reflecting side of their surfaces: a test that
+    /// needs no angles and excludes most candidates.
+    fn may_cross(&self, scene: &Scene, ends: &[ImagePoint; 2]) -> bool {
+        let along_m = self.edge.apex_m(ends[0].image, ends[1].image);
+        if !(0.0..=self.edge.length_m).contains(&along_m) {
             return false;
         }
-        let stand = edge_wave::stand_outward(self.line.at(along_m), self.outward);
+        let sight_point = edge_wave::sight_point(self.edge.at(along_m), self.outward);
         ends.iter().all(|end| {
-            end.mirror.is_none_or(|surface| {
+            end.surface.is_none_or(|surface| {
                 let plane = scene.surface(surface);
-                plane.distance_m(end.image) * plane.distance_m(stand) < 0.0
+                plane.distance_m(end.image) * plane.distance_m(sight_point) < 0.0
             })
         })
     }
+
+    /// Adds the path between two ends to `ranked` if it exists and is among the loudest.
+    fn rank(
+        &self,
+        scene: &Scene,
+        ends: [ImagePoint; 2],
+        endpoints: &Endpoints,
+        ranked: &mut [Option<RankedPath>; MAX_TESTED],
+    ) {
+        if !self.may_cross(scene, &ends) {
+            return;
+        }
+        let Some(crossing) = self.edge.crossing(ends[0].image, ends[1].image) else {
+            return;
+        };
+        let straight_m = ends[0].real.distance(ends[1].real);
+        let straight_m = straight_m.max(endpoints.min_distance_m);
+        let mut gain =
+            estimated_gain(scene, &self.edge, &crossing) * straight_m / crossing.length_m();
+        for surface in ends.iter().filter_map(|end| end.surface) {
+            let factor = scene.reflectance(surface).factor(RANKING_COSINE)[RANKING_BAND];
+            gain *= f64::from(factor.abs());
+        }
+        let sight_point = edge_wave::sight_point(crossing.apex, self.outward);
+        if gain < MIN_RANKING_GAIN
+            || ranked[MAX_TESTED - 1].is_some_and(|last| last.gain >= gain)
+            || reflection_points(scene, &ends, sight_point).is_none()
+        {
+            return;
+        }
+        let new = RankedPath {
+            gain,
+            edge: self.index,
+            surfaces: ends.map(|end| end.surface),
+        };
+        insert_ranked(ranked, new, |old| old.gain >= gain);
+    }
 }
 
-/// Adds the way over an edge between two ends to the likely ones, if it is there and among the loudest.
-fn look(
-    scene: &Scene,
-    ends: [Seen; 2],
-    around: &Around,
-    spot: &Endpoints,
-    likely: &mut [Likely; MOST_TRIED],
-) {
-    if !around.may_bend(scene, &ends) {
-        return;
-    }
-    let (edge, line) = (around.number, &around.line);
-    let Some(crossing) = line.crossing(ends[0].image, ends[1].image) else {
-        return;
-    };
-    let straight_m = ends[0].real.distance(ends[1].real).max(spot.min_distance_m);
-    let mut rough_gain = crate::propagation::diffraction::rough_gain(scene, edge, &crossing)
-        * straight_m
-        / crossing.length_m();
-    for surface in ends.iter().filter_map(|end| end.mirror) {
-        rough_gain *= f64::from(scene.reflectance(surface).factor(ROUGH_COSINE)[ROUGH_BAND].abs());
-    }
-    let place = likely.partition_point(|way| way.rough_gain >= rough_gain);
-    if rough_gain < LEAST_ROUGH_GAIN
-        || place == MOST_TRIED
-        || ends_seen(scene, &ends, edge_wave::stand(line, crossing.apex)).is_none()
-    {
-        return;
-    }
-    likely[place..].rotate_right(1);
-    likely[place] = Likely {
-        rough_gain,
-        edge,
-        mirrors: ends.map(|end| end.mirror),
-    };
+/// Estimated gain of a diffraction in [`RANKING_BAND`] relative to the free field over its length.
+fn estimated_gain(scene: &Scene, edge: &Edge, crossing: &EdgeCrossing) -> f64 {
+    let wavenumber = edge_wave::wavenumbers(scene)[RANKING_BAND];
+    let distance_m = edge_wave::spread(crossing).distance_m;
+    let x = WedgeAngles::of(edge, crossing).transition_argument(wavenumber, distance_m);
+    // The transition function's size, 1 at the boundary and 1/√(πx) far from it.
+    0.5 / (1.0 + PI * x).sqrt()
 }
 
-/// A way over one edge with a reflection before it, behind it, or both.
+/// A path over one edge with one or two reflections.
 #[derive(Debug, Clone, Copy)]
-pub struct Mirrored {
-    ends: [Seen; 2],
+pub struct ReflectedEdgePath {
+    ends: [ImagePoint; 2],
     hits: [Option<DVec3>; 2],
     edge: u32,
     crossing: EdgeCrossing,
-    /// Where sight lines to the bend end.
-    stand: DVec3,
+    /// End of visibility rays to the edge.
+    sight_point: DVec3,
+    fade: f64,
 }
 
-impl Mirrored {
-    /// The way over an edge with a mirror before it and one behind it, if it bends within the edge's ends and meets both
-    /// mirrors within theirs.
+impl ReflectedEdgePath {
+    /// The path over an edge with reflections in the surfaces before and after it, if the crossing and the reflection points
+    /// lie within edge and surfaces. Occlusion is not tested.
     pub fn over(
         scene: &Scene,
         edge: u32,
-        mirrors: [Option<u32>; 2],
-        spot: &Endpoints,
+        surfaces: [Option<u32>; 2],
+        endpoints: &Endpoints,
     ) -> Option<Self> {
-        let places = [spot.from, spot.to].map(|place| scene.to_local(place));
-        let ends = [0, 1].map(|end| Seen::of(scene, places[end], mirrors[end]));
-        Self::between(scene, ends, edge)
-    }
-
-    fn between(scene: &Scene, ends: [Seen; 2], edge: u32) -> Option<Self> {
+        let (from, to) = local_positions(scene, endpoints);
+        let ends = [
+            ImagePoint::of(scene, from, surfaces[0]),
+            ImagePoint::of(scene, to, surfaces[1]),
+        ];
         let line = &scene.edge(edge);
         let crossing = line.crossing(ends[0].image, ends[1].image)?;
-        let stand = edge_wave::stand(line, crossing.apex);
-        let way = Self {
-            hits: ends_seen(scene, &ends, stand)?,
+        let sight_point = edge_wave::sight_point(crossing.apex, line.outward());
+        let hits = reflection_points(scene, &ends, sight_point)?;
+        let fade = fade_out(crossing.length_m() - ends[0].image.distance(ends[1].image));
+        (fade > 0.0).then_some(Self {
             ends,
+            hits,
             edge,
             crossing,
-            stand,
-        };
-        (way.left() > 0.0).then_some(way)
+            sight_point,
+            fade,
+        })
     }
 
-    /// What the length of its detour leaves of it.
-    fn left(&self) -> f64 {
-        let [a, b] = self.ends.map(|end| end.image);
-        fade_out(self.crossing.length_m() - a.distance(b))
-    }
-
-    /// Its path, if that is above [`WEAKEST`]. Says nothing of what stands in between.
-    pub fn path(&self, scene: &Scene, spot: &Endpoints) -> Option<Path> {
+    /// Its path, if that is audible ([`edge_wave::is_audible`]). Occlusion is not tested.
+    pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
         let gains = self.gains(scene);
         let straight_m = self.ends[0].real.distance(self.ends[1].real);
-        let reach = straight_m.max(spot.min_distance_m) / self.crossing.length_m();
-        let audible = gains.iter().any(|g| f64::from(g.abs()) * reach > WEAKEST);
-        audible.then(|| self.course(scene, spot, &gains))
+        let spreading = straight_m.max(endpoints.min_distance_m) / self.crossing.length_m();
+        edge_wave::is_audible(&gains, spreading).then(|| self.to_path(scene, endpoints, &gains))
     }
 
     /// Signed band gains relative to the free field over its length.
     fn gains(&self, scene: &Scene) -> BandArray {
-        let line = &scene.edge(self.edge);
+        let edge = &scene.edge(self.edge);
         let spread = edge_wave::spread(&self.crossing);
-        // No reflection is followed through walls, so a wall takes all of one away. With a mirror's those of the faces are
-        // of second order at least, and fade.
+        // Reflections are not transmitted, so a wall removes them wholly. The faces' own are of second order at least
+        // together with a surface's, and fade.
         let (incident, reflected) =
-            edge_wave::around(scene, line, &self.crossing, &spread, false, [true; 2]);
-        let left = self.left();
-        let mut gains: [f64; BANDS] =
-            std::array::from_fn(|b| edge_wave::signed(incident[b] + reflected[b]) * left);
+            edge_wave::diffracted_field(scene, edge, &self.crossing, &spread, false, [true; 2]);
+        let mut gains: [f64; _] =
+            std::array::from_fn(|b| edge_wave::real_gain(incident[b] + reflected[b]) * self.fade);
         for end in &self.ends {
-            let Some(surface) = end.mirror else {
+            let Some(surface) = end.surface else {
                 continue;
             };
-            let way = (end.image - self.crossing.apex).normalize_or_zero();
-            let cosine = scene.surface(surface).normal.dot(way).abs() as f32;
+            let direction = (end.image - self.crossing.apex).normalize_or_zero();
+            let cosine = scene.surface(surface).normal.dot(direction).abs() as f32;
             let factor = scene.reflectance(surface).factor(cosine);
             for (gain, f) in gains.iter_mut().zip(factor) {
                 *gain *= f64::from(f);
@@ -258,61 +260,61 @@ impl Mirrored {
         gains.map(|gain| gain as f32)
     }
 
-    /// Whether nothing stands on the way. Adds the rays it cast, four at most, to `rays`.
-    pub fn is_clear(&self, scene: &Scene, rays: &mut u64) -> bool {
+    /// Whether nothing occludes it. Adds the rays cast, four at most, to `rays`.
+    pub fn is_unoccluded(&self, scene: &Scene, rays: &mut u64) -> bool {
         let faces = scene.edge(self.edge).faces;
-        (0..2).all(|end| {
-            let Seen { real, mirror, .. } = self.ends[end];
-            match (self.hits[end], mirror) {
+        let end = self.sight_point;
+        (0..2).all(|i| {
+            let ImagePoint { real, surface, .. } = self.ends[i];
+            match (self.hits[i], surface) {
                 (Some(hit), Some(surface)) => {
-                    edge_wave::sees(scene, hit, self.stand, [surface, faces[0]], rays)
-                        && edge_wave::sees(scene, real, hit, [surface, NO_GROUP], rays)
+                    is_unoccluded(scene, hit, end, [surface, faces[0]], rays)
+                        && is_unoccluded(scene, real, hit, [surface, NO_GROUP], rays)
                 }
-                _ => edge_wave::sees(scene, real, self.stand, faces, rays),
+                _ => is_unoccluded(scene, real, end, faces, rays),
             }
         })
     }
 
-    fn course(&self, scene: &Scene, spot: &Endpoints, gains: &BandArray) -> Path {
+    fn to_path(self, scene: &Scene, endpoints: &Endpoints, gains: &BandArray) -> Path {
         let apex = self.crossing.apex;
-        let mut stops = [Interaction::Edge(self.edge); 3];
+        let mut interactions = [Interaction::Edge(self.edge); 3];
         let mut points = [apex; 3];
         let mut count = 0;
-        let mut add = |stop, point| {
-            (stops[count], points[count]) = (stop, point);
-            count += 1;
+        let reflection = |end: usize| {
+            let surface = self.ends[end].surface.map(Interaction::Surface);
+            surface.zip(self.hits[end])
         };
-        let reflection = |end: usize| self.ends[end].mirror.zip(self.hits[end]);
-        if let Some((surface, hit)) = reflection(0) {
-            add(Interaction::Surface(surface), hit);
+        let edge = Some((Interaction::Edge(self.edge), apex));
+        for (interaction, point) in [reflection(0), edge, reflection(1)].into_iter().flatten() {
+            (interactions[count], points[count]) = (interaction, point);
+            count += 1;
         }
-        add(Interaction::Edge(self.edge), apex);
-        let mut heard_at = apex;
-        if let Some((surface, hit)) = reflection(1) {
-            add(Interaction::Surface(surface), hit);
-            heard_at = hit;
-        }
-        let course = Course {
-            stops: &stops[..count],
+        let path = EdgePath {
+            interactions: &interactions[..count],
             points: &points[..count],
             length_m: self.crossing.length_m(),
-            heard_at,
+            last_point: points[count - 1],
         };
-        edge_wave::path(scene, spot, &course, gains)
+        path.to_path(scene, endpoints, gains)
     }
 }
 
-/// Reflection points between each end and a bend; none at all if a mirror does not reach there.
-fn ends_seen(scene: &Scene, ends: &[Seen; 2], stand: DVec3) -> Option<[Option<DVec3>; 2]> {
+/// Reflection points between the ends and an edge; `None` if a line misses its surface.
+fn reflection_points(
+    scene: &Scene,
+    ends: &[ImagePoint; 2],
+    sight_point: DVec3,
+) -> Option<[Option<DVec3>; 2]> {
     let mut hits = [None; 2];
     for (hit, end) in hits.iter_mut().zip(ends) {
-        if let Some(surface) = end.mirror {
+        if let Some(surface) = end.surface {
             let plane = scene.surface(surface);
-            let (here, there) = (plane.distance_m(end.image), plane.distance_m(stand));
+            let (here, there) = (plane.distance_m(end.image), plane.distance_m(sight_point));
             if here * there >= 0.0 {
                 return None;
             }
-            let point = end.image + (stand - end.image) * (here / (here - there));
+            let point = end.image + (sight_point - end.image) * (here / (here - there));
             *hit = Some(point).filter(|p| scene.reflects_at(surface, *p));
             (*hit)?;
         }

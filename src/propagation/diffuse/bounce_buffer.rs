@@ -1,132 +1,116 @@
-//! Bounces of a rotation's rays, and what they weigh.
+//! Bounces of a rotation's rays and their selection weights.
 
 use glam::Vec3;
 
 use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffuse::ray_statistics::RayLog;
-use crate::propagation::diffuse::static_hit_cache::FixedWay;
 use crate::propagation::rays::packet::{HitPacket, PACKET_SIZE, PerRay, Vectors, vector};
 
-/// Metres from the source within which bounces are chosen by their energy alone: a listener is taken to be thereabouts.
-const CHOICE_SPREAD_M: f32 = 20.0;
+/// Distance from the source in metres within which bounces are selected by energy alone: the listener's assumed distance.
+const SELECTION_SPREAD_M: f32 = 20.0;
 
-/// Energy that a bounce has for the tail.
+/// Late energy of a bounce.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Bounce {
     pub(crate) point: Vec3,
-    /// Unit normal on the side that sound leaves to.
+    /// Unit normal on the side of the outgoing sound.
     pub(crate) normal: Vec3,
     pub(crate) surface: u32,
-    /// Way from the source.
+    /// Path length from the source.
     pub(crate) length_m: f32,
-    /// Energy leaving, without air.
+    /// Outgoing energy, without air absorption.
     pub(crate) energy: BandArray,
 }
 
-/// The bounces of one step of rays that are followed side by side.
+/// One bounce of each ray of a packet.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Block {
+pub(crate) struct BouncePacket {
     pub(crate) met: HitPacket,
-    /// The rays whose bounces so far were mirror reflections by panels, up to this one's, one a bit.
+    /// Bit mask of the rays with only specular reflections in panels up to this bounce.
     pub(crate) mirrored: u32,
     pub(crate) point: Vectors,
-    /// Unit normals on the side that sound leaves to.
+    /// Unit normals on the side of the outgoing sound.
     pub(crate) normal: Vectors,
-    /// Ways from the source.
+    /// Path lengths from the source.
     pub(crate) length_m: PerRay<f32>,
-    /// Energy leaving, without air.
+    /// Outgoing energy, without air absorption.
     pub(crate) energy: PerRay<BandArray>,
 }
 
-impl Block {
-    /// By what bounces weigh less the farther they are from the source.
+impl BouncePacket {
+    /// Divisors of the selection weights, by the distance from the source.
     #[inline(always)]
-    pub(crate) fn spreads(&self, source: Vec3) -> PerRay<f32> {
-        let mut spreads = [0.0; PACKET_SIZE];
+    pub(crate) fn spread_factors(&self, source: Vec3) -> PerRay<f32> {
+        let mut spread_factors = [0.0; PACKET_SIZE];
         let [x, y, z] = &self.point;
         for l in 0..PACKET_SIZE {
             let (x, y, z) = (x[l] - source.x, y[l] - source.y, z[l] - source.z);
-            spreads[l] = ((x * x) + (y * y) + (z * z)) + CHOICE_SPREAD_M * CHOICE_SPREAD_M;
+            spread_factors[l] =
+                ((x * x) + (y * y) + (z * z)) + SELECTION_SPREAD_M * SELECTION_SPREAD_M;
         }
-        spreads
+        spread_factors
     }
 }
 
-/// What a bounce may send to a listener, over all bands.
+/// Selection weight: the energy in all bands over the divisor of the distance.
 #[inline(always)]
 pub(crate) fn weight(e: &BandArray, spread: f32) -> f32 {
     let sum = ((e[0] + e[4]) + (e[2] + e[6])) + ((e[1] + e[5]) + (e[3] + e[7]));
     sum / spread
 }
 
-/// Bounces and their weights: a place for each that there may be.
+/// Bounces and their weights, with an entry for every ray and step.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Weighed {
-    /// Bounces of a ray.
+pub(crate) struct BounceBuffer {
+    /// Bounces per ray.
     steps: usize,
-    /// In blocks of [`PACKET_SIZE`] rays, `steps` of each one after the other. Bounces of no weight are anything.
-    blocks: Vec<Block>,
-    /// In the order of the rays, `steps` a ray.
+    /// Packets of [`PACKET_SIZE`] rays, `steps` of each in turn. Bounces of weight 0 are unspecified.
+    packets: Vec<BouncePacket>,
+    /// In the order of the rays, `steps` per ray.
     pub(crate) weights: Vec<f32>,
 }
 
-impl Weighed {
-    /// Places without a bounce, which weigh nothing.
+impl BounceBuffer {
+    /// Clears all weights.
     pub(crate) fn renew(&mut self, rays: usize, steps: usize) {
         self.steps = steps;
-        self.blocks
-            .resize_with(rays.div_ceil(PACKET_SIZE) * steps, Block::default);
+        self.packets
+            .resize_with(rays.div_ceil(PACKET_SIZE) * steps, BouncePacket::default);
         self.weights.clear();
         self.weights.resize(rays * steps, 0.0);
     }
 
     /// The blocks of the rays from `first` on, by steps, and the weights of these.
     #[inline(always)]
-    pub(crate) fn together_from(&mut self, first: usize) -> (&mut [Block], &mut [f32]) {
-        let block = first / PACKET_SIZE * self.steps;
+    pub(crate) fn packets_from(&mut self, first: usize) -> (&mut [BouncePacket], &mut [f32]) {
+        let packet = first / PACKET_SIZE * self.steps;
         (
-            &mut self.blocks[block..][..self.steps],
+            &mut self.packets[packet..][..self.steps],
             &mut self.weights[first * self.steps..],
         )
     }
 
-    /// The bounces of a ray, one a block in the lane that is given too.
+    /// The packets of a ray, by steps, and its lane in them.
     #[inline(always)]
-    pub(crate) fn of_ray(&self, ray: usize) -> (&[Block], usize) {
-        let block = ray / PACKET_SIZE * self.steps;
-        (&self.blocks[block..][..self.steps], ray % PACKET_SIZE)
+    pub(crate) fn packets_of_ray(&self, ray: usize) -> (&[BouncePacket], usize) {
+        let packet = ray / PACKET_SIZE * self.steps;
+        (&self.packets[packet..][..self.steps], ray % PACKET_SIZE)
     }
 
-    /// The bounce at a place of the list of weights.
-    pub(crate) fn bounce(&self, place: usize) -> Bounce {
-        let (blocks, lane) = self.of_ray(place / self.steps);
-        let block = &blocks[place % self.steps];
+    /// The bounce at an index of `weights`.
+    pub(crate) fn bounce(&self, index: usize) -> Bounce {
+        let (packets, lane) = self.packets_of_ray(index / self.steps);
+        let packet = &packets[index % self.steps];
         Bounce {
-            point: vector(&block.point, lane),
-            normal: vector(&block.normal, lane),
-            surface: block.met.surface[lane],
-            length_m: block.length_m[lane],
-            energy: block.energy[lane],
+            point: vector(&packet.point, lane),
+            normal: vector(&packet.normal, lane),
+            surface: packet.met.surface[lane],
+            length_m: packet.length_m[lane],
+            energy: packet.energy[lane],
         }
     }
 }
 
-/// All bounces of one rotation's rays.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Bounces {
-    /// Within the depth of discrete paths.
-    pub(crate) near: Weighed,
-    /// Beyond, of far rays.
-    pub(crate) far: Weighed,
-    /// Sums of weights up to each bounce, while some are chosen.
-    pub(crate) sums: Vec<f64>,
-    /// What else the rays met.
-    pub(crate) log: RayLog,
-    /// The ways of the rays at hand through the fixed scene, while they are followed among instances.
-    pub(crate) way: FixedWay,
-}
-
-/// A gain on all bands.
+/// Scales all bands.
 #[inline(always)]
 pub(crate) fn amplify(energy: &mut BandArray, gain: f32) {
     for b in 0..BANDS {

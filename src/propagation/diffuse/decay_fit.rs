@@ -1,97 +1,102 @@
-//! Reverberation time from what far source rays still carry as time goes on.
+//! Reverberation time from the energy decay of far source rays.
 //!
-//! Own. In a diffuse room the sum over the rays falls as \[KUTTRUFF\] 5.1 has it (Eyring's −ln(1 − ᾱ) a mean free path,
-//! and a little slower by the spread of free paths, 5.30); where it is not diffuse, or rooms are coupled, or the sky is
-//! open, it falls as the rays do. The line is laid through the part that lies beyond the discrete paths' bounces: a
-//! source on a stage has short legs and soft curtains about it at first, which say nothing of the hall.
+//! Own. In a diffuse room the rays' energy decays by \[KUTTRUFF\] 5.1 (Eyring's −ln(1 − ᾱ) per mean free path, and a
+//! little slower by the variance of free paths, 5.30); in coupled, non-diffuse or open spaces it decays as the rays do.
+//! The line is fitted beyond the bounces of discrete paths: the first legs about a source on a stage, short and between
+//! soft curtains, do not represent the hall.
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
 use crate::simd::prefetch;
 
-/// Moments at which the rays' energy is looked at, and the seconds between them: a second in all, 32 bounces in
-/// rooms up to a concert hall's size.
-const MOMENTS: usize = 128;
-const MOMENT_S: f64 = 0.008;
+/// Samples of the decay curve and their distance in seconds: one second, 32 bounces in rooms up to a concert hall's size.
+const TIME_STEPS: usize = 128;
+const TIME_STEP_S: f64 = 0.008;
 
-/// Mean free times after which the line begins.
+/// Start of the fit in mean free times.
 const FIRST_FREE_TIME: f64 = 4.0;
 
-/// Mean free times after which it ends at the latest: most rays are followed so far.
+/// Latest end of the fit in mean free times: most rays last so long.
 const LAST_FREE_TIME: f64 = 28.0;
 
-/// Share of all energy below which there is no line to lay there, and it begins at once: an open sky.
-const LEAST_REST: f64 = 1e-3;
+/// Share of all energy at the start below which the fit starts at once: an open sky.
+const MIN_REMAINDER: f64 = 1e-3;
 
-/// Fall over which the line is laid, an energy ratio: 25 dB.
-const FALL: f64 = 3.2e-3;
+/// Energy ratio over which the line is fitted: 25 dB.
+const DECAY_FALL: f64 = 3.2e-3;
 
-/// Range of decays that are told, in seconds: beyond lies a numerical accident, not a room; a tail shorter than the
-/// generator's delay lines cannot be heard as one.
+/// Range of reverberation times in seconds: shorter ones are inaudible with the generator's delay lines, longer ones are
+/// numerical accidents.
 const DECAY_RANGE_S: (f64, f64) = (0.1, 30.0);
 
 /// 60 dB in nepers of energy.
 pub(crate) const NEPERS_OF_60_DB: f64 = 6.0 * std::f64::consts::LN_10;
 
-/// What rays have shown of a decay.
+/// Energy decay curve of far rays, and legs of all rays.
 #[derive(Debug, Clone)]
 pub(crate) struct DecayCurve {
-    /// Sum of what far rays carry at each moment, without air.
-    energy: [BandArray; MOMENTS],
-    /// Far rays.
+    /// Sum of the far rays' shares at each time step, without air absorption.
+    energy: [BandArray; TIME_STEPS],
+    /// Number of far rays.
     count: u32,
-    /// Lengths of all legs after the first, and their number.
-    legs_m: f64,
-    legs: u32,
-    /// First legs, which start anywhere.
+    /// Legs of all rays.
+    pub(crate) legs: LegSums,
+}
+
+/// Lengths and numbers of legs that end at a surface.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct LegSums {
+    rest_m: f64,
+    rest: u32,
+    /// First legs, which do not start at a surface.
     first_m: f64,
     first: u32,
 }
 
-/// The curves of sixteen rotations and their sum, as a tree: of one new curve four sums follow. The sum depends on the
-/// curves by their numbers, not on which is the newest.
+/// The curves of sixteen rotations and their sum, as a tree: a new curve changes four sums. The sum does not depend on the
+/// order of the updates.
 #[derive(Debug, Clone)]
 pub(crate) struct CurveTree {
-    /// The root is at 1, what `i` sums up at `2 i` and `2 i + 1`, the curves are at the end.
+    /// The root is at 1, the children of `i` are at `2 i` and `2 i + 1`, the curves are at the end.
     nodes: Vec<DecayCurve>,
 }
 
-/// Place of the first curve in the tree.
-const LEAVES: usize = ROTATIONS as usize;
+/// Index of the first curve in the tree.
+const FIRST_LEAF: usize = ROTATIONS as usize;
 
 impl Default for CurveTree {
     fn default() -> Self {
         Self {
-            nodes: vec![DecayCurve::default(); 2 * LEAVES],
+            nodes: vec![DecayCurve::default(); 2 * FIRST_LEAF],
         }
     }
 }
 
 impl CurveTree {
-    /// Asks for what [`Self::renew`] reads and writes.
+    /// Prefetches the memory of [`Self::renew`].
     pub(crate) fn prefetch(&self, number: usize) {
         const A_LINE: usize = 64 / size_of::<BandArray>();
-        let mut place = LEAVES + number % LEAVES;
-        while place > 1 {
-            for node in [place, place ^ 1] {
+        let mut index = FIRST_LEAF + number % FIRST_LEAF;
+        while index > 1 {
+            for node in [index, index ^ 1] {
                 let energy = self.nodes[node].energy.iter();
                 energy.step_by(A_LINE).for_each(prefetch);
             }
-            place /= 2;
+            index /= 2;
         }
     }
 
-    /// Has a curve drawn anew.
+    /// Replaces a curve and updates the sums.
     pub(crate) fn renew(&mut self, number: usize, draw: impl FnOnce(&mut DecayCurve)) {
-        let mut place = LEAVES + number % LEAVES;
-        let curve = &mut self.nodes[place];
+        let mut index = FIRST_LEAF + number % FIRST_LEAF;
+        let curve = &mut self.nodes[index];
         *curve = DecayCurve::default();
         draw(curve);
-        while place > 1 {
-            place /= 2;
-            let (sums, parts) = self.nodes.split_at_mut(2 * place);
-            sums[place].set_sum(&parts[0], &parts[1]);
+        while index > 1 {
+            index /= 2;
+            let (sums, parts) = self.nodes.split_at_mut(2 * index);
+            sums[index].set_sum(&parts[0], &parts[1]);
         }
     }
 
@@ -101,26 +106,17 @@ impl CurveTree {
     }
 }
 
-/// What the curve says.
+/// Parameters of the decay.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Decay {
-    /// Mean free path over the speed of sound.
+    /// Mean free path over the speed of sound, in seconds.
     pub(crate) mean_free_time_s: f64,
-    /// T60 in each band.
+    /// T60 per band in seconds.
     pub(crate) decay_time_s: BandArray,
 }
 
-/// Sums of legs, as in [`DecayCurve`].
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Legs {
-    rest_m: f64,
-    rest: u32,
-    first_m: f64,
-    first: u32,
-}
-
-impl Legs {
-    /// A leg that met something.
+impl LegSums {
+    /// Adds a leg.
     #[inline(always)]
     pub(crate) fn add(&mut self, is_first: bool, leg_m: f32) {
         let leg_m = f64::from(leg_m);
@@ -137,45 +133,25 @@ impl Legs {
 impl Default for DecayCurve {
     fn default() -> Self {
         Self {
-            energy: [[0.0; BANDS]; MOMENTS],
+            energy: [[0.0; BANDS]; TIME_STEPS],
             count: 0,
-            legs_m: 0.0,
-            legs: 0,
-            first_m: 0.0,
-            first: 0,
+            legs: LegSums::default(),
         }
     }
 }
 
 impl DecayCurve {
-    /// What is known of legs, to be added to.
-    pub(crate) fn legs(&self) -> Legs {
-        Legs {
-            rest_m: self.legs_m,
-            rest: self.legs,
-            first_m: self.first_m,
-            first: self.first,
-        }
-    }
-
-    /// Puts it back.
-    pub(crate) fn set_legs(&mut self, legs: Legs) {
-        (self.legs_m, self.legs) = (legs.rest_m, legs.rest);
-        (self.first_m, self.first) = (legs.first_m, legs.first);
-    }
-
-    /// A far ray sets out.
+    /// Adds a far ray.
     #[inline(always)]
     pub(crate) fn begin(&mut self) {
         self.count += 1;
     }
 
-    /// A far ray carries `share` from moment number `first` up to a time in seconds. Gives the number of the first moment from
-    /// then on.
+    /// Adds a far ray's share from time step `first` up to a time in seconds. Returns the next time step.
     #[inline(always)]
-    pub(crate) fn carry(&mut self, share: &BandArray, first: u32, to_s: f64) -> u32 {
-        let next = (to_s / MOMENT_S).ceil() as u32;
-        let end = (next as usize).min(MOMENTS);
+    pub(crate) fn accumulate(&mut self, share: &BandArray, first: u32, to_s: f64) -> u32 {
+        let next = (to_s / TIME_STEP_S).ceil() as u32;
+        let end = (next as usize).min(TIME_STEPS);
         for sum in &mut self.energy[(first as usize).min(end)..end] {
             for (sum, share) in sum.iter_mut().zip(share) {
                 *sum += share;
@@ -184,10 +160,10 @@ impl DecayCurve {
         next
     }
 
-    /// A far ray is followed no further than `at_s`: from there it goes on as it came.
-    pub(crate) fn leave(&mut self, share: &BandArray, at_s: f64) {
-        let first = (at_s / MOMENT_S).ceil() as usize;
-        let factor = share.map(|s| f64::from(s).powf(MOMENT_S / at_s.max(MOMENT_S)) as f32);
+    /// Extrapolates a far ray's mean decay from its last bounce at `at_s` seconds.
+    pub(crate) fn extrapolate(&mut self, share: &BandArray, at_s: f64) {
+        let first = (at_s / TIME_STEP_S).ceil() as usize;
+        let factor = share.map(|s| f64::from(s).powf(TIME_STEP_S / at_s.max(TIME_STEP_S)) as f32);
         let mut left = *share;
         for sum in self.energy.iter_mut().skip(first) {
             for b in 0..BANDS {
@@ -203,20 +179,20 @@ impl DecayCurve {
             *sum = a + b;
         }
         self.count = a.count + b.count;
-        self.legs_m = a.legs_m + b.legs_m;
-        self.legs = a.legs + b.legs;
-        self.first_m = a.first_m + b.first_m;
-        self.first = a.first + b.first;
+        self.legs = LegSums {
+            rest_m: a.legs.rest_m + b.legs.rest_m,
+            rest: a.legs.rest + b.legs.rest,
+            first_m: a.legs.first_m + b.legs.first_m,
+            first: a.legs.first + b.legs.first,
+        };
     }
 
-    /// `None` if no ray met anything.
+    /// `None` if no ray hit a surface.
     pub(crate) fn decay(&self, scene: &Scene) -> Option<Decay> {
-        let mean_free_path_m = if self.legs > 0 {
-            self.legs_m / f64::from(self.legs)
-        } else if self.first > 0 {
-            self.first_m / f64::from(self.first)
-        } else {
-            return None;
+        let mean_free_path_m = match self.legs {
+            LegSums { rest_m, rest, .. } if rest > 0 => rest_m / f64::from(rest),
+            LegSums { first_m, first, .. } if first > 0 => first_m / f64::from(first),
+            _ => return None,
         };
         let speed_m_s = scene.speed_of_sound_m_s();
         let mean_free_time_s = mean_free_path_m / speed_m_s;
@@ -231,23 +207,22 @@ impl DecayCurve {
         })
     }
 
-    /// Nepers a second by which the energy of a band falls: the slope of a line through its logarithm by least squares.
+    /// Decay of a band's energy in nepers per second: the slope of a least-squares line through its logarithm.
     fn slope(&self, band: usize, mean_free_time_s: f64) -> f64 {
-        let energy = |moment: usize| f64::from(self.energy[moment][band]);
-        let joint = ((FIRST_FREE_TIME * mean_free_time_s / MOMENT_S) as usize).min(MOMENTS / 2);
-        let first = if energy(joint) > LEAST_REST * f64::from(self.count) {
-            joint
-        } else {
-            0
-        };
-        let floor = FALL * energy(first);
+        let energy = |time_step: usize| f64::from(self.energy[time_step][band]);
+        let joint =
+            ((FIRST_FREE_TIME * mean_free_time_s / TIME_STEP_S) as usize).min(TIME_STEPS / 2);
+        let has_rest = energy(joint) > MIN_REMAINDER * f64::from(self.count);
+        let first = if has_rest { joint } else { 0 };
+        let floor = DECAY_FALL * energy(first);
         let (mut n, mut t, mut tt, mut y, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        let end = (LAST_FREE_TIME * mean_free_time_s / MOMENT_S) as usize;
-        for moment in first..end.clamp(first + 3, MOMENTS) {
-            if energy(moment) <= floor {
+        let end = (LAST_FREE_TIME * mean_free_time_s / TIME_STEP_S) as usize;
+        for time_step in first..end.clamp(first + 3, TIME_STEPS) {
+            if energy(time_step) <= floor {
                 break;
             }
-            let (at_s, nepers) = ((moment - first) as f64 * MOMENT_S, energy(moment).ln());
+            let at_s = (time_step - first) as f64 * TIME_STEP_S;
+            let nepers = energy(time_step).ln();
             n += 1.0;
             t += at_s;
             tt += at_s * at_s;

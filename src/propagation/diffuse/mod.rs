@@ -1,26 +1,24 @@
-//! What the late reverb needs of one source: the energy that no discrete path carries, when it arrives, and how it
-//! decays.
+//! Diffuse late sound of one source: the energy that no discrete path carries, its arrival times and its decay.
 //!
-//! Runs inside a propagation update. Takes source and listener, gives a [`LateEnergy`]. Bounded by the rays of one
-//! update (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`connection::SHADOW_RAYS`] rays to the listener for each of sixteen
-//! rotations at most: none for a listener at rest, a few for one who walks ([`viewpoints`]).
+//! Runs within a propagation update. Takes source and listener, gives a [`LateEnergy`]. Bounded by the rays of one update
+//! (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`next_event::SHADOW_RAYS`] rays to the listener for each of sixteen
+//! rotations: none for a listener at rest, a few for a walking one ([`visibility_cells`]).
 //!
-//! The balance (own; connection of bounces to the listener after \[SCHROEDER11\], "diffuse rain"): a source sends 4π of
-//! energy (free field of one at 1 m) in even shares along its rays. What leaves a bounce is the share's product of
-//! reflected energies. Of it the discrete paths carry the product of specular shares, as long as the order is within
-//! their depth and every surface is a panel; *the rest is the tail's*: what was scattered, what small facets took out of
-//! the mirror images, and everything beyond the last order. It is taken to leave the bounce by Lambert's law and is
-//! connected to the listener, so no volume has to be known and a scene without a ceiling needs no rule of its own.
-//! Decay: [`decay`]. From arrivals to a tail that starts without gap or double energy: [`envelope`].
+//! Energy balance (own; next-event estimation after \[SCHROEDER11\], "diffuse rain"): a source sends an energy of 4π (free
+//! field of 1 at 1 m) in equal shares along its rays. A bounce reflects the share times the product of reflected
+//! energies. Discrete paths carry the product of specular energies of it, within their depth and as long as every surface
+//! is a panel. *The rest is late energy*: scattered sound, reflections of small facets, and orders beyond the depth. It
+//! leaves the bounce by Lambert's law and is connected to the listener, which needs neither a room's volume nor a
+//! ceiling. Decay: [`decay_fit`]. Energy envelope without gap or overlap with discrete paths: [`envelope`].
 //!
-//! The arrivals of sixteen updates are kept by the number of their ray rotation, so that what is told of a scene at rest
-//! does not depend on when it is looked at, nor on how often. So is what their rays found: while neither source nor scene
-//! has changed since a rotation's rays were cast, they are not cast again, and bits are the same. While instances move, rays
-//! stay as well if few of them have to do with an instance; sixteen updates after the last move everything is looked at
-//! anew. What that costs is memory, about 0.4 MB a source with 128 rays to a depth of 4 (`source_rays::Found`), and 0.4 MB
-//! more in a scene with instances, where it is known besides where rays go in the fixed scene (`fixed_way`).
+//! Sixteen rotations of the ray lattice take turns, and the estimate is their sum, independent of the time and index of
+//! updates in a scene at rest. A rotation's rays are cached: they are traced again only after source or scene have
+//! changed, with the same bits. While instances move, rays stay valid as long as few of them are affected; sixteen updates
+//! after the last motion all are exact. The cache takes about 0.4 MB per source with 128 rays to a depth of 4
+//! (`cached_rays`), and 0.4 MB more in a scene with instances (`static_hit_cache`).
 
 mod bounce_buffer;
+mod cached_rays;
 pub mod decay_fit;
 pub mod envelope;
 pub mod next_event;
@@ -32,29 +30,29 @@ pub mod visibility_cells;
 
 pub use crate::propagation::diffuse::envelope::{LateSegment, common_decay, late_segments};
 pub use crate::propagation::diffuse::source_rays::SourceRays;
-pub use crate::propagation::diffuse::visibility_cells::{VisibilityCells, still_place};
+pub use crate::propagation::diffuse::visibility_cells::{VisibilityCells, stable_viewpoint};
 
 use glam::{DVec3, Vec3};
 
-use crate::propagation::diffuse::bounce_buffer::Bounces;
+use crate::propagation::diffuse::cached_rays::{CachedRays, Validity};
 use crate::propagation::diffuse::decay_fit::{CurveTree, Decay};
-use crate::propagation::diffuse::envelope::Spans;
-use crate::propagation::diffuse::next_event::Arrivals;
-use crate::propagation::diffuse::source_rays::{Found, Known};
+use crate::propagation::diffuse::envelope::ArrivalHistogram;
+use crate::propagation::diffuse::next_event::SecondarySources;
+use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::path::LateEnergy;
 use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::{Scene, SourceId};
 
-/// Within how far a moving source counts as where it is, in metres, and rotations that have to be counted even if it was
-/// farther away. So a tail is of where a source is and not of where it was sixteen updates ago, however often they come.
-const SAME_PLACE_M: f64 = 0.35;
-const FEWEST_ROTATIONS: usize = 6;
+/// Distance in metres of a moving source from a rotation's origin up to which the rotation has at least half the weight,
+/// and the number of rotations that have it at any distance. Keeps the estimate local while a source moves.
+const SAME_POSITION_M: f64 = 0.35;
+const MIN_ROTATIONS: usize = 6;
 
-/// What rays count that were cast at a distance from where the source is; 1 there.
+/// Weight of a rotation traced at a distance from the source: 1 at 0 m, ½ at `reach_m`.
 fn weight(distance_m: f64, reach_m: f64) -> f64 {
-    // At no place a source is as good as at any.
+    // At an infinite distance no rotation is nearer than another.
     if !distance_m.is_finite() {
         return 1.0;
     }
@@ -62,31 +60,30 @@ fn weight(distance_m: f64, reach_m: f64) -> f64 {
     1.0 / (1.0 + square * square)
 }
 
-/// What the rays of one rotation found.
+/// Results of one rotation.
 #[derive(Debug, Clone, Default)]
-struct Slot {
+struct RotationEntry {
     filled: bool,
-    /// Where the source was, local coordinates.
+    /// The source when the rays were traced, local coordinates.
     origin: DVec3,
-    found: Found,
-    arrivals: Arrivals,
+    cached: CachedRays,
+    secondary: SecondarySources,
 }
 
-/// Memory that rays are followed in: whose they were nobody asks again, so one does for all sources that take turns.
+/// Per-thread scratch, reused across sources.
 #[derive(Debug, Clone)]
 pub struct RayScratch {
-    /// What rays begin with, each sequence once.
+    /// Specular prefixes of rays, each once.
     pub(crate) sequences: SequenceSet,
-    /// All bounces of one rotation, while some are chosen.
-    bounces: Bounces,
+    buffers: TraceBuffers,
 }
 
 impl RayScratch {
-    /// Room for so many sequences; it grows where rays find more.
+    /// Memory for so many sequences; it grows if rays find more.
     pub fn with_capacity(sequences: usize) -> Self {
         Self {
             sequences: SequenceSet::with_capacity(sequences),
-            bounces: Bounces::default(),
+            buffers: TraceBuffers::default(),
         }
     }
 }
@@ -94,22 +91,22 @@ impl RayScratch {
 /// Running estimate of one source's late field.
 #[derive(Debug, Clone)]
 pub struct LateEstimator {
-    slots: Vec<Slot>,
+    entries: Vec<RotationEntry>,
     curves: CurveTree,
-    /// What the curves say, unless they have been drawn anew since.
+    /// Decay of the curves, unless they have changed since.
     decay: Option<Option<Decay>>,
-    /// The newest place of the source, local coordinates.
+    /// The latest position of the source, local coordinates.
     source: DVec3,
-    /// The newest straight line's time.
+    /// Delay of the straight line.
     nearest_s: f64,
-    /// The newest place of the listener, local coordinates.
+    /// The latest position of the listener, local coordinates.
     listener: Vec3,
 }
 
 impl Default for LateEstimator {
     fn default() -> Self {
         Self {
-            slots: vec![Slot::default(); ROTATIONS as usize],
+            entries: vec![RotationEntry::default(); ROTATIONS as usize],
             curves: CurveTree::default(),
             decay: None,
             source: DVec3::ZERO,
@@ -120,8 +117,8 @@ impl Default for LateEstimator {
 }
 
 impl LateEstimator {
-    /// Traces source rays with diffuse bounces, or knows still what they found ([`Self::sequences`]), and connects them to
-    /// the listener. Adds the rays it cast to `rays`.
+    /// Traces source rays with diffuse bounces, unless the cached results are valid, and connects them to the listener. Adds
+    /// the rays cast to `rays`.
     pub fn trace(
         &mut self,
         scene: &Scene,
@@ -129,64 +126,68 @@ impl LateEstimator {
         scratch: &mut RayScratch,
         rays: &mut u64,
     ) {
-        self.cast(scene, from, scratch, rays);
+        self.cast_rays(scene, from, scratch, rays);
         let ends = [from.origin, from.listener];
-        self.look(scene, ends, from.viewpoints, rays);
+        self.test_visibility(scene, ends, from.viewpoints, rays);
     }
 
-    /// The first half of [`Self::trace`]; gives whether rays were cast.
-    pub fn cast(
+    /// The first half of [`Self::trace`]; returns whether rays were cast.
+    pub fn cast_rays(
         &mut self,
         scene: &Scene,
         from: &SourceRays<'_>,
         scratch: &mut RayScratch,
         rays: &mut u64,
     ) -> bool {
-        let number = (from.rotation % ROTATIONS) as usize;
-        for slot in &mut self.slots {
-            slot.found.reserve(scene, from);
-            slot.arrivals.reserve();
+        let index = (from.rotation % ROTATIONS) as usize;
+        for entry in &mut self.entries {
+            entry.cached.reserve(scene, from);
+            entry.secondary.reserve();
         }
-        let slot = &mut self.slots[number];
-        let known = slot.found.known(scene, from);
-        let is_new = known == Known::Not;
-        if known == Known::Nearly {
-            slot.arrivals.forget_sight();
+        let entry = &mut self.entries[index];
+        let validity = entry.cached.validity(scene, from);
+        let is_new = validity == Validity::Invalid;
+        if validity == Validity::NearlyValid {
+            entry.secondary.invalidate_visibility();
         }
         if is_new {
-            let RayScratch { sequences, bounces } = scratch;
+            let RayScratch { sequences, buffers } = scratch;
             sequences.clear();
-            self.curves.prefetch(number);
-            self.curves.renew(number, |curve| {
-                slot.found
-                    .renew(scene, from, sequences, curve, bounces, rays);
+            self.curves.prefetch(index);
+            self.curves.renew(index, |curve| {
+                entry
+                    .cached
+                    .renew(scene, from, sequences, curve, buffers, rays);
             });
             self.decay = None;
-            slot.arrivals.choose(scene, bounces);
+            let TraceBuffers {
+                near, far, sums, ..
+            } = buffers;
+            entry.secondary.select(scene, near, far, sums);
         }
-        slot.filled = true;
-        slot.origin = from.origin;
+        entry.filled = true;
+        entry.origin = from.origin;
         is_new
     }
 
-    /// Connects what is known to a listener, whose estimate [`Self::estimate`] gives then; the source and he in local
-    /// coordinates. Adds the rays it cast to `rays`.
-    pub fn look(
+    /// The second half: connects all rotations to a listener, for [`Self::estimate`]. Source and listener are in local
+    /// coordinates. Adds the rays cast to `rays`.
+    pub fn test_visibility(
         &mut self,
         scene: &Scene,
         [source, listener]: [DVec3; 2],
         viewpoints: &VisibilityCells,
         rays: &mut u64,
     ) {
-        for number in 0..self.slots.len() {
-            // Sixteen rotations of as many sources are more than stays at hand from one update to the next.
-            if let Some(next) = self.slots.get(number + 1) {
-                next.arrivals.prefetch();
+        for index in 0..self.entries.len() {
+            // Sixteen rotations of as many sources exceed the cache between updates.
+            if let Some(next) = self.entries.get(index + 1) {
+                next.secondary.prefetch();
             }
-            let slot = &mut self.slots[number];
-            if slot.filled {
-                let viewpoints = viewpoints.of_rotation(number);
-                slot.arrivals.look(scene, viewpoints, rays);
+            let entry = &mut self.entries[index];
+            if entry.filled {
+                let viewpoints = viewpoints.of_rotation(index);
+                entry.secondary.test_visibility(scene, viewpoints, rays);
             }
         }
         self.source = source;
@@ -194,60 +195,62 @@ impl LateEstimator {
         self.listener = listener.as_vec3();
     }
 
-    /// What rays of a rotation begin with when they were last cast: specular sequences, each once, in the rays' order.
+    /// Specular prefixes of a rotation's rays, each once, in the order of the rays.
     pub fn sequences(&self, rotation: u64) -> &[Sequence] {
-        self.slots[(rotation % ROTATIONS) as usize]
-            .found
+        self.entries[(rotation % ROTATIONS) as usize]
+            .cached
             .sequences()
     }
 
-    /// Forgets what rays found, so that all are cast again; the estimate stays.
-    pub fn forget_rays(&mut self) {
-        for slot in &mut self.slots {
-            slot.found.forget();
+    /// Makes all cached rays invalid; the estimate stays.
+    pub fn invalidate_rays(&mut self) {
+        for entry in &mut self.entries {
+            entry.cached.invalidate();
         }
     }
 
-    /// The estimate over the last sixteen updates, for the listener of the last.
+    /// The estimate over all rotations, for the latest listener.
     pub fn estimate(&mut self, scene: &Scene, source: SourceId) -> LateEnergy {
         let curves = &self.curves;
         let decay = self.decay.get_or_insert_with(|| curves.sum().decay(scene));
-        let filled = || self.slots.iter().filter(|slot| slot.filled);
+        let filled = || self.entries.iter().filter(|entry| entry.filled);
         let Some(decay) = decay else {
             return LateEnergy::silent(source);
         };
         let mut late = LateEnergy {
-            // Beyond all numbers a source is silent, and nothing is to start.
+            // A source at an infinite distance is silent.
             start_s: (self.nearest_s as f32).min(f32::MAX),
             mean_free_time_s: decay.mean_free_time_s as f32,
             decay_time_s: decay.decay_time_s,
             ..LateEnergy::silent(source)
         };
         let reach_m = self.reach_m();
-        let weight = |slot: &Slot| weight(slot.origin.distance(self.source), reach_m) as f32;
-        let mut spans = Spans::new(f64::from(late.mean_free_time_s), self.nearest_s);
+        let weight =
+            |entry: &RotationEntry| weight(entry.origin.distance(self.source), reach_m) as f32;
+        let mut histogram = ArrivalHistogram::new(f64::from(late.mean_free_time_s), self.nearest_s);
         let mut weights = 0.0;
-        for slot in filled() {
-            let weight = weight(slot);
+        for entry in filled() {
+            let weight = weight(entry);
             weights += f64::from(weight);
-            slot.arrivals
-                .gather(scene, self.listener, weight, &mut spans);
+            entry
+                .secondary
+                .gather(scene, self.listener, weight, &mut histogram);
         }
-        spans.tell(weights, &mut late);
+        histogram.write_energy(weights, &mut late);
         late
     }
 
-    /// How far from the source's place rays may have been cast that count for half: near, unless few have been.
+    /// Distance at which a rotation has the weight ½: [`SAME_POSITION_M`], or more for [`MIN_ROTATIONS`].
     fn reach_m(&self) -> f64 {
         let mut distances = [f64::INFINITY; ROTATIONS as usize];
-        let filled = self.slots.iter().filter(|slot| slot.filled);
-        for (distance, slot) in distances.iter_mut().zip(filled) {
-            *distance = slot.origin.distance(self.source);
+        let filled = self.entries.iter().filter(|entry| entry.filled);
+        for (distance, entry) in distances.iter_mut().zip(filled) {
+            *distance = entry.origin.distance(self.source);
         }
         distances.sort_unstable_by(f64::total_cmp);
-        let enough = distances[FEWEST_ROTATIONS - 1];
+        let enough = distances[MIN_ROTATIONS - 1];
         match enough.is_finite() {
-            true => enough.max(SAME_PLACE_M),
+            true => enough.max(SAME_POSITION_M),
             false => f64::INFINITY,
         }
     }

@@ -1,227 +1,236 @@
-//! From a bounce to the listener: which bounces are looked at, and what arrives.
+//! Next-event estimation: diffuse energy from bounces to the listener.
 //!
-//! Every bounce sends to the listener by Lambert's law if nothing stands in between. A fixed number of bounces stands for
-//! all of a rotation, chosen in proportion to what they may send (systematic sampling, \[COCHRAN77\] 9A.2), so that the
-//! sum stays right; shadow rays ask whether something stands in between.
+//! Every bounce sends to the listener by Lambert's law if nothing occludes it. A fixed number of bounces represents all of
+//! a rotation, selected in proportion to what they may send (systematic sampling, \[COCHRAN77\] 9A.2), which keeps the
+//! expected sum. Shadow rays test occlusion.
 //!
-//! What is chosen does not depend on the listener, what a chosen bounce sends is computed anew for wherever the listener
-//! is when the sum is asked for, and what stands in between is asked from places that depend on the listener's alone
-//! ([`crate::propagation::diffuse::visibility_cells`]). So the sum is a function of the place, and not of how many updates the listener took to get
-//! there.
+//! The selection does not depend on the listener. What a secondary source sends is computed for the listener's position
+//! at each evaluation, and its occlusion from viewpoints that depend on that position alone
+//! ([`crate::propagation::diffuse::visibility_cells`]). The sum is therefore a function of the position.
 
 use glam::Vec3;
 
-use crate::acoustics::bands::fading;
+use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::bounce_buffer::BounceBuffer;
+use crate::propagation::diffuse::envelope::{ARRIVAL_LANES, ArrivalHistogram};
+use crate::propagation::diffuse::visibility_cells::GROUPS_PER_ROTATION;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel, prefetch};
 
-use crate::propagation::diffuse::bounce_buffer::{Bounces, Weighed};
-use crate::propagation::diffuse::envelope::Spans;
-use crate::propagation::diffuse::visibility_cells::VIEWS;
-
-/// Bounces that stand for one source's rays of one rotation: half of them for bounces within the depth of discrete paths,
-/// half beyond; all beyond, where those within have nothing for the tail.
+/// Secondary sources of one source and rotation: half of them bounces within the depth of discrete paths, half beyond; all
+/// beyond where those within have no late energy.
 pub const SHADOW_RAYS: usize = 64;
 
-/// Room for bounces that are chosen: rounding may put one more mark on each half of the list.
-const MOST_CHOSEN: usize = SHADOW_RAYS + 2;
+/// Capacity: rounding may add one to each half.
+const MAX_SECONDARY_SOURCES: usize = SHADOW_RAYS + 2;
 
-/// Bounces whose arrivals are computed together.
-pub(crate) const AT_ONCE: usize = 16;
-
-/// Radius in metres over which a bounce is spread, so that a listener who stands beside one does not hear it alone.
+/// Radius in metres over which a bounce is spread, which bounds its level at a listener beside it.
 const SPREAD_M: f32 = 0.7;
 
-/// A bounce that stands for others.
+/// A bounce that represents others.
 #[derive(Debug, Clone, Copy)]
-struct Chosen {
+struct SecondarySource {
     point: Vec3,
     normal: Vec3,
     surface: u32,
-    /// Way from the source.
+    /// Path length from the source.
     before_m: f32,
-    /// Energy leaving, of all that it stands for, less what the air on the way to it takes.
+    /// Energy leaving all represented bounces, air absorption up to here included.
     energy: BandArray,
-    /// Whether nothing stands between it and its group's viewpoint.
-    is_seen: bool,
+    /// Whether its group's viewpoint is visible.
+    is_visible: bool,
 }
 
-/// The bounces that stand for a rotation's, every [`VIEWS`]th one of them a group, and from where the groups were looked at.
+/// The secondary sources of a rotation in [`GROUPS_PER_ROTATION`] interleaved groups, and the groups' viewpoints.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Arrivals {
-    chosen: Vec<Chosen>,
-    /// The places of those in sight of their viewpoints.
-    seen: Vec<u32>,
-    seen_from: [Option<Vec3>; VIEWS],
+pub(crate) struct SecondarySources {
+    sources: Vec<SecondarySource>,
+    /// Indices of the visible ones.
+    visible: Vec<u32>,
+    viewpoints: [Option<Vec3>; GROUPS_PER_ROTATION],
 }
 
-impl Arrivals {
-    /// Room for all there can be.
+impl SecondarySources {
+    /// Reserves the capacity.
     pub(crate) fn reserve(&mut self) {
-        self.chosen
-            .reserve(MOST_CHOSEN - self.chosen.len().min(MOST_CHOSEN));
-        self.seen
-            .reserve(MOST_CHOSEN - self.seen.len().min(MOST_CHOSEN));
+        let count = self.sources.len();
+        self.sources
+            .reserve(MAX_SECONDARY_SOURCES.saturating_sub(count));
+        let count = self.visible.len();
+        self.visible
+            .reserve(MAX_SECONDARY_SOURCES.saturating_sub(count));
     }
 
-    /// Asks for what is known of the bounces.
+    /// Prefetches the sources into the cache.
     #[inline]
     pub(crate) fn prefetch(&self) {
-        self.chosen.iter().for_each(prefetch);
+        self.sources.iter().for_each(prefetch);
     }
 
-    /// Has all of them looked at again.
-    pub(crate) fn forget_sight(&mut self) {
-        self.seen_from = [None; VIEWS];
+    /// Makes the next [`Self::test_visibility`] test all sources.
+    pub(crate) fn invalidate_visibility(&mut self) {
+        self.viewpoints = [None; GROUPS_PER_ROTATION];
     }
 
-    /// Chooses among a rotation's bounces.
-    pub(crate) fn choose(&mut self, scene: &Scene, bounces: &mut Bounces) {
-        self.chosen.clear();
-        self.seen.clear();
-        self.seen_from = [None; VIEWS];
-        let Bounces {
-            near, far, sums, ..
-        } = bounces;
-        let has_near = near.weights.iter().any(|weight| *weight > 0.0);
-        let count = if has_near {
-            0.5 * SHADOW_RAYS as f64
-        } else {
-            0.0
-        };
-        self.choose_among(scene, near, f64::from, count, sums);
-        // The root beyond: what comes last has little energy, but nothing else is heard by then.
-        let rest = SHADOW_RAYS as f64 - count;
-        self.choose_among(scene, far, |weight| f64::from(weight).sqrt(), rest, sums);
-    }
-
-    /// Chooses `count` of them in proportion to what weights are taken for, or fewer that stand for more. `sums` is memory.
-    fn choose_among(
+    /// Selects among the bounces within the depth of discrete paths and beyond. `sums` is scratch memory.
+    pub(crate) fn select(
         &mut self,
         scene: &Scene,
-        bounces: &Weighed,
-        taken_for: impl Fn(f32) -> f64,
+        near: &BounceBuffer,
+        far: &BounceBuffer,
+        sums: &mut Vec<f64>,
+    ) {
+        self.sources.clear();
+        self.visible.clear();
+        self.invalidate_visibility();
+        let has_near = near.weights.iter().any(|weight| *weight > 0.0);
+        let count = match has_near {
+            true => 0.5 * SHADOW_RAYS as f64,
+            false => 0.0,
+        };
+        self.select_from(scene, near, f64::from, count, sums);
+        // Beyond, the square root: late bounces have little energy, but are all that is heard by then.
+        let rest = SHADOW_RAYS as f64 - count;
+        self.select_from(scene, far, |weight| f64::from(weight).sqrt(), rest, sums);
+    }
+
+    /// Selects about `count` bounces in proportion to `selection_weight` of their weights; one may represent several marks.
+    fn select_from(
+        &mut self,
+        scene: &Scene,
+        bounces: &BounceBuffer,
+        selection_weight: impl Fn(f32) -> f64,
         count: f64,
         sums: &mut Vec<f64>,
     ) {
         let mut sum = 0.0;
         sums.clear();
         sums.extend(bounces.weights.iter().map(|weight| {
-            sum += taken_for(*weight);
+            sum += selection_weight(*weight);
             sum
         }));
         let stride = sum / count;
         if !(stride > 0.0 && stride.is_finite()) {
             return;
         }
-        // Marks stand at (n + ½) strides along the sum of weights.
+        // Marks are at (n + ½) strides along the cumulative weight.
         let mut mark = 0.5 * stride;
-        let mut place = 0;
+        let mut index = 0;
         loop {
-            // Most have none: as many are passed over at once as may be.
-            const PASSED: usize = 8;
-            let is_passed = |place| sums.get(place).is_some_and(|sum: &f64| mark >= *sum);
-            while is_passed(place + PASSED - 1) {
-                place += PASSED;
+            // Most bounces have no mark: steps of eight first.
+            const SKIPPED: usize = 8;
+            let is_passed = |index| sums.get(index).is_some_and(|sum: &f64| mark >= *sum);
+            while is_passed(index + SKIPPED - 1) {
+                index += SKIPPED;
             }
-            while is_passed(place) {
-                place += 1;
+            while is_passed(index) {
+                index += 1;
             }
-            let Some(&sum) = sums.get(place) else { break };
+            let Some(&sum) = sums.get(index) else { break };
             let mut marks = 0.0;
             while mark < sum {
                 mark += stride;
                 marks += 1.0;
             }
-            let bounce = bounces.bounce(place);
-            let gain = (marks * stride / taken_for(bounces.weights[place])) as f32;
-            let air = fading(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
-            self.chosen.push(Chosen {
+            let bounce = bounces.bounce(index);
+            let gain = (marks * stride / selection_weight(bounces.weights[index])) as f32;
+            let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
+            self.sources.push(SecondarySource {
                 point: bounce.point,
                 normal: bounce.normal,
                 surface: bounce.surface,
                 before_m: bounce.length_m,
                 energy: std::array::from_fn(|b| bounce.energy[b] * gain * air[b]),
-                is_seen: false,
+                is_visible: false,
             });
-            place += 1;
+            index += 1;
         }
     }
 
-    /// Looks from the chosen bounces to the viewpoints of their groups, unless it has from there. Adds the rays it cast to
-    /// `rays`.
-    pub(crate) fn look(&mut self, scene: &Scene, viewpoints: &[Vec3], rays: &mut u64) {
+    /// Tests which sources see their groups' viewpoints, for viewpoints that have changed. Adds the rays cast to `rays`.
+    pub(crate) fn test_visibility(&mut self, scene: &Scene, viewpoints: &[Vec3], rays: &mut u64) {
         let mut is_new = false;
-        for (group, (&place, seen_from)) in viewpoints.iter().zip(&mut self.seen_from).enumerate() {
-            if seen_from.replace(place) == Some(place) {
+        for (group, (&to, tested)) in viewpoints.iter().zip(&mut self.viewpoints).enumerate() {
+            if tested.replace(to) == Some(to) {
                 continue;
             }
             is_new = true;
-            for chosen in self.chosen.iter_mut().skip(group).step_by(VIEWS) {
-                // A surface sends nothing behind itself, whatever stands there.
-                if chosen.normal.dot(place - chosen.point) <= 0.0 {
-                    chosen.is_seen = false;
+            for source in self
+                .sources
+                .iter_mut()
+                .skip(group)
+                .step_by(GROUPS_PER_ROTATION)
+            {
+                // A surface sends nothing behind itself.
+                if source.normal.dot(to - source.point) <= 0.0 {
+                    source.is_visible = false;
                     continue;
                 }
                 *rays += 1;
-                let leg = Ray::between(chosen.point, place);
-                chosen.is_seen = !scene.any_hit(&leg, [chosen.surface, NO_GROUP]);
+                let leg = Ray::between(source.point, to);
+                source.is_visible = !scene.any_hit(&leg, [source.surface, NO_GROUP]);
             }
         }
         if is_new {
-            self.seen.clear();
-            let places = self.chosen.iter().zip(0..);
-            let seen = places.filter(|(chosen, _)| chosen.is_seen);
-            self.seen.extend(seen.map(|(_, place)| place));
+            self.visible.clear();
+            let indices = self.sources.iter().zip(0..);
+            let visible = indices.filter(|(source, _)| source.is_visible);
+            self.visible.extend(visible.map(|(_, index)| index));
         }
     }
 
-    /// Adds what arrives at the listener, by a weight.
-    pub(crate) fn gather(&self, scene: &Scene, listener: Vec3, weight: f32, spans: &mut Spans) {
-        let there = Listening {
-            place: listener,
+    /// Adds the energy that arrives at the listener, times a weight.
+    pub(crate) fn gather(
+        &self,
+        scene: &Scene,
+        listener: Vec3,
+        weight: f32,
+        histogram: &mut ArrivalHistogram,
+    ) {
+        let receiver = Receiver {
+            position: listener,
             air: *scene.air_np_per_m(),
             speed_m_s: scene.speed_of_sound_m_s(),
         };
         gather(
             LaneSet::best(),
-            &self.chosen,
-            &self.seen,
-            &there,
+            &self.sources,
+            &self.visible,
+            &receiver,
             weight,
-            spans,
+            histogram,
         );
     }
 }
 
 /// A listener, and the air around.
-struct Listening {
-    place: Vec3,
+struct Receiver {
+    position: Vec3,
     air: BandArray,
     speed_m_s: f64,
 }
 
 kernel! {
-    /// Adds what those of the chosen bounces send that are seen, times a weight. Eight bands are eight lanes, and so are
-    /// neighbours in the list; every product is rounded, so all machines give the same bits.
+    /// Adds what the visible sources send, times a weight. Bands are lanes, and so are neighbours in the list. No fused
+    /// products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    fn gather<L>(chosen: &[Chosen], seen: &[u32], there: &Listening, weight: f32, spans: &mut Spans) {
-        for places in seen.chunks(AT_ONCE) {
-            // What is left of the last lanes has no say.
-            let mut ways = Ways::NONE;
-            for (lane, place) in places.iter().enumerate() {
-                ways.set(lane, &chosen[*place as usize], there);
+    fn gather<L>(sources: &[SecondarySource], visible: &[u32], receiver: &Receiver, weight: f32, histogram: &mut ArrivalHistogram) {
+        for indices in visible.chunks(ARRIVAL_LANES) {
+            // Unused lanes are not read.
+            let mut connections = Connections::NONE;
+            for (lane, index) in indices.iter().enumerate() {
+                connections.set(lane, &sources[*index as usize], receiver);
             }
-            let (after_m, kernel, delay_s) = ways.at(there);
-            let mut energies = [[0.0; BANDS]; AT_ONCE];
-            for (lane, place) in places.iter().enumerate() {
-                let mut energy = chosen[*place as usize].energy;
+            let (after_m, kernel, delay_s) = connections.evaluate(receiver);
+            let mut energies = [[0.0; BANDS]; ARRIVAL_LANES];
+            for (lane, index) in indices.iter().enumerate() {
+                let mut energy = sources[*index as usize].energy;
                 for b in 0..BANDS {
-                    // The fourth power of the exponential's first terms: it takes 0.1 dB too little of 6 dB, 2 dB of 20.
-                    let x = 0.5 * there.air[b] * after_m[lane];
+                    // Fourth power of the exponential's first terms: 0.1 dB too little of 6 dB, 2 dB of 20.
+                    let x = 0.5 * receiver.air[b] * after_m[lane];
                     let root = 1.0 / (1.0 + x + 0.5 * x * x);
                     let square = root * root;
                     energy[b] *= kernel[lane] * square * square;
@@ -230,43 +239,45 @@ kernel! {
                     energies[lane][b] = energy[b] * weight;
                 }
             }
-            spans.add(&delay_s, &energies, places.len());
+            histogram.add(&delay_s, &energies, indices.len());
         }
     }
 }
 
-/// The ways of some bounces to the listener, one a lane.
-struct Ways {
-    way: [[f32; AT_ONCE]; 3],
-    normal: [[f32; AT_ONCE]; 3],
-    before_m: [f32; AT_ONCE],
+/// One value per connection.
+type Lanes<T> = [T; ARRIVAL_LANES];
+
+/// Straight lines from secondary sources to the listener, one per lane.
+struct Connections {
+    offset: [Lanes<f32>; 3],
+    normal: [Lanes<f32>; 3],
+    before_m: Lanes<f32>,
 }
 
-impl Ways {
+impl Connections {
     const NONE: Self = Self {
-        way: [[0.0; AT_ONCE]; 3],
-        normal: [[0.0; AT_ONCE]; 3],
-        before_m: [0.0; AT_ONCE],
+        offset: [[0.0; ARRIVAL_LANES]; 3],
+        normal: [[0.0; ARRIVAL_LANES]; 3],
+        before_m: [0.0; ARRIVAL_LANES],
     };
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, chosen: &Chosen, there: &Listening) {
-        let (way, normal) = (there.place - chosen.point, chosen.normal);
+    fn set(&mut self, lane: usize, source: &SecondarySource, receiver: &Receiver) {
+        let (offset, normal) = (receiver.position - source.point, source.normal);
         for axis in 0..3 {
-            self.way[axis][lane] = way[axis];
+            self.offset[axis][lane] = offset[axis];
             self.normal[axis][lane] = normal[axis];
         }
-        self.before_m[lane] = chosen.before_m;
+        self.before_m[lane] = source.before_m;
     }
 
-    /// Lambert's cosine law over the ways: their lengths, the share of energy that arrives without air, and seconds from
-    /// emission.
+    /// Lengths in metres, Lambert's factor on energy without air, and delays in seconds from emission.
     #[inline(always)]
-    fn at(&self, there: &Listening) -> ([f32; AT_ONCE], [f32; AT_ONCE], [f64; AT_ONCE]) {
-        let (mut after_m, mut kernel) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
-        let mut delay_s = [0.0; AT_ONCE];
-        for l in 0..AT_ONCE {
-            let [x, y, z] = [self.way[0][l], self.way[1][l], self.way[2][l]];
+    fn evaluate(&self, receiver: &Receiver) -> (Lanes<f32>, Lanes<f32>, Lanes<f64>) {
+        let (mut after_m, mut kernel) = ([0.0; ARRIVAL_LANES], [0.0; ARRIVAL_LANES]);
+        let mut delay_s = [0.0; ARRIVAL_LANES];
+        for l in 0..ARRIVAL_LANES {
+            let [x, y, z] = [self.offset[0][l], self.offset[1][l], self.offset[2][l]];
             let n = [self.normal[0][l], self.normal[1][l], self.normal[2][l]];
             let length_m = (x * x + y * y + z * z).sqrt();
             let cosine = (n[0] * x + n[1] * y + n[2] * z).max(0.0) / length_m.max(1e-6);
@@ -274,8 +285,8 @@ impl Ways {
             kernel[l] =
                 cosine / (std::f32::consts::PI * (length_m * length_m + SPREAD_M * SPREAD_M));
         }
-        for l in 0..AT_ONCE {
-            delay_s[l] = f64::from(self.before_m[l] + after_m[l]) / there.speed_m_s;
+        for l in 0..ARRIVAL_LANES {
+            delay_s[l] = f64::from(self.before_m[l] + after_m[l]) / receiver.speed_m_s;
         }
         (after_m, kernel, delay_s)
     }

@@ -1,9 +1,9 @@
-//! What the far rays of one rotation carried, and sums over all rays. Rays are followed side by side; sums and lists that depend
-//! on an order are made afterwards, ray after ray.
+//! Energies of one rotation's far rays, legs and specular prefixes of all. RayPacket are traced in packets; sums and lists that
+//! depend on an order are made afterwards, ray by ray.
 
 use crate::acoustics::BandArray;
 use crate::geometry::Ray;
-use crate::propagation::diffuse::bounce_buffer::{Block, Weighed};
+use crate::propagation::diffuse::bounce_buffer::{BounceBuffer, BouncePacket};
 use crate::propagation::diffuse::decay_fit::DecayCurve;
 use crate::propagation::diffuse::source_rays::FAR_BOUNCES;
 use crate::propagation::image_source::sequence::Sequence;
@@ -13,116 +13,102 @@ use crate::propagation::rays::packet::PACKET_SIZE;
 use crate::propagation::rays::prefix_set::{EMPTY_PREFIX, PrefixSet};
 use crate::scene::Scene;
 
-/// What a far ray brought to a bounce, and when it was there.
+/// Energy and time of a far ray at a bounce.
 #[derive(Debug, Clone, Copy, Default)]
-struct Carried {
+struct FarRayEnergy {
     share: BandArray,
     at_s: f64,
 }
 
-/// See the module.
+/// Statistics of one rotation's rays.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct RayLog {
-    /// The far rays' numbers among all.
+pub(crate) struct RayStatistics {
+    /// Indices of the far rays among all.
     far: Vec<usize>,
-    /// [`FAR_BOUNCES`] a far ray.
-    carried: Vec<Carried>,
-    /// What each far ray still had at its end; nothing if it escaped.
-    left: Vec<Option<Carried>>,
-    /// What rays at hand began with.
-    beginnings: PrefixSet,
-    /// Legs that were to be kept, and how many of them ended at an instance.
-    kept: Vec<Ray>,
-    kept_to_instances: usize,
+    /// [`FAR_BOUNCES`] per far ray.
+    at_bounces: Vec<FarRayEnergy>,
+    /// At the last bounce of each far ray; `None` if it escaped.
+    at_end: Vec<Option<FarRayEnergy>>,
+    /// Prefixes so far.
+    prefixes: PrefixSet,
+    /// Recorded legs, and how many of them end at an instance.
+    pub(crate) legs: Vec<Ray>,
+    pub(crate) legs_to_instances: usize,
 }
 
-impl RayLog {
-    /// Makes room for `count` rays of `depth` bounces, `far` of them far ones, of which nothing is known.
+impl RayStatistics {
+    /// Clears the statistics, for `count` rays of `depth` bounces, `far` of them far ones.
     pub(crate) fn renew(&mut self, count: usize, depth: usize, far: usize) {
         self.far.clear();
         self.far.reserve(far);
-        self.carried.resize(far * FAR_BOUNCES, Carried::default());
-        self.left.clear();
-        self.left.resize(far, None);
-        self.beginnings.reset(count * depth);
-        self.kept.clear();
-        self.kept_to_instances = 0;
+        self.at_bounces
+            .resize(far * FAR_BOUNCES, FarRayEnergy::default());
+        self.at_end.clear();
+        self.at_end.resize(far, None);
+        self.prefixes.reset(count * depth);
+        self.legs.clear();
+        self.legs_to_instances = 0;
     }
 
-    /// Room for legs to keep.
-    pub(crate) fn reserve_legs(&mut self, most: usize) {
-        self.kept.reserve(most);
+    /// Records a leg.
+    pub(crate) fn record_leg(&mut self, leg: Ray, ends_at_instance: bool) {
+        self.legs.push(leg);
+        self.legs_to_instances += usize::from(ends_at_instance);
     }
 
-    /// Keeps a leg as it is.
-    pub(crate) fn keep(&mut self, leg: Ray, ends_at_instance: bool) {
-        self.kept.push(leg);
-        self.kept_to_instances += usize::from(ends_at_instance);
-    }
-
-    /// Legs that were kept.
-    pub(crate) fn legs(&self) -> &[Ray] {
-        &self.kept
-    }
-
-    /// How many of those ended at an instance.
-    pub(crate) fn legs_to_instances(&self) -> usize {
-        self.kept_to_instances
-    }
-
-    /// Ray `index` is the next far ray; gives its number among these. Rays come in their order.
+    /// Adds ray `index` as a far ray and returns its index among these. RayPacket come in their order.
     #[inline(always)]
-    pub(crate) fn begin_far(&mut self, index: usize) -> usize {
+    pub(crate) fn begin_far_ray(&mut self, index: usize) -> usize {
         self.far.push(index);
         self.far.len() - 1
     }
 
-    /// How many far rays there are so far.
+    /// Number of far rays.
     #[inline(always)]
     pub(crate) fn far_count(&self) -> usize {
         self.far.len()
     }
 
-    /// A far ray carried `share` to bounce number `step`.
+    /// Records a far ray's share of energy and time in seconds at bounce `step`.
     #[inline(always)]
-    pub(crate) fn carry(&mut self, far: usize, step: usize, share: &BandArray, at_s: f64) {
-        self.carried[far * FAR_BOUNCES + step] = Carried {
+    pub(crate) fn record_bounce(&mut self, far: usize, step: usize, share: &BandArray, at_s: f64) {
+        self.at_bounces[far * FAR_BOUNCES + step] = FarRayEnergy {
             share: *share,
             at_s,
         };
     }
 
-    /// A far ray is followed no further.
+    /// Records a far ray's share and time at its last bounce.
     #[inline(always)]
-    pub(crate) fn leave(&mut self, far: usize, share: &BandArray, at_s: f64) {
-        self.left[far] = Some(Carried {
+    pub(crate) fn record_end(&mut self, far: usize, share: &BandArray, at_s: f64) {
+        self.at_end[far] = Some(FarRayEnergy {
             share: *share,
             at_s,
         });
     }
 
-    /// Gives the specular beginnings of rays that were followed side by side, in the order of the rays.
+    /// Inserts the specular prefixes of a packet's rays, in the order of the rays.
     #[inline(always)]
-    pub(crate) fn give_sequences(
+    pub(crate) fn emit_sequences(
         &mut self,
         scene: &Scene,
-        blocks: &[Block],
+        packets: &[BouncePacket],
         found: &mut SequenceSet,
     ) {
-        let depth = blocks.len().min(MAX_ORDER);
-        let blocks = &blocks[..depth];
+        let depth = packets.len().min(MAX_ORDER);
+        let packets = &packets[..depth];
         for lane in 0..PACKET_SIZE {
             let mut list = EMPTY_PREFIX;
             let mut sequence = Sequence::EMPTY;
-            for (step, block) in blocks.iter().enumerate() {
-                if block.mirrored >> lane & 1 == 0 {
+            for (step, packet) in packets.iter().enumerate() {
+                if packet.mirrored >> lane & 1 == 0 {
                     break;
                 }
                 let is_new;
-                (list, is_new) = self.beginnings.extend(list, block.met.surface[lane]);
+                (list, is_new) = self.prefixes.extend(list, packet.met.surface[lane]);
                 if is_new {
-                    for block in &blocks[sequence.len()..=step] {
-                        sequence.push_canonical(scene, block.met.surface[lane]);
+                    for packet in &packets[sequence.len()..=step] {
+                        sequence.push_canonical(scene, packet.met.surface[lane]);
                     }
                     found.insert(sequence);
                 }
@@ -130,45 +116,51 @@ impl RayLog {
         }
     }
 
-    /// Sums up `count` rays in their order.
-    pub(crate) fn tell(&self, count: usize, near: &Weighed, far: &Weighed, curve: &mut DecayCurve) {
+    /// Accumulates `count` rays in their order into a decay curve.
+    pub(crate) fn accumulate(
+        &self,
+        count: usize,
+        near: &BounceBuffer,
+        far: &BounceBuffer,
+        curve: &mut DecayCurve,
+    ) {
         let mut next_far = 0;
-        let mut legs = curve.legs();
+        let mut sums = curve.legs;
         for index in 0..count {
-            let (blocks, lane) = near.of_ray(index);
-            let mut met = 0;
-            for block in blocks {
-                if block.met.rays >> lane & 1 == 0 {
+            let (packets, lane) = near.packets_of_ray(index);
+            let mut bounces = 0;
+            for packet in packets {
+                if packet.met.rays >> lane & 1 == 0 {
                     break;
                 }
-                legs.add(met == 0, block.met.leg_m[lane]);
-                met += 1;
+                sums.add(bounces == 0, packet.met.leg_m[lane]);
+                bounces += 1;
             }
             if self.far.get(next_far) != Some(&index) {
                 continue;
             }
-            let number = next_far;
+            let far_index = next_far;
             next_far += 1;
             curve.begin();
-            if met == blocks.len() {
-                let (blocks, lane) = far.of_ray(number);
-                for block in blocks {
-                    if block.met.rays >> lane & 1 == 0 {
+            if bounces == packets.len() {
+                let (packets, lane) = far.packets_of_ray(far_index);
+                for packet in packets {
+                    if packet.met.rays >> lane & 1 == 0 {
                         break;
                     }
-                    legs.add(false, block.met.leg_m[lane]);
-                    met += 1;
+                    sums.add(false, packet.met.leg_m[lane]);
+                    bounces += 1;
                 }
             }
-            let mut moment = 0;
-            for carried in &self.carried[number * FAR_BOUNCES..][..met] {
-                moment = curve.carry(&carried.share, moment, carried.at_s);
+            let mut time_step = 0;
+            for at_bounce in &self.at_bounces[far_index * FAR_BOUNCES..][..bounces] {
+                time_step = curve.accumulate(&at_bounce.share, time_step, at_bounce.at_s);
             }
-            if let Some(left) = &self.left[number] {
-                curve.leave(&left.share, left.at_s);
+            if let Some(at_end) = &self.at_end[far_index] {
+                curve.extrapolate(&at_end.share, at_end.at_s);
             }
         }
-        curve.set_legs(legs);
+        curve.legs = sums;
     }
 }
 
@@ -189,25 +181,29 @@ mod tests {
             .expect("commits")
     }
 
-    /// Rays that end at some bounce, the far ones beyond the first ones, too. Gives their legs.
-    fn courses(near: &mut Weighed, far: &mut Weighed, far_rays: &[usize]) -> Vec<Vec<f32>> {
+    /// Legs of rays that end at some bounce, of far ones also beyond the discrete depth.
+    fn record_rays(
+        near: &mut BounceBuffer,
+        far: &mut BounceBuffer,
+        far_rays: &[usize],
+    ) -> Vec<Vec<f32>> {
         let mut all = Vec::new();
         for ray in 0..RAYS {
-            let far_number = far_rays.iter().position(|far| *far == ray);
-            let most = if far_number.is_some() { 9 } else { DEPTH };
+            let far_index = far_rays.iter().position(|far| *far == ray);
+            let most = if far_index.is_some() { 9 } else { DEPTH };
             let count = mix(ray as u64) as usize % (most + 1);
             let legs: Vec<f32> = (0..count).map(|step| (1 + ray + step) as f32).collect();
             for (step, leg_m) in legs.iter().enumerate() {
-                let (blocks, lane) = match step < DEPTH {
+                let (packets, lane) = match step < DEPTH {
                     true => (
-                        near.together_from(ray / PACKET_SIZE * PACKET_SIZE).0,
+                        near.packets_from(ray / PACKET_SIZE * PACKET_SIZE).0,
                         ray % PACKET_SIZE,
                     ),
-                    false => (far.together_from(0).0, far_number.unwrap_or_default()),
+                    false => (far.packets_from(0).0, far_index.unwrap_or_default()),
                 };
-                let block = &mut blocks[if step < DEPTH { step } else { step - DEPTH }];
-                block.met.rays |= 1 << lane;
-                block.met.leg_m[lane] = *leg_m;
+                let packet = &mut packets[if step < DEPTH { step } else { step - DEPTH }];
+                packet.met.rays |= 1 << lane;
+                packet.met.leg_m[lane] = *leg_m;
             }
             all.push(legs);
         }
@@ -218,17 +214,17 @@ mod tests {
     fn legs_are_those_that_met_something() {
         let scene = room();
         let far_rays = [0, 5, 20, 36];
-        let (mut near, mut far) = (Weighed::default(), Weighed::default());
+        let (mut near, mut far) = (BounceBuffer::default(), BounceBuffer::default());
         near.renew(RAYS, DEPTH);
         far.renew(far_rays.len(), FAR_BOUNCES - DEPTH);
-        let legs = courses(&mut near, &mut far, &far_rays);
-        let mut log = RayLog::default();
-        log.renew(RAYS, DEPTH, far_rays.len());
+        let legs = record_rays(&mut near, &mut far, &far_rays);
+        let mut statistics = RayStatistics::default();
+        statistics.renew(RAYS, DEPTH, far_rays.len());
         for (number, ray) in far_rays.into_iter().enumerate() {
-            assert_eq!(log.begin_far(ray), number);
+            assert_eq!(statistics.begin_far_ray(ray), number);
         }
         let mut curve = DecayCurve::default();
-        log.tell(RAYS, &near, &far, &mut curve);
+        statistics.accumulate(RAYS, &near, &far, &mut curve);
         let later: Vec<f64> = legs
             .iter()
             .flat_map(|legs| legs.iter().skip(1))
@@ -244,22 +240,22 @@ mod tests {
     #[test]
     fn sequences_come_in_the_order_of_the_rays() {
         let scene = room();
-        let mut log = RayLog::default();
-        log.renew(2 * PACKET_SIZE, DEPTH, 0);
+        let mut statistics = RayStatistics::default();
+        statistics.renew(2 * PACKET_SIZE, DEPTH, 0);
         let mut found = SequenceSet::with_capacity(2 * PACKET_SIZE * DEPTH);
         let mut expected = SequenceSet::with_capacity(2 * PACKET_SIZE * DEPTH);
         for round in 0..2 {
-            let mut blocks = std::array::from_fn::<_, DEPTH, _>(|_| Block::default());
+            let mut packets = std::array::from_fn::<_, DEPTH, _>(|_| BouncePacket::default());
             for lane in 0..PACKET_SIZE {
                 let bits = mix((round * PACKET_SIZE + lane) as u64);
                 let surfaces = [0, 1, 2].map(|step| (bits >> (8 * step)) as u32 % 6);
                 for step in 0..bits as usize % (DEPTH + 1) {
-                    blocks[step].mirrored |= 1 << lane;
-                    blocks[step].met.surface[lane] = surfaces[step];
+                    packets[step].mirrored |= 1 << lane;
+                    packets[step].met.surface[lane] = surfaces[step];
                     expected.insert(Sequence::canonical(&scene, &surfaces[..=step]));
                 }
             }
-            log.give_sequences(&scene, &blocks, &mut found);
+            statistics.emit_sequences(&scene, &packets, &mut found);
         }
         assert!(found.entries().len() > PACKET_SIZE);
         assert!(found.entries() == expected.entries());

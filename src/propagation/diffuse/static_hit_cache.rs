@@ -1,24 +1,24 @@
-//! What source rays met in the fixed scene, so that while instances move only these are asked.
+//! Cache of source rays' hits in the fixed scene: while instances move, only these are intersected.
 //!
-//! Where a ray goes until it meets an instance depends on the source and the fixed scene alone. So the first hits of that
-//! way are kept, rotation by rotation, as far as rays have come; a ray that an instance turns aside asks the fixed scene
-//! anew from there on. Answers are those of [`Scene::closest_hit`], to the bit. Only used in scenes with instances. Own.
+//! Up to its first hit of an instance a ray depends on the source and the fixed scene alone. These hits are hit per
+//! rotation; a ray that has hit an instance is cast against the whole scene from there on. The results are those of
+//! [`Scene::closest_hit`], to the bit. Used in scenes with instances only. Own.
 
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
 use crate::scene::Scene;
 
-/// What the fixed scene answered to a leg.
+/// The hit of a leg in the fixed scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Kept {
-    /// Below 0 where nobody has asked.
+struct CachedHit {
+    /// Below 0 where unknown.
     t: f32,
     triangle: u32,
-    /// [`NO_GROUP`] where nothing was met.
+    /// [`NO_GROUP`] for a miss.
     group: u32,
 }
 
-impl Kept {
+impl CachedHit {
     const UNKNOWN: Self = Self {
         t: -1.0,
         triangle: 0,
@@ -40,7 +40,7 @@ impl Kept {
         )
     }
 
-    /// What was met, if that is known.
+    /// The hit or miss, if known.
     #[inline]
     fn hit(self) -> Option<Option<Hit>> {
         let hit = Hit {
@@ -52,54 +52,55 @@ impl Kept {
     }
 }
 
-/// The ways of one rotation's rays, all of the same source, in the same fixed scene.
+/// The hits of one rotation's rays.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct FixedWay {
-    /// A place a leg.
-    kept: Vec<Kept>,
-    /// Whether each ray has left its way.
-    has_left: Vec<bool>,
+pub(crate) struct StaticHitCache {
+    /// One per leg.
+    hits: Vec<CachedHit>,
+    /// Whether each ray has hit an instance.
+    has_diverged: Vec<bool>,
 }
 
-impl FixedWay {
-    /// Room for so many rays and legs.
+impl StaticHitCache {
+    /// Reserves memory for so many rays and legs.
     pub(crate) fn reserve(&mut self, rays: usize, legs: usize) {
-        self.kept.reserve(legs - self.kept.len().min(legs));
-        self.has_left.reserve(rays - self.has_left.len().min(rays));
+        self.hits.reserve(legs.saturating_sub(self.hits.len()));
+        self.has_diverged
+            .reserve(rays - self.has_diverged.len().min(rays));
     }
 
-    /// All rays begin anew; `is_known` says whether they go where those went that were kept.
-    pub(crate) fn begin(&mut self, rays: usize, legs: usize, is_known: bool) {
-        if !is_known || self.kept.len() != legs {
-            self.kept.clear();
-            self.kept.resize(legs, Kept::UNKNOWN);
+    /// Starts all rays; without `is_valid` cached hits are dropped.
+    pub(crate) fn begin(&mut self, rays: usize, legs: usize, is_valid: bool) {
+        if !is_valid || self.hits.len() != legs {
+            self.hits.clear();
+            self.hits.resize(legs, CachedHit::UNKNOWN);
         }
-        self.has_left.clear();
-        self.has_left.resize(rays, false);
+        self.has_diverged.clear();
+        self.has_diverged.resize(rays, false);
     }
 
-    /// What ray number `index` meets first on a leg from surface `last`; `place` is the leg's.
+    /// First hit of ray `index` on the leg of index `leg` from surface `last`.
     #[inline(always)]
     pub(crate) fn closest_hit(
         &mut self,
         scene: &Scene,
         ray: &Ray,
         last: u32,
-        [index, place]: [usize; 2],
+        [index, leg]: [usize; 2],
     ) -> Option<Hit> {
         let ignored = [last, NO_GROUP];
-        let has_left = &mut self.has_left[index];
-        if *has_left {
+        let has_diverged = &mut self.has_diverged[index];
+        if *has_diverged {
             return scene.closest_hit(ray, ignored);
         }
-        let kept = &mut self.kept[place];
-        let fixed = kept.hit().unwrap_or_else(|| {
+        let hit = &mut self.hits[leg];
+        let fixed = hit.hit().unwrap_or_else(|| {
             let fixed = scene.bvh().closest_hit(ray, ignored);
-            *kept = Kept::of(fixed);
+            *hit = CachedHit::of(fixed);
             fixed
         });
         let hit = scene.closest_hit_beside(ray, ignored, fixed);
-        *has_left = hit != fixed;
+        *has_diverged = hit != fixed;
         hit
     }
 }

@@ -1,129 +1,138 @@
-//! Source rays, followed side by side: what they carry from bounce to bounce, and the energy that each bounce has for the
-//! tail.
+//! Tracing of source rays in packets: their energy from bounce to bounce, and the late energy of each bounce.
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
-use crate::propagation::diffuse::bounce_buffer::{Block, Bounces, amplify, weight};
-use crate::propagation::diffuse::ray_statistics::RayLog;
+use crate::propagation::diffuse::bounce_buffer::{BounceBuffer, BouncePacket, amplify, weight};
+use crate::propagation::diffuse::ray_statistics::RayStatistics;
 use crate::propagation::diffuse::source_rays::{
-    FAR_BOUNCES, FAR_RAYS, SourceRays, far_stands_for, is_far,
+    FAR_BOUNCES, FAR_RAYS, SourceRays, is_far, rays_per_far_ray,
 };
-use crate::propagation::diffuse::static_hit_cache::FixedWay;
+use crate::propagation::diffuse::static_hit_cache::StaticHitCache;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::rays::directions::lambert_direction;
 use crate::propagation::rays::packet::{PACKET_SIZE, PerRay, RayPacket, lanes, put_vector, vector};
 use crate::scene::{Scene, Surface};
 use crate::simd::kernel;
 
-/// Band whose scattering coefficient decides whether a ray bounces diffusely: the one around 1 kHz.
+/// Band whose scattering coefficient is the probability of a diffuse bounce: the one around 1 kHz.
 const SCATTERING_BAND: usize = 4;
 
 /// Share of its energy below which a ray ends: −60 dB.
-const LEAST_SHARE: f32 = 1e-6;
+const MIN_SHARE: f32 = 1e-6;
 
-/// Most far rays that there are of any number of rays: every one in `count / FAR_RAYS`, rounded down, is one. All of them are
-/// followed side by side.
-const MOST_FAR: usize = 2 * FAR_RAYS;
-const _: () = assert!(MOST_FAR <= PACKET_SIZE);
+/// Most far rays of any number of rays: one in `count / FAR_RAYS`, rounded dbounce. They are one packet.
+const MAX_FAR_RAYS: usize = 2 * FAR_RAYS;
+const _: () = assert!(MAX_FAR_RAYS <= PACKET_SIZE);
+
+/// Scratch memory and results of tracing one rotation's rays.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct TraceBuffers {
+    /// Bounces within the depth of discrete paths.
+    pub(crate) near: BounceBuffer,
+    /// Bounces of far rays beyond.
+    pub(crate) far: BounceBuffer,
+    /// Cumulative weights during selection.
+    pub(crate) sums: Vec<f64>,
+    /// Legs, specular prefixes, and energies of far rays.
+    pub(crate) statistics: RayStatistics,
+    /// The rotation's hits in the fixed scene, in a scene with instances.
+    pub(crate) static_hits: StaticHitCache,
+}
 
 kernel! {
-    /// Follows all rays: what they carry, the energy that each bounce has for the tail, and the specular sequences they begin
-    /// with. Rays are lanes, and where bands differ eight bands are; every product is rounded, so all machines give the same
-    /// bits.
+    /// Traces all rays into `buffers`, and their specular prefixes into `found`. RayPacket and bands are lanes. No fused products:
+    /// all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
-    pub(crate) fn follow<L>(
+    pub(crate) fn trace_rays<L>(
         scene: &Scene,
         from: &SourceRays<'_>,
         found: &mut SequenceSet,
-        bounces: &mut Bounces,
+        buffers: &mut TraceBuffers,
         rays: &mut u64,
     ) {
-        let count = from.directions.len();
-        let depth = from.depth.max(1);
-        let Bounces { near, far, log, way, .. } = bounces;
-        let mut far_rays = Following::NONE;
+        let (count, depth) = (from.count(), from.near_bounces());
+        let TraceBuffers { near, far, statistics, static_hits, .. } = buffers;
+        let mut far_rays = RayState::NONE;
         for first in (0..count).step_by(PACKET_SIZE) {
-            let mut together = Following::NONE;
+            let mut packet_rays = RayState::NONE;
             let mut far_lanes = 0;
             for (lane, index) in (first..count).take(PACKET_SIZE).enumerate() {
-                together.begin(from, lane, index);
-                if is_far(index, count, from.rotation) && log.far_count() < MOST_FAR {
-                    together.far[lane] = log.begin_far(index) as u8;
+                packet_rays.begin(from, lane, index);
+                if is_far(index, count, from.rotation) && statistics.far_count() < MAX_FAR_RAYS {
+                    packet_rays.far[lane] = statistics.begin_far_ray(index) as u8;
                     far_lanes |= 1 << lane;
                 }
             }
-            let (blocks, weights) = near.together_from(first);
+            let (packets, weights) = near.packets_from(first);
             let gain = gain(1, count);
             for step in 0..depth {
                 let weights = &mut weights[step..];
-                let own = Step { step, stands_for_gain: gain, far_lanes, weights, stride: depth, log, way };
-                together.bounce(scene, from, own, &mut blocks[step], rays);
+                let bounce = PacketStep { step, gain, far_lanes, weights, stride: depth, statistics, static_hits };
+                packet_rays.bounce(scene, from, bounce, &mut packets[step], rays);
             }
-            log.give_sequences(scene, blocks, found);
+            statistics.emit_sequences(scene, packets, found);
             for lane in lanes(far_lanes) {
-                far_rays.take(usize::from(together.far[lane]), &together, lane);
+                far_rays.take(usize::from(packet_rays.far[lane]), &packet_rays, lane);
             }
         }
-        let far_lanes = (1 << log.far_count()) - 1;
-        let beyond = FAR_BOUNCES.saturating_sub(depth);
+        let far_lanes = (1 << statistics.far_count()) - 1;
+        let beyond = from.far_bounces();
         if beyond > 0 && far_lanes != 0 {
-            let (blocks, weights) = far.together_from(0);
-            let gain = gain(far_stands_for(count), count);
+            let (packets, weights) = far.packets_from(0);
+            let gain = gain(rays_per_far_ray(count), count);
             for step in depth..FAR_BOUNCES {
-                let place = step - depth;
-                let weights = &mut weights[place..];
-                let own = Step { step, stands_for_gain: gain, far_lanes, weights, stride: beyond, log, way };
-                far_rays.bounce(scene, from, own, &mut blocks[place], rays);
+                let index = step - depth;
+                let weights = &mut weights[index..];
+                let bounce = PacketStep { step, gain, far_lanes, weights, stride: beyond, statistics, static_hits };
+                far_rays.bounce(scene, from, bounce, &mut packets[index], rays);
             }
         }
         for lane in lanes(far_lanes & !far_rays.escaped) {
-            log.leave(lane, &far_rays.share[lane], far_rays.time_s(scene, lane));
+            statistics.record_end(lane, &far_rays.share[lane], far_rays.time_s(scene, lane));
         }
     }
 }
 
-/// What is sent by a bounce of one in `count` rays that stands for some of them.
-fn gain(stands_for: usize, count: usize) -> f32 {
-    4.0 * std::f32::consts::PI * stands_for as f32 / count as f32
+/// Energy of a ray that represents `represented` of `count` rays; the source sends 4π.
+fn gain(represented: usize, count: usize) -> f32 {
+    4.0 * std::f32::consts::PI * represented as f32 / count as f32
 }
 
-/// A bounce of rays that are followed side by side.
-struct Step<'a> {
-    /// Its number.
+/// One bounce of a packet.
+struct PacketStep<'a> {
+    /// Its index.
     step: usize,
-    stands_for_gain: f32,
-    /// Far rays, one a bit.
+    gain: f32,
+    /// Bit mask of the far rays.
     far_lanes: u32,
-    /// Weights of the rays' bounces, `stride` apart.
+    /// Weights of the bounces, `stride` apart.
     weights: &'a mut [f32],
     stride: usize,
-    log: &'a mut RayLog,
-    way: &'a mut FixedWay,
+    statistics: &'a mut RayStatistics,
+    static_hits: &'a mut StaticHitCache,
 }
 
-/// Rays under way, a ray a lane.
+/// State of a packet's rays, one per lane.
 #[derive(Clone, Copy)]
-struct Following {
+struct RayState {
     rays: RayPacket,
-    /// Numbers among all rays, and among the far ones of those that are.
+    /// Indices among all rays, and of far rays among those.
     index: PerRay<u32>,
     far: PerRay<u8>,
-    /// Rays that have met nothing, one a bit; whose bounces so far were mirror reflections by panels; whose surfaces so far
-    /// were panels.
+    /// Bit masks: rays that have left the scene; with specular reflections in panels only; with panels only.
     escaped: u32,
     mirrored: u32,
     panels: u32,
     length_m: PerRay<f32>,
-    /// Squares of the source's directivity along each.
+    /// The source's directivity as energy.
     squares: PerRay<BandArray>,
-    /// Energy left of what each set out with, without air.
+    /// Share of the initial energy, without air absorption.
     share: PerRay<BandArray>,
-    /// What of it the discrete paths carry.
+    /// Part of it that discrete paths carry.
     specular: PerRay<BandArray>,
 }
 
-impl Following {
-    /// None.
+impl RayState {
     const NONE: Self = Self {
         rays: RayPacket::NONE,
         index: [0; PACKET_SIZE],
@@ -137,7 +146,7 @@ impl Following {
         specular: [[1.0; BANDS]; PACKET_SIZE],
     };
 
-    /// A ray sets out.
+    /// Starts a ray.
     #[inline(always)]
     fn begin(&mut self, from: &SourceRays<'_>, lane: usize, index: usize) {
         let ray = Ray::new(from.origin.as_vec3(), from.turn * from.directions[index]);
@@ -151,7 +160,7 @@ impl Following {
         }
     }
 
-    /// Goes on with a ray of others, which has come to the end of discrete paths.
+    /// Continues a ray of another packet beyond the discrete depth.
     #[inline(always)]
     fn take(&mut self, lane: usize, others: &Self, other: usize) {
         let (to, rays) = (&mut self.rays, &others.rays);
@@ -172,69 +181,73 @@ impl Following {
         f64::from(self.length_m[lane]) / scene.speed_of_sound_m_s()
     }
 
-    /// On to what they meet next, into the lists, and away from it.
+    /// Casts the rays, records their bounces and reflects them.
     #[inline(always)]
     fn bounce(
         &mut self,
         scene: &Scene,
         from: &SourceRays<'_>,
-        own: Step<'_>,
-        block: &mut Block,
+        bounce: PacketStep<'_>,
+        packet: &mut BouncePacket,
         rays: &mut u64,
     ) {
         *rays += u64::from(self.rays.active.count_ones());
         if scene.has_instances() {
-            self.cast_among_instances(scene, from, own.way, own.step, block);
-            if own.step < from.depth.max(1) {
-                self.keep_legs(scene, block, own.log);
+            self.cast_among_instances(scene, from, bounce.static_hits, bounce.step, packet);
+            if bounce.step < from.near_bounces() {
+                self.record_legs(scene, packet, bounce.statistics);
             }
         } else {
-            self.rays.cast(scene, &mut block.met);
+            self.rays.cast(scene, &mut packet.met);
         }
-        self.escaped |= self.rays.active & !block.met.rays;
+        self.escaped |= self.rays.active & !packet.met.rays;
         let mut surfaces = [None; PACKET_SIZE];
-        self.look_at_surfaces(scene, block, &mut surfaces);
-        if own.step >= from.depth {
+        self.gather_surfaces(scene, packet, &mut surfaces);
+        if bounce.step >= from.depth {
             self.panels = 0;
         }
         self.mirrored &= self.panels;
-        block.mirrored = self.mirrored & block.met.rays;
+        packet.mirrored = self.mirrored & packet.met.rays;
         for l in 0..PACKET_SIZE {
-            self.length_m[l] += block.met.leg_m[l];
+            self.length_m[l] += packet.met.leg_m[l];
         }
-        for lane in lanes(block.met.rays & own.far_lanes) {
+        for lane in lanes(packet.met.rays & bounce.far_lanes) {
             let far = usize::from(self.far[lane]);
-            own.log
-                .carry(far, own.step, &self.share[lane], self.time_s(scene, lane));
+            bounce.statistics.record_bounce(
+                far,
+                bounce.step,
+                &self.share[lane],
+                self.time_s(scene, lane),
+            );
         }
-        let cosines = self.rays.mirror(&block.met, &mut block.normal);
-        block.point = self.rays.origin;
-        block.length_m = self.length_m;
-        let spreads = block.spreads(from.origin.as_vec3());
-        let mut draws = [0.0; PACKET_SIZE];
+        let cosines = self.rays.mirror(&packet.met, &mut packet.normal);
+        packet.point = self.rays.origin;
+        packet.length_m = self.length_m;
+        let spread_factors = packet.spread_factors(from.origin.as_vec3());
+        let mut randoms = [0.0; PACKET_SIZE];
         for l in 0..PACKET_SIZE {
-            draws[l] = from.draw(self.index[l], own.step, 0);
+            randoms[l] = from.random(self.index[l], bounce.step, 0);
         }
         let is_omni = from.pose.settings.directivity.is_omni();
-        self.rays.last = block.met.surface;
+        self.rays.last = packet.met.surface;
         self.rays.active = 0;
-        for lane in lanes(block.met.rays) {
+        for lane in lanes(packet.met.rays) {
             let Some(surface) = surfaces[lane] else {
                 continue;
             };
             let scattering = &scene.material_of(surface).scattering;
-            let kept = scene.reflectance_of(surface).energy(cosines[lane]);
-            let mut energy = self.reflect(lane, &kept, scattering);
-            let draw = |k: u64| from.draw(self.index[lane], own.step, k);
-            if draws[lane] < scattering[SCATTERING_BAND] {
+            let reflected = scene.reflectance_of(surface).energy(cosines[lane]);
+            let mut energy = self.reflect(lane, &reflected, scattering);
+            let random = |k: u64| from.random(self.index[lane], bounce.step, k);
+            if randoms[lane] < scattering[SCATTERING_BAND] {
                 self.mirrored &= !(1 << lane);
-                let normal = vector(&block.normal, lane);
-                let onward = lambert_direction(normal, draw(1), draw(2));
+                let normal = vector(&packet.normal, lane);
+                let onward = lambert_direction(normal, random(1), random(2));
                 put_vector(&mut self.rays.direction, lane, onward);
             }
             let mut is_alive = false;
             for b in 0..BANDS {
-                is_alive |= self.share[lane][b] > LEAST_SHARE;
+                is_alive |= self.share[lane][b] > MIN_SHARE;
             }
             if !is_alive {
                 continue;
@@ -245,48 +258,48 @@ impl Following {
                     energy[b] *= self.squares[lane][b];
                 }
             }
-            amplify(&mut energy, own.stands_for_gain);
-            own.weights[lane * own.stride] = weight(&energy, spreads[lane]);
-            block.energy[lane] = energy;
+            amplify(&mut energy, bounce.gain);
+            bounce.weights[lane * bounce.stride] = weight(&energy, spread_factors[lane]);
+            packet.energy[lane] = energy;
         }
-        self.rays.normalize_or(&block.normal);
+        self.rays.normalize_or(&packet.normal);
     }
 
-    /// Normals of what was met, and whether all of it were panels.
+    /// Surfaces hit and their normals; updates `panels`.
     #[inline(always)]
-    fn look_at_surfaces<'a>(
+    fn gather_surfaces<'a>(
         &mut self,
         scene: &'a Scene,
-        block: &mut Block,
+        packet: &mut BouncePacket,
         surfaces: &mut PerRay<Option<&'a Surface>>,
     ) {
         let mut panels = 0;
-        for lane in lanes(block.met.rays) {
-            let surface = scene.surface(block.met.surface[lane]);
+        for lane in lanes(packet.met.rays) {
+            let surface = scene.surface(packet.met.surface[lane]);
             surfaces[lane] = Some(surface);
-            put_vector(&mut block.normal, lane, surface.normal.as_vec3());
-            panels |= u32::from(scene.is_panel(block.met.triangle[lane])) << lane;
+            put_vector(&mut packet.normal, lane, surface.normal.as_vec3());
+            panels |= u32::from(scene.is_panel(packet.met.triangle[lane])) << lane;
         }
         self.panels &= panels;
     }
 
-    /// What a ray has left when it is reflected; gives what of it is the tail's.
+    /// Reflects a ray's energy; returns the late part of it.
     #[inline(always)]
-    fn reflect(&mut self, lane: usize, kept: &BandArray, scattering: &BandArray) -> BandArray {
+    fn reflect(&mut self, lane: usize, reflected: &BandArray, scattering: &BandArray) -> BandArray {
         let share = &mut self.share[lane];
         for b in 0..BANDS {
-            share[b] *= kept[b];
+            share[b] *= reflected[b];
         }
         let mut energy = *share;
         if self.panels >> lane & 1 == 1 {
             let specular = &mut self.specular[lane];
-            // Loops of one product each become lanes.
-            let mut mirrored = [0.0; BANDS];
+            // Loops of one product each are vectorised.
+            let mut factor = [0.0; BANDS];
             for b in 0..BANDS {
-                mirrored[b] = kept[b] * (1.0 - scattering[b]);
+                factor[b] = reflected[b] * (1.0 - scattering[b]);
             }
             for b in 0..BANDS {
-                specular[b] *= mirrored[b];
+                specular[b] *= factor[b];
             }
             for b in 0..BANDS {
                 let rest = energy[b] - specular[b];
@@ -296,37 +309,38 @@ impl Following {
         energy
     }
 
-    /// Casts them where the fixed scene may be known.
+    /// Casts the rays with cached hits of the fixed scene.
     #[inline(never)]
     fn cast_among_instances(
         &self,
         scene: &Scene,
         from: &SourceRays<'_>,
-        way: &mut FixedWay,
+        static_hits: &mut StaticHitCache,
         step: usize,
-        block: &mut Block,
+        packet: &mut BouncePacket,
     ) {
-        self.rays.cast_by(scene, &mut block.met, |lane, ray, last| {
-            let place = match step < from.depth.max(1) {
-                true => from.near_leg(self.index[lane], step),
-                false => from.far_leg(self.far[lane], step),
-            };
-            way.closest_hit(scene, ray, last, [self.index[lane] as usize, place])
-        });
+        self.rays
+            .cast_by(scene, &mut packet.met, |lane, ray, last| {
+                let leg = match step < from.near_bounces() {
+                    true => from.near_leg_index(self.index[lane], step),
+                    false => from.far_leg_index(self.far[lane], step),
+                };
+                static_hits.closest_hit(scene, ray, last, [self.index[lane] as usize, leg])
+            });
     }
 
-    /// Keeps the legs of all that were under way.
+    /// Records the legs of all rays cast.
     #[inline(never)]
-    fn keep_legs(&self, scene: &Scene, block: &Block, log: &mut RayLog) {
+    fn record_legs(&self, scene: &Scene, packet: &BouncePacket, statistics: &mut RayStatistics) {
         for lane in lanes(self.rays.active) {
-            let has_met = block.met.rays >> lane & 1 == 1;
-            let ends_at_instance = has_met && scene.is_of_instance(block.met.surface[lane]);
+            let has_met = packet.met.rays >> lane & 1 == 1;
+            let ends_at_instance = has_met && scene.is_of_instance(packet.met.surface[lane]);
             let ray = self.rays.ray(lane);
             let t_max = match has_met {
-                true => block.met.leg_m[lane],
+                true => packet.met.leg_m[lane],
                 false => ray.t_max,
             };
-            log.keep(Ray { t_max, ..ray }, ends_at_instance);
+            statistics.record_leg(Ray { t_max, ..ray }, ends_at_instance);
         }
     }
 }

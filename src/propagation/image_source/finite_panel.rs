@@ -9,8 +9,7 @@
 //! within the first Fresnel zone. A diffracted wave leaves out the part of a reflection that fades.
 
 use crate::acoustics::bands::CENTRES_HZ;
-use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffraction::smooth;
+use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::Scene;
 use crate::scene::surface::finite_panel::FinitePanel;
@@ -56,7 +55,7 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
             });
             let shorter_m = f64::from(panel.sides[0].length().min(panel.sides[1].length()));
             let fade_m = (FADE.0 * shorter_m).min(FADE.1);
-            let edge = smooth(panel.to_edge_m / fade_m);
+            let edge = smoothstep(panel.to_edge_m / fade_m);
             let factor = product.get_or_insert([1.0; BANDS]);
             for (value, hz) in factor.iter_mut().zip(CENTRES_HZ) {
                 let energy = limits_hz.map(|limit_hz| (hz / limit_hz.max(1e-6)).min(1.0));
@@ -70,7 +69,7 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
             for (value, hz) in factor.iter_mut().zip(CENTRES_HZ) {
                 // Fresnel's parameter is 1 where the squared distance, projected along the path, is ¼ λ a*.
                 let zone_m = (0.25 * apart_m * scene.speed_of_sound_m_s() / hz).sqrt() / cosine;
-                *value *= smooth(to_edge_m / zone_m.clamp(LEAST_FADE_M, FADE.1)) as f32;
+                *value *= smoothstep(to_edge_m / zone_m.clamp(LEAST_FADE_M, FADE.1)) as f32;
             }
         }
     }

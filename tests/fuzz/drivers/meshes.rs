@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use foresound::propagation::diffraction::MOST_DIRECT_EDGES;
+use foresound::propagation::diffraction::MAX_DIRECT_EDGES;
 use foresound::propagation::{PathSet, PropagationSettings, Propagator};
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, TriangleMesh,
@@ -69,7 +69,7 @@ pub(crate) fn check(set: &PathSet) {
     for path in &set.paths {
         // The direct path carries up to half a free field for each edge near it.
         let share = match path.is_direct() {
-            true => 1.0 + 0.5 * MOST_DIRECT_EDGES as f32,
+            true => 1.0 + 0.5 * MAX_DIRECT_EDGES as f32,
             false => 1.0001,
         };
         let loudest = share / SETTINGS.min_distance_m;

@@ -7,7 +7,8 @@ use foresound::acoustics::BANDS;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::error::Result;
 use foresound::propagation::diffraction::complex::Complex;
-use foresound::propagation::diffraction::utd::{Spread, WedgeAngles};
+use foresound::propagation::diffraction::utd::wedge_field;
+use foresound::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles};
 
 /// Speed of sound in m/s of the kernel's cases; any other would do.
 const SPEED_M_S: f64 = 343.4;
@@ -28,14 +29,15 @@ pub(crate) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64) -> Complex {
         incoming,
         outgoing,
     };
-    let diffracted_m = wedge.bent_m();
+    let diffracted_m = wedge.path_m();
     // s s' sin²β₀ / (s + s') with s = r / sin β₀.
     let spread = Spread {
         distance_m: wedge.radii_m[0] * wedge.radii_m[1] / diffracted_m,
         length_m: diffracted_m,
     };
-    let diffracted = angles.diffracted(wavenumber, &spread).rigid();
-    let mut sum = diffracted * Complex::turn(-wavenumber * diffracted_m) * (1.0 / diffracted_m);
+    let kl = [wavenumber * spread.distance_m; BANDS];
+    let diffracted = wedge_field(&angles, &spread, &kl)[0].rigid();
+    let mut sum = diffracted * Complex::cis(-wavenumber * diffracted_m) * (1.0 / diffracted_m);
     // The oracle adds the same geometrical part to its diffracted field.
     let (total, diffracted) = (wedge.total(wavenumber), wedge.diffracted(wavenumber));
     sum += Complex::new(total.0 - diffracted.0, total.1 - diffracted.1);
@@ -122,7 +124,7 @@ fn chart_rows() -> Vec<Row> {
             };
             for hz in CENTRES_HZ {
                 let k = 2.0 * PI * hz / SPEED_M_S;
-                let fresnel = k / PI * (wedge.bent_m() - wedge.direct_m());
+                let fresnel = k / PI * (wedge.path_m() - wedge.direct_m());
                 if fresnel > 0.1 {
                     let root = (2.0 * PI * fresnel).sqrt();
                     let chart_db = 5.0 + 20.0 * (root / root.tanh()).log10();

@@ -112,7 +112,7 @@ impl EdgeScene {
             let length_m = f64::from(path.length_m);
             let dry = (f64::from(self.scene.air_np_per_m()[band]) * length_m).exp();
             let amplitude = f64::from(path.amplitude[band]) * dry;
-            sum += Complex::turn(-wavenumber * length_m) * amplitude;
+            sum += Complex::cis(-wavenumber * length_m) * amplitude;
         }
         sum.abs()
     }

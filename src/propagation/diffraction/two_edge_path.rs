@@ -1,0 +1,386 @@
+//! A path over two edges: its geometry and its wave.
+//!
+//! PerRay edge is a wedge on its own and their fields multiply. The distance parameters are \[PIERCE74\]'s: the edge with the
+//! greater diffraction angle has the whole rest of the path on its other side, the lesser one only the leg between the
+//! two; this is reciprocal. Along a face that both edges share the wave and its reflection coincide, so each product is
+//! halved.
+
+use glam::DVec3;
+
+use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
+use crate::propagation::diffraction::ranked_list::insert_ranked;
+use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
+use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};
+use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::sequence::Interaction;
+use crate::propagation::path::Path;
+use crate::scene::Scene;
+use crate::scene::edges::{Edge, EdgeCrossing};
+
+/// Newton steps on the two crossings, and the step in metres at which they have converged.
+const MAX_NEWTON_STEPS: usize = 12;
+const CONVERGED_M: f64 = 1e-6;
+
+/// Halvings of a Newton step that lengthens the path.
+const MAX_HALVINGS: usize = 6;
+
+/// Bisections where Newton's method fails: to a part in 10¹² of an edge.
+const BISECTIONS: usize = 40;
+
+/// Smallest slope of a length distinguishable from zero.
+const MIN_SLOPE: f64 = 1e-6;
+
+/// Ends of edges within this distance are one corner, in metres.
+const CORNER_M: f64 = 1e-6;
+
+/// Shortest leg between two edges in metres.
+const MIN_LEG_M: f64 = 0.02;
+
+/// A leg between edges of one face lies in it to this angle in radians: 2 mm of unevenness over 0.2 m.
+const IN_FACE: f64 = 1e-2;
+
+/// A path over two edges.
+#[derive(Debug, Clone, Copy)]
+pub struct TwoEdgePath {
+    edges: [u32; 2],
+    crossings: [EdgeCrossing; 2],
+    length_m: f64,
+}
+
+/// Inserts a path into a list of the shortest ones, shortest first.
+pub(crate) fn insert_shortest(shortest: &mut [Option<TwoEdgePath>], new: TwoEdgePath) {
+    let rank = |path: &TwoEdgePath| (path.length_m, path.edges);
+    insert_ranked(shortest, new, |old| rank(old) < rank(&new));
+}
+
+impl TwoEdgePath {
+    /// The shortest path over two edges in this order, if both crossings lie within the edges, the path stays in the air
+    /// around both and its detour is below [`MAX_DETOUR_M`]. Occlusion is not tested.
+    pub fn over(scene: &Scene, edges: [u32; 2], endpoints: &Endpoints) -> Option<Self> {
+        let (from, to) = local_positions(scene, endpoints);
+        let lines = edges.map(|edge| scene.edge(edge));
+        Self::between(edges, [&lines[0], &lines[1]], from, to)
+    }
+
+    /// The same over given edges between local positions.
+    pub(crate) fn between(
+        edges: [u32; 2],
+        [a, b]: [&Edge; 2],
+        from: DVec3,
+        to: DVec3,
+    ) -> Option<Self> {
+        if passes_corner([a, b], from, to) || !a.is_outside(from) || !b.is_outside(to) {
+            return None;
+        }
+        let guess_m = first_guess([a, b], from, to);
+        if minimum_lies_beyond_end([a, b], guess_m[0], from, to)
+            || minimum_lies_beyond_end([b, a], guess_m[1], to, from)
+        {
+            return None;
+        }
+        let [first, second] =
+            newton([a, b], guess_m, from, to).unwrap_or_else(|| bisect([a, b], from, to));
+        let leg_m = first.distance(second);
+        if leg_m < MIN_LEG_M {
+            return None;
+        }
+        let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
+        if share_face([a, b]) {
+            // The leg lies in the face but for rounding.
+            crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing);
+            crossings[1].incoming = snapped_to_face(b, crossings[1].incoming);
+        }
+        let length_m = crossings[0].before_m + leg_m + crossings[1].after_m;
+        (length_m < from.distance(to) + MAX_DETOUR_M).then_some(Self {
+            edges,
+            crossings,
+            length_m,
+        })
+    }
+
+    /// Length in metres.
+    pub(crate) fn length_m(&self) -> f64 {
+        self.length_m
+    }
+
+    /// Its path, if that is audible ([`edge_wave::is_audible`]). Occlusion is not tested.
+    pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
+        let (from, to) = local_positions(scene, endpoints);
+        let straight_m = from.distance(to);
+        let gains = self.gains(scene, endpoints, fade_out(self.length_m - straight_m));
+        let spreading = straight_m.max(endpoints.min_distance_m) / self.length_m;
+        edge_wave::is_audible(&gains, spreading).then(|| {
+            let path = EdgePath {
+                interactions: &self.edges.map(Interaction::Edge),
+                points: &self.crossings.map(|crossing| crossing.apex),
+                length_m: self.length_m,
+                last_point: self.crossings[1].apex,
+            };
+            path.to_path(scene, endpoints, &gains)
+        })
+    }
+
+    /// Whether nothing occludes it. Adds the rays cast, three at most, to `rays`.
+    pub fn is_unoccluded(&self, scene: &Scene, endpoints: &Endpoints, rays: &mut u64) -> bool {
+        let (from, to) = local_positions(scene, endpoints);
+        let [a, b] = &self.edges.map(|edge| scene.edge(edge));
+        let [first, second] = [(a, 0), (b, 1)]
+            .map(|(edge, i)| edge_wave::sight_point(self.crossings[i].apex, edge.outward()));
+        // The leg between may lie in a face of both.
+        let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
+        let between = shared.map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
+        is_unoccluded(scene, second, to, b.faces, rays)
+            && is_unoccluded(scene, from, first, a.faces, rays)
+            && is_unoccluded(scene, first, second, between, rays)
+    }
+
+    /// Signed band gains relative to the free field over its length, times `fade`.
+    fn gains(&self, scene: &Scene, endpoints: &Endpoints, fade: f64) -> BandArray {
+        let edges = &self.edges.map(|edge| scene.edge(edge));
+        let crossings = &self.crossings;
+        let outer_m = [crossings[0].before_m, crossings[1].after_m];
+        let between_m = crossings[1].before_m;
+        let whole_m = outer_m[0] + between_m + outer_m[1];
+        let sines = crossings.map(|crossing| crossing.sin_edge.powi(2));
+        let wide = [0, 1].map(|i| Spread {
+            distance_m: outer_m[i] * (whole_m - outer_m[i]) / whole_m * sines[i],
+            length_m: whole_m,
+        });
+        let narrow = [0, 1].map(|i| Spread {
+            distance_m: outer_m[i] * between_m / (outer_m[i] + between_m) * sines[i],
+            length_m: outer_m[i] + between_m,
+        });
+        let [first, second] = [0, 1].map(|i| {
+            WedgeAngles::of(&edges[i], &crossings[i]).transition_argument(1.0, wide[i].distance_m)
+        });
+        let spreads = match first > second {
+            true => [wide[0], narrow[1]],
+            false => [narrow[0], wide[1]],
+        };
+        // One wall's transmission loss is applied once.
+        let transmission = endpoints.source.settings.effects.transmission;
+        let shares_face = share_face([&edges[0], &edges[1]]);
+        let beside_transmission = [transmission, transmission && !shares_face];
+        let [first, second] = [0, 1].map(|i| {
+            let (incident, reflected) = edge_wave::diffracted_field(
+                scene,
+                &edges[i],
+                &crossings[i],
+                &spreads[i],
+                beside_transmission[i],
+                [false; 2],
+            );
+            std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
+        });
+        // The wave along a common face is halved at each edge, but only once in fact.
+        let along_face = is_on_face(edges[0].n, crossings[0].outgoing)
+            && is_on_face(edges[1].n, crossings[1].incoming);
+        let factor = if along_face { 2.0 } else { 1.0 };
+        std::array::from_fn(|b| (edge_wave::real_gain(first[b] * second[b] * factor) * fade) as f32)
+    }
+}
+
+/// Whether two edges meet at a corner through which the shortest path over their lines passes, without a leg between.
+///
+/// There the length has a cusp. It is a minimum if some vector of length 1 at most balances both ends: its component
+/// along each edge is that of the unit leg at the corner. The shortest such vector lies in the edges' plane.
+fn passes_corner([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> bool {
+    let ends = |edge: &Edge| [edge.origin, edge.at(edge.length_m)];
+    let (of_a, of_b) = (ends(a), ends(b));
+    let is_met = |end: &&DVec3| {
+        let meets = |other: &DVec3| end.distance_squared(*other) < CORNER_M * CORNER_M;
+        of_b.iter().any(meets)
+    };
+    let Some(&corner) = of_a.iter().find(is_met) else {
+        return false;
+    };
+    let along_a = (corner - from).normalize_or_zero().dot(a.direction);
+    let along_b = (to - corner).normalize_or_zero().dot(b.direction);
+    let cosine = a.direction.dot(b.direction);
+    let square = along_a * along_a - 2.0 * cosine * along_a * along_b + along_b * along_b;
+    square <= 1.0 - cosine * cosine
+}
+
+/// Approximate crossings of the shortest path, in metres from the edges' origins.
+fn first_guess([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [f64; 2] {
+    let of_b_m = b.apex_m(from, to);
+    [a.apex_m(from, b.at(of_b_m)), of_b_m]
+}
+
+/// Whether the shortest path over two lines crosses the first beyond an end of its edge, tested at the end that `guess_m`
+/// exceeds. Minimised over the second line the length is convex along the first, so a descent at an end is decisive.
+fn minimum_lies_beyond_end([a, b]: [&Edge; 2], guess_m: f64, from: DVec3, to: DVec3) -> bool {
+    let slope = |first_m: f64| slope_at([a, b], a.at(first_m), from, to).0;
+    guess_m < 0.0 && slope(0.0) > MIN_SLOPE
+        || guess_m > a.length_m && slope(a.length_m) < -MIN_SLOPE
+}
+
+/// Slope of the length along the first edge at a crossing, and the best crossing of the second.
+fn slope_at([a, b]: [&Edge; 2], first: DVec3, from: DVec3, to: DVec3) -> (f64, DVec3) {
+    let second = b.at(b.apex_m(first, to));
+    let turn = (first - from).normalize_or_zero() - (second - first).normalize_or_zero();
+    (turn.dot(a.direction), second)
+}
+
+/// Crossings of the shortest path over two lines by Newton's method on the length, which is convex in both. `None` where
+/// it does not converge: where the lines all but meet, the length has a sharp bend.
+fn newton(
+    [a, b]: [&Edge; 2],
+    [mut first_m, mut second_m]: [f64; 2],
+    from: DVec3,
+    to: DVec3,
+) -> Option<[DVec3; 2]> {
+    for _ in 0..MAX_NEWTON_STEPS {
+        let (first, second) = (a.at(first_m), b.at(second_m));
+        let legs = [first - from, second - first, to - second];
+        let lengths = legs.map(|leg| leg.length().max(1e-9));
+        let cosine = |edge: &Edge, leg: usize| legs[leg].dot(edge.direction) / lengths[leg];
+        let (a0, a1, b1, b2) = (cosine(a, 0), cosine(a, 1), cosine(b, 1), cosine(b, 2));
+        let slope = [a0 - a1, b1 - b2];
+        let across = |c: f64, leg: usize| (1.0 - c * c) / lengths[leg];
+        let curve = [across(a0, 0) + across(a1, 1), across(b1, 1) + across(b2, 2)];
+        let both = -(a.direction.dot(b.direction) - a1 * b1) / lengths[1];
+        let determinant = curve[0] * curve[1] - both * both;
+        if determinant <= 1e-12 * curve[0] * curve[1] {
+            return None;
+        }
+        let steps = [
+            (curve[1] * slope[0] - both * slope[1]) / determinant,
+            (curve[0] * slope[1] - both * slope[0]) / determinant,
+        ];
+        let length_m: f64 = lengths.iter().sum();
+        let mut share = 1.0;
+        for _ in 0..MAX_HALVINGS {
+            let [p, q] = [
+                a.at(first_m - share * steps[0]),
+                b.at(second_m - share * steps[1]),
+            ];
+            if from.distance(p) + p.distance(q) + q.distance(to) <= length_m + 1e-12 {
+                break;
+            }
+            share *= 0.5;
+        }
+        first_m -= share * steps[0];
+        second_m -= share * steps[1];
+        if steps.iter().all(|step| step.abs() < CONVERGED_M) {
+            return Some([a.at(first_m), b.at(second_m)]);
+        }
+    }
+    None
+}
+
+/// The same within the first edge by bisection.
+fn bisect(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
+    let a = lines[0];
+    let (mut low_m, mut high_m) = (0.0, a.length_m);
+    for _ in 0..BISECTIONS {
+        let middle_m = 0.5 * (low_m + high_m);
+        match slope_at(lines, a.at(middle_m), from, to).0 > 0.0 {
+            true => high_m = middle_m,
+            false => low_m = middle_m,
+        }
+    }
+    let first = a.at(0.5 * (low_m + high_m));
+    [first, slope_at(lines, first, from, to).1]
+}
+
+fn share_face([a, b]: [&Edge; 2]) -> bool {
+    a.faces.iter().any(|face| b.faces.contains(face))
+}
+
+/// An angle, or that of a face which it is within [`IN_FACE`] of.
+fn snapped_to_face(edge: &Edge, angle: f64) -> f64 {
+    let far = edge.n * std::f64::consts::PI;
+    match angle {
+        angle if angle < IN_FACE => 0.0,
+        angle if far - angle < IN_FACE => far,
+        angle => angle,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The rim of a sheet.
+    fn rim(origin: DVec3, direction: DVec3) -> Edge {
+        let (tangent, normal) = direction.any_orthonormal_pair();
+        Edge {
+            key: 1,
+            origin,
+            direction,
+            length_m: 4.0,
+            tangent,
+            normal,
+            n: 2.0,
+            faces: [0; 2],
+        }
+    }
+
+    /// Reproducible numbers from -1 to 1.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = crate::propagation::rays::directions::mix(state);
+            f64::from(crate::propagation::rays::directions::unit(state)) * 2.0 - 1.0
+        }
+    }
+
+    /// Length and crossings of the shortest path over two edges, by exhaustive search on finer and finer grids.
+    fn by_search([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> (f64, [DVec3; 2]) {
+        let (mut best, mut crossings_m, mut reach_m) = (f64::INFINITY, [2.0; 2], 2.0);
+        while reach_m > 1e-7 {
+            let [middle_0, middle_1] = crossings_m;
+            for (i, j) in (-8..=8).flat_map(|i| (-8..=8).map(move |j| (i, j))) {
+                let along = |middle: f64, k: i32| {
+                    (middle + reach_m * f64::from(k) / 8.0).clamp(0.0, a.length_m)
+                };
+                let tried = [along(middle_0, i), along(middle_1, j)];
+                let (first, second) = (a.at(tried[0]), b.at(tried[1]));
+                let length_m = from.distance(first) + first.distance(second) + second.distance(to);
+                if length_m < best {
+                    (best, crossings_m) = (length_m, tried);
+                }
+            }
+            reach_m *= 0.6;
+        }
+        (best, [a.at(crossings_m[0]), b.at(crossings_m[1])])
+    }
+
+    #[test]
+    fn paths_are_the_shortest_also_around_corners() {
+        let mut number = numbers();
+        let mut position = |size: f64| size * DVec3::new(number(), number(), number());
+        let (mut found, mut through_corner) = (0, 0);
+        for case in 0..2000 {
+            let (corner, apart) = (position(2.0), position(1.0));
+            let a = rim(corner, position(1.0).normalize());
+            let meets = case % 4 != 0;
+            let origin = if meets { corner } else { corner + apart };
+            let b = rim(origin, position(1.0).normalize());
+            let (from, to) = (position(4.0), position(4.0));
+            let (length_m, [first, second]) = by_search([&a, &b], from, to);
+            if length_m > from.distance(to) + MAX_DETOUR_M {
+                continue;
+            }
+            let leg_m = first.distance(second);
+            let path = TwoEdgePath::between([0, 1], [&a, &b], from, to);
+            if passes_corner([&a, &b], from, to) {
+                assert!(meets && leg_m < 1e-3, "case {case}: leg {leg_m} m");
+                through_corner += 1;
+            }
+            if let Some(path) = path {
+                found += 1;
+                let more_m = path.length_m - length_m;
+                // The search ends at a grid of 1e-8 m, Newton's method within 1e-6 m; the length is flat there.
+                assert!(more_m.abs() < 1e-6, "case {case}: {more_m} m longer");
+                assert!(leg_m > 0.9 * MIN_LEG_M, "case {case}: leg {leg_m} m");
+            }
+        }
+        assert!(
+            found > 150 && through_corner > 150,
+            "{found} {through_corner}"
+        );
+    }
+}

@@ -1,0 +1,126 @@
+//! Angles and lengths at a wedge, and the field diffracted there. Plain data, any thread.
+
+use std::f64::consts::PI;
+
+use crate::propagation::diffraction::complex::Complex;
+use crate::scene::edges::{Edge, EdgeCrossing};
+
+/// Directions of the incoming and the outgoing ray around a wedge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WedgeAngles {
+    /// Exterior angle in units of π: 2 for a sheet, 1.5 outside a right-angled corner.
+    pub n: f64,
+    /// Angle of the incoming ray from the first face, in radians, 0 to nπ.
+    pub incoming: f64,
+    /// Angle of the outgoing ray from the first face, in radians, 0 to nπ.
+    pub outgoing: f64,
+}
+
+/// Angle in radians below which a ray is parallel to a face.
+const GRAZING: f64 = 1e-6;
+
+/// Lengths of a path over an edge: s before and s' after it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// The distance parameter L = s s' sin²β₀ / (s + s') in metres.
+    pub distance_m: f64,
+    /// s + s' in metres.
+    pub length_m: f64,
+}
+
+/// The diffracted field, relative to the free field over the path's length, without its delay.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DiffractedField {
+    /// Continues the incident wave at its shadow boundary: −½ on the lit side, +½ in the shadow.
+    pub incident: Complex,
+    /// Continues the reflection in the first face at its boundary.
+    pub first_face: Complex,
+    /// Continues the reflection in the second face at its boundary.
+    pub second_face: Complex,
+}
+
+/// Whether an angle around a wedge of exterior angle nπ is that of one of its faces.
+pub(crate) fn is_on_face(n: f64, angle: f64) -> bool {
+    angle < GRAZING || n * PI - angle < GRAZING
+}
+
+impl WedgeAngles {
+    /// The angles of a path over an edge.
+    pub fn of(edge: &Edge, crossing: &EdgeCrossing) -> Self {
+        Self {
+            n: edge.n,
+            incoming: crossing.incoming,
+            outgoing: crossing.outgoing,
+        }
+    }
+
+    /// Cosines of incidence on the two faces at the boundaries of their reflections, for the reflection factors.
+    /// Reciprocal: the same with source and listener exchanged.
+    pub fn face_cosines(&self, sin_edge: f64) -> [f64; 2] {
+        let steeper = |a: f64, b: f64| (a.sin().max(b.sin()) * sin_edge).clamp(0.0, 1.0);
+        let far = self.n * PI;
+        [
+            steeper(self.incoming, self.outgoing),
+            steeper(far - self.incoming, far - self.outgoing),
+        ]
+    }
+
+    /// Argument x of the transition function at the nearest shadow boundary of the incident wave. `wavenumber` in rad/m,
+    /// `distance_m` is [`Spread::distance_m`].
+    pub fn transition_argument(&self, wavenumber: f64, distance_m: f64) -> f64 {
+        let beta = self.outgoing - self.incoming;
+        let sine_squared = |beta| (0.5 * self.deviation(beta)).sin().powi(2);
+        2.0 * wavenumber * distance_m * sine_squared(beta).min(sine_squared(-beta))
+    }
+
+    /// Share of the incident wave in the field at the edge: ½ at grazing incidence, where it includes its reflection.
+    pub(crate) fn grazing_factor(&self) -> f64 {
+        match is_on_face(self.n, self.incoming) || is_on_face(self.n, self.outgoing) {
+            true => 0.5,
+            false => 1.0,
+        }
+    }
+
+    /// Angles ε from the four boundaries: two of the incident wave, those of the first and the second face's reflection.
+    pub(crate) fn deviations(&self) -> [f64; 4] {
+        let (minus, plus) = (self.outgoing - self.incoming, self.outgoing + self.incoming);
+        // π − (φ + φ') is zero where the first face's reflection ends, π + (φ + φ') − 2πn the second's.
+        [minus, -minus, -plus, plus].map(|beta| self.deviation(beta))
+    }
+
+    fn deviation(&self, beta: f64) -> f64 {
+        let period = 2.0 * PI * self.n;
+        let from = PI + beta;
+        from - period * (from / period).round()
+    }
+}
+
+impl DiffractedField {
+    /// The part of a boundary in the order of [`WedgeAngles::deviations`].
+    #[inline]
+    pub(crate) fn part_mut(&mut self, boundary: usize) -> &mut Complex {
+        match boundary {
+            0 | 1 => &mut self.incident,
+            2 => &mut self.first_face,
+            _ => &mut self.second_face,
+        }
+    }
+
+    /// Weighted mean: `weight` of this field, the rest of another.
+    pub(crate) fn mixed(&self, other: &Self, weight: f64) -> Self {
+        if weight >= 1.0 {
+            return *self;
+        }
+        let mixed = |a: Complex, b: Complex| a * weight + b * (1.0 - weight);
+        Self {
+            incident: mixed(self.incident, other.incident),
+            first_face: mixed(self.first_face, other.first_face),
+            second_face: mixed(self.second_face, other.second_face),
+        }
+    }
+
+    /// The total field behind a rigid wedge.
+    pub fn rigid(&self) -> Complex {
+        self.incident + self.first_face + self.second_face
+    }
+}

@@ -1,0 +1,152 @@
+//! Results of one rotation's source rays, reused while neither source nor scene changes.
+
+use glam::{DVec3, Mat3, Quat};
+
+use crate::geometry::Ray;
+use crate::propagation::diffuse::decay_fit::DecayCurve;
+use crate::propagation::diffuse::source_rays::SourceRays;
+use crate::propagation::diffuse::static_hit_cache::StaticHitCache;
+use crate::propagation::diffuse::trace::{TraceBuffers, trace_rays};
+use crate::propagation::image_source::sequence::Sequence;
+use crate::propagation::image_source::sequence_set::SequenceSet;
+use crate::scene::{Directivity, Scene};
+use crate::simd::LaneSet;
+
+/// While instances move, one in this many legs may be stale. Stale rays may select other bounces: a door that swings in a
+/// hall changed up to 0.6 dB of the late energy and 5 % of its decay (`tests/remembered_rays.rs`).
+const LEGS_PER_STALE_LEG: usize = 64;
+
+/// All that rays depend on but the listener; the lattice is identified by its size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CacheKey {
+    origin: DVec3,
+    orientation: Quat,
+    directivity: Directivity,
+    count: usize,
+    turn: Mat3,
+    rotation: u64,
+    depth: usize,
+    seed: u64,
+    scene_state: u64,
+}
+
+impl CacheKey {
+    fn of(from: &SourceRays<'_>, scene_state: u64) -> Self {
+        Self {
+            origin: from.origin,
+            orientation: from.pose.orientation,
+            directivity: from.pose.settings.directivity,
+            count: from.count(),
+            turn: from.turn,
+            rotation: from.rotation,
+            depth: from.depth,
+            seed: from.seed,
+            scene_state,
+        }
+    }
+}
+
+/// Validity of cached rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Validity {
+    /// Tracing again gives the same.
+    Valid,
+    /// Moving instances affect few legs.
+    NearlyValid,
+    /// Trace again.
+    Invalid,
+}
+
+/// Results of one rotation's rays.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct CachedRays {
+    key: Option<CacheKey>,
+    /// The legs within the discrete depth, and how many end at an instance; none in a scene without instances.
+    legs: Vec<Ray>,
+    legs_to_instances: usize,
+    /// Hits in the fixed scene and their key; none in a scene without instances.
+    static_hits: StaticHitCache,
+    static_hits_key: Option<CacheKey>,
+    /// Specular prefixes, each once, in the order of the rays.
+    sequences: Vec<Sequence>,
+}
+
+impl CachedRays {
+    /// Reserves memory for the results of `from`.
+    pub(crate) fn reserve(&mut self, scene: &Scene, from: &SourceRays<'_>) {
+        let most = from.count() * from.near_bounces();
+        let count = self.sequences.len();
+        self.sequences.reserve(most.saturating_sub(count));
+        if scene.has_instances() {
+            self.legs.reserve(most.saturating_sub(self.legs.len()));
+            self.static_hits.reserve(from.count(), from.max_legs());
+        }
+    }
+
+    /// Whether the results are those of `from`.
+    pub(crate) fn validity(&self, scene: &Scene, from: &SourceRays<'_>) -> Validity {
+        let Some(key) = self.key else {
+            return Validity::Invalid;
+        };
+        if key == CacheKey::of(from, from.scene_state) {
+            return Validity::Valid;
+        }
+        if key != CacheKey::of(from, key.scene_state) || key.scene_state < from.poses_since {
+            return Validity::Invalid;
+        }
+        let most = self.legs.len() / LEGS_PER_STALE_LEG;
+        let mut stale = self.legs_to_instances;
+        let mut legs = self.legs.iter();
+        while stale <= most {
+            match legs.next() {
+                Some(leg) => stale += usize::from(scene.enters_box_of_instance(leg)),
+                None => return Validity::NearlyValid,
+            }
+        }
+        Validity::Invalid
+    }
+
+    /// Makes the results invalid.
+    pub(crate) fn invalidate(&mut self) {
+        self.key = None;
+        self.static_hits_key = None;
+    }
+
+    /// Specular prefixes, each once, in the order of the rays.
+    pub(crate) fn sequences(&self) -> &[Sequence] {
+        &self.sequences
+    }
+
+    /// Traces the rays. `set` is empty and receives their specular prefixes.
+    pub(crate) fn renew(
+        &mut self,
+        scene: &Scene,
+        from: &SourceRays<'_>,
+        set: &mut SequenceSet,
+        curve: &mut DecayCurve,
+        buffers: &mut TraceBuffers,
+        rays: &mut u64,
+    ) {
+        let (count, depth, far_rays) = (from.count(), from.near_bounces(), from.max_far_rays());
+        buffers.near.renew(count, depth);
+        buffers.far.renew(far_rays, from.far_bounces());
+        buffers.statistics.renew(count, depth, far_rays);
+        if scene.has_instances() {
+            buffers.statistics.legs.reserve(count * depth);
+            let key = Some(CacheKey::of(from, from.fixed_since));
+            let is_valid = std::mem::replace(&mut self.static_hits_key, key) == key;
+            self.static_hits.begin(count, from.max_legs(), is_valid);
+        }
+        std::mem::swap(&mut self.static_hits, &mut buffers.static_hits);
+        trace_rays(LaneSet::best(), scene, from, set, buffers, rays);
+        std::mem::swap(&mut self.static_hits, &mut buffers.static_hits);
+        let statistics = &buffers.statistics;
+        statistics.accumulate(count, &buffers.near, &buffers.far, curve);
+        self.legs.clear();
+        self.legs.extend_from_slice(&statistics.legs);
+        self.legs_to_instances = statistics.legs_to_instances;
+        self.sequences.clear();
+        self.sequences.extend_from_slice(set.entries());
+        self.key = Some(CacheKey::of(from, from.scene_state));
+    }
+}
