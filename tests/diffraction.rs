@@ -204,18 +204,21 @@ fn diffracted_paths_are_few_and_distinct() {
     for name in procedural::NAMES {
         let benchmark = procedural::by_name(name).expect("a name of the list");
         let scene = commit(&benchmark);
+        let mut paths = 0;
         for (_, source) in &benchmark.sources {
             let set = hear(&scene, *source, benchmark.walk.standing, 2);
             let diffracted = set.paths.iter().filter(|p| p.diffraction_order > 0).count();
             // At most six over one edge, four over two, twelve with reflections.
             assert!(diffracted <= 22, "{name}: {diffracted}");
             all += diffracted;
-            assert!(!set.paths.is_empty(), "{name}");
+            paths += set.paths.len();
             let mut ids: Vec<_> = set.paths.iter().map(|p| p.id).collect();
             ids.sort_unstable();
             ids.dedup();
             assert_eq!(ids.len(), set.paths.len(), "{name}");
         }
+        // Some sources of `angrybot` are out of reach of the listener.
+        assert!(paths > 0, "{name}");
     }
     assert!(all > 0);
 }

@@ -92,7 +92,7 @@ const CANDIDATES_A_PATH: usize = 3;
 /// use foresound::{ListenerPose, MaterialTable, Scene, SceneSettings, SourcePose};
 ///
 /// # fn main() -> foresound::Result<()> {
-/// let room = procedural::shoebox([6.0, 3.0, 4.0].into(), "concrete");
+/// let room = procedural::shoebox([6.0, 3.0, 4.0], "concrete");
 /// let scene = Scene::commit(&room, &MaterialTable::built_in(), &SceneSettings::default())?;
 /// let scene = Arc::new(scene);
 /// let sources = [SourcePose::at(SourceId::new(0, 0), [1.0, 1.5, 1.0])];

@@ -58,6 +58,21 @@ pub struct Picture {
     rgb: Vec<u8>,
 }
 
+/// The family of the built-in fonts, which the first call registers.
+fn font_family() -> &'static str {
+    static FONTS: Once = Once::new();
+    FONTS.call_once(|| {
+        for (style, font) in [
+            (FontStyle::Normal, dejavu::sans::regular()),
+            (FontStyle::Bold, dejavu::sans::bold()),
+        ] {
+            // Both files are part of the program; a broken one shows as an error of drawing.
+            let _ = register_font("sans-serif", style, font);
+        }
+    });
+    "sans-serif"
+}
+
 impl Picture {
     /// A white picture of a width and height in pixels, with what `draw` draws on it.
     ///
@@ -68,16 +83,6 @@ impl Picture {
         height: usize,
         draw: impl FnOnce(&Area<'_>) -> Drawn,
     ) -> Result<Self> {
-        static FONTS: Once = Once::new();
-        FONTS.call_once(|| {
-            for (style, font) in [
-                (FontStyle::Normal, dejavu::sans::regular()),
-                (FontStyle::Bold, dejavu::sans::bold()),
-            ] {
-                // Both files are part of the program; a broken one shows as an error of drawing.
-                let _ = register_font("sans-serif", style, font);
-            }
-        });
         let fault = |problem: String| {
             Error::setting("picture", problem, "choose sides of 1 to 16384 pixels")
         };
@@ -141,18 +146,18 @@ impl Picture {
 
 /// Text of a size in pixels, vertically centred on its point.
 pub fn text_style(size: f32, colour: RGBColor, align: HPos) -> TextStyle<'static> {
-    let font = ("sans-serif", px(size)).into_font();
+    let font = (font_family(), px(size)).into_font();
     font.color(&colour).pos(Pos::new(align, VPos::Center))
 }
 
 /// Text at the axes of a chart, which `plotters` aligns.
 pub fn axis_style() -> TextStyle<'static> {
-    ("sans-serif", px(SMALL)).into_font().color(&TEXT)
+    (font_family(), px(SMALL)).into_font().color(&TEXT)
 }
 
 /// Bold text for the label above a chart.
 pub fn bold_style() -> TextStyle<'static> {
-    let font = ("sans-serif", px(LABEL), FontStyle::Bold).into_font();
+    let font = (font_family(), px(LABEL), FontStyle::Bold).into_font();
     font.color(&INK).pos(Pos::new(HPos::Left, VPos::Center))
 }
 

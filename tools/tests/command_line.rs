@@ -366,7 +366,7 @@ fn a_soak_tells_what_it_found() {
     }
     assert_eq!(found["allocations"], 0);
     refused(&["soak", "--minutes", "nan"], &["--minutes"]);
-    refused(&["soak", "--sources", "0"], &["most_sources"]);
+    refused(&["soak", "--sources", "0"], &["max_sources"]);
 }
 
 #[test]

@@ -265,7 +265,7 @@ fn bounds_are_settings() {
     for most in [0, usize::MAX] {
         refused(with(&|s| s.block_frames = most), "block_frames");
         refused(with(&|s| s.max_paths = most), "max_paths");
-        refused(with(&|s| s.max_sources = Some(most)), "most_sources");
+        refused(with(&|s| s.max_sources = Some(most)), "max_sources");
         refused(with(&|s| s.tracing_threads = most), "tracing_threads");
         refused(with(&|s| s.generation.max_sources = most), "max_sources");
         refused(with(&|s| s.generation.max_voices = most), "max_voices");
