@@ -58,6 +58,7 @@
     allow(
         dead_code,
         unreachable_pub,
+        unused_imports,
         reason = "tests and tools reach what the public interface does not show"
     )
 )]

@@ -184,7 +184,8 @@ fn settings_out_of_range_are_refused_by_name() {
         extrapolation_level: 100_000,
         latency: Latency::Modelled,
     };
-    let cases: [(&dyn Fn(&mut OfflineSettings), &str); 3] = [
+    type Change<'a> = &'a dyn Fn(&mut OfflineSettings);
+    let cases: [(Change<'_>, &str); 3] = [
         (&|s| s.graphics_rate_hz = f64::NAN, "graphics_rate_hz"),
         (&|s| s.block_frames = 16, "block_frames"),
         (&|s| s.schedule = endless, "level"),

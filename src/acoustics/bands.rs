@@ -1,6 +1,6 @@
 //! The eight octave bands of every spectrum.
 
-/// Number of octave bands. Moves with: [`CENTRES_HZ`], [`EDGES_HZ`], the band filter and every file format.
+/// Number of octave bands. Moves with: `CENTRES_HZ`, `EDGES_HZ`, the band filter and every file format.
 pub const BANDS: usize = 8;
 
 /// One value per band, lowest band first.

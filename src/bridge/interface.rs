@@ -1,7 +1,7 @@
 //! The table of functions: names, documentation, parameters and bodies, once for C and Java.
 //!
-//! `capi` makes the C functions from [`shared_functions`], `jni` the natives of `dev.foresound.Native`, which have the C
-//! names in camel case without their prefix. Functions of [`java_functions`] differ in C, because Java passes buffers
+//! `capi` makes the C functions from `shared_functions`, `jni` the natives of `dev.foresound.Native`, which have the C
+//! names in camel case without their prefix. Functions of `java_functions` differ in C, because Java passes buffers
 //! where C passes pointers; their C counterparts are in `capi`. [`functions`] describes both tables for the C header and
 //! `Native.java`, which tests/c_header.rs writes.
 //!

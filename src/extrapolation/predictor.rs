@@ -46,7 +46,7 @@ pub enum PredictorKind {
     /// The paper's: amplitudes by Eq. 2 to 4.
     #[default]
     Linear,
-    /// Own: exact geometry in every graphics frame, visibility by a few rays. See [`crate::extrapolation::geometric`].
+    /// Own: exact geometry in every graphics frame, visibility by a few rays. See `geometric`.
     Geometric(GeometricSettings),
 }
 

@@ -48,7 +48,7 @@ impl Path {
     }
 
     /// Whether this path is recomputed in every graphics frame instead of being extrapolated: the direct path, and those with
-    /// one diffraction and no reflection ([`crate::propagation::diffraction::direct_field`]).
+    /// one diffraction and no reflection (`direct_field`).
     pub fn is_frame_validated(&self) -> bool {
         self.order == 0 && self.diffraction_order <= 1
     }
@@ -79,7 +79,7 @@ pub struct LateEnergy {
     /// The source.
     pub source: SourceId,
     /// Energy of the diffuse impulse response in each time segment and band, relative to the free field at 1 m. Segments
-    /// start at [`crate::propagation::diffuse::envelope::LATE_SEGMENT_STARTS`]; the last one is unbounded.
+    /// start at `LATE_SEGMENT_STARTS`; the last one is unbounded.
     pub energy: [BandArray; LATE_SEGMENTS],
     /// Reverberation time T60 around this source in seconds, by band.
     pub decay_time_s: BandArray,

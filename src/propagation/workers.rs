@@ -16,7 +16,7 @@ pub const MOST_WORKERS: usize = 64;
 /// assert_eq!(squares, [0, 1, 4, 9]);
 /// ```
 pub trait Workers {
-    /// Number of threads, the caller included; 1 to [`MOST_WORKERS`].
+    /// Number of threads, the caller included; 1 to `MOST_WORKERS`.
     fn count(&self) -> usize;
 
     /// Calls `job` once for every item, with the item's index.

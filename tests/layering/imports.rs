@@ -4,6 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// What every module names, as segments from the crate's root.
+type Named = Vec<(String, Vec<String>)>;
+
+/// What is re-exported, by the path under which it is: segments from the crate's root.
+type Exported = BTreeMap<String, Vec<String>>;
+
 /// The sources of one crate.
 pub(crate) struct Sources {
     /// Module path (`propagation::rays::packet`, empty for the root) and text without comments and unit tests.
@@ -142,8 +148,8 @@ impl Sources {
         }
     }
 
-    /// What every module names, as segments from the crate's root, and what it re-exports under which name.
-    fn named(&self) -> (Vec<(String, Vec<String>)>, BTreeMap<String, Vec<String>>) {
+    /// What all modules name and re-export.
+    fn named(&self) -> (Named, Exported) {
         let (mut named, mut exported) = (Vec::new(), BTreeMap::new());
         for (module, code) in &self.modules {
             let declared = declarations(code);
@@ -182,22 +188,17 @@ impl Sources {
     }
 
     /// The module that defines what a path names.
-    fn home(
-        &self,
-        path: &[String],
-        exported: &BTreeMap<String, Vec<String>>,
-        depth: usize,
-    ) -> String {
+    fn home(&self, path: &[String], exported: &Exported, depth: usize) -> String {
         for length in (0..=path.len()).rev() {
             let module = path[..length].join("::");
             if !self.modules.contains_key(&module) {
                 continue;
             }
-            if let Some(next) = path.get(length).filter(|_| depth < 8) {
-                if let Some(target) = exported.get(&format!("{module}::{next}")) {
-                    let path = [target.clone(), path[length + 1..].to_vec()].concat();
-                    return self.home(&path, exported, depth + 1);
-                }
+            let next = path.get(length).filter(|_| depth < 8);
+            let target = next.and_then(|next| exported.get(&format!("{module}::{next}")));
+            if let Some(target) = target {
+                let path = [target.clone(), path[length + 1..].to_vec()].concat();
+                return self.home(&path, exported, depth + 1);
             }
             return module;
         }

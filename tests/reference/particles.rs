@@ -2,7 +2,7 @@
 //!
 //! Particles leave the source evenly in all directions, lose energy at walls by the material model's definition, are
 //! scattered by Lambert's law with the walls' probability, and are counted while they fly through a ball about the
-//! listener: energy times path length inside over its volume ([VORLANDER08] 11.2). Only scattered ones count;
+//! listener: energy times path length inside over its volume (\[VORLANDER08\] 11.2). Only scattered ones count;
 //! specular reflections are the image sources'. Shares no code with the crate.
 
 use super::shoebox::{Bands, Room, impedances, reflection};

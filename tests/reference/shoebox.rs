@@ -1,6 +1,6 @@
 //! Oracle: all images of a source in a rectangular room, in closed form and `f64`.
 //!
-//! Written from [ALLEN79] and the material model's definition alone; shares no code with the crate, so that both can
+//! Written from \[ALLEN79\] and the material model's definition alone; shares no code with the crate, so that both can
 //! only agree by being right. Room from (0, 0, 0) to `size`; walls in the order x = 0, x = L, y = 0, y = L, z = 0, z = L.
 
 /// Eight bands.

@@ -103,6 +103,7 @@ impl MelMap<'_> {
             .draw()
     }
 
+    #[expect(clippy::manual_clamp, reason = "`clamp` keeps NaN")]
     fn colour(&self, value: f64) -> RGBColor {
         let share = (value - self.range.start) / (self.range.end - self.range.start);
         // A value that is no number counts as the range's start.

@@ -2,7 +2,7 @@
 //!
 //! Own. Late energy is a smooth function of the positions of source and listener ([`crate::propagation::diffuse`]). The
 //! last updates hold estimates for their own listener positions and for those on the predicted way there
-//! ([`crate::propagation::PathSet::way`]). Between two estimates the late energy is interpolated linearly; where updates
+//! ([`crate::propagation::PathSet::predicted_positions`]). Between two estimates the late energy is interpolated linearly; where updates
 //! lag behind, it is extrapolated by at most the distance of the two. A wall ends the smoothness: only estimates at
 //! positions that the listener sees count. The time of the first arrival follows from the positions themselves.
 //!

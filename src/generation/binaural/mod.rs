@@ -1,4 +1,4 @@
-//!
+//! From voices to two ears: HRTF weights, shared filters, and the late reverb as far arrivals.
 
 pub(crate) mod ear_ramps;
 pub(crate) mod far_field;

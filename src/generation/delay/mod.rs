@@ -1,4 +1,4 @@
-//!
+//! Delay lines of a source, and reading them between samples.
 
 pub(crate) mod delay_line;
 pub(crate) mod interpolation;

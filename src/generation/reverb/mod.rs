@@ -1,4 +1,4 @@
-//!
+//! The late reverb: a feedback delay network and its sends.
 
 pub(crate) mod late_reverb;
 pub(crate) mod late_sends;

@@ -1,4 +1,4 @@
-//!
+//! Voices: one for each path that sounds.
 
 pub(crate) mod frame_plan;
 pub(crate) mod pending_voices;

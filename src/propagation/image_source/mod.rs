@@ -1,7 +1,7 @@
 //! Image sources: candidate sequences, their cull, and the exact paths of those that are valid.
 //!
-//! [`discovery_history`] and [`expansion`] extend the sequences of the guide rays, [`window_cull`] rejects most of them in
-//! single precision, [`unfold_x4`] unfolds the rest exactly, and [`validation_queue`] tests them for occlusion. Runs on the
+//! [`discovery_history`] and [`expansion`] extend the sequences of the guide rays, `window_cull` rejects most of them in
+//! single precision, `unfold_x4` unfolds the rest exactly, and `validation_queue` tests them for occlusion. Runs on the
 //! threads of the propagation update. Sources: \[ALLEN79\], \[BORISH84\].
 
 pub mod discovery_history;

@@ -52,7 +52,7 @@ pub struct EngineSettings {
     pub max_paths: usize,
     /// Rays, reflection orders and caches of propagation.
     pub propagation: PropagationSettings,
-    /// Threads of an update in the synchronous schedule, including the app's, 1 to [`MAX_THREADS`]. In the asynchronous
+    /// Threads of an update in the synchronous schedule, including the app's, 1 to `MAX_THREADS`. In the asynchronous
     /// schedule the propagation thread traces alone and leaves the other core to sound.
     pub tracing_threads: usize,
     /// When propagation runs.

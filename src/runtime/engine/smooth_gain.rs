@@ -39,7 +39,7 @@ impl SmoothedGain {
         }
         Self {
             value: target + left,
-            slope: slope,
+            slope,
         }
     }
 }

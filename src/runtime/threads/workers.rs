@@ -239,7 +239,7 @@ impl Threads {
     /// Starts `count` − 1 helper threads; with 1 the caller works alone. Control side.
     ///
     /// # Errors
-    /// [`Error::Setting`] for 0 or more than [`MAX_THREADS`], or if no thread can be started.
+    /// [`Error::Setting`] for 0 or more than `MAX_THREADS`, or if no thread can be started.
     pub fn start(count: usize) -> Result<Self> {
         if !(1..=MAX_THREADS).contains(&count) {
             let problem = format!("{count} is outside 1 to {MAX_THREADS}");

@@ -42,7 +42,7 @@ pub(super) struct MaterialFields {
 }
 
 impl MaterialTable {
-    /// Reads a TOML file of `[materials.NAME]` tables, as [`crate::scene::materials`] describes them.
+    /// Reads a TOML file of `[materials.NAME]` tables, as `materials` describes them.
     ///
     /// # Errors
     /// As [`Self::parse`], and [`crate::Error::File`] where the file cannot be read.

@@ -112,7 +112,7 @@ impl MaterialTable {
         &self.entries
     }
 
-    /// Materials for a mesh's names. Unknown names get [`GENERIC_MATERIAL`] and are listed.
+    /// Materials for a mesh's names. Unknown names get `GENERIC_MATERIAL` and are listed.
     pub fn resolve(&self, names: &[String]) -> Resolved {
         let mut resolved = Resolved {
             materials: Vec::with_capacity(names.len()),

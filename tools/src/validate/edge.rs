@@ -48,11 +48,14 @@ pub(crate) fn kernel_total(wedge: &oracle::Wedge, wavenumber: f64) -> Complex {
 const NEAR_M: [[f64; 2]; 1] = [[1.0, 1.0]];
 const WIDE_M: [[f64; 2]; 4] = [[1.0, 5.0], [2.0, 2.0], [5.0, 5.0], [3.0, 20.0]];
 
+/// A row's name, its wedges in units of π, and its distances.
+type KernelCase<'a> = (&'a str, &'a [f64], &'a [[f64; 2]]);
+
 /// Worst deviation of the kernel from the exact field in each band, in dB.
 fn kernel_rows() -> Vec<Row> {
     let strict = [0.5, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2];
     let solid = [1.5, 1.25, 1.75];
-    let cases: [(&str, &[f64], &[[f64; 2]]); 4] = [
+    let cases: [KernelCase<'_>; 4] = [
         ("half-plane, 1 m", &[2.0], &NEAR_M),
         ("half-plane, farther", &[2.0], &WIDE_M),
         ("solid wedges, 1 m", &solid, &NEAR_M),

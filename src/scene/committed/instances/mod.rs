@@ -167,7 +167,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Setting`] for a pose that is not rigid, a part with instances of its own or of more than
-    /// [`MOST_IN_A_PART`] triangles or edges, and beyond [`MOST_INSTANCES`].
+    /// `MOST_IN_A_PART` triangles or edges, and beyond `MOST_INSTANCES`.
     pub fn add_instance(&mut self, part: Arc<Scene>, pose: &InstancePose) -> Result<InstanceId> {
         pose.check()?;
         check_part(&part)?;

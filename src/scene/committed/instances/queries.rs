@@ -42,7 +42,7 @@ const NO_EDGE: Edge = Edge {
 
 impl Scene {
     /// The first triangle a ray meets, of the fixed scene or an instance, in local coordinates; otherwise as
-    /// [`crate::geometry::Bvh::closest_hit`].
+    /// `closest_hit`.
     #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
         if self.instances.is_empty() {
@@ -153,7 +153,7 @@ impl Scene {
             .map(move |&other| placed.map_or(other, |placed| placed.scene_index(other)))
     }
 
-    /// The [`MAX_DIFFRACTING_EDGES`](crate::scene::edges::MAX_DIFFRACTING_EDGES) shortest paths between two points over
+    /// The `MAX_DIFFRACTING_EDGES` shortest paths between two points over
     /// one edge, of the fixed part and of instances, up to `longest_m`: both points in the exterior wedge, the crossing
     /// within the edge's ends. Occlusion is not tested. The result for nearby points as `known` saves time and does not
     /// change the result.
@@ -197,7 +197,7 @@ impl Scene {
         near
     }
 
-    /// The same for the first edge of paths of several diffractions, as [`crate::scene::EdgeSet::first_crossings`].
+    /// The same for the first edge of paths of several diffractions, as `first_crossings`.
     pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
         let mut near = self.edges().first_crossings(from, to, longest_m);
         self.add_instances_first_crossings(&mut near, from, to, longest_m);

@@ -95,12 +95,12 @@ pub struct ObjFile {
 /// Reads an OBJ file.
 ///
 /// Polygons of any number of corners are cut into triangles, concave ones too. Faces before the first `usemtl` have
-/// the material [`UNNAMED_MATERIAL`]. A missing or empty material library is a warning.
+/// the material `UNNAMED_MATERIAL`. A missing or empty material library is a warning.
 ///
 /// # Errors
 /// [`Error::Setting`] for a scale that is not above zero; [`Error::File`] where the file cannot be read;
 /// [`Error::Format`] with the line for a broken statement, a face that refers to no vertex, a vertex in use that is not
-/// finite or farther out than [`LARGEST_COORDINATE_M`], or more of anything than [`ObjOptions::most_triangles`] allows,
+/// finite or farther out than `LARGEST_COORDINATE_M`, or more of anything than [`ObjOptions::most_triangles`] allows,
 /// and without a line for a file without faces.
 ///
 /// # Examples
