@@ -51,7 +51,9 @@ fn module_of(file: &str) -> &str {
 
 /// The row of the table for a module.
 fn row(module: &str) -> Option<(&'static str, &'static [&'static str])> {
-    let rows = TABLE.into_iter().filter(|(part, _)| is_within(module, part));
+    let rows = TABLE
+        .into_iter()
+        .filter(|(part, _)| is_within(module, part));
     rows.max_by_key(|(part, _)| part.len())
 }
 
@@ -77,9 +79,14 @@ fn every_part_imports_only_what_its_row_allows() {
         }
     }
     assert!(breaches.is_empty(), "{breaches:#?}");
-    let all = TABLE.iter().flat_map(|(part, allowed)| allowed.iter().map(|entry| (*part, *entry)));
+    let all = TABLE
+        .iter()
+        .flat_map(|(part, allowed)| allowed.iter().map(|entry| (*part, *entry)));
     let unused: Vec<_> = all.filter(|entry| !used.contains(entry)).collect();
-    assert!(unused.is_empty(), "the table allows what nothing imports: {unused:?}");
+    assert!(
+        unused.is_empty(),
+        "the table allows what nothing imports: {unused:?}"
+    );
 }
 
 #[test]
