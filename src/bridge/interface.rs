@@ -443,6 +443,7 @@ macro_rules! describe {
 }
 
 /// Fixes the error type of a body.
+#[cfg(any(feature = "capi", feature = "jni"))]
 pub(super) fn result<T>(result: Result<T, CallError>) -> Result<T, CallError> {
     result
 }

@@ -1,7 +1,7 @@
 //! [`Lanes`] in one AVX2 register.
 //!
 //! `unsafe` because methods of a trait cannot have target features. They are inlined into functions that have them: only
-//! [`kernel!`](crate::simd::kernel) uses this type, with the proof that the machine has AVX2 and FMA.
+//! [`kernel!`](macro@crate::simd::kernel) uses this type, with the proof that the machine has AVX2 and FMA.
 
 use core::arch::x86_64::*;
 

@@ -15,7 +15,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
-use crate::scene::mesh::{LARGEST_COORDINATE_M, MOST_TRIANGLES, TriangleMesh};
+use crate::scene::mesh::{MOST_TRIANGLES, TriangleMesh};
 use polygon::{MOST_EAR_CORNERS, triangulate};
 use statements::Statements;
 
@@ -24,9 +24,6 @@ pub const UNNAMED_MATERIAL: &str = "default";
 
 /// Bytes of a material library that are searched for a material.
 const LIBRARY_LIMIT: u64 = 1 << 24;
-
-/// Material libraries that are checked.
-const MOST_LIBRARIES: usize = 64;
 
 /// Which axis of a file points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -80,6 +77,17 @@ impl ObjOptions {
             ..self
         }
     }
+
+    /// A position of the file in metres, +y up.
+    fn vertex(&self, position: [f32; 3]) -> Vec3 {
+        let [x, y, z] = position.map(|value| value * self.scale);
+        // Adding zero turns −0 into 0, which some ray tests mistake for a miss.
+        Vec3::ZERO
+            + match self.up {
+                UpAxis::Y => Vec3::new(x, y, z),
+                UpAxis::Z => Vec3::new(x, z, -y),
+            }
+    }
 }
 
 /// Content of an OBJ file.
@@ -124,320 +132,82 @@ pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
     }
     let file = super::open(path, "give the path of a readable OBJ file")?;
     let input = BufReader::with_capacity(1 << 16, file);
-    let mut reader = ObjReader {
-        path,
-        options,
-        statements: Statements::new(path, input),
-        vertices: Vec::new(),
-        vertices_out_of_range: HashMap::new(),
-        corners: Vec::new(),
-        faces: Vec::new(),
-        triangle_count: 0,
-        material_names: vec![UNNAMED_MATERIAL.to_owned()],
-        material_indices: HashMap::from([(UNNAMED_MATERIAL.to_owned(), 0)]),
-        material: 0,
-        libraries: Vec::new(),
-        unused: None,
+    let mut statements = Statements::new(path, options, input);
+    let parser_options = tobj::LoadOptions {
+        single_index: true,
+        ..Default::default()
     };
-    while let Some(statement) = reader.statements.next()? {
-        reader.read(&statement)?;
+    // The parser reads no material library: see `statements`.
+    let parsed = tobj::load_obj_buf(&mut statements, &parser_options, |_| Ok(Default::default()));
+    let (models, _) = parsed.map_err(|error| statements.parser_error(error))?;
+
+    let mut warnings = library_warnings(path, &statements.libraries);
+    if let Some((count, line)) = statements.unused {
+        warnings.push(format!(
+            "{}:{line}: {count} lines, points or curves are left out; only faces reflect",
+            path.display()
+        ));
     }
-    reader.finish()
+    let (mesh, fan_count) = build_mesh(models, options);
+    if mesh.triangles.is_empty() {
+        return Err(Error::format(
+            path,
+            None,
+            "empty mesh: the file has no faces",
+            "export the model with its faces (`f` statements)",
+        ));
+    }
+    if fan_count > 0 {
+        warnings.push(format!(
+            "{}: {fan_count} faces of more than {MOST_EAR_CORNERS} corners are taken as convex; export triangles if they are not",
+            path.display()
+        ));
+    }
+    Ok(ObjFile { mesh, warnings })
 }
 
-/// One `f` statement.
-struct Face {
-    corner_count: u32,
-    /// Index into [`ObjReader::material_names`].
-    material: u32,
-    line: usize,
-}
-
-/// A vertex that no face may use.
-struct VertexOutOfRange {
-    line: usize,
-    text: String,
-    finite: bool,
-}
-
-struct ObjReader<'a> {
-    path: &'a Path,
-    options: &'a ObjOptions,
-    statements: Statements<'a, BufReader<File>>,
-    vertices: Vec<Vec3>,
-    vertices_out_of_range: HashMap<u32, VertexOutOfRange>,
-    /// Vertex indices of all faces, one face after the other. A face may come before its vertices.
-    corners: Vec<u32>,
-    faces: Vec<Face>,
-    triangle_count: usize,
-    material_names: Vec<String>,
-    material_indices: HashMap<String, u32>,
-    /// Material of the next face.
-    material: u32,
-    /// `mtllib` statements with their lines.
-    libraries: Vec<(usize, String)>,
-    /// Number of lines, points and curves, and the line of the first.
-    unused: Option<(usize, usize)>,
-}
-
-impl ObjReader<'_> {
-    fn read(&mut self, statement: &str) -> Result<()> {
-        let text = statement.trim();
-        let (keyword, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-        let rest = rest.trim();
-        let words = rest
-            .split_whitespace()
-            .take_while(|word| !word.starts_with('#'));
-        match keyword {
-            "v" => self.read_vertex(&words.collect::<Vec<_>>()),
-            "f" => self.read_face(words),
-            "usemtl" => self.read_material(if rest.is_empty() {
-                UNNAMED_MATERIAL
-            } else {
-                rest
-            }),
-            "mtllib" => {
-                if self.libraries.len() < MOST_LIBRARIES {
-                    self.libraries.push((self.statements.line, rest.to_owned()));
-                }
-                Ok(())
-            }
-            "l" | "p" | "curv" | "curv2" | "surf" => {
-                let (count, first) = self.unused.unwrap_or((0, self.statements.line));
-                self.unused = Some((count + 1, first));
-                Ok(())
-            }
-            // Comments, groups, normals, texture coordinates.
-            _ => Ok(()),
+/// Joins models that are named by their material; returns the number of polygons that are too large for
+/// [`triangulate`] too.
+fn build_mesh(models: Vec<tobj::Model>, options: &ObjOptions) -> (TriangleMesh, usize) {
+    let mut mesh = TriangleMesh::default();
+    let mut materials: HashMap<String, u32> = HashMap::new();
+    let mut fan_count = 0;
+    for tobj::Model { mesh: model, name } in models {
+        if model.indices.is_empty() {
+            continue;
         }
-    }
-
-    fn check_count(&self, count: usize, most: usize, what: &str) -> Result<()> {
-        if count <= most {
-            return Ok(());
-        }
-        Err(self.statements.error(
-            format!("more than {most} {what}"),
-            "simplify the model; sound needs walls, not ornaments",
-        ))
-    }
-
-    /// Three coordinates; a fourth number is a weight, six are a position and a colour.
-    fn read_vertex(&mut self, words: &[&str]) -> Result<()> {
-        let most = self.options.most_triangles.saturating_mul(3);
-        self.check_count(self.vertices.len() + 1, most, "vertices")?;
-        let words = &words[..words.len().min(if words.len() == 4 { 4 } else { 3 })];
-        let numbers: Vec<f32> = words.iter().filter_map(|word| word.parse().ok()).collect();
-        let weight = match (words.len() == numbers.len(), numbers.len()) {
-            (true, 3) => 1.0,
-            (true, 4) => numbers[3],
-            _ => {
-                return Err(self
-                    .statements
-                    .error("a broken `v` statement", "write three numbers: v x y z"));
-            }
-        };
-        if weight == 0.0 {
-            return Err(self.statements.error(
-                "a `v` statement of weight 0",
-                "leave the fourth number out or set it to 1",
-            ));
-        }
-        let [x, y, z] = [0, 1, 2].map(|axis| numbers[axis] / weight * self.options.scale);
-        // Adding zero turns −0 into 0, which some ray tests mistake for a miss.
-        let vertex = Vec3::ZERO
-            + match self.options.up {
-                UpAxis::Y => Vec3::new(x, y, z),
-                UpAxis::Z => Vec3::new(x, z, -y),
-            };
-        // False for NaN too.
-        let in_range = vertex.abs().max_element() <= LARGEST_COORDINATE_M && vertex.is_finite();
-        if !in_range {
-            let finite = |word: &&str| word.parse::<f64>().is_ok_and(f64::is_finite);
-            let found = VertexOutOfRange {
-                line: self.statements.line,
-                text: shortened(&words.join(" ")),
-                finite: words.iter().all(finite),
-            };
-            self.vertices_out_of_range
-                .insert(self.vertices.len() as u32, found);
-        }
-        self.vertices.push(vertex);
-        Ok(())
-    }
-
-    fn read_face<'w>(&mut self, words: impl Iterator<Item = &'w str>) -> Result<()> {
-        let first = self.corners.len();
-        for word in words {
-            let corner = self.corner(word)?;
-            self.corners.push(corner);
-        }
-        let corner_count = self.corners.len() - first;
-        if corner_count < 3 {
-            return Err(self.statements.error(
-                format!("a face of {corner_count} corners"),
-                "give every face three corners or more",
-            ));
-        }
-        self.triangle_count += corner_count - 2;
-        self.check_count(
-            self.triangle_count,
-            self.options.most_triangles,
-            "triangles",
-        )?;
-        self.faces.push(Face {
-            corner_count: corner_count as u32,
-            material: self.material,
-            line: self.statements.line,
+        let material = *materials.entry(name).or_insert_with_key(|name| {
+            mesh.material_names.push(name.clone());
+            mesh.material_names.len() as u32 - 1
         });
-        Ok(())
-    }
-
-    /// The vertex index of a face corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, from zero.
-    fn corner(&self, word: &str) -> Result<u32> {
-        let position = word.split('/').next().unwrap_or_default();
-        let count = self.vertices.len() as i64;
-        match position.parse::<i64>() {
-            Ok(0) => Err(self.statements.error(
-                "a face with vertex index 0",
-                "count vertices from 1, or backwards from -1",
-            )),
-            Ok(index) if index.unsigned_abs() > u64::from(u32::MAX) => Err(self.statements.error(
-                format!("a face with vertex index {index}, out of range"),
-                "refer only to vertices that the file defines",
-            )),
-            Ok(index) if index > 0 => Ok((index - 1) as u32),
-            Ok(index) if count + index >= 0 => Ok((count + index) as u32),
-            Ok(index) => Err(self.index_error(self.statements.line, index)),
-            Err(_) => Err(self.statements.error(
-                format!("a face corner `{}` that is not a number", shortened(word)),
-                "write corners as v, v/vt, v//vn or v/vt/vn",
-            )),
-        }
-    }
-
-    fn index_error(&self, line: usize, index: i64) -> Error {
-        let count = self.vertices.len();
-        Error::format(
-            self.path,
-            Some(line),
-            format!("a face with vertex index {index}, out of range ({count} vertices)"),
-            "refer only to vertices that the file defines before the face",
-        )
-    }
-
-    fn read_material(&mut self, name: &str) -> Result<()> {
-        if let Some(&material) = self.material_indices.get(name) {
-            self.material = material;
-            return Ok(());
-        }
-        let count = self.material_names.len();
-        self.check_count(count, self.options.most_triangles, "materials")?;
-        self.material = count as u32;
-        self.material_names.push(name.to_owned());
-        self.material_indices.insert(name.to_owned(), self.material);
-        Ok(())
-    }
-
-    fn finish(self) -> Result<ObjFile> {
-        self.check_corners()?;
-        let mut warnings = library_warnings(self.path, &self.libraries);
-        if let Some((count, line)) = self.unused {
-            warnings.push(format!(
-                "{}:{line}: {count} lines, points or curves are left out; only faces reflect",
-                self.path.display()
-            ));
-        }
-        let mut mesh = TriangleMesh::default();
-        let mut mesh_materials: Vec<Option<u32>> = vec![None; self.material_names.len()];
-        let mut fan_count = 0usize;
-        let mut corners = self.corners.as_slice();
-        for run in self.faces.chunk_by(|a, b| a.material == b.material) {
-            let name = run[0].material as usize;
-            let material = *mesh_materials[name].get_or_insert_with(|| {
-                mesh.material_names.push(self.material_names[name].clone());
-                mesh.material_names.len() as u32 - 1
-            });
-            // A mesh vertex for each vertex that the run uses, in the order of use.
-            let mut mesh_vertices: HashMap<u32, u32> = HashMap::new();
-            for face in run {
-                let (outline, rest) = corners.split_at(face.corner_count as usize);
-                corners = rest;
-                let outline: Vec<u32> = outline
-                    .iter()
-                    .map(|&vertex| {
-                        *mesh_vertices.entry(vertex).or_insert_with(|| {
-                            mesh.vertices.push(self.vertices[vertex as usize]);
-                            mesh.vertices.len() as u32 - 1
-                        })
-                    })
-                    .collect();
-                fan_count += usize::from(outline.len() > MOST_EAR_CORNERS);
-                let positions: Vec<DVec3> = outline
-                    .iter()
-                    .map(|&vertex| mesh.vertices[vertex as usize].as_dvec3())
-                    .collect();
-                for triangle in triangulate(&positions) {
-                    mesh.triangles.push(triangle.map(|corner| outline[corner]));
-                    mesh.triangle_materials.push(material);
-                }
+        let base = mesh.vertices.len() as u32;
+        let (positions, _) = model.positions.as_chunks::<3>();
+        #[expect(clippy::unnecessary_cast, reason = "`use_f64` of the parser")]
+        mesh.vertices.extend(
+            positions
+                .iter()
+                .map(|&position| options.vertex(position.map(|value| value as f32))),
+        );
+        let mut corners = model.indices.as_slice();
+        // Empty for a model of triangles.
+        let mut corner_counts = model.face_arities.iter();
+        while !corners.is_empty() {
+            let corner_count = corner_counts.next().map_or(3, |&count| count as usize);
+            let (face, rest) = corners.split_at(corner_count);
+            corners = rest;
+            fan_count += usize::from(corner_count > MOST_EAR_CORNERS);
+            let outline: Vec<DVec3> = face
+                .iter()
+                .map(|&corner| mesh.vertices[(base + corner) as usize].as_dvec3())
+                .collect();
+            for triangle in triangulate(&outline) {
+                mesh.triangles
+                    .push(triangle.map(|corner| base + face[corner]));
+                mesh.triangle_materials.push(material);
             }
         }
-        if mesh.triangles.is_empty() {
-            return Err(Error::format(
-                self.path,
-                None,
-                "empty mesh: the file has no faces",
-                "export the model with its faces (`f` statements)",
-            ));
-        }
-        if fan_count > 0 {
-            warnings.push(format!(
-                "{}: {fan_count} faces of more than {MOST_EAR_CORNERS} corners are taken as convex; export triangles if they are not",
-                self.path.display()
-            ));
-        }
-        Ok(ObjFile { mesh, warnings })
     }
-
-    /// Checks that every corner refers to a vertex in range.
-    fn check_corners(&self) -> Result<()> {
-        let mut beyond: Option<(u32, usize)> = None;
-        let mut unusable: Option<&VertexOutOfRange> = None;
-        let mut corners = self.corners.iter();
-        for face in &self.faces {
-            for corner in corners.by_ref().take(face.corner_count as usize) {
-                if *corner as usize >= self.vertices.len()
-                    && beyond.is_none_or(|(other, _)| *corner > other)
-                {
-                    beyond = Some((*corner, face.line));
-                }
-                let found = self.vertices_out_of_range.get(corner);
-                unusable = [unusable, found]
-                    .into_iter()
-                    .flatten()
-                    .min_by_key(|vertex| vertex.line);
-            }
-        }
-        if let Some((corner, line)) = beyond {
-            return Err(self.index_error(line, i64::from(corner) + 1));
-        }
-        let Some(VertexOutOfRange { line, text, finite }) = unusable else {
-            return Ok(());
-        };
-        let (problem, advice) = if *finite {
-            (
-                format!("vertex ({text}) lies beyond {LARGEST_COORDINATE_M} m"),
-                "check the units: --scale 0.001 reads millimetres; move a map's model to its own origin",
-            )
-        } else {
-            (
-                format!("vertex ({text}) is not finite and a face uses it"),
-                "export the model again without NaN and infinite coordinates",
-            )
-        };
-        Err(Error::format(self.path, Some(*line), problem, advice))
-    }
+    (mesh, fan_count)
 }
 
 /// One line for each material library that is missing or holds no material.
