@@ -109,10 +109,10 @@ fn generation(criterion: &mut Criterion) {
                 if since >= RAMP {
                     since -= RAMP;
                     step += 1;
-                    // Back and forth, so that nothing jumps.
-                    let place = step % (2 * frames.len() - 2);
-                    let place = place.min(2 * frames.len() - 2 - place);
-                    generator.set_frame(&frames[place], RAMP);
+                    // Back and forth, without jumps.
+                    let index = step % (2 * frames.len() - 2);
+                    let index = index.min(2 * frames.len() - 2 - index);
+                    generator.set_frame(&frames[index], RAMP);
                 }
                 since += BLOCK as u32;
                 black_box(generator.render(&inputs, &mut output))

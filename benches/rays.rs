@@ -20,7 +20,7 @@ fn rays(criterion: &mut Criterion) {
             Scene::commit(&scene.mesh, &table, &SceneSettings::default()).expect("commits");
         let origin = committed.to_local(scene.walk.standing).as_vec3();
         let bounds = committed.report();
-        let place = |i: u64| {
+        let point = |i: u64| {
             let share = Vec3::new(unit(mix(3 * i)), unit(mix(3 * i + 1)), unit(mix(3 * i + 2)));
             let world = bounds.bounds_min + share * (bounds.bounds_max - bounds.bounds_min);
             committed.to_local(world).as_vec3()
@@ -29,7 +29,7 @@ fn rays(criterion: &mut Criterion) {
             .map(|i| Ray::new(origin, fibonacci_direction(i, RAYS)))
             .collect();
         let segments: Vec<Ray> = (0..u64::from(RAYS))
-            .map(|i| Ray::between(place(2 * i), place(2 * i + 1)))
+            .map(|i| Ray::between(point(2 * i), point(2 * i + 1)))
             .collect();
         let mut group = criterion.benchmark_group(scene.name);
         group.throughput(Throughput::Elements(u64::from(RAYS)));

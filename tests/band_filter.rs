@@ -15,7 +15,7 @@ const RESPONSE: usize = 16_384;
 fn filtered(input: &[f32], rate_hz: u32) -> [Vec<f64>; BANDS] {
     let mut filter = BandFilter::new(rate_hz);
     let mut lanes = vec![F32x8::ZERO; input.len()];
-    // The filter splits four signals at once: this one stands beside others.
+    // The filter splits four signals at once: the other three are silence or noise.
     let other: Vec<f32> = (0..100).map(|n| (n as f32 * 1.7).sin()).collect();
     let mut others = [[F32x8::ZERO; 100]; 3];
     let [a, b, c] = &mut others;
@@ -86,9 +86,9 @@ fn response_between_centres_follows_a_sloping_spectrum() {
         let out = weighted(&bands, BandCorrection::new(rate_hz).gains(&amplitude));
         let mut worst = 0.0f64;
         for i in 0..=140 {
-            let place = f64::from(i) / 20.0;
-            let frequency_hz = CENTRES_HZ[0] * 10f64.powf(0.3 * place);
-            let line_db = -6.0206 * place;
+            let octaves = f64::from(i) / 20.0;
+            let frequency_hz = CENTRES_HZ[0] * 10f64.powf(0.3 * octaves);
+            let line_db = -6.0206 * octaves;
             let off_db = dft::magnitude_db(&out, frequency_hz, f64::from(rate_hz)) - line_db;
             worst = worst.max(off_db.abs());
         }

@@ -83,7 +83,7 @@ fn write(stream: u64, samples: &[f32]) -> (Status, usize) {
 }
 
 #[test]
-fn audio_functions_neither_allocate_nor_leave_a_message() {
+fn audio_functions_neither_allocate_nor_set_an_error_message() {
     let (engine, renderer) = engine();
     let source = add(engine);
     let mut stream = 0;

@@ -1,12 +1,12 @@
-//! What the library is built of: every licence is one of deny.toml's, nothing comes from anywhere but the registry, and no
-//! more crates come in two versions than are listed here. From what cargo knows without a network.
+//! Dependencies: every licence is in deny.toml's list, every crate comes from the registry, and no crate comes in two
+//! versions unless listed here. Read from cargo's own metadata, without a network.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-/// Crates of which two versions are built: all of them behind dependencies of tests or of other systems, none to be mended
-/// from here. A new one has to be looked at.
+/// Crates that are built in two versions: all behind dependencies of tests or of other systems, not fixable from here. A
+/// new one needs a review.
 const DOUBLED: &[&str] = &[
     "criterion",
     "criterion-plot",
@@ -21,7 +21,7 @@ const DOUBLED: &[&str] = &[
     "winnow",
 ];
 
-/// Crates whose licence no list allows, and why they may be there: for tests, in no product.
+/// Crates with a licence outside the list, and the reason for each: tests only, in no product.
 const FOR_TESTS: [&str; 1] = ["cbindgen"];
 
 fn metadata() -> serde_json::Value {
@@ -39,7 +39,7 @@ fn metadata() -> serde_json::Value {
         .expect("cargo runs");
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     if !output.status.success() {
-        // Crates of other systems need not be on this disk; those that are built are.
+        // Crates of other systems may be missing on this disk; those that are built are present.
         let output = Command::new(env!("CARGO"))
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .args([
@@ -67,10 +67,10 @@ fn allowed() -> Vec<String> {
         .collect()
 }
 
-/// Whether a licence expression can be met: of `OR` one side, of `AND` both. An exception to a licence only allows more.
+/// Whether a licence expression is satisfied: `OR` needs one side, `AND` both. An exception only allows more.
 fn is_met(expression: &str, allowed: &[String]) -> bool {
     let plain = expression.replace(['(', ')'], " ").replace('/', " OR ");
-    // In the crates' own expressions `AND` stands outside of brackets.
+    // In the crates' own expressions `AND` occurs outside brackets only.
     plain.split(" AND ").all(|part| {
         part.split(" OR ").any(|licence| {
             let name = licence.split_whitespace().next().unwrap_or_default();

@@ -27,7 +27,7 @@ static LONGEST_NS: AtomicI64 = AtomicI64::new(0);
 static FROM_SOUND: AtomicU32 = AtomicU32::new(0);
 static SOUND_THREAD: AtomicI32 = AtomicI32::new(0);
 
-const SOMEBODY: Handle = without_provenance_mut(8);
+const HANDLE: Handle = without_provenance_mut(8);
 
 /// System calls may block, so the sound thread must not make them.
 fn note_caller() {
@@ -38,7 +38,7 @@ fn note_caller() {
 
 unsafe extern "C" fn acquire() -> Handle {
     MANAGERS.fetch_add(1, Ordering::SeqCst);
-    SOMEBODY
+    HANDLE
 }
 
 unsafe extern "C" fn release(_: Handle) {
@@ -56,7 +56,7 @@ unsafe extern "C" fn headroom(_: Handle, _: c_int) -> f32 {
 }
 
 unsafe extern "C" fn manager() -> Handle {
-    SOMEBODY
+    HANDLE
 }
 
 unsafe extern "C" fn create(_: Handle, _: *const i32, count: usize, _: i64) -> Handle {
@@ -64,7 +64,7 @@ unsafe extern "C" fn create(_: Handle, _: *const i32, count: usize, _: i64) -> H
     assert_eq!(count, 1);
     BEGUN.fetch_add(1, Ordering::SeqCst);
     SESSIONS.fetch_add(1, Ordering::SeqCst);
-    SOMEBODY
+    HANDLE
 }
 
 unsafe extern "C" fn target(_: Handle, _: i64) -> c_int {
@@ -119,8 +119,8 @@ impl Playing {
         let table = MaterialTable::built_in();
         let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("is a room");
         controller.set_scene(Arc::new(scene)).expect("is taken");
-        let place = Vec3::new(2.0, 1.5, 1.0);
-        controller.add_source(place).expect("has room");
+        let position = Vec3::new(2.0, 1.5, 1.0);
+        controller.add_source(position).expect("a slot");
         SOUND_THREAD.store(this_thread(), Ordering::SeqCst);
         renderer.place_thread();
         Self {

@@ -136,7 +136,7 @@ fn wait_for(output: &DeviceOutput, is_so: impl Fn(&DeviceReport) -> bool) -> Dev
 }
 
 #[test]
-fn sound_goes_on_whatever_becomes_of_the_device() {
+fn sound_continues_when_the_device_fails() {
     let mut settings = EngineSettings::default();
     settings.affinity = AffinityPolicy::None;
     let (mut controller, renderer) = Engine::new(settings).expect("can be");
@@ -187,7 +187,7 @@ fn sound_goes_on_whatever_becomes_of_the_device() {
 }
 
 #[test]
-fn a_device_that_never_opens_is_no_harm() {
+fn an_engine_without_any_device_keeps_working() {
     struct Never;
     impl Device for Never {
         fn open(&mut self, _: u32, _: Box<dyn DeviceCallback>) -> Result<Box<dyn OpenDevice>> {

@@ -45,7 +45,7 @@ fn the_wedge_oracle_agrees_with_a_line_integral_along_the_edge() {
 }
 
 #[test]
-fn the_wedge_oracle_has_nothing_to_add_on_a_flat_wall() {
+fn the_wedge_oracle_adds_no_field_on_a_flat_wall() {
     // n = 1: the image source is the exact solution.
     let wall = Wedge {
         n: 1.0,
@@ -58,8 +58,8 @@ fn the_wedge_oracle_has_nothing_to_add_on_a_flat_wall() {
 
 #[test]
 fn the_wedge_oracle_is_sommerfeld_s_half_plane_far_away() {
-    // A plane wave behind a half-plane at the shadow boundary keeps half its pressure but for the reflected part,
-    // which is as weak as the boundary of the reflection is far.
+    // Behind a half-plane at the shadow boundary a plane wave keeps half its pressure, except for the reflected part, which
+    // decays with the distance of the reflection's boundary.
     let wedge = Wedge {
         n: 2.0,
         radii_m: [1e4, 50.0],
@@ -115,7 +115,7 @@ fn behind_a_door_s_jamb_the_bass_is_loudest() {
     // Half of the wave, and part of its reflection in the jamb.
     assert!(gains[0] > 0.5 && gains[0] < 0.8, "{gains:?}");
     assert!(gains.windows(2).all(|g| g[0] > g[1]), "{gains:?}");
-    // From where the door is, not from where the source is.
+    // The direction of arrival is that of the door, not of the source.
     let door = (first.points()[first.points().len() - 1] - dark).normalize();
     let heard = (first.image - dark).normalize();
     assert!(door.dot(heard) > 0.9999);
@@ -136,17 +136,17 @@ fn positions_at_edges_give_finite_paths_no_louder_than_the_source() {
     for edge in edges.as_slice() {
         let middle = edge.at(0.5 * edge.length_m);
         let faces = [edge.tangent, edge.normal, edge.outward()];
-        for place in [middle]
+        for position in [middle]
             .into_iter()
             .chain(faces.map(|out| middle + 0.4 * out))
             .chain(faces.map(|out| middle + 1e-5 * out))
         {
-            let ear = scene.to_world(place);
+            let ear = scene.to_world(position);
             for from in [source, ear] {
                 let paths = hear_few(&scene, from, ear).paths;
                 heard += paths.len();
                 for path in &paths {
-                    // Twice the source at the least distance of 0.3 m: a wave and its reflection.
+                    // Twice the source at the minimum distance of 0.3 m: a wave and its reflection.
                     let sane = |a: &f32| a.is_finite() && a.abs() <= 2.0 / 0.3;
                     assert!(path.amplitude.iter().all(sane), "{path:?}");
                     assert!(
@@ -178,7 +178,7 @@ fn hear_few(scene: &Arc<Scene>, from: Vec3, to: Vec3) -> PathSet {
 }
 
 #[test]
-fn edges_and_their_names_do_not_depend_on_the_order_of_triangles() {
+fn edges_and_their_identities_do_not_depend_on_the_order_of_triangles() {
     let doorway = procedural::doorway();
     let mut turned = doorway.clone();
     turned.mesh.triangles.reverse();

@@ -1,5 +1,5 @@
-//! Diffracted paths beyond one edge in the open, against oracles independent of rays: the end of a large wall's reflection,
-//! a reflecting floor, a thick barrier.
+//! Diffracted paths beyond a single free edge, against oracles independent of rays: the end of a large wall's reflection, a
+//! reflecting floor, a thick barrier.
 
 mod reference;
 
@@ -20,7 +20,7 @@ const CENTRES_HZ: [f64; 8] = [
     63.0957, 125.8925, 251.1886, 501.1872, 1000.0, 1995.2623, 3981.0717, 7943.2823,
 ];
 
-/// Rectangles, each a corner and two sides, of a material that lets `transmission` of the energy through and reflects
+/// Rectangles, each given by a corner and two sides, of a material that transmits `transmission` of the energy and reflects
 /// the rest.
 fn scene(transmission: f32, rectangles: &[[Vec3; 3]]) -> Arc<Scene> {
     let material = Material {
@@ -82,7 +82,7 @@ fn db(ratio: f64) -> f64 {
     20.0 * ratio.log10()
 }
 
-/// A screen that begins at the z axis and goes on along +x; places by distance and angle from it.
+/// A screen from the z axis along +x; points by distance and angle from it.
 fn screen(transmission: f32) -> Arc<Scene> {
     let half = 60.0 * Vec3::Z;
     scene(transmission, &[[-half, 2.0 * half, 60.0 * Vec3::X]])
@@ -100,7 +100,7 @@ fn at(radius_m: f64, angle: f64) -> Vec3 {
 fn a_large_wall_s_reflection_fades_over_its_edge() {
     let (screen, incoming, radius_m) = (screen(0.0), PI / 3.0, 5.0);
     let pose = SourcePose::at(SourceId::default(), at(radius_m, incoming));
-    // Direct and reflected wave part where the reflection ends, at 120°.
+    // The direct and the reflected wave separate where the reflection ends, at 120°.
     let steps: Vec<f64> = (-40..=40).map(|i| f64::from(i) * 0.25 + 120.013).collect();
     let (mut worst, mut worst_step) = ([0f64; 8], [0f64; 8]);
     let mut before = [0.0; 8];
@@ -131,7 +131,7 @@ fn a_large_wall_s_reflection_fades_over_its_edge() {
 }
 
 #[test]
-fn a_shadow_has_no_step_where_nothing_is_to_come_through_the_wall() {
+fn a_shadow_of_an_opaque_wall_has_no_step() {
     let (screen, incoming, radius_m) = (screen(0.3), PI / 3.0, 5.0);
     for transmission in [true, false] {
         let mut pose = SourcePose::at(SourceId::default(), at(radius_m, incoming));
@@ -149,8 +149,8 @@ fn a_shadow_has_no_step_where_nothing_is_to_come_through_the_wall() {
 }
 
 #[test]
-fn diffraction_over_a_reflecting_floor_is_that_of_the_images() {
-    // A screen 4 m high on a floor; both ends stand behind it, at 1 and 1.5 m.
+fn diffraction_over_a_reflecting_floor_equals_that_of_the_images() {
+    // A screen 4 m high on a floor; source and listener are behind it, at 1 and 1.5 m.
     let far = 50.0;
     let floor = [
         Vec3::new(-far, 0.0, -far),
@@ -202,8 +202,8 @@ fn diffraction_over_a_reflecting_floor_is_that_of_the_images() {
 }
 
 #[test]
-fn the_boundary_elements_have_hankel_s_functions() {
-    // Their Wronskian, J₁ Y₀ − J₀ Y₁ = 2/(πx), on both sides of where the series change; and a printed value.
+fn hankel_functions_of_the_boundary_elements_have_the_wronskian() {
+    // Their Wronskian, J₁ Y₀ − J₀ Y₁ = 2/(πx), on both sides of the change of series; and a tabulated value.
     for x in [0.05, 0.7, 3.0, 9.0, 13.9, 14.1, 40.0] {
         let (h0, h1) = (hankel(0, x), hankel(1, x));
         let wronskian = h1.0 * -h0.1 - h0.0 * -h1.1;
@@ -219,14 +219,14 @@ fn the_boundary_elements_have_hankel_s_functions() {
 }
 
 #[test]
-fn second_order_around_a_thick_barrier_is_near_the_boundary_elements() {
-    // A bar 1 m thick and 3 m high, without end; sound goes over it and under it.
+fn second_order_around_a_thick_barrier_agrees_with_boundary_elements() {
+    // A bar 1 m thick and 3 m high, of infinite length; sound passes over and under it.
     let (thick, high, half) = (1.0f32, 3.0f32, 60.0f32);
     let low = Vec3::new(-0.5 * thick, -0.5 * high, -half);
     let (x, y, z) = (thick * Vec3::X, high * Vec3::Y, 2.0 * half * Vec3::Z);
     let bar = scene(
         0.0,
-        // Wound so that every face looks out.
+        // Wound with every face outward.
         &[[low, z, y], [low + x, y, z], [low, x, z], [low + y, z, x]],
     );
     let (t, h) = (0.5 * f64::from(thick), 0.5 * f64::from(high));
@@ -250,7 +250,7 @@ fn second_order_around_a_thick_barrier_is_near_the_boundary_elements() {
             let [source, listener] = [from, to].map(|p| [f64::from(p.x), f64::from(p.y)]);
             let k = wavenumber(&bar, band);
             let exact = gain(&outline, &inside, k, source, listener);
-            // A line source's wave falls with the root of the path length, a point's with the length.
+            // A line source's wave decays with the root of the path length, a point source's with the length.
             let ours = level(&bar, &set, band, |length_m| length_m.sqrt()) * direct_m.sqrt();
             let error = db(ours / exact);
             println!("{from} {to} {band}: {:.2} dB, off by {error:.2}", db(exact));

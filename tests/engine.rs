@@ -57,9 +57,9 @@ fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3, frames: u
     block.iter().fold(0.0, |most, s| most.max(s.abs()))
 }
 
-/// Voices wait for fades, which stand still while nothing is rendered.
+/// Voices wait for fades, which do not advance while nothing is rendered.
 #[test]
-fn a_pause_in_the_middle_of_a_change_of_all_paths_ends() {
+fn a_pause_during_a_change_of_all_paths_ends() {
     let scene = room();
     let at = inside(&scene);
     for frames in 0..5 {
@@ -71,8 +71,8 @@ fn a_pause_in_the_middle_of_a_change_of_all_paths_ends() {
                 controller.remove_source(id).expect("is there");
             }
             for n in 0..4 {
-                let place = at + Vec3::new(1.0 + 0.1 * n as f32, 0.2 * turn as f32, -0.5);
-                let id = controller.add_source(place).expect("a slot");
+                let position = at + Vec3::new(1.0 + 0.1 * n as f32, 0.2 * turn as f32, -0.5);
+                let id = controller.add_source(position).expect("a slot");
                 controller.play(id, hum(), true).expect("is there");
                 ids.push(id);
             }
@@ -99,7 +99,7 @@ fn a_source_is_heard_muted_paused_and_removed() {
     controller.set_scene(Arc::clone(&scene)).expect("taken");
     controller
         .move_source(id, at + Vec3::X)
-        .expect("a good place");
+        .expect("a valid position");
     assert!(run(&mut controller, &mut renderer, at, 30) > 0.01);
     assert!(controller.statistics().paths > 6);
 
@@ -158,36 +158,33 @@ fn a_stale_handle_is_an_error_and_never_another_source() {
 }
 
 #[test]
-fn a_pose_that_is_no_pose_is_refused_and_the_last_good_one_kept() {
+fn an_invalid_pose_is_refused_and_the_last_valid_one_kept() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let id = controller.add_source(Vec3::X).expect("a slot");
     controller.play(id, hum(), true).expect("is there");
     let good = ListenerPose::default();
     let mut block = [0.0; 882];
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
-        let place = Vec3::new(0.0, bad, 0.0);
-        let lost = ListenerPose {
-            position: place,
-            ..good
-        };
+        let position = Vec3::new(0.0, bad, 0.0);
+        let lost = ListenerPose { position, ..good };
         let turned = ListenerPose {
             orientation: Quat::from_xyzw(0.0, 0.0, bad, 1.0),
             ..good
         };
-        let pose = SourcePose::at(id, place);
+        let pose = SourcePose::at(id, position);
         assert!(controller.tick(lost, &[]).is_err());
         assert!(bad == 1e30 || controller.tick(turned, &[]).is_err());
         assert!(controller.tick(good, &[pose]).is_err());
-        assert!(controller.move_source(id, place).is_err());
-        assert!(controller.add_source(place).is_err());
+        assert!(controller.move_source(id, position).is_err());
+        assert!(controller.add_source(position).is_err());
         assert!(controller.set_source_gain(id, bad).is_err());
         renderer.render(&mut block);
     }
-    let nothing = ListenerPose {
+    let invalid = ListenerPose {
         orientation: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
         ..good
     };
-    assert!(controller.tick(nothing, &[]).is_err());
+    assert!(controller.tick(invalid, &[]).is_err());
     assert!(run(&mut controller, &mut renderer, Vec3::ZERO, 20) > 0.01);
 }
 
@@ -214,7 +211,7 @@ fn empty_clips_and_dry_streams_are_silence() {
 }
 
 #[test]
-fn a_clip_is_freed_by_the_controller_once_it_is_done_with() {
+fn an_unused_clip_is_freed_by_the_controller() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let clip = hum();
     for _ in 0..1000 {
@@ -235,7 +232,7 @@ fn panic_on_request(_: u64) {
 }
 
 #[test]
-fn propagation_may_panic_and_be_restarted() {
+fn propagation_restarts_after_a_panic() {
     for schedule in [EngineSchedule::Synchronous, EngineSchedule::Asynchronous] {
         let mut settings = settings();
         settings.schedule = schedule;
@@ -266,7 +263,7 @@ fn propagation_may_panic_and_be_restarted() {
 }
 
 #[test]
-fn either_half_may_go_first() {
+fn either_half_may_be_dropped_first() {
     let (mut controller, renderer) = Engine::new(settings()).expect("an engine");
     drop(renderer);
     let id = controller.add_source(Vec3::X).expect("a slot");
@@ -290,7 +287,7 @@ fn either_half_may_go_first() {
 }
 
 #[test]
-fn the_baseline_sounds_the_same_on_any_number_of_threads() {
+fn the_baseline_is_independent_of_the_number_of_threads() {
     let render = |tracing_threads: usize| {
         let mut settings = settings();
         settings.tracing_threads = tracing_threads;
@@ -298,8 +295,8 @@ fn the_baseline_sounds_the_same_on_any_number_of_threads() {
         let scene = room();
         let at = inside(&scene);
         controller.set_scene(scene).expect("taken");
-        for place in [Vec3::X, Vec3::Z, -Vec3::X] {
-            let id = controller.add_source(at + place).expect("a slot");
+        for position in [Vec3::X, Vec3::Z, -Vec3::X] {
+            let id = controller.add_source(at + position).expect("a slot");
             controller.play(id, hum(), true).expect("is there");
         }
         let (mut block, mut sound) = ([0.0; 882], Vec::new());
@@ -352,7 +349,7 @@ fn predictor_schedule_and_rays_change_while_running() {
 }
 
 #[test]
-fn scenes_are_built_aside_and_errors_come_with_a_tick() {
+fn scenes_are_built_in_the_background_and_a_tick_returns_their_errors() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let mesh = procedural::shoebox(Vec3::new(6.0, 3.0, 5.0), "acoustic_ceiling");
     let table = MaterialTable::built_in();
@@ -364,9 +361,9 @@ fn scenes_are_built_aside_and_errors_come_with_a_tick() {
         run(&mut controller, &mut renderer, Vec3::ZERO, 1);
     }
     assert!(!Arc::ptr_eq(&before, controller.scene()));
-    let nothing = foresound::scene::TriangleMesh::default();
+    let invalid = foresound::scene::TriangleMesh::default();
     controller
-        .build_scene(nothing, table, SceneSettings::default())
+        .build_scene(invalid, table, SceneSettings::default())
         .expect("a thread");
     let mut error = None;
     while controller.is_building() {

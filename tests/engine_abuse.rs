@@ -61,7 +61,7 @@ fn tick(controller: &mut Controller) {
 }
 
 #[test]
-fn a_thousand_come_and_go_between_two_blocks() {
+fn a_thousand_sources_are_added_and_removed_between_two_blocks() {
     let engine = Engine::new(settings(EngineSchedule::Synchronous));
     let (mut controller, mut renderer) = engine.expect("an engine");
     controller.set_scene(rooms()[0].clone()).expect("taken");
@@ -73,8 +73,8 @@ fn a_thousand_come_and_go_between_two_blocks() {
                 let id = here.remove(number as usize % here.len());
                 controller.remove_source(id).expect("is there");
             } else {
-                let place = Vec3::new(1.0, 1.0, (number % 4) as f32);
-                let id = controller.add_source(place).expect("a place");
+                let position = Vec3::new(1.0, 1.0, (number % 4) as f32);
+                let id = controller.add_source(position).expect("a slot");
                 controller.play(id, Arc::clone(&clip), true).expect("there");
                 here.push(id);
             }
@@ -100,12 +100,12 @@ fn a_thousand_come_and_go_between_two_blocks() {
 }
 
 #[test]
-fn another_scene_and_predictor_in_every_frame() {
+fn scene_and_predictor_change_in_every_frame() {
     for schedule in [EngineSchedule::Synchronous, EngineSchedule::Asynchronous] {
         let (mut controller, mut renderer) = Engine::new(settings(schedule)).expect("an engine");
         let id = controller
             .add_source(Vec3::new(1.0, 1.0, 1.0))
-            .expect("a place");
+            .expect("a slot");
         controller.play(id, noise(), true).expect("is there");
         let rooms = rooms();
         let mut loudest = 0.0f32;
@@ -126,24 +126,24 @@ fn another_scene_and_predictor_in_every_frame() {
 }
 
 #[test]
-fn poses_that_are_none_are_refused_and_the_last_good_ones_heard() {
+fn invalid_poses_are_refused_and_the_last_valid_ones_rendered() {
     let engine = Engine::new(settings(EngineSchedule::Synchronous));
     let (mut controller, mut renderer) = engine.expect("an engine");
     let id = controller
         .add_source(Vec3::new(1.0, 1.0, 1.0))
-        .expect("a place");
+        .expect("a slot");
     controller.play(id, noise(), true).expect("is there");
     for _ in 0..10 {
         tick(&mut controller);
         render(&mut renderer);
     }
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
-        for place in [Vec3::new(bad, 0.0, 0.0), Vec3::splat(bad)] {
-            let listener = ListenerPose::facing(place, 0.0);
+        for position in [Vec3::new(bad, 0.0, 0.0), Vec3::splat(bad)] {
+            let listener = ListenerPose::facing(position, 0.0);
             let refused = controller.tick(listener, &[]);
             assert!(matches!(refused, Err(Error::Setting { .. })), "{refused:?}");
             let good = ListenerPose::facing(Vec3::new(2.0, 1.5, 2.0), 0.0);
-            let refused = controller.tick(good, &[SourcePose::at(id, place)]);
+            let refused = controller.tick(good, &[SourcePose::at(id, position)]);
             assert!(matches!(refused, Err(Error::Setting { .. })), "{refused:?}");
         }
         let turned = SourcePose {
@@ -157,7 +157,7 @@ fn poses_that_are_none_are_refused_and_the_last_good_ones_heard() {
     }
     let far = SourcePose::at(id, Vec3::splat(9e5));
     let good = ListenerPose::facing(Vec3::new(2.0, 1.5, 2.0), 0.0);
-    controller.tick(good, &[far]).expect("far, but a place");
+    controller.tick(good, &[far]).expect("finite");
     render(&mut renderer);
 }
 
@@ -165,7 +165,7 @@ fn poses_that_are_none_are_refused_and_the_last_good_ones_heard() {
 fn blocks_of_any_length_are_filled() {
     let engine = Engine::new(settings(EngineSchedule::Synchronous));
     let (mut controller, mut renderer) = engine.expect("an engine");
-    let id = controller.add_source(Vec3::ONE).expect("a place");
+    let id = controller.add_source(Vec3::ONE).expect("a slot");
     controller.play(id, noise(), true).expect("is there");
     for frames in [0usize, 1, 2, 3, 255, 257, 4096, 10_000] {
         tick(&mut controller);

@@ -51,7 +51,7 @@ fn run(
     renderer: &mut Renderer,
     at: Vec3,
     frames: usize,
-    tail: &mut [f32; 2],
+    last: &mut [f32; 2],
 ) -> [f32; 2] {
     let mut block = [0.0; 2 * AUDIO_FRAMES];
     let mut largest = [0.0f32; 2];
@@ -60,9 +60,9 @@ fn run(
         controller.tick(listener, &[]).expect("a good pose");
         renderer.render(&mut block);
         for sample in block.iter().step_by(2) {
-            let bend = sample - 2.0 * tail[1] + tail[0];
+            let bend = sample - 2.0 * last[1] + last[0];
             largest = [largest[0].max(sample.abs()), largest[1].max(bend.abs())];
-            *tail = [tail[1], *sample];
+            *last = [last[1], *sample];
         }
     }
     largest
@@ -77,17 +77,17 @@ fn forced_quality_levels_drop_paths_without_a_click() {
         .add_source(at + Vec3::new(2.0, 0.3, 1.0))
         .expect("a slot");
     controller.play(id, hum(0.2), true).expect("is there");
-    let mut tail = [0.0; 2];
-    run(&mut controller, &mut renderer, at, 100, &mut tail);
-    let steady = run(&mut controller, &mut renderer, at, 100, &mut tail);
+    let mut last = [0.0; 2];
+    run(&mut controller, &mut renderer, at, 100, &mut last);
+    let steady = run(&mut controller, &mut renderer, at, 100, &mut last);
     let paths = controller.statistics().paths;
     assert!(paths > 60, "{paths}");
     for level in [LAST_QUALITY_LEVEL, 2, 4, 0] {
         let mut budget = Budget::default();
         budget.quality = QualityChoice::Exactly(QualityLevel(level));
         controller.set_budget(budget).expect("in range");
-        // Two seconds: half of one for the transition, as long again for the path cache.
-        let moving = run(&mut controller, &mut renderer, at, 200, &mut tail);
+        // Two seconds: half a second for the transition and half a second for the path cache.
+        let moving = run(&mut controller, &mut renderer, at, 200, &mut last);
         let statistics = controller.statistics();
         assert_eq!(statistics.quality_level, QualityLevel(level));
         // In a rectangular room half of the rays find all paths; fewer orders do not.
@@ -95,10 +95,10 @@ fn forced_quality_levels_drop_paths_without_a_click() {
             0 => assert_eq!(statistics.paths, paths),
             _ => assert!(statistics.paths < paths, "{} paths", statistics.paths),
         }
-        // A few paths more or less; a step of a tenth of the sound would be ten times as large.
+        // Allows for a few paths; a step of a tenth of the sound is ten times as large.
         assert!(
             moving[1] < 1.3 * steady[1],
-            "bends {} to level {level}, {} before",
+            "second differences {} to level {level}, {} before",
             moving[1],
             steady[1]
         );
@@ -138,7 +138,7 @@ impl Crowd {
         let clip = hum(0.002);
         let here = (0..sources)
             .map(|_| {
-                let id = controller.add_source(middle).expect("a place");
+                let id = controller.add_source(middle).expect("a slot");
                 controller.play(id, Arc::clone(&clip), true).expect("there");
                 id
             })
@@ -155,15 +155,15 @@ impl Crowd {
         let dice = |k: u64| unit(mix((number as u64) << 8 | k)) - 0.5;
         let turn = 0.5 * time_s + number as f32;
         let circle = 0.5 * Vec3::new(turn.cos(), 0.0, turn.sin());
-        let place = Vec3::new(6.0 * dice(0), 2.0 * dice(1), 5.0 * dice(2));
-        SourcePose::at(self.here[number], self.middle + place + circle)
+        let offset = Vec3::new(6.0 * dice(0), 2.0 * dice(1), 5.0 * dice(2));
+        SourcePose::at(self.here[number], self.middle + offset + circle)
     }
 
     /// Returns the peak, the largest second difference and the greatest number of voices.
     fn run(&mut self, from: usize, frames: usize) -> (f32, f32, u32) {
         let mut block = [0.0; 2 * AUDIO_FRAMES];
         let (mut loudest, mut bend, mut voices) = (0.0f32, 0.0f32, 0);
-        let mut tail = [0.0; 2];
+        let mut last = [0.0; 2];
         for frame in from..from + frames {
             let time_s = frame as f32 * 0.01;
             let poses: Vec<SourcePose> = (0..self.here.len())
@@ -175,9 +175,9 @@ impl Crowd {
             for sample in block.iter().step_by(2) {
                 loudest = loudest.max(sample.abs());
                 if frame > from {
-                    bend = bend.max((sample - 2.0 * tail[1] + tail[0]).abs());
+                    bend = bend.max((sample - 2.0 * last[1] + last[0]).abs());
                 }
-                tail = [tail[1], *sample];
+                last = [last[1], *sample];
             }
         }
         (loudest, bend, voices)
@@ -185,14 +185,14 @@ impl Crowd {
 }
 
 #[test]
-fn a_crowd_plays_at_the_cost_of_its_slots() {
+fn many_sources_cost_as_much_as_their_slots() {
     let mut few = Crowd::new(8, 8);
     few.run(0, 20);
     let mut crowd = Crowd::new(256, 8);
     crowd.run(0, 20);
     let (loudest, bend, _) = crowd.run(20, 300);
     let (one, all) = (few.controller.statistics(), crowd.controller.statistics());
-    // The number of rays depends on the positions of sources, not on thirty-two times as many.
+    // The number of rays depends on the positions of sources, not on their number, thirty-two times as large.
     assert!(
         all.rays < 2 * one.rays,
         "{} and {} rays",
@@ -202,7 +202,10 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
     assert!(all.paths < 2 * one.paths.max(400), "{} paths", all.paths);
     assert!(loudest > 0.01 && loudest < 1.0, "{loudest}");
     // The second difference of a 700 Hz sine is 0.01 of it; a step of eight slots would be far above.
-    assert!(bend < 0.02 * loudest, "bends {bend} at {loudest}");
+    assert!(
+        bend < 0.02 * loudest,
+        "second difference {bend} at {loudest}"
+    );
     for id in crowd.here.drain(..) {
         crowd.controller.remove_source(id).expect("is there");
     }
@@ -211,7 +214,7 @@ fn a_crowd_plays_at_the_cost_of_its_slots() {
 }
 
 #[test]
-fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
+fn more_sources_than_slots_are_an_error_only_above_the_maximum() {
     let (mut controller, _renderer) = Engine::new({
         let mut settings = settings(4);
         settings.max_sources = Some(5);
@@ -219,7 +222,7 @@ fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
     })
     .expect("an engine");
     for _ in 0..5 {
-        controller.add_source(Vec3::X).expect("a place");
+        controller.add_source(Vec3::X).expect("a slot");
     }
     assert!(controller.add_source(Vec3::X).is_err());
     let mut wrong = settings(4);
@@ -228,18 +231,18 @@ fn one_source_more_than_slots_is_an_error_only_beyond_the_most() {
 }
 
 #[test]
-fn spans_of_threads_are_in_order_and_a_full_ring_counts() {
+fn spans_of_threads_are_in_order_and_a_full_ring_counts_dropped_ones() {
     let (mut controller, mut renderer) = Engine::new({
         let mut settings = settings(1);
         settings.trace_spans = 64;
         settings
     })
     .expect("an engine");
-    controller.add_source(Vec3::X).expect("a place");
+    controller.add_source(Vec3::X).expect("a slot");
     let mut log = TraceLog::default();
-    let mut tail = [0.0; 2];
+    let mut last = [0.0; 2];
     for _ in 0..10 {
-        run(&mut controller, &mut renderer, Vec3::ZERO, 4, &mut tail);
+        run(&mut controller, &mut renderer, Vec3::ZERO, 4, &mut last);
         controller.collect_spans(&mut log);
     }
     assert_eq!(log.lost(), 0);
@@ -262,7 +265,7 @@ fn spans_of_threads_are_in_order_and_a_full_ring_counts() {
         let ends = spans.map(|(_, span)| span.began_ns + span.duration_ns);
         assert!(ends.is_sorted(), "{track:?}");
     }
-    run(&mut controller, &mut renderer, Vec3::ZERO, 100, &mut tail);
+    run(&mut controller, &mut renderer, Vec3::ZERO, 100, &mut last);
     controller.collect_spans(&mut log);
     assert!(log.lost() > 0);
 }

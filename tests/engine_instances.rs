@@ -44,7 +44,7 @@ fn run(controller: &mut Controller, renderer: &mut Renderer, at: Vec3) -> f32 {
 }
 
 #[test]
-fn a_wall_comes_between_moves_away_and_is_removed() {
+fn a_wall_blocks_sound_moves_away_and_is_removed() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let voice = controller
         .add_source(Vec3::new(0.0, 1.5, 0.0))
@@ -56,7 +56,7 @@ fn a_wall_comes_between_moves_away_and_is_removed() {
     let at = Vec3::new(4.0, 1.5, 0.0);
     let free = run(&mut controller, &mut renderer, at);
     assert!(free > 1e-6, "{free} in open air");
-    // Between, far away, and between again at another place.
+    // Between source and listener, far away, and between them again at another position.
     let wall = commit(Vec3::new(0.3, 8.0, 8.0), "concrete");
     let pose = |id, x: f64| InstancePose::at(id, DVec3::new(x, -2.5, -4.0));
     let id = controller
@@ -79,7 +79,7 @@ fn a_wall_comes_between_moves_away_and_is_removed() {
     controller.set_instance_pose(&pose(id, 1.5)).expect("rigid");
     assert!(run(&mut controller, &mut renderer, at) < 0.1 * free);
 
-    // A bad pose changes nothing.
+    // An invalid pose changes nothing.
     for bad in [
         pose(id, f64::NAN),
         InstancePose {

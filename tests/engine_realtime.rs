@@ -173,7 +173,7 @@ fn an_engine_starts_and_stops_two_hundred_times() {
 }
 
 #[test]
-fn a_sound_thread_renders_ahead_and_gives_the_renderer_back() {
+fn a_sound_thread_renders_ahead_and_returns_the_renderer() {
     let (mut controller, renderer) = Engine::new(settings()).expect("an engine");
     let id = controller.add_source(Vec3::X).expect("a slot");
     let clip: Arc<[f32]> = (0..1000).map(|n| (n as f32 * 0.1).sin()).collect();
@@ -198,16 +198,16 @@ fn a_sound_thread_renders_ahead_and_gives_the_renderer_back() {
 }
 
 #[test]
-fn a_null_device_asks_until_it_is_stopped() {
+fn a_null_device_calls_back_until_it_is_stopped() {
     let (_controller, mut renderer) = Engine::new(settings()).expect("an engine");
-    let asked = Arc::new(AtomicU64::new(0));
-    let counted = Arc::clone(&asked);
+    let calls = Arc::new(AtomicU64::new(0));
+    let counted = Arc::clone(&calls);
     let device = NullDevice::start(44_100, 64, AffinityPolicy::None, move |block| {
         renderer.render(block);
         counted.fetch_add(1, Ordering::Relaxed);
     });
     let device = device.expect("a thread");
-    while asked.load(Ordering::Relaxed) < 10 {
+    while calls.load(Ordering::Relaxed) < 10 {
         thread::yield_now();
     }
     let report = device.stop();

@@ -1,4 +1,4 @@
-//! A graphics frame worked out in parts, or not anew every time, is the same frame.
+//! A graphics frame computed in parts, or recomputed only when due, equals one computed at once.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,13 +12,13 @@ use foresound::scene::{
 };
 
 /// The doorway, four sources in it, and a walk through it.
-struct Place {
+struct Doorway {
     scene: Arc<Scene>,
     sources: Vec<SourcePose>,
     layout: procedural::BenchmarkScene,
 }
 
-fn doorway() -> Place {
+fn doorway() -> Doorway {
     let layout = procedural::doorway();
     let table = MaterialTable::built_in();
     let settings = SceneSettings::default();
@@ -27,26 +27,26 @@ fn doorway() -> Place {
     let sources = each
         .map(|(slot, (_, place))| SourcePose::at(SourceId::new(slot as u16, 0), *place))
         .collect();
-    Place {
+    Doorway {
         scene,
         sources,
         layout,
     }
 }
 
-impl Place {
+impl Doorway {
     fn ear(&self, frame: u32) -> ListenerPose {
         let share = frame as f32 * 1.4 / 60.0 / self.layout.walk.from.distance(self.layout.walk.to);
         let walk = &self.layout.walk;
         ListenerPose::facing(walk.from.lerp(walk.to, share), 0.3)
     }
 
-    /// Walks with two extrapolators that get the same updates, one in five graphics frames, and looks at both.
+    /// Walks with two extrapolators that receive the same updates, one every five graphics frames, and compares their frames.
     fn walk(
         &self,
         mut both: [Extrapolator; 2],
         mut describe: impl FnMut(usize, &mut Extrapolator, &ListenerPose, &mut FramePaths),
-        mut look: impl FnMut(u32, &[FramePaths; 2]),
+        mut check: impl FnMut(u32, &[FramePaths; 2]),
     ) {
         let settings = PropagationSettings::default();
         let mut propagator = Propagator::new(Arc::clone(&self.scene), settings).expect("settings");
@@ -63,13 +63,13 @@ impl Place {
             for (number, extrapolator) in both.iter_mut().enumerate() {
                 describe(number, extrapolator, &ear, &mut frames[number]);
             }
-            look(frame, &frames);
+            check(frame, &frames);
         }
     }
 }
 
 #[test]
-fn where_a_frame_is_cut_changes_none_of_its_bits() {
+fn a_frame_in_parts_of_any_size_has_the_same_bits() {
     let place = doorway();
     for kind in PredictorKind::ALL {
         let both = [0, 1].map(|_| Extrapolator::new(Arc::clone(&place.scene), kind, 0.3));
@@ -81,15 +81,15 @@ fn where_a_frame_is_cut_changes_none_of_its_bits() {
                     extrapolator.frame(ear, &place.sources, frame);
                     return;
                 }
-                // Parts of all sizes, down to one piece of work.
+                // Parts of all sizes, down to one unit of work.
                 for part in 1.. {
-                    let mut effort = WorkBudget::of(1 + (part * part * 7) % 13);
+                    let mut budget = WorkBudget::of(1 + (part * part * 7) % 13);
                     let sources = &place.sources;
-                    let direct = extrapolator.direct_part(ear, sources, &mut effort, frame);
+                    let direct = extrapolator.direct_part(ear, sources, &mut budget, frame);
                     if !direct.is_done {
                         continue;
                     }
-                    let others = extrapolator.other_part(ear, sources, &mut effort, frame);
+                    let others = extrapolator.other_part(ear, sources, &mut budget, frame);
                     most_parts = most_parts.max(part);
                     if others.is_done {
                         break;
@@ -103,7 +103,7 @@ fn where_a_frame_is_cut_changes_none_of_its_bits() {
 }
 
 #[test]
-fn an_update_taken_in_the_middle_of_a_frame_begins_it_anew() {
+fn an_update_in_the_middle_of_a_frame_restarts_it() {
     let place = doorway();
     let best = PredictorKind::Geometric(GeometricSettings::FULL);
     let both = [0, 1].map(|_| Extrapolator::new(Arc::clone(&place.scene), best, 0.3));
@@ -125,7 +125,7 @@ fn an_update_taken_in_the_middle_of_a_frame_begins_it_anew() {
 }
 
 #[test]
-fn what_is_worked_out_in_one_frame_of_three_is_followed_in_between() {
+fn paths_computed_in_one_frame_of_three_are_extrapolated_between() {
     let place = doorway();
     let kinds = [1, 3].map(|exact_every| {
         PredictorKind::Geometric(GeometricSettings {
@@ -155,8 +155,8 @@ fn what_is_worked_out_in_one_frame_of_three_is_followed_in_between() {
                     continue;
                 };
                 compared += 1;
-                // v² t²/2d with two frames and edges passed at 0.2 m, 5 mm, and as much again for the slope's own age; held,
-                // a path would be 47 mm late. Directions likewise.
+                // v² t²/2d with two frames and edges passed at 0.2 m, 5 mm, and as much again for the slope's own age; a held
+                // path would lag by 47 mm. Directions likewise.
                 let off_m = (path.delay_s - other.delay_s).abs() * 343.4;
                 let turned = path.arrival.distance(other.arrival);
                 far += usize::from(off_m > 0.012 || turned > 0.06);
@@ -165,8 +165,8 @@ fn what_is_worked_out_in_one_frame_of_three_is_followed_in_between() {
     );
     println!("{compared} paths, {far} far off, {missing} of {all} missing");
     assert!(compared > 1000, "{compared}");
-    // A way that itself leaps from one frame to the next is followed a frame or two later.
+    // A path that jumps from one frame to the next is followed a frame or two later.
     assert!(100 * far < compared, "{far} of {compared}");
-    // A path that comes or goes may do so two frames later.
+    // A path that appears or disappears may do so two frames later.
     assert!(missing < 0.01 * all, "{missing} of {all}");
 }

@@ -1,4 +1,4 @@
-//! Laws of the generation stage, from outside: what is heard.
+//! Laws of the generation stage, measured at its output.
 
 use std::f64::consts::TAU;
 
@@ -14,8 +14,8 @@ use reference::generators::{
 };
 
 #[test]
-fn pass_by_has_the_pitch_that_geometry_gives() {
-    // 20 m/s along a line 5 m away, level with the head; a tone, so that every crossing of zero is a phase.
+fn pass_by_has_the_doppler_shift_of_its_geometry() {
+    // 20 m/s along a line 5 m away, at the listener's height; a tone, with a phase at every zero crossing.
     const HZ: f64 = 1000.0;
     for rate_hz in [44_100u32, 48_000] {
         let rate = f64::from(rate_hz);
@@ -24,7 +24,7 @@ fn pass_by_has_the_pitch_that_geometry_gives() {
             |time_s: f64| (5f64.powi(2) + (20.0 * (time_s - 2.0)).powi(2)).sqrt() / SPEED_M_S;
         let mut generator = generator(settings(rate_hz));
         let frames = (0..(4.0 / frame_s) as usize).map(|k| {
-            // A frame says how things are at its end.
+            // A frame holds the state at its end.
             let end_s = (k + 1) as f64 * frame_s;
             frame(vec![path(7, 1.0, delay_s(end_s), Vec3::NEG_Z)])
         });
@@ -135,7 +135,7 @@ fn turning_the_head_is_continuous() {
 }
 
 #[test]
-fn full_turn_comes_back_to_the_same_sound() {
+fn full_turn_returns_to_the_same_sound() {
     let held = |turns: u32| {
         let mut generator = generator(settings(44_100));
         let frames = (0..=turns + 20).map(|k| FramePaths {
@@ -179,8 +179,8 @@ fn births_deaths_and_jumps_do_not_click() {
     assert!(f64::from(largest_step(&left)) < steepest * 1.01);
 }
 
-/// Level of the tail at the ears, in dB re what the send asks for.
-fn tail_level_db(mut generator: Generator) -> f64 {
+/// Level of the late reverb at the ears, in dB re the level that the send requests.
+fn late_level_db(mut generator: Generator) -> f64 {
     generator.set_frame(
         &FramePaths {
             late: vec![LateSend {
@@ -193,7 +193,7 @@ fn tail_level_db(mut generator: Generator) -> f64 {
         },
         1,
     );
-    // Below 5 kHz, where the interpolator is flat; for as long as the tail needs to settle and its modes to even out.
+    // Below 5 kHz, where the interpolator is flat; long enough for the late reverb to settle and its modes to even out.
     let input: Vec<f32> = noise(6 * 44_100)
         .windows(6)
         .map(|window| window.iter().sum())
@@ -208,21 +208,21 @@ fn tail_level_db(mut generator: Generator) -> f64 {
 }
 
 #[test]
-fn tail_reaches_an_ear_with_the_energy_it_was_sent_with() {
+fn late_reverb_reaches_an_ear_with_the_energy_of_its_send() {
     let settings = GeneratorSettings {
         late: true,
         ..settings(44_100)
     };
     // Over the cube's corners the synthetic head's mean power is 0 dB at low and 0.3 dB at high frequencies; the
-    // built-in head's over all directions is flat, over eight it is not quite.
-    let synthetic_db = tail_level_db(generator(settings.clone()));
-    let built_in_db = tail_level_db(generator_with_built_in_head(settings));
-    println!("tail at an ear: {synthetic_db:.2} dB synthetic, {built_in_db:.2} dB built in");
+    // built-in set's over all directions is flat, over eight it is not quite.
+    let synthetic_db = late_level_db(generator(settings.clone()));
+    let built_in_db = late_level_db(generator_with_built_in_head(settings));
+    println!("late reverb at an ear: {synthetic_db:.2} dB synthetic, {built_in_db:.2} dB built in");
     assert!(synthetic_db.abs() < 0.7 && built_in_db.abs() < 1.0);
 }
 
 #[test]
-fn built_in_heads_hear_left_on_the_left() {
+fn built_in_hrtf_sets_have_left_on_the_left() {
     for rate_hz in [44_100, 48_000] {
         let mut generator = generator_with_built_in_head(settings(rate_hz));
         let noise = noise(RAMP as usize);

@@ -1,4 +1,4 @@
-//! Situations of the generation stage, from outside: splits, limits, nonsense.
+//! Situations of the generation stage, measured at its output: splits, limits, invalid input.
 #![expect(clippy::unwrap_used, reason = "a helper's failure is the test's")]
 
 use std::sync::Arc;
@@ -72,7 +72,7 @@ fn a_frame_that_is_prepared_in_parts_has_the_same_bits() {
             if most == 0 {
                 generator.set_frame(&frame, RAMP);
             } else {
-                // Forgotten: it is another frame's.
+                // Discarded: it belongs to another frame.
                 generator.prepare_frame(&busy(k + 3), k as usize);
                 generator.set_frame(&frame, RAMP);
                 let (mut taken, mut parts) = (0, 0);
@@ -144,7 +144,7 @@ fn limiter_is_a_pure_delay_below_its_ceiling_and_never_passes_it() {
         .latency_frames()
     };
     assert_eq!(latency(true) - latency(false), 66);
-    // Up to the first peak the gain is one and the limited sound is the free one, late.
+    // Up to the first peak the gain is one and the limited sound is the delayed free one.
     let first = free.iter().position(|s| s.abs() > ceiling).unwrap();
     println!(
         "peak {peak}, first over the ceiling at {first} of {}",
@@ -157,7 +157,7 @@ fn limiter_is_a_pure_delay_below_its_ceiling_and_never_passes_it() {
 }
 
 #[test]
-fn what_has_no_place_is_dropped_and_counted() {
+fn excess_and_invalid_paths_are_dropped_and_counted() {
     let mut generator = generator(GeneratorSettings {
         max_voices: 4,
         fine_voices: 2,
@@ -178,7 +178,7 @@ fn what_has_no_place_is_dropped_and_counted() {
     generator.set_frame(&frame(paths), 64);
     let mut output = [0.0; 2 * 256];
     let report = generator.render(&[&[1.0; 256]], &mut output);
-    // Six of the ten are too quiet, then an unknown source, three that are no numbers and one out of order.
+    // Six of the ten are too quiet; then an unknown source, three that are not finite and one out of order.
     assert_eq!(
         report,
         BlockReport {
@@ -193,7 +193,7 @@ fn what_has_no_place_is_dropped_and_counted() {
 }
 
 #[test]
-fn whole_set_may_change_every_frame() {
+fn all_paths_may_change_in_every_frame() {
     let mut generator = generator(settings(44_100));
     let mut output = [0.0; 2 * 64];
     let (mut late, mut last, mut steepest) = (0, 0.0f32, 0.0f32);
@@ -211,10 +211,10 @@ fn whole_set_may_change_every_frame() {
             last = pair[0];
         }
     }
-    // Fades last the ramp and the far ear's lag, a little longer than the frames here: spares run out.
+    // Fades last the ramp and the far ear's lag, a little longer than the frames here: spare voices run out.
     assert!(late > 0);
-    // No fade is cut for that: 32 paths of amplitude 0.1 and an input of 0.5 go from nothing to all and back within 64
-    // frames, two sets at once.
+    // No fade is shortened for that: 32 paths of amplitude 0.1 and an input of 0.5 go from silence to all and back within
+    // 64 frames, two sets at once.
     assert!(
         steepest <= 2.0 * 32.0 * 0.1 * 0.5 * 2.0 / 64.0,
         "{steepest}"
@@ -222,7 +222,7 @@ fn whole_set_may_change_every_frame() {
 }
 
 #[test]
-fn where_a_large_set_changes_the_quieter_wait_for_the_fades() {
+fn after_a_change_of_a_large_set_the_quieter_paths_wait_for_the_fades() {
     const PATHS: u64 = 400;
     let mut generator = generator(GeneratorSettings {
         max_voices: 512,
@@ -234,10 +234,10 @@ fn where_a_large_set_changes_the_quieter_wait_for_the_fades() {
         generator.set_frame(&large_set(first, PATHS), RAMP);
         generator.render(&[&input], &mut output)
     };
-    // The first set has nothing to wait for.
+    // The first set has no fades to wait for.
     let report = next(0);
     assert_eq!((report.voices, report.late_starts), (400, 0));
-    // Room for a quarter more, and for 64.
+    // Capacity for a quarter more, and for 64.
     let mut waited = Vec::new();
     for _ in 0..4 {
         let report = next(1000);
@@ -245,12 +245,12 @@ fn where_a_large_set_changes_the_quieter_wait_for_the_fades() {
         assert!(report.voices <= 564, "{}", report.voices);
         waited.push(report.late_starts);
     }
-    // While the old ones fade, and until the far ear has heard the end of it.
+    // While the old ones fade, and until the far ear has received their end.
     assert_eq!(waited, [236, 236, 0, 0]);
     assert_eq!(next(1000).voices, 400);
 }
 
-/// A frame of so many paths of one source from an identity on, of different loudness.
+/// A frame of `paths` paths of one source with identities from `first` on, of different loudness.
 fn large_set(first: u64, paths: u64) -> FramePaths {
     let loudness = |i: u64| 0.001 + 1e-5 * ((i * 37) % paths) as f32;
     frame(
@@ -261,7 +261,7 @@ fn large_set(first: u64, paths: u64) -> FramePaths {
 }
 
 #[test]
-fn voices_that_start_a_few_at_a_time_all_stand_within_a_few_blocks_and_without_a_step() {
+fn voices_started_a_few_at_a_time_all_sound_within_a_few_blocks_without_a_step() {
     const PATHS: u64 = 400;
     const BLOCK: usize = 256;
     // The fade of three blocks, the far ear's lag in a fourth, and 100 voices a block.
@@ -272,7 +272,7 @@ fn voices_that_start_a_few_at_a_time_all_stand_within_a_few_blocks_and_without_a
     });
     let mut output = [0.0; 2 * BLOCK];
     let (mut last, mut steepest, mut sum) = (0.0f32, 0.0f32, 0.0);
-    // The sound's own beginning has passed when the first voices start.
+    // The onset of the sound has passed when the first voices start.
     for _ in 0..8 {
         generator.render(&[&[0.5; BLOCK]], &mut output);
     }
@@ -311,7 +311,7 @@ fn voices_that_start_a_few_at_a_time_all_stand_within_a_few_blocks_and_without_a
 }
 
 #[test]
-fn where_nothing_fades_voices_that_start_apart_sound_as_those_that_start_with_the_frame() {
+fn without_fades_voices_started_later_equal_those_started_with_the_frame() {
     let input = noise(4 * RAMP as usize);
     let sound = |apart: bool| {
         let mut generator = generator(GeneratorSettings {
@@ -333,14 +333,14 @@ fn where_nothing_fades_voices_that_start_apart_sound_as_those_that_start_with_th
     };
     let (together, apart) = (sound(false), sound(true));
     assert!(energy(&together) > 1.0);
-    // The same sum in another order: a few hundred roundings of what is below 1.
+    // The same sum in another order: a few hundred roundings of values below 1.
     let worst = together.iter().zip(&apart).map(|(a, b)| (a - b).abs());
     let worst = worst.fold(0.0, f32::max);
     assert!(worst < 400.0 * f32::EPSILON, "{worst:e}");
 }
 
 #[test]
-fn a_frame_that_comes_before_all_have_started_goes_on_from_those_that_have() {
+fn a_frame_before_all_voices_have_started_continues_from_the_started_ones() {
     const PATHS: u64 = 400;
     let mut generator = generator(GeneratorSettings {
         max_voices: 512,
@@ -352,7 +352,7 @@ fn a_frame_that_comes_before_all_have_started_goes_on_from_those_that_have() {
     generator.take_prepared_frame(&set, 256);
     assert_eq!(generator.start_voices(150), 250);
     assert_eq!(render(&mut generator).voices, 150);
-    // The loudest have started: what the next frame leaves out is what waits.
+    // The loudest have started: the next frame leaves out the waiting ones.
     let loudness = |path: &FramePath| path.amplitude[0];
     let mut all: Vec<f32> = set.paths.iter().map(loudness).collect();
     all.sort_unstable_by(|a, b| b.total_cmp(a));
@@ -360,12 +360,12 @@ fn a_frame_that_comes_before_all_have_started_goes_on_from_those_that_have() {
     generator.take_prepared_frame(&frame(loudest.copied().collect()), 256);
     assert_eq!(generator.start_voices(1000), 0);
     assert_eq!(render(&mut generator).voices, 150);
-    // And a frame that does everything at once begins what still waits.
+    // A frame that does everything at once starts the waiting voices.
     generator.take_prepared_frame(&set, 256);
     assert_eq!(generator.start_voices(10), 240);
     generator.set_frame(&set, 256);
     assert_eq!(render(&mut generator).voices, PATHS as u32);
-    // Preparing the next frame forgets what waits.
+    // Preparing the next frame discards the waiting voices.
     generator.take_prepared_frame(&large_set(0, PATHS + 50), 256);
     generator.prepare_frame(&set, 10);
     assert_eq!(generator.start_voices(1000), 0);
@@ -374,17 +374,17 @@ fn a_frame_that_comes_before_all_have_started_goes_on_from_those_that_have() {
 }
 
 #[test]
-fn samples_that_are_no_numbers_are_silence() {
+fn non_finite_samples_are_silence() {
     let good: Vec<f32> = noise(2048);
     let (mut holed, mut bad) = (good.clone(), good);
-    for (place, value) in [
+    for (index, value) in [
         (100, f32::NAN),
         (900, f32::INFINITY),
         (901, -3e38),
         (1700, 1e30),
     ] {
-        holed[place] = 0.0;
-        bad[place] = value;
+        holed[index] = 0.0;
+        bad[index] = value;
     }
     let sound = |input: &[f32]| {
         let mut generator = generator(GeneratorSettings {
@@ -403,7 +403,7 @@ fn samples_that_are_no_numbers_are_silence() {
 }
 
 #[test]
-fn nonsense_frames_are_harmless() {
+fn invalid_frames_give_finite_sound() {
     let mut generator = generator(GeneratorSettings {
         late: true,
         ..settings(44_100)
@@ -432,7 +432,7 @@ fn nonsense_frames_are_harmless() {
 }
 
 #[test]
-fn next_tenant_of_a_slot_does_not_play_the_last_ones_sound() {
+fn a_reused_slot_does_not_play_its_last_source() {
     let mut generator = generator(settings(44_100));
     let mut output = vec![0.0; 2 * 4096];
     generator.set_frame(&frame(vec![path(1, 1.0, 0.1, Vec3::X)]), 64);
@@ -448,7 +448,7 @@ fn next_tenant_of_a_slot_does_not_play_the_last_ones_sound() {
 }
 
 #[test]
-fn silence_comes_back_to_nothing() {
+fn sound_decays_to_exact_silence() {
     let mut generator = generator(GeneratorSettings {
         late: true,
         ..settings(44_100)
@@ -464,7 +464,7 @@ fn silence_comes_back_to_nothing() {
 }
 
 #[test]
-fn settings_out_of_range_say_what_to_do() {
+fn settings_out_of_range_are_errors_with_advice() {
     let hrtf = Arc::new(Hrtf::parse(&synthetic_hrtf::bytes(44_100), "synthetic").unwrap());
     for (name, wrong) in [
         (

@@ -1,4 +1,4 @@
-//! The geometric predictor: where nothing has to be predicted it equals a propagation in every graphics frame.
+//! The geometric predictor: where nothing changes between updates it equals a propagation in every graphics frame.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -50,7 +50,7 @@ fn render(
     sources: &[SourcePose],
     frames: u32,
     late: bool,
-    place: impl Fn(f64) -> Vec3,
+    position: impl Fn(f64) -> Vec3,
 ) -> Vec<f32> {
     let mut settings = OfflineSettings::default();
     settings.graphics_rate_hz = 74.6;
@@ -59,7 +59,7 @@ fn render(
     settings.predictor = BEST;
     settings.generation.max_sources = 2;
     settings.generation.late = late;
-    let hrtf = Arc::new(Hrtf::builtin(settings.generation.rate_hz).expect("a head"));
+    let hrtf = Arc::new(Hrtf::builtin(settings.generation.rate_hz).expect("an HRTF set"));
     let mut renderer = OfflineRenderer::new(Arc::clone(scene), hrtf, settings).expect("settings");
     let mut poses = Poses {
         sources: sources.to_vec(),
@@ -67,7 +67,7 @@ fn render(
     };
     let mut output = Vec::new();
     for _ in 0..frames {
-        poses.listener = listener(place(renderer.time_s()));
+        poses.listener = listener(position(renderer.time_s()));
         let mut noise = |slot: usize, from: u64, samples: &mut [f32]| {
             for (n, sample) in samples.iter_mut().enumerate() {
                 *sample = 0.2 * unit(mix((slot as u64) << 40 | (from + n as u64))) - 0.1;
@@ -94,15 +94,17 @@ fn snr_db(reference: &[f32], estimate: &[f32]) -> f64 {
 }
 
 #[test]
-fn a_standing_listener_hears_the_updates_alone() {
+fn a_listener_at_rest_hears_the_updates_unchanged() {
     let doorway_layout = procedural::doorway();
-    let place = doorway_layout.walk.standing;
+    let position = doorway_layout.walk.standing;
     let sources: Vec<_> = (0..2)
         .map(|i| source(i, doorway_layout.sources[usize::from(i)].1))
         .collect();
     let scene = doorway();
-    let synchronous = render(&scene, Schedule::Synchronous, &sources, 40, true, |_| place);
-    let late = render(&scene, LATE, &sources, 40, true, |_| place);
+    let synchronous = render(&scene, Schedule::Synchronous, &sources, 40, true, |_| {
+        position
+    });
+    let late = render(&scene, LATE, &sources, 40, true, |_| position);
     assert!(synchronous.iter().any(|s| s.abs() > 1e-3));
     let figure = snr_db(&synchronous, &late);
     println!("{figure}");
@@ -115,7 +117,7 @@ fn a_walk_through_an_empty_room_is_followed_exactly() {
         source(0, Vec3::new(2.0, 1.5, 2.0)),
         source(1, Vec3::new(9.0, 1.2, 7.0)),
     ];
-    // Beside the room's round numbers: exactly on them, a path through a corner is there in one frame only.
+    // Beside the room's round numbers: exactly on them, a path through a corner exists in one frame only.
     let walk = |time_s: f64| Vec3::new(4.13 + 1.4 * time_s as f32, 1.71, 5.07);
     let scene = shoebox();
     let both = |late| {
@@ -125,7 +127,7 @@ fn a_walk_through_an_empty_room_is_followed_exactly() {
     let [synchronous, late] = both(false);
     let paths = snr_db(&synchronous, &late);
     assert!(paths > 100.0, "{paths} dB");
-    // The late energy is interpolated between updates, and held until there are two; that error rings on in this concrete
+    // The late energy is interpolated between updates, and held until there are two; that error persists in this concrete
     // room, whose late reverb is louder than the paths. Noise at -42 dB changes a level by at most 0.07 dB, at -48 dB by
     // 0.03 dB: less than a tenth of the just noticeable 1 dB (ISO 3382-1).
     let [synchronous, late] = both(true);
@@ -146,26 +148,26 @@ fn walk_by_hand(settings: GeometricSettings, mut each: impl FnMut(&FramePaths, u
         Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
     let mut best = Extrapolator::new(Arc::clone(&scene), PredictorKind::Geometric(settings), 0.3);
     let mut frame_paths = FramePaths::default();
-    // An update every eight graphics frames, computed for the place where the listener is when the next one comes.
+    // An update every eight graphics frames, computed for the listener's position when the next one arrives.
     let ahead = if settings.prediction_target == PredictionTarget::End {
         7
     } else {
         0
     };
-    let place_in = |frame: u32| {
+    let position_in = |frame: u32| {
         let share = frame as f32 / 120.0;
         layout.walk.from.lerp(layout.walk.to, share)
     };
     for frame in 0..80 {
-        let place = place_in(frame);
+        let position = position_in(frame);
         if frame % 8 == 0 {
             let mut update = PathSet::default();
-            let then = listener(place_in(frame + ahead));
+            let then = listener(position_in(frame + ahead));
             propagator.update(&then, &sources, 0.0, &mut update);
             best.store_update(update, 7);
         }
-        let rays = best.frame(&listener(place), &sources, &mut frame_paths);
-        each(&frame_paths, rays, &scene, place);
+        let rays = best.frame(&listener(position), &sources, &mut frame_paths);
+        each(&frame_paths, rays, &scene, position);
     }
 }
 
@@ -177,8 +179,8 @@ fn rays_stay_within_their_budget() {
             prediction_target: PredictionTarget::None,
             ..GeometricSettings::FULL
         };
-        // A direct path takes a ray for every wall it passes and one more: five at most, nine with both faces. A bend
-        // of the direct field takes two, at the edges that the last two updates name.
+        // A direct path takes one ray more than the walls that it crosses: five at most, nine with both faces. A diffraction
+        // of the direct field takes two, at the edges of the last two updates.
         let most = u64::from(4 * rays_per_source) + 4 * (10 + 2 * 2 * MAX_DIRECT_EDGES as u64);
         walk_by_hand(settings, |_, rays, _, _| {
             assert!(rays <= most, "{rays} of {most}");
@@ -187,15 +189,15 @@ fn rays_stay_within_their_budget() {
 }
 
 #[test]
-fn every_path_is_as_long_as_its_direction_says() {
+fn no_path_is_louder_than_its_length_allows() {
     walk_by_hand(GeometricSettings::FULL, |frame, _, scene, _| {
         assert!(frame.paths.windows(2).all(|pair| pair[0].id < pair[1].id));
         for path in &frame.paths {
             assert!(path.arrival.is_normalized() && path.delay_s > 0.0);
             let length_m = path.delay_s * scene.speed_of_sound_m_s();
             let loudest = path.amplitude.iter().fold(0f32, |m, a| m.max(a.abs()));
-            // A reflection is no louder than the free field. The direct path may be: with it go the waves of edges that
-            // arrive as one with it, and an opening that passes the first Fresnel zone alone doubles the pressure. With the
+            // A reflection is no louder than the free field. The direct path may be: it includes the waves of edges that
+            // arrive with it, and an opening that passes the first Fresnel zone alone doubles the pressure. With the
             // waves of its jambs' faces the sum over single edges is 2.04 times the free field here.
             let most = if path.order == 0 { 2.1 } else { 1.0 };
             let gain = f64::from(loudest) * length_m.max(0.3);
@@ -224,7 +226,7 @@ fn a_prepared_update_gives_the_same_frames() {
             let mut update = PathSet::default();
             propagator.update(&ear, &sources, 0.0, &mut update);
             plain.store_update(update.clone(), 4);
-            // Every third one comes without.
+            // Every third one is not prepared.
             match frame % 15 {
                 0 => prepared.store_update(update, 4),
                 _ => {
@@ -243,7 +245,7 @@ fn a_prepared_update_gives_the_same_frames() {
 }
 
 #[test]
-fn paths_of_a_source_that_left_are_gone() {
+fn paths_of_a_removed_source_are_removed() {
     let scene = shoebox();
     let both = [
         source(0, Vec3::new(2.0, 1.5, 2.0)),
@@ -274,9 +276,9 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
         .map(|i| source(i, layout.sources[usize::from(i)].1))
         .collect();
     let mut frames = Vec::new();
-    walk_by_hand(GeometricSettings::FULL, |frame, _, scene, place| {
+    walk_by_hand(GeometricSettings::FULL, |frame, _, scene, position| {
         let mut update = PathSet::default();
-        propagator.update(&listener(place), &sources, 0.0, &mut update);
+        propagator.update(&listener(position), &sources, 0.0, &mut update);
         let named = |path: &&Path| path.diffraction_order > 0;
         for path in update.paths.iter().filter(named) {
             let Some(ours) = frame.paths.iter().find(|ours| ours.id == path.id) else {
@@ -289,21 +291,22 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
         frames.push((frame.paths.clone(), update));
     });
     let energy = |amplitude: &[f32; 8]| amplitude.iter().map(|a| a * a).sum::<f32>();
-    let bent = |update: &PathSet| {
-        let bent = update
+    let diffracted = |update: &PathSet| {
+        let diffracted = update
             .paths
             .iter()
             .filter(|path| path.diffraction_order > 0);
-        bent.map(|path| (path.id, energy(&path.amplitude)))
+        diffracted
+            .map(|path| (path.id, energy(&path.amplitude)))
             .collect::<BTreeMap<_, _>>()
     };
     let ever: BTreeSet<_> = frames
         .iter()
-        .flat_map(|(_, update)| bent(update).into_keys())
+        .flat_map(|(_, update)| diffracted(update).into_keys())
         .collect();
     let (mut all, mut missing, mut extra) = (0.0, 0.0, 0.0);
     for (ours, update) in &frames {
-        let mut theirs = bent(update);
+        let mut theirs = diffracted(update);
         all += theirs.values().sum::<f32>();
         for path in ours.iter().filter(|path| ever.contains(&path.id)) {
             if theirs.remove(&path.id).is_none() {

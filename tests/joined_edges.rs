@@ -1,4 +1,4 @@
-//! Second-order diffraction over an edge of an instance and one of something else: a half-open door and its frame.
+//! Second-order diffraction over an edge of an instance and one of another part: a half-open door and its frame.
 
 mod parts;
 
@@ -81,7 +81,7 @@ struct TwoEdgeCounts {
 
 impl TwoEdgeCounts {
     /// Compares an update in a scene with moving parts to one in a scene committed with them at the same poses. A committed
-    /// scene has the nearest pairs of edges only, so the moving scene may find more, and emits them in place of quieter
+    /// scene has the nearest pairs of edges only, so the moving scene may find more, and emits them instead of quieter
     /// ones: all exist, and it misses a path only if it has as many louder ones as an update emits.
     fn compare(
         &mut self,
@@ -162,12 +162,12 @@ fn a_door_and_its_frame_diffract_like_a_scene_committed_with_it() {
         moving.scene_mut().set_instance_pose(&pose).expect("rigid");
         let fresh = commit(&joined(&rooms(), &door(), &pose));
         let mut fresh = Propagator::new(fresh, settings(2)).expect("settings");
-        for place in ears {
-            let ear = ear(place + Vec3::X * 0.004 * step as f32);
+        for position in ears {
+            let ear = ear(position + Vec3::X * 0.004 * step as f32);
             let mut expected = PathSet::default();
             moving.update(&ear, &sources, 0.0, &mut set);
             fresh.update(&ear, &sources, 0.0, &mut expected);
-            let what = format!("{degrees}°, {place}");
+            let what = format!("{degrees}°, {position}");
             counts.compare((&set, moving.scene()), (&expected, fresh.scene()), &what);
         }
     }
@@ -244,10 +244,10 @@ impl Restlessness {
 }
 
 #[test]
-fn a_swinging_door_is_no_more_restless_than_scenes_committed_with_it() {
+fn a_swinging_door_is_as_continuous_as_scenes_committed_with_it() {
     let (sources, ears) = hidden_from_each_other();
-    for (source, place) in sources.into_iter().zip(ears) {
-        let (source, ear) = ([source], ear(place));
+    for (source, position) in sources.into_iter().zip(ears) {
+        let (source, ear) = ([source], ear(position));
         let mut restless: [Restlessness; 3] = Default::default();
         let (mut once, first) = with_a_door(settings(1));
         let (mut twice, second) = with_a_door(settings(2));
@@ -323,7 +323,7 @@ fn the_number_of_threads_changes_no_bit_of_paths_around_a_door() {
 
 /// Between updates extrapolation recomputes a path at the door's current pose: the result is the update's.
 #[test]
-fn a_revalidated_path_is_the_updates_own() {
+fn a_revalidated_path_equals_the_update_s() {
     let (sources, ears) = hidden_from_each_other();
     let min_distance_m = f64::from(settings(2).min_distance_m);
     let (mut rooms, id) = with_a_door(settings(2));
@@ -355,7 +355,7 @@ fn a_revalidated_path_is_the_updates_own() {
 }
 
 #[test]
-fn source_and_listener_change_places() {
+fn paths_are_reciprocal_between_source_and_listener() {
     let (sources, ears) = hidden_from_each_other();
     let (mut rooms, id) = with_a_door(settings(2));
     let (mut there, mut back) = (PathSet::default(), PathSet::default());

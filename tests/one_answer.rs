@@ -1,5 +1,5 @@
-//! Every tree and instruction set gives the answer of the specification, to the bit: `PreparedRay::intersect` on every
-//! triangle, the smallest parameter first and the lowest index of equals.
+//! Every tree and instruction set returns the specified result, to the bit: `PreparedRay::intersect` on every triangle,
+//! the smallest parameter first and the lowest index among equals.
 
 use foresound::geometry::bvh::{InstructionSet, NO_GROUP};
 use foresound::geometry::triangle::PreparedRay;
@@ -39,7 +39,7 @@ fn bits(hit: Option<Hit>) -> Option<(u32, u32, u32)> {
     hit.map(|h| (h.t.to_bits(), h.triangle, h.group))
 }
 
-/// Asks every tree and compares; `expected` is the answer of the closest hit.
+/// Traces in every tree and compares; `expected` is the closest hit.
 fn compare(trees: &[Bvh], ray: &Ray, ignored: [u32; 2], expected: Option<Hit>) {
     for tree in trees {
         let set = tree.instruction_set();
@@ -62,7 +62,7 @@ fn agree_in(scene: procedural::BenchmarkScene) {
             let expected = trees[0].closest_hit(&ray, ignored);
             compare(&trees, &ray, ignored, expected);
             let Some(hit) = expected else { break };
-            // At its own bound a hit does not count, just before it does.
+            // A hit at the ray's own bound does not count, one just before it does.
             for (t_max, expected) in [(hit.t, None), (hit.t.next_up(), Some(hit))] {
                 let bounded = Ray { t_max, ..ray };
                 let found = trees[0].closest_hit(&bounded, ignored);
@@ -116,7 +116,7 @@ fn rays_along_axes_agree_whatever_the_sign_of_zero() {
 }
 
 #[test]
-fn equal_triangles_answer_with_the_lowest_index_that_counts() {
+fn among_equal_triangles_the_lowest_eligible_index_is_hit() {
     let corners = [
         Vec3::new(-1.0, -1.0, 2.0),
         Vec3::new(3.0, -1.0, 2.0),
@@ -134,7 +134,7 @@ fn equal_triangles_answer_with_the_lowest_index_that_counts() {
 }
 
 #[test]
-fn bounds_that_are_none_and_numbers_that_are_none_hit_nothing() {
+fn invalid_bounds_and_non_finite_rays_hit_nothing() {
     let room = procedural::shoebox(Vec3::splat(2.0), "concrete");
     let groups = vec![0; room.triangles.len()];
     let ray = Ray::new(Vec3::ONE, Vec3::X);
@@ -168,7 +168,7 @@ fn bounds_that_are_none_and_numbers_that_are_none_hit_nothing() {
                 }
             }
         }
-        // Before zero nothing counts, whatever the bound says.
+        // Hits before zero do not count, at any bound.
         let behind = Ray {
             t_min: -10.0,
             t_max: 0.0,
@@ -179,7 +179,7 @@ fn bounds_that_are_none_and_numbers_that_are_none_hit_nothing() {
 }
 
 #[test]
-fn corners_that_are_no_numbers_or_far_out_are_left_out() {
+fn non_finite_or_distant_vertices_are_left_out() {
     let bad = [f32::NAN, f32::INFINITY, 1e30];
     let mut vertices = vec![
         Vec3::new(-1.0, -1.0, 2.0),
@@ -195,7 +195,7 @@ fn corners_that_are_no_numbers_or_far_out_are_left_out() {
     }
 }
 
-/// Coordinates on a coarse grid (so that corners, edges and planes coincide), of all sizes, zeros of both signs.
+/// Coordinates on a coarse grid (corners, edges and planes coincide), of all sizes, zeros of both signs.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![
         6 => (-4i8..=4).prop_map(f32::from),
@@ -212,7 +212,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn random_soups_are_answered_as_specified(
+    fn random_soups_are_hit_as_specified(
         corners in prop::collection::vec([point(), point(), point()], 1..120),
         rays in prop::collection::vec((point(), point()), 40),
         ignored in 0u32..4,

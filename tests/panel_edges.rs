@@ -19,8 +19,8 @@ fn scene(rectangles: &[[Vec3; 3]]) -> Arc<Scene> {
     mesh.material_names.push("concrete".into());
     for [corner, a, b] in rectangles {
         let first = mesh.vertices.len() as u32;
-        for place in [*corner, corner + a, corner + a + b, corner + b] {
-            mesh.vertices.push(place);
+        for position in [*corner, corner + a, corner + a + b, corner + b] {
+            mesh.vertices.push(position);
         }
         for corners in [[0, 1, 2], [0, 2, 3]] {
             mesh.triangles.push(corners.map(|c| first + c));
@@ -31,21 +31,21 @@ fn scene(rectangles: &[[Vec3; 3]]) -> Arc<Scene> {
     Arc::new(Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits"))
 }
 
-/// Paths at each place of a walk.
-fn walk(scene: &Arc<Scene>, source: Vec3, places: impl Iterator<Item = Vec3>) -> Vec<Vec<Path>> {
+/// Paths at each position of a walk.
+fn walk(scene: &Arc<Scene>, source: Vec3, positions: impl Iterator<Item = Vec3>) -> Vec<Vec<Path>> {
     let mut propagator =
         Propagator::new(Arc::clone(scene), PropagationSettings::default()).expect("settings");
     let pose = SourcePose::at(SourceId::new(0, 0), source);
     let mut set = PathSet::default();
-    let hear = |place| {
+    let hear = |position| {
         let ear = ListenerPose {
-            position: place,
+            position,
             ..ListenerPose::default()
         };
         propagator.update(&ear, &[pose], 0.0, &mut set);
         set.paths.clone()
     };
-    places.map(hear).collect()
+    positions.map(hear).collect()
 }
 
 /// Share of a wave at Fresnel's parameter on the lit side of a straight edge: |(1 + j)/2 ∫ e^(−jπt²/2) dt| from −ν on.
@@ -88,8 +88,8 @@ fn a_second_reflection_fades_where_its_wall_ends() {
     let source = Vec3::new(-6.0, 2.0, 4.0);
     let step_m = 0.02;
     let x = |step: usize| 6.0 + step_m * step as f32;
-    let places = (0..200).map(|step| Vec3::new(x(step), 1.7, 6.0));
-    let heard = walk(&scene, source, places);
+    let positions = (0..200).map(|step| Vec3::new(x(step), 1.7, 6.0));
+    let heard = walk(&scene, source, positions);
     let twice = |paths: &[Path]| {
         let found = paths
             .iter()
@@ -113,7 +113,7 @@ fn a_second_reflection_fades_where_its_wall_ends() {
         let cosine = 4.0 / near_m;
         for b in 0..8 {
             let share = now[b] / whole[b];
-            // A smooth cubic over what the point moves by; 0.2 m is the narrowest fade here, and air and angles change a
+            // A smooth cubic over the point's displacement; 0.2 m is the narrowest fade here, and air and angles change a
             // little.
             let most = 1.5 * 0.4 * f64::from(step_m) / 0.2 + 0.01;
             worst[0] = worst[0].max((share - before[b]).abs());
@@ -125,7 +125,7 @@ fn a_second_reflection_fades_where_its_wall_ends() {
                 * (2.0 * (near_m + far_m) / (wavelength_m * near_m * far_m)).sqrt();
             let exact = fresnel(nu);
             worst[1] = worst[1].max((share - exact).abs());
-            // Half is missing at the boundary, and bright fringes are not told: 1.17 at most; air and angles 0.05.
+            // Half is missing at the boundary, and bright fringes are not modelled: 1.17 at most; air and angles 0.05.
             assert!(
                 (share - exact).abs() < 0.55,
                 "{share} for {exact}, band {b}"
@@ -152,10 +152,10 @@ fn a_free_panel_s_reflection_counts_once_where_it_ends() {
     assert!(!scene.finite_panels().is_empty());
     let source = Vec3::new(-3.0, 1.0, 0.0);
     let step_m = 0.01;
-    let places = (0..300).map(|step| Vec3::new(1.0 + step_m * step as f32, 1.5, 0.0));
-    let heard = walk(&scene, source, places);
+    let positions = (0..300).map(|step| Vec3::new(1.0 + step_m * step as f32, 1.5, 0.0));
+    let heard = walk(&scene, source, positions);
     let rim = |path: &Path| path.diffraction_order == 1 && path.points()[0].x.abs() < 1e-3;
-    // The reflection and what its edge sends are one wave at the boundary, so their sizes add there.
+    // The reflection and the wave from its edge are one wave at the boundary, so their sizes add there.
     let sum = |paths: &[Path]| {
         let mut sum = [0.0; 8];
         let ends = paths

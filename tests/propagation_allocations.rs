@@ -31,10 +31,10 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         count();
         // SAFETY: as above.
-        unsafe { System.dealloc(place, layout) }
+        unsafe { System.dealloc(pointer, layout) }
     }
 }
 
@@ -47,8 +47,8 @@ fn walk(workers: &impl Workers, updates: u32) -> u64 {
     let scene = Scene::commit(&hall.mesh, &MaterialTable::built_in(), &settings).expect("commits");
     let settings = PropagationSettings::default();
     let mut propagator = Propagator::new(Arc::new(scene), settings).expect("settings");
-    let places = hall.sources.iter().take(8).enumerate();
-    let sources: Vec<SourcePose> = places
+    let positions = hall.sources.iter().take(8).enumerate();
+    let sources: Vec<SourcePose> = positions
         .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect();
     let part = procedural::shoebox(Vec3::new(0.9, 2.1, 0.05), "wood_panel");

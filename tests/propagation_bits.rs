@@ -1,5 +1,4 @@
-//! The update is fast by what it leaves out, never by what it gives: the same bits as the plainest way, on any number of
-//! threads.
+//! The optimised update has the same bits as the unoptimised reference, on any number of threads.
 
 #[path = "reference/plain_update.rs"]
 #[expect(unreachable_pub, reason = "the oracle is shared by test crates")]
@@ -23,13 +22,13 @@ fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
 }
 
 fn poses(scene: &procedural::BenchmarkScene, count: usize) -> Vec<SourcePose> {
-    let places = scene.sources.iter().take(count).enumerate();
-    places
+    let positions = scene.sources.iter().take(count).enumerate();
+    positions
         .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect()
 }
 
-/// Where a walk is at an update, 20 updates a second.
+/// Position on a walk at an update, 20 updates a second.
 fn ear(scene: &procedural::BenchmarkScene, update: u32) -> ListenerPose {
     let share = 0.5 + 0.07 * update as f32 / scene.walk.from.distance(scene.walk.to);
     ListenerPose {
@@ -39,18 +38,18 @@ fn ear(scene: &procedural::BenchmarkScene, update: u32) -> ListenerPose {
 }
 
 #[test]
-fn the_update_has_the_bits_of_the_plainest_way() {
+fn the_update_has_the_bits_of_the_reference() {
     for name in procedural::NAMES {
         let benchmark = procedural::by_name(name).expect("a name of the list");
         let scene = commit(&benchmark);
-        // More than try candidates at once, and as few in between.
+        // More sources than use direct validation, and as few in between.
         let mut sources = poses(&benchmark, 4);
         let mut fast =
             Propagator::new(Arc::clone(&scene), PropagationSettings::default()).expect("settings");
         let mut plain = PlainPropagator::new(Arc::clone(&scene), PropagationSettings::default());
         let mut set = PathSet::default();
         for update in 0..8 {
-            // Sources come, go and change places in the list.
+            // Sources are added, removed and reordered.
             match update {
                 3 => drop(sources.remove(1)),
                 5 => sources.swap(0, 2),
@@ -60,7 +59,7 @@ fn the_update_has_the_bits_of_the_plainest_way() {
             let ear = ear(&benchmark, update);
             fast.update(&ear, &sources, 0.0, &mut set);
             let mut expected = plain.update(&ear, &sources);
-            // Rays are what the plain way has more of.
+            // The reference casts more rays.
             expected.rays = set.rays;
             assert!(set.paths.len() > 4, "{name} has paths");
             assert_eq!(set, expected, "{name}, update {update}");
@@ -69,7 +68,7 @@ fn the_update_has_the_bits_of_the_plainest_way() {
 }
 
 #[test]
-fn moving_parts_have_the_bits_of_the_plainest_way() {
+fn moving_parts_have_the_bits_of_the_reference() {
     let benchmark = procedural::doorway();
     let scene = commit(&benchmark);
     let all = poses(&benchmark, 4);
@@ -84,7 +83,7 @@ fn moving_parts_have_the_bits_of_the_plainest_way() {
     let mut ids = Vec::new();
     let mut set = PathSet::default();
     for update in 0..14 {
-        // A part comes in most updates; all turn, through perpendicular to the walls, and one goes.
+        // A part is added in most updates; all rotate, through perpendicular to the walls, and one is removed.
         let pose = |id, n: usize| InstancePose {
             id,
             position: DVec3::new(9.0 + n as f64, 0.02, 1.0 + 0.4 * n as f64),
@@ -107,7 +106,7 @@ fn moving_parts_have_the_bits_of_the_plainest_way() {
             }
         }
         let ear = ear(&benchmark, update);
-        // Few sources try candidates at once, more look through windows first.
+        // Few sources validate candidates directly, more cull by windows first.
         let sources = &all[..3 + update as usize % 2];
         fast.update(&ear, sources, 0.0, &mut set);
         let mut expected = plain.update(&ear, sources);

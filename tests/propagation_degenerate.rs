@@ -1,5 +1,5 @@
-//! Meshes, moving parts and places that nobody would build: every path and late field is finite, no path is louder than
-//! the source, and every update ends. Bends, transmission and the list of paths nearby are on.
+//! Degenerate meshes, moving parts and positions: every path and late field is finite, no path is louder than the source,
+//! and every update ends. Diffraction, transmission and the list of nearby paths are on.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// Fewer rays than usual: it is the odd places that count.
+/// Fewer rays than usual: degenerate positions matter here.
 const SETTINGS: PropagationSettings = PropagationSettings {
     guide_rays: 128,
     source_rays: 32,
@@ -25,7 +25,7 @@ const SETTINGS: PropagationSettings = PropagationSettings {
     diffraction_order: 2,
 };
 
-/// How far the listener may walk before paths nearby count as there.
+/// Distance that the listener may walk while nearby paths remain valid.
 const REACH_M: f64 = 0.3;
 
 fn commit(mesh: &TriangleMesh) -> Option<Arc<Scene>> {
@@ -40,16 +40,16 @@ fn propagator(scene: Arc<Scene>) -> Propagator {
     propagator
 }
 
-/// The loudest that a path can be: amplitudes are single precision.
+/// The loudest possible path: amplitudes are single precision.
 const LOUDEST: f32 = 1.0001 / SETTINGS.min_distance_m;
 
 fn check(set: &PathSet) -> Result<(), TestCaseError> {
     for path in set.paths.iter().chain(&set.nearby) {
         let bounded = path.amplitude.iter().all(|a| a.abs() <= LOUDEST);
         prop_assert!(bounded, "{path:?}");
-        let places = path.points().iter().all(|p| p.is_finite());
+        let positions = path.points().iter().all(|p| p.is_finite());
         prop_assert!(
-            places && path.image.is_finite() && path.length_m.is_finite(),
+            positions && path.image.is_finite() && path.length_m.is_finite(),
             "{path:?}"
         );
     }
@@ -79,7 +79,7 @@ fn ear(position: Vec3) -> ListenerPose {
     }
 }
 
-/// Three updates, or none where the mesh is refused. Returns the number of paths.
+/// Three updates, or none if the mesh is refused. Returns the number of paths.
 fn hold(mesh: &TriangleMesh, sources: &[Vec3], listener: Vec3) -> Result<usize, TestCaseError> {
     let Some(scene) = commit(mesh) else {
         return Ok(0);
@@ -94,11 +94,11 @@ fn hold(mesh: &TriangleMesh, sources: &[Vec3], listener: Vec3) -> Result<usize, 
     Ok(paths)
 }
 
-/// A part at each of `places` in turn, turned each time, in a fixed scene. Returns the number of paths.
+/// A part at each of `positions` in turn, rotated each time, in a fixed scene. Returns the number of paths.
 fn hold_moving(
     fixed: &TriangleMesh,
     part: &TriangleMesh,
-    places: &[Vec3],
+    positions: &[Vec3],
     sources: &[Vec3],
     listener: Vec3,
 ) -> Result<usize, TestCaseError> {
@@ -106,15 +106,15 @@ fn hold_moving(
         return Ok(0);
     };
     let mut propagator = propagator(fixed);
-    let at = InstancePose::at(InstanceId::default(), places[0].as_dvec3());
+    let at = InstancePose::at(InstanceId::default(), positions[0].as_dvec3());
     let id = propagator.scene_mut().add_instance(part, &at);
-    let id = id.expect("a part without parts, at a place");
+    let id = id.expect("a part without parts, at a finite position");
     let (mut set, mut paths) = (PathSet::default(), 0);
-    for (step, place) in places.iter().enumerate() {
+    for (step, position) in positions.iter().enumerate() {
         let pose = InstancePose {
             id,
-            position: place.as_dvec3(),
-            // Now and then as it was made, so that its planes are those of what stays.
+            position: position.as_dvec3(),
+            // Sometimes unrotated: its planes coincide with those of the fixed scene.
             rotation: Quat::from_rotation_y(0.7 * (step % 3) as f32),
         };
         let moved = propagator.scene_mut().set_instance_pose(&pose);
@@ -133,7 +133,7 @@ fn hold_moving(
 
 fn mesh_of(triangles: &[[Vec3; 3]]) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
-    // One that lets hardly anything through, one that lets much through, and one that takes nearly all.
+    // One that transmits hardly anything, one that transmits much, and one that absorbs nearly all.
     let materials = ["concrete", "curtain", "rock_wool"].map(|name| mesh.material(name));
     for (number, triangle) in triangles.iter().enumerate() {
         let first = mesh.vertices.len() as u32;
@@ -148,7 +148,7 @@ fn point(size: f32) -> impl Strategy<Value = Vec3> {
     (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vec3::new(x, y, z))
 }
 
-/// On a grid, so that coplanar, collinear and touching ones are frequent.
+/// On a grid: coplanar, collinear and touching ones are frequent.
 fn grid_point() -> impl Strategy<Value = Vec3> {
     (-3i8..4, -3i8..4, -3i8..4)
         .prop_map(|(x, y, z)| Vec3::new(f32::from(x), f32::from(y), f32::from(z)))
@@ -182,7 +182,7 @@ fn config() -> ProptestConfig {
 }
 
 #[test]
-fn soups_end_well() {
+fn triangle_soups_give_valid_updates() {
     let paths = Cell::new(0);
     proptest!(config(), |(soup in triangles(point(10.0).boxed(), 60), a in point(12.0), b in point(12.0))| {
         paths.set(paths.get() + hold(&mesh_of(&soup), &[a, b, on_surface(soup[0])[0]], b)?);
@@ -191,7 +191,7 @@ fn soups_end_well() {
 }
 
 #[test]
-fn soups_on_a_grid_end_well() {
+fn triangle_soups_on_a_grid_give_valid_updates() {
     let paths = Cell::new(0);
     proptest!(config(), |(soup in triangles(grid_point().boxed(), 60), a in grid_point(), b in grid_point())| {
         paths.set(paths.get() + hold(&mesh_of(&soup), &[a, b, on_surface(soup[0])[2]], b)?);
@@ -200,7 +200,7 @@ fn soups_on_a_grid_end_well() {
 }
 
 #[test]
-fn one_triangle_ends_well() {
+fn one_triangle_gives_valid_updates() {
     let paths = Cell::new(0);
     proptest!(config(), |(triangle in triangles(point(1.0).boxed(), 2), a in point(2.0))| {
         for listener in on_surface(triangle[0]).into_iter().chain([a]) {
@@ -211,7 +211,7 @@ fn one_triangle_ends_well() {
 }
 
 #[test]
-fn ten_kilometres_end_well() {
+fn ten_kilometres_give_valid_updates() {
     let paths = Cell::new(0);
     proptest!(config(), |(soup in triangles(point(5000.0).boxed(), 30), a in point(5000.0), b in point(5000.0))| {
         let mut all = soup;
@@ -223,60 +223,60 @@ fn ten_kilometres_end_well() {
 }
 
 #[test]
-fn parts_that_move_end_well() {
+fn moving_parts_give_valid_updates() {
     let paths = Cell::new(0);
-    proptest!(config(), |(soup in triangles(prop_oneof![grid_point(), point(2.0)].boxed(), 24), (a, b) in (point(4.0), point(4.0)), way in prop::collection::vec(prop_oneof![grid_point(), point(4.0)], 2..5))| {
-        // Through the walls, over the listener, and into a corner; what stays is a room, what moves is a heap.
+    proptest!(config(), |(soup in triangles(prop_oneof![grid_point(), point(2.0)].boxed(), 24), (a, b) in (point(4.0), point(4.0)), walk in prop::collection::vec(prop_oneof![grid_point(), point(4.0)], 2..5))| {
+        // Through the walls, over the listener, and into a corner; a room is fixed, a soup of triangles moves.
         let (room, heap) = (mesh_of(&shell(Vec3::new(8.0, 3.0, 6.0))), mesh_of(&soup));
-        let mut places = way;
-        places.extend([a, b, Vec3::new(4.0, 1.5, 3.0), Vec3::new(1e5, 0.0, -1e5)]);
-        let sources = [b, a, places[0] + on_surface(soup[0])[0]];
-        paths.set(paths.get() + hold_moving(&room, &heap, &places, &sources, a)?);
-        // The heap stays, the room moves about it.
-        paths.set(paths.get() + hold_moving(&heap, &room, &places, &sources, b)?);
+        let mut positions = walk;
+        positions.extend([a, b, Vec3::new(4.0, 1.5, 3.0), Vec3::new(1e5, 0.0, -1e5)]);
+        let sources = [b, a, positions[0] + on_surface(soup[0])[0]];
+        paths.set(paths.get() + hold_moving(&room, &heap, &positions, &sources, a)?);
+        // The soup is fixed, the room moves about it.
+        paths.set(paths.get() + hold_moving(&heap, &room, &positions, &sources, b)?);
     });
     assert!(paths.get() > 0, "no mesh has a path");
 }
 
 #[test]
-fn slivers_and_needles_end_well() {
+fn slivers_and_needles_give_valid_updates() {
     let paths = Cell::new(0);
     proptest!(config(), |((a, b) in (point(6.0), point(6.0)), thin in prop::collection::vec((point(5.0), point(5.0), -8i32..-2), 1..24))| {
-        // Down to a few units in the last place, so that some have no area left and no plane worth the name.
+        // Down to a few units in the last place: some have no area left and no usable plane.
         let needle = |&(from, to, exponent): &(Vec3, Vec3, i32)| {
             [from, to, to + 10f32.powi(exponent) * (to - from).any_orthogonal_vector()]
         };
         let mut all: Vec<[Vec3; 3]> = thin.iter().map(needle).collect();
-        let places = on_surface(all[0]);
+        let positions = on_surface(all[0]);
         all.extend(shell(Vec3::splat(10.0)));
-        paths.set(paths.get() + hold(&mesh_of(&all), &[a, places[0], places[1]], b)?);
-        paths.set(paths.get() + hold(&mesh_of(&all), &[a, b], places[2])?);
+        paths.set(paths.get() + hold(&mesh_of(&all), &[a, positions[0], positions[1]], b)?);
+        paths.set(paths.get() + hold(&mesh_of(&all), &[a, b], positions[2])?);
     });
     assert!(paths.get() > 0, "no mesh has a path");
 }
 
 #[test]
-fn inside_out_twice_and_in_the_walls() {
+fn inverted_and_doubled_meshes_and_points_in_walls_give_valid_updates() {
     let paths = Cell::new(0);
-    proptest!(config(), |(x in 1.0f32..20.0, y in 1.0f32..6.0, place in point(10.0))| {
+    proptest!(config(), |(x in 1.0f32..20.0, y in 1.0f32..6.0, position in point(10.0))| {
         let inside: Vec<[Vec3; 3]> = shell(Vec3::new(x, y, 5.0));
         let outside: Vec<[Vec3; 3]> = inside.iter().map(|&[a, b, c]| [a, c, b]).collect();
         let twice: Vec<[Vec3; 3]> = inside.iter().chain(&outside).chain(&inside).copied().collect();
         let wall = Vec3::new(0.5 * x, 0.0, 0.0);
         for mesh in [&inside, &outside, &twice] {
             let mesh = mesh_of(mesh);
-            paths.set(paths.get() + hold(&mesh, &[Vec3::ZERO, place, wall], wall)?);
+            paths.set(paths.get() + hold(&mesh, &[Vec3::ZERO, position, wall], wall)?);
             paths.set(paths.get() + hold(&mesh, &[wall, Vec3::new(0.5 * x, 0.5 * y, 2.5)], Vec3::ZERO)?);
-            paths.set(paths.get() + hold(&mesh, &[place], place)?);
+            paths.set(paths.get() + hold(&mesh, &[position], position)?);
         }
     });
     assert!(paths.get() > 0, "no mesh has a path");
 }
 
-/// Planes that all but coincide, as modellers leave them: a wall a hair in front of another, at every distance from none to
-/// a centimetre.
+/// Nearly coincident planes, as modellers leave them: a wall in front of another, at distances from zero to a
+/// centimetre.
 #[test]
-fn walls_a_hair_apart_end_well() {
+fn nearly_coincident_walls_give_valid_updates() {
     let room = shell(Vec3::new(6.0, 3.0, 5.0));
     for exponent in [-9, -7, -6, -5, -4, -3, -2] {
         let gap = 10f32.powi(exponent);
@@ -292,18 +292,18 @@ fn walls_a_hair_apart_end_well() {
 }
 
 #[test]
-fn numbers_that_are_none_end_well() {
+fn non_finite_positions_give_valid_updates() {
     let mesh = procedural::shoebox(Vec3::new(4.0, 3.0, 5.0), "concrete");
     for odd in [Vec3::NAN, Vec3::INFINITY, Vec3::splat(f32::MAX)] {
         let mut propagator = propagator(commit(&mesh).expect("commits"));
         let mut set = PathSet::default();
-        // First the source, then the listener stands nowhere.
+        // First the source, then the listener is at a position that is not finite.
         for (source, listener) in [(odd, Vec3::ONE), (Vec3::ONE, odd)] {
             propagator.update(&ear(listener), &poses(&[source]), 0.0, &mut set);
             assert!(set.paths.is_empty(), "{odd}");
             check(&set).unwrap_or_else(|error| panic!("{odd}: {error}"));
         }
-        // The same propagator goes on where both have a position.
+        // The same propagator continues with finite positions of both.
         propagator.update(&ear(Vec3::ONE), &poses(&[Vec3::splat(1.5)]), 0.0, &mut set);
         assert!(set.paths.len() > 6, "{odd}");
     }

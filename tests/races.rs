@@ -33,7 +33,9 @@ fn small() -> EngineSettings {
     settings.generation.max_voices = 32;
     settings.generation.fine_voices = 8;
     settings.generation.max_delay_s = 0.05;
-    settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head")));
+    settings.hrtf = Some(Arc::new(
+        Hrtf::omnidirectional(16_000).expect("an HRTF set"),
+    ));
     settings.propagation.guide_rays = 16;
     settings.propagation.source_rays = 8;
     settings.block_frames = 64;
@@ -218,7 +220,7 @@ fn tick(controller: &mut Controller, renderer: &mut Renderer) -> f32 {
 #[test]
 fn propagation_starts_and_stops_ten_thousand_times() {
     let (mut controller, mut renderer) = Engine::new(small()).expect("an engine");
-    let id = controller.add_source(Vec3::ONE).expect("a place");
+    let id = controller.add_source(Vec3::ONE).expect("a slot");
     controller.play(id, hum(), true).expect("is there");
     let before = threads();
     for round in 0..5000 {
@@ -246,7 +248,7 @@ fn propagation_starts_and_stops_ten_thousand_times() {
 }
 
 #[test]
-fn a_thousand_engines_leave_nothing_behind() {
+fn a_thousand_engines_release_their_scene_and_clip() {
     let scene = Scene::commit(
         &room(4.0),
         &MaterialTable::built_in(),
@@ -256,7 +258,7 @@ fn a_thousand_engines_leave_nothing_behind() {
     for number in 0..1000 {
         let (mut controller, mut renderer) = Engine::new(small()).expect("an engine");
         controller.set_scene(Arc::clone(&scene)).expect("taken");
-        let id = controller.add_source(Vec3::ONE).expect("a place");
+        let id = controller.add_source(Vec3::ONE).expect("a slot");
         controller.play(id, Arc::clone(&clip), true).expect("there");
         match number % 3 {
             0 => drop(tick(&mut controller, &mut renderer)),
@@ -298,13 +300,13 @@ fn killer(_: u64) {
 /// Propagation panics repeatedly, in both schedules and while scenes are replaced and built; each time sound continues, the
 /// state reports it, and a restart brings updates back.
 #[test]
-fn propagation_that_is_killed_comes_back_every_time() {
+fn propagation_restarts_after_every_panic() {
     for schedule in [EngineSchedule::Asynchronous, EngineSchedule::Synchronous] {
         let mut settings = small();
         settings.schedule = schedule;
         settings.before_update = Some(killer);
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
-        let id = controller.add_source(Vec3::ONE).expect("a place");
+        let id = controller.add_source(Vec3::ONE).expect("a slot");
         controller.play(id, hum(), true).expect("is there");
         for round in 0..20 {
             let table = MaterialTable::built_in();
@@ -331,7 +333,7 @@ fn propagation_that_is_killed_comes_back_every_time() {
 
 /// The thread that renders panics; the engine reports the missing renderer, and another engine works.
 #[test]
-fn a_device_whose_callback_dies_takes_nothing_along() {
+fn a_panic_in_a_device_callback_leaves_other_engines_working() {
     for _ in 0..20 {
         let (mut controller, mut renderer) = Engine::new(small()).expect("an engine");
         let mut calls = 0;

@@ -1,5 +1,5 @@
-//! What source rays found is true until the source or the scene is another one: casting them again changes no bit, and
-//! whatever they depend on has them cast again.
+//! Cached hits of source rays are valid until the source or the scene changes: casting again changes no bit, and every
+//! change of a dependency discards them.
 
 #[path = "reference/plain_update.rs"]
 #[expect(unreachable_pub, reason = "the oracle is shared by test crates")]
@@ -35,10 +35,10 @@ fn ear(scene: &procedural::BenchmarkScene, update: u32) -> ListenerPose {
     }
 }
 
-/// An update with remembered rays has the bits of the plain way, which casts all of them: at rest, when a source moves,
-/// when a part comes, moves, rests and goes, and when a scene takes the place of another.
+/// An update with cached rays has the bits of the reference, which casts all of them: at rest, when a source moves, when
+/// a part is added, moves, rests and is removed, and when a scene replaces another.
 #[test]
-fn an_update_that_remembers_has_the_bits_of_one_that_does_not() {
+fn an_update_with_cached_rays_has_the_bits_of_one_without() {
     let (benchmark, scene) = doorway();
     let settings = PropagationSettings {
         guide_rays: 256,
@@ -47,8 +47,8 @@ fn an_update_that_remembers_has_the_bits_of_one_that_does_not() {
     };
     let mut fast = Propagator::new(Arc::clone(&scene), settings).expect("settings");
     let mut plain = PlainPropagator::new(scene, settings);
-    let places = benchmark.sources.iter().take(2).enumerate();
-    let mut sources: Vec<SourcePose> = places
+    let positions = benchmark.sources.iter().take(2).enumerate();
+    let mut sources: Vec<SourcePose> = positions
         .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect();
     let mesh = procedural::shoebox(Vec3::new(0.9, 2.0, 0.05), "wood_panel");
@@ -72,14 +72,14 @@ fn an_update_that_remembers_has_the_bits_of_one_that_does_not() {
                     door = scene.add_instance(Arc::clone(&part), &new).expect("one");
                 }
             }
-            // Touched and left as it was.
+            // Set again to the same pose.
             60 => assert_eq!(fast.scene_mut().set_instance_poses(&[pose(door, 0.2)]), 0),
             64 => {
                 for scene in [fast.scene_mut(), plain.scene_mut()] {
                     assert_eq!(scene.set_instance_poses(&[pose(door, 0.9)]), 1);
                 }
             }
-            // The scene as it was without the door.
+            // The scene from before the door was added.
             82 => {
                 let before = before.take().expect("was kept");
                 *plain.scene_mut() = before.clone();
@@ -102,7 +102,7 @@ fn an_update_that_remembers_has_the_bits_of_one_that_does_not() {
     for (all, none) in [
         (0..16, 16..24),
         (40..56, 56..64),
-        // In 80 the listener leaps back, and all bounces are looked at again.
+        // In update 80 the listener jumps back, and all bounces are visited again.
         (64..80, 81..82),
         (82..98, 98..112),
     ] {
@@ -112,11 +112,11 @@ fn an_update_that_remembers_has_the_bits_of_one_that_does_not() {
     }
 }
 
-/// A door that swings in a hall touches few rays: they are not cast again while it does. Other bounces stand for them all
-/// when one ray is another, so the tail may differ as much as one choice does from another (0.6 dB were seen, and 5 % of
-/// its decay, which eight rays a rotation tell). When the door has rested, the bits are those of the plain way.
+/// A swinging door in a hall intersects few rays: they are not cast again while it swings. Other bounces represent them
+/// all when one ray differs, so the late reverb may differ as much as between two random choices (0.6 dB were seen, and
+/// 5 % of its decay, which eight rays a rotation estimate). When the door has rested, the bits are the reference's.
 #[test]
-fn a_small_part_on_its_way_has_few_rays_cast_again() {
+fn a_small_moving_part_has_few_rays_cast_again() {
     let mesh = procedural::shoebox(Vec3::new(30.0, 9.0, 20.0), "plaster");
     let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default());
     let scene = Arc::new(scene.expect("commits"));
@@ -142,12 +142,12 @@ fn a_small_part_on_its_way_has_few_rays_cast_again() {
     let sources = [Vec3::new(9.0, 1.5, 6.0), Vec3::new(20.0, 2.0, 15.0)];
     let sources: Vec<SourcePose> = (0..)
         .zip(sources)
-        .map(|(slot, place)| SourcePose::at(SourceId::new(slot, 0), place))
+        .map(|(slot, position)| SourcePose::at(SourceId::new(slot, 0), position))
         .collect();
     let (mut set, mut rays) = (PathSet::default(), Vec::new());
     let (moves, rests) = (20..60, 60 + 2 * 16);
     for update in 0..100 {
-        // As an app moves it whose frames last two updates.
+        // As an app with frames of two updates moves it.
         if moves.contains(&update) && update % 2 == 0 {
             for scene in [fast.scene_mut(), plain.scene_mut()] {
                 let turned = pose(door, 0.03 * (update - 19) as f32);
@@ -188,9 +188,9 @@ fn a_small_part_on_its_way_has_few_rays_cast_again() {
     assert!(moving + 2 * 128 * 4 < all, "{moving} rays, {all} at first");
 }
 
-/// Everything that a rotation's rays depend on has them cast again.
+/// Every dependency of a rotation's rays has them cast again.
 #[test]
-fn whatever_rays_depend_on_has_them_cast_again() {
+fn a_change_of_any_dependency_has_rays_cast_again() {
     let (benchmark, scene) = doorway();
     let origin = scene.to_local(benchmark.sources[0].1);
     let listener = scene.to_local(benchmark.walk.from);
@@ -269,10 +269,10 @@ fn whatever_rays_depend_on_has_them_cast_again() {
     }
 }
 
-/// Where rays went in the fixed scene is kept while parts move: rays among them find what they would without it, and another
-/// fixed scene has another way.
+/// Hits in the fixed scene are cached while parts move: rays among parts find the same hits as without the cache, and
+/// another fixed scene has other hits.
 #[test]
-fn rays_among_parts_find_what_they_would_at_first() {
+fn cached_rays_among_parts_find_the_same_hits_as_new_ones() {
     let commit = |size: Vec3, material: &str| {
         let mesh = procedural::shoebox(size, material);
         Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())
@@ -323,7 +323,7 @@ fn rays_among_parts_find_what_they_would_at_first() {
                 depth: 4,
                 seed: 1,
                 scene_state: state,
-                // So that none stay.
+                // All of them change.
                 poses_since: state,
                 fixed_since: 10 * turn as u64,
             };

@@ -31,7 +31,7 @@ fn render(settings: OfflineSettings, frames: u32, listener: impl Fn(f64) -> Vec3
     let doorway = procedural::doorway();
     let table = MaterialTable::built_in();
     let scene = Scene::commit(&doorway.mesh, &table, &SceneSettings::default()).expect("commits");
-    let hrtf = Arc::new(Hrtf::builtin(settings.generation.rate_hz).expect("a head"));
+    let hrtf = Arc::new(Hrtf::builtin(settings.generation.rate_hz).expect("an HRTF set"));
     let mut renderer = OfflineRenderer::new(Arc::new(scene), hrtf, settings).expect("settings");
     let mut poses = Poses::default();
     for (slot, (_, position)) in doorway.sources.iter().take(3).enumerate() {
@@ -60,7 +60,7 @@ fn render(settings: OfflineSettings, frames: u32, listener: impl Fn(f64) -> Vec3
     output
 }
 
-fn standing(_: f64) -> Vec3 {
+fn at_rest(_: f64) -> Vec3 {
     procedural::doorway().walk.standing
 }
 
@@ -88,15 +88,15 @@ fn late_updates_begin_with_frame_one() {
     let doorway = procedural::doorway();
     let table = MaterialTable::built_in();
     let scene = Scene::commit(&doorway.mesh, &table, &SceneSettings::default()).expect("commits");
-    let hrtf = Arc::new(Hrtf::builtin(44_100).expect("a head"));
-    let mut wanted = settings(ASYNCHRONOUS);
-    wanted.generation.rate_hz = 44_100;
-    let mut renderer = OfflineRenderer::new(Arc::new(scene), hrtf, wanted).expect("settings");
-    let place = |frame: u32| doorway.walk.from + Vec3::Y * 0.01 * frame as f32;
+    let hrtf = Arc::new(Hrtf::builtin(44_100).expect("an HRTF set"));
+    let mut settings = settings(ASYNCHRONOUS);
+    settings.generation.rate_hz = 44_100;
+    let mut renderer = OfflineRenderer::new(Arc::new(scene), hrtf, settings).expect("settings");
+    let position = |frame: u32| doorway.walk.from + Vec3::Y * 0.01 * frame as f32;
     for frame in 0..30 {
         let poses = Poses {
             listener: ListenerPose {
-                position: place(frame),
+                position: position(frame),
                 ..ListenerPose::default()
             },
             sources: vec![SourcePose::at(SourceId::default(), doorway.sources[0].1)],
@@ -109,17 +109,17 @@ fn late_updates_begin_with_frame_one() {
             0..7 => 0,
             _ => (frame - 7) / 6 * 6 + 1,
         };
-        assert_eq!(renderer.paths().listener.position, place(of), "{frame}");
+        assert_eq!(renderer.paths().listener.position, position(of), "{frame}");
     }
 }
 
 #[test]
-fn a_standing_listener_hears_both_schedules_alike() {
+fn a_listener_at_rest_hears_both_schedules_alike() {
     for rate_hz in [44_100, 48_000] {
         let with = |schedule| {
             let mut settings = settings(schedule);
             settings.generation.rate_hz = rate_hz;
-            render(settings, 40, standing)
+            render(settings, 40, at_rest)
         };
         let (synchronous, asynchronous) = (with(Schedule::Synchronous), with(ASYNCHRONOUS));
         assert!(synchronous.iter().any(|s| s.abs() > 1e-3));
@@ -129,7 +129,7 @@ fn a_standing_listener_hears_both_schedules_alike() {
 }
 
 #[test]
-fn an_update_in_every_frame_is_the_synchronous_schedule() {
+fn an_update_in_every_frame_equals_the_synchronous_schedule() {
     let every = Schedule::Asynchronous {
         extrapolation_level: 0,
         latency: Latency::None,
@@ -147,7 +147,7 @@ fn a_walking_listener_hears_the_difference() {
     let figure = snr_db(&synchronous, &asynchronous);
     assert!(
         figure > -10.0 && figure < 60.0,
-        "{figure} dB: the schedules are alike or strangers"
+        "{figure} dB: the schedules are equal or unrelated"
     );
 }
 
@@ -160,7 +160,7 @@ fn the_same_input_gives_the_same_bits() {
 }
 
 #[test]
-fn the_block_size_changes_nothing_that_can_be_heard() {
+fn the_block_size_changes_nothing_audible() {
     let reference = render(settings(ASYNCHRONOUS), 20, walking);
     for block_frames in [32, 77, 4096] {
         let mut blocks = settings(ASYNCHRONOUS);
@@ -178,7 +178,7 @@ fn settings_out_of_range_are_refused_by_name() {
     let scene = Scene::commit(&doorway.mesh, &table, &SceneSettings::default()).expect("commits");
     let (scene, hrtf) = (
         Arc::new(scene),
-        Arc::new(Hrtf::builtin(44_100).expect("a head")),
+        Arc::new(Hrtf::builtin(44_100).expect("an HRTF set")),
     );
     let endless = Schedule::Asynchronous {
         extrapolation_level: 100_000,

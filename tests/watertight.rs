@@ -34,7 +34,7 @@ fn trees(bvh: &Bvh) -> Vec<Bvh> {
         .collect()
 }
 
-/// In how many trees a ray meets nothing.
+/// Number of trees in which a ray hits nothing.
 fn misses(trees: &[Bvh], ray: &Ray) -> u32 {
     let missed = |tree: &&Bvh| tree.closest_hit(ray, [NO_GROUP; 2]).is_none();
     trees.iter().filter(missed).count() as u32
@@ -48,7 +48,7 @@ fn a_million_rays_stay_in_the_hall() {
     let walk = procedural::concert_hall().walk;
     let mut leaks = 0;
     for i in 0..1_000_000u64 {
-        // From places along the walk, which are inside for certain.
+        // From points along the walk, which are inside for certain.
         let from = walk.from.lerp(walk.to, draw(2 * i));
         let ray = Ray::new(
             scene.to_local(from).as_vec3(),
@@ -85,7 +85,7 @@ fn rays_aimed_at_edges_and_vertices_do_not_slip_through() {
     assert_eq!(leaks, [0, 0], "at edges and at vertices, seed {SEED}");
 }
 
-/// Aims from places at shared edges, at vertices and along axes, and counts what passes: at edges, at vertices.
+/// Casts rays at shared edges, at vertices and along axes, and counts misses: at edges, at vertices.
 fn leaks(bvh: &Bvh, rays: u64, from: impl Fn(u64) -> Vec3) -> [u32; 2] {
     let triangles: Vec<[Vec3; 3]> = bvh.triangles().map(|(corners, ..)| corners).collect();
     let trees = trees(bvh);
@@ -105,8 +105,8 @@ fn rays_aimed_at_the_halls_edges_and_vertices_hit() {
     let scene = hall();
     let walk = procedural::concert_hall().walk;
     let from = |i: u64| {
-        let place = walk.from.lerp(walk.to, draw(7 * i + 2));
-        scene.to_local(place).as_vec3()
+        let origin = walk.from.lerp(walk.to, draw(7 * i + 2));
+        scene.to_local(origin).as_vec3()
     };
     assert_eq!(leaks(scene.bvh(), 200_000, from), [0, 0], "seed {SEED}");
 }
@@ -207,7 +207,7 @@ fn subdivide(vertices: &[Vec3], triangles: &[[u32; 3]], times: u32) -> (Vec<Vec3
 }
 
 #[test]
-fn the_tree_answers_as_brute_force_does() {
+fn the_tree_agrees_with_brute_force() {
     let scene = hall();
     let triangles: Vec<[Vec3; 3]> = scene
         .triangles()
@@ -247,7 +247,7 @@ fn the_tree_answers_as_brute_force_does() {
 }
 
 #[test]
-fn rays_that_are_none_hit_nothing() {
+fn non_finite_rays_hit_nothing() {
     let scene = hall();
     let none = [
         Ray::new(Vec3::NAN, Vec3::X),
@@ -270,8 +270,8 @@ fn rays_that_are_none_hit_nothing() {
 }
 
 #[test]
-fn ten_thousand_collinear_triangles_do_not_overflow_the_walk() {
-    // Trees of these are as deep as they are long unless the builder is watched.
+fn ten_thousand_collinear_triangles_do_not_overflow_the_stack() {
+    // Trees of these are as deep as they are long unless the builder bounds the depth.
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
     for i in 0..10_000u32 {

@@ -1,4 +1,4 @@
-//! Rooms, parts that move in them, and whether what is heard of two scenes is the same.
+//! Rooms, moving parts, and the comparison of the paths of two scenes.
 
 use std::sync::Arc;
 
@@ -20,20 +20,20 @@ pub(crate) fn commit(mesh: &TriangleMesh) -> Arc<Scene> {
     Arc::new(Scene::commit(mesh, &MaterialTable::built_in(), &settings).expect("commits"))
 }
 
-/// A box from one corner to the other, in coordinates of its own.
+/// A box from one corner to the other, in its own coordinates.
 pub(crate) fn block(low: Vec3, high: Vec3) -> TriangleMesh {
     let mut mesh = procedural::shoebox(high - low, "wood_panel");
     for vertex in &mut mesh.vertices {
         *vertex += low;
     }
-    // A shoebox looks inward.
+    // A shoebox faces inward.
     for triangle in &mut mesh.triangles {
         triangle.swap(1, 2);
     }
     mesh
 }
 
-/// A door of 0.90 × 2.04 × 0.05 m, hinged on the y axis, 3 cm clear of whatever it hangs on.
+/// A door of 0.90 × 2.04 × 0.05 m, hinged on the y axis, 3 cm clear of its frame.
 pub(crate) fn door() -> TriangleMesh {
     block(Vec3::new(0.03, 0.03, -0.08), Vec3::new(0.93, 2.07, -0.03))
 }
@@ -47,7 +47,7 @@ pub(crate) fn swung(id: InstanceId, degrees: f32) -> InstancePose {
     }
 }
 
-/// A mesh with another one in it, turned and moved.
+/// A mesh with another one added, rotated and translated.
 pub(crate) fn joined(
     fixed: &TriangleMesh,
     part: &TriangleMesh,
@@ -60,8 +60,8 @@ pub(crate) fn joined(
     mesh.vertices.extend(part.vertices.iter().map(there));
     for (triangle, &material) in part.triangles.iter().zip(&part.triangle_materials) {
         let name = &part.material_names[material as usize];
-        let known = mesh.material_names.iter().position(|n| n == name);
-        let number = known.unwrap_or_else(|| {
+        let found = mesh.material_names.iter().position(|n| n == name);
+        let number = found.unwrap_or_else(|| {
             mesh.material_names.push(name.clone());
             mesh.material_names.len() - 1
         });
@@ -83,7 +83,7 @@ pub(crate) fn ear(position: Vec3) -> ListenerPose {
 }
 
 /// Whether two paths are one, computed twice: lengths to a tenth of a millimetre, points and images to a millimetre
-/// (`f32` corners 16 m from the centre, mirrored twice), amplitudes to a thousandth and a hair of the loudest band's.
+/// (`f32` corners 16 m from the centre, mirrored twice), amplitudes to a thousandth plus a margin of the loudest band's.
 pub(crate) fn same(a: &Path, b: &Path) -> bool {
     let near = |(p, q): (&Vec3, &Vec3)| p.distance(*q) < 1e-3;
     let loudest = a.amplitude.iter().fold(0.0f32, |most, a| most.max(a.abs()));
@@ -93,7 +93,7 @@ pub(crate) fn same(a: &Path, b: &Path) -> bool {
         && near((&a.image, &b.image))
         && a.points().iter().zip(b.points()).all(near)
         && (0..BANDS).all(|k| {
-            // Where a bent wave changes sign a band is the small difference of larger parts: the rounding of corners
+            // Where a diffracted wave changes sign a band is the small difference of larger parts: the rounding of corners
             // (1e-6 m) moves an angle half a metre from its edge by some 2e-6, its wave by four times that, the share of
             // it that fades by six times that, and its sign by four times that: 2e-4 of the wave.
             let bound = 1e-3 * a.amplitude[k].abs() + 2e-4 * loudest + 1e-6;
@@ -106,7 +106,7 @@ pub(crate) fn without(paths: &[Path], others: &[Path]) -> Vec<Path> {
     new.copied().collect()
 }
 
-/// Whether an edge or surface is an instance's.
+/// Whether an edge or surface belongs to an instance.
 pub(crate) fn moves(number: &u32) -> bool {
     number >> 31 == 1
 }

@@ -126,7 +126,7 @@ fn least_squares(matrix: &[Vec<Pair>], right: &[Pair]) -> Vec<Pair> {
             }
         }
     }
-    // Hermitian and positive, so no row has to change places.
+    // Hermitian and positive definite: no pivoting.
     for i in 0..n {
         let (above, below) = system.split_at_mut(i + 1);
         let pivot = &above[i];

@@ -1,5 +1,5 @@
-//! Oracle: every sequence of planes up to an order, by backtracking, in `f64`. Knows neither rays nor canonical forms:
-//! of all orders of a sequence at most one leads through the figures of its planes.
+//! Oracle: every sequence of planes up to an order, by backtracking, in `f64`. Uses neither rays nor canonical forms: of
+//! all orders of a sequence at most one has its points inside the polygons of its planes.
 
 use glam::{DVec3, Vec3};
 
@@ -12,7 +12,7 @@ pub struct Plane {
     triangles: Vec<[DVec3; 3]>,
 }
 
-/// A path that exists if nothing stands in its way.
+/// A path that exists if nothing obstructs it.
 pub struct Reflected {
     /// Planes from source to listener.
     pub planes: Vec<usize>,
@@ -70,7 +70,7 @@ impl Plane {
     }
 }
 
-/// All paths of orders 1 to `order` between two points that nothing blocks, as `is_free` says of each leg.
+/// All unobstructed paths of orders 1 to `order` between two points; `is_free` tests each leg.
 pub fn paths(
     planes: &[Plane],
     source: DVec3,
@@ -158,7 +158,7 @@ impl Search<'_> {
 }
 
 #[test]
-fn a_box_has_the_images_that_the_closed_form_counts() {
+fn a_box_has_as_many_images_as_the_closed_form() {
     let size = Vec3::new(5.0, 3.0, 4.0);
     let mesh = foresound_box(size);
     let planes = planes(&mesh);

@@ -1,4 +1,4 @@
-//! Generators and their fare for the tests of the generation stage.
+//! Generators and their input for the tests of the generation stage.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -105,7 +105,7 @@ pub fn energy(signal: &[f32]) -> f64 {
     signal.iter().map(|&s| f64::from(s).powi(2)).sum()
 }
 
-/// Two sources, several moving paths, head and tail.
+/// Two sources, several moving paths, HRTF and late reverb.
 pub fn busy(k: u32) -> FramePaths {
     let t = f64::from(k);
     let mut paths: Vec<FramePath> = (0..9u64)

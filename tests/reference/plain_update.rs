@@ -1,6 +1,6 @@
-//! Oracle: an update in the plainest way. Every candidate of every source is unfolded and cast in full, on lists that are
-//! searched from end to end; canonical forms are the least of all orders that swaps of neighbours reach. Shared with the
-//! library: rays, the late estimator, diffraction, and the amplitude of a path, which have oracles of their own.
+//! Oracle: an unoptimised update. Every candidate of every source is unfolded and cast in full, with linear searches of
+//! lists; canonical forms are the least of all orders reachable by swaps of neighbours. Shared with the library: rays,
+//! the late estimator, diffraction, and the amplitude of a path, which have oracles of their own.
 
 use std::sync::Arc;
 
@@ -24,25 +24,25 @@ use glam::DVec3;
 use foresound::scene::edges::DiffractingEdges;
 use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
-struct Memory {
+struct SourceState {
     id: SourceId,
     late: LateEstimator,
     cache: Vec<(Sequence, u64)>,
-    place: Option<DVec3>,
+    position: Option<DVec3>,
     origins: [Option<DVec3>; ROTATIONS as usize],
 }
 
-/// A propagator without a care for time.
+/// A propagator without optimisation.
 pub struct PlainPropagator {
     scene: Arc<Scene>,
     settings: PropagationSettings,
     update: u64,
-    memories: Vec<Memory>,
-    /// Sequences that guide rays met and the update in which they last did, the newest first.
+    states: Vec<SourceState>,
+    /// Sequences hit by guide rays and the update of their last hit, the newest first.
     history: Vec<(Sequence, u64)>,
 }
 
-/// Candidates up to which an update adds sequences that its rays did not meet.
+/// Candidates up to which an update adds sequences that its rays did not hit.
 const CANDIDATES: usize = 1024;
 
 impl PlainPropagator {
@@ -51,7 +51,7 @@ impl PlainPropagator {
             scene,
             settings,
             update: 0,
-            memories: Vec::new(),
+            states: Vec::new(),
             history: Vec::new(),
         }
     }
@@ -62,8 +62,8 @@ impl PlainPropagator {
 
     pub fn update(&mut self, listener: &ListenerPose, sources: &[SourcePose]) -> PathSet {
         let guide = self.guide(listener);
-        self.memories
-            .retain(|memory| sources.iter().any(|pose| pose.id == memory.id));
+        self.states
+            .retain(|state| sources.iter().any(|pose| pose.id == state.id));
         let mut result = PathSet {
             update: self.update,
             listener: *listener,
@@ -117,8 +117,8 @@ impl PlainPropagator {
         found
     }
 
-    /// Fills the candidates up: each with one of the 32 largest surfaces of single reflections in front, pairs first, then
-    /// longer ones from where this update's turn begins.
+    /// Adds candidates: each is one of the 32 largest surfaces of single reflections prepended to a sequence, pairs first, then
+    /// longer ones from this update's start index.
     fn expand(&self, candidates: &mut Vec<Sequence>) {
         let scene = &*self.scene;
         let singles = candidates.iter().filter(|sequence| sequence.len() == 1);
@@ -162,22 +162,22 @@ impl PlainPropagator {
             scene.to_local(listener.position),
             scene.to_local(pose.position),
         );
-        if !self.memories.iter().any(|memory| memory.id == pose.id) {
-            self.memories.push(Memory {
+        if !self.states.iter().any(|state| state.id == pose.id) {
+            self.states.push(SourceState {
                 id: pose.id,
                 late: LateEstimator::default(),
                 cache: Vec::new(),
-                place: None,
+                position: None,
                 origins: [None; ROTATIONS as usize],
             });
         }
-        let memory = self.memories.iter_mut().find(|memory| memory.id == pose.id);
-        let memory = memory.expect("just made");
+        let state = self.states.iter_mut().find(|state| state.id == pose.id);
+        let state = state.expect("just made");
         let own_seed = mix(u64::from(pose.id.bits()));
         let mut viewpoints = VisibilityCells::default();
         viewpoints.renew(&scene, ear.as_vec3(), 0);
-        let moves = memory
-            .place
+        let moves = state
+            .position
             .replace(origin)
             .is_some_and(|last| last != origin);
         let directions = lattice(settings.source_rays);
@@ -200,26 +200,26 @@ impl PlainPropagator {
                 poses_since: 0,
                 fixed_since: 0,
             };
-            let before = memory.origins[rays.rotation as usize].replace(rays.origin);
+            let before = state.origins[rays.rotation as usize].replace(rays.origin);
             let is_new = before != Some(rays.origin);
-            memory.late.invalidate_rays();
-            memory.late.cast_rays(&scene, &rays, &mut scratch, &mut 0);
+            state.late.invalidate_rays();
+            state.late.cast_rays(&scene, &rays, &mut scratch, &mut 0);
             if is_new || !moves {
                 break;
             }
         }
-        memory
+        state
             .late
             .test_visibility(&scene, [origin, ear], &viewpoints, &mut 0);
-        result.late.push(memory.late.estimate(&scene, pose.id));
+        result.late.push(state.late.estimate(&scene, pose.id));
         let mut own = Vec::new();
-        for sequence in memory.late.sequences(update) {
+        for sequence in state.late.sequences(update) {
             if !guide.contains(sequence) {
                 add(&mut own, *sequence);
             }
         }
-        for (sequence, _) in &memory.cache {
-            // What commutes depends on how instances stand now.
+        for (sequence, _) in &state.cache {
+            // Commutation depends on the current poses of instances.
             let sequence = least_order(&scene, sequence.surfaces());
             if !guide.contains(&sequence) {
                 add(&mut own, sequence);
@@ -230,7 +230,7 @@ impl PlainPropagator {
         let min_distance_m = pose
             .settings
             .min_distance_m(f64::from(settings.min_distance_m));
-        // Bent paths are no list to search: the same function, and what it is worth is the law `edge`'s to say.
+        // Diffracted paths use the library's function; the law `edge` tests its accuracy.
         let spot = Endpoints::of(pose, listener.position, f64::from(settings.min_distance_m));
         let paths = &mut result.paths;
         let mut give = |path| paths.push(path);
@@ -271,7 +271,7 @@ impl PlainPropagator {
                 amplitude: amplitude::reflected(&scene, &path, min_distance_m),
             });
         }
-        for (sequence, seen) in &memory.cache {
+        for (sequence, seen) in &state.cache {
             let renewed = valid.iter().any(|(s, _)| s == sequence);
             if !renewed && update - seen < settings.cache_updates {
                 valid.push((*sequence, *seen));
@@ -281,7 +281,7 @@ impl PlainPropagator {
             valid.len() <= settings.cache_capacity,
             "the oracle has no bound"
         );
-        memory.cache = valid;
+        state.cache = valid;
     }
 }
 
@@ -294,17 +294,17 @@ fn add(list: &mut Vec<Sequence>, sequence: Sequence) {
 /// The lexicographically least of all orders that swaps of perpendicular neighbours reach.
 pub fn least_order(scene: &Scene, surfaces: &[u32]) -> Sequence {
     let mut orders = vec![surfaces.to_vec()];
-    let mut place = 0;
-    while place < orders.len() {
+    let mut next = 0;
+    while next < orders.len() {
         for i in 1..surfaces.len() {
-            let mut swapped = orders[place].clone();
+            let mut swapped = orders[next].clone();
             let commutes = commute(scene, swapped[i - 1], swapped[i]);
             swapped.swap(i - 1, i);
             if commutes && !orders.contains(&swapped) {
                 orders.push(swapped);
             }
         }
-        place += 1;
+        next += 1;
     }
     let least = orders.iter().min().expect("at least its own order");
     // Already canonical, so this only changes the type.
@@ -346,10 +346,10 @@ fn descend(scene: &Scene, rest: &[u32], from: DVec3, image: DVec3, path: &mut Im
     }
     let line = image - from;
     let step = path.order;
-    for (place, &index) in rest.iter().enumerate() {
+    for (position, &index) in rest.iter().enumerate() {
         let surface = scene.surface(index);
         let commutes = |&other: &u32| commute(scene, index, other);
-        if !rest[..place].iter().all(commutes) {
+        if !rest[..position].iter().all(commutes) {
             continue;
         }
         let here = surface.distance_m(from);
@@ -366,7 +366,7 @@ fn descend(scene: &Scene, rest: &[u32], from: DVec3, image: DVec3, path: &mut Im
         path.cosines[step] = (surface.normal.dot(line) / line.length()).abs();
         path.order = step + 1;
         let next = surface.mirror(image);
-        let others = [&rest[..place], &rest[place + 1..]].concat();
+        let others = [&rest[..position], &rest[position + 1..]].concat();
         if descend(scene, &others, point, next, path) {
             return true;
         }
@@ -375,13 +375,13 @@ fn descend(scene: &Scene, rest: &[u32], from: DVec3, image: DVec3, path: &mut Im
     false
 }
 
-/// Whether two planes are perpendicular but for 0.006°.
+/// Whether two planes are perpendicular within 0.006°.
 fn commute(scene: &Scene, a: u32, b: u32) -> bool {
     let [a, b] = [a, b].map(|index| scene.surface(index).normal);
     a.dot(b).abs() < 1e-4
 }
 
-/// Whether nothing blocks the legs of a path, whose ends lie in the surfaces that a leg ignores.
+/// Whether nothing blocks the legs of a path; a leg ignores the surfaces of its ends.
 fn is_clear(scene: &Scene, path: &ImagePath, [source, listener]: [DVec3; 2]) -> bool {
     let mut stops = vec![(source, NO_GROUP)];
     let reflections = path.points.into_iter().zip(path.surfaces);

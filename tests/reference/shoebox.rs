@@ -6,7 +6,7 @@
 /// Eight bands.
 pub type Bands = [f64; 8];
 
-/// One image and the path it stands for.
+/// One image and its path.
 #[derive(Debug, Clone)]
 pub struct Image {
     /// Position of the mirrored source.
@@ -17,7 +17,7 @@ pub struct Image {
     pub order: u32,
     /// Length of the path in metres.
     pub length_m: f64,
-    /// Signed pressure ratio re free field at 1 m.
+    /// Signed amplitude re free field at 1 m.
     pub amplitude: Bands,
 }
 
@@ -52,7 +52,7 @@ pub fn images(room: &Room, source: [f64; 3], listener: [f64; 3], max_order: u32)
     result
 }
 
-/// All images whose sound is there before it has gone `radius_m`, of whatever order.
+/// All images, of any order, with a path shorter than `radius_m`.
 pub fn images_within(
     room: &Room,
     source: [f64; 3],
@@ -104,7 +104,7 @@ fn image(
             length - source[axis]
         };
         position[axis] = f64::from(n) * length + inside;
-        // The straight line crosses |n| walls, which alternate; the first is the far one on the way up.
+        // The straight line crosses |n| walls, which alternate; the far one comes first in the positive direction.
         let (first, second) = (n.unsigned_abs().div_ceil(2), n.unsigned_abs() / 2);
         let (low, high) = if n > 0 {
             (second, first)
@@ -141,7 +141,7 @@ pub fn reflection(impedance: f64, cosine: f64) -> f64 {
     (z - 1.0) / (z + 1.0)
 }
 
-/// Root of Paris' formula above its maximum, by the secant-free way: halving the interval in log ζ.
+/// Root of Paris' formula above its maximum, by bisection in log ζ.
 fn impedance(absorption: f64) -> f64 {
     let paris = |z: f64| 8.0 / (z * z) * (1.0 + z - 1.0 / (1.0 + z) - 2.0 * (1.0 + z).ln());
     let (mut low, mut high) = (1.6f64.ln(), 1e6f64.ln());

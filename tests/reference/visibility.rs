@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// Parameter of the first triangle that a ray meets.
+/// Parameter of the first triangle that a ray hits.
 pub fn brute_force_closest(
     triangles: &[[Vec3; 3]],
     origin: DVec3,
@@ -15,7 +15,7 @@ pub fn brute_force_closest(
         .min_by(f64::total_cmp)
 }
 
-/// Whether nothing stands strictly between two points; triangles that `skip` names do not count.
+/// Whether no triangle lies strictly between two points; triangles in `skip` do not count.
 pub fn is_visible(
     triangles: &[[Vec3; 3]],
     from: DVec3,
@@ -39,13 +39,13 @@ fn intersect(triangle: &[Vec3; 3], origin: DVec3, direction: DVec3) -> Option<f6
     let u = s.dot(p) / determinant;
     let q = s.cross(e1);
     let v = direction.dot(q) / determinant;
-    // A hair beyond the edges, so that rounding leaves no gap between neighbours.
+    // A margin beyond the edges: rounding leaves no gap between neighbours.
     let slack = 1e-12;
     (u >= -slack && v >= -slack && u + v <= 1.0 + slack).then(|| e2.dot(q) / determinant)
 }
 
 #[test]
-fn the_oracle_sees_what_is_there() {
+fn the_oracle_finds_a_blocking_triangle() {
     let wall = [
         Vec3::new(1.0, -1.0, -1.0),
         Vec3::new(1.0, 3.0, -1.0),

@@ -35,7 +35,7 @@ impl Wedge {
         (a * a + b * b - 2.0 * a * b * angle.cos() + self.along_m.powi(2)).sqrt()
     }
 
-    /// Straight distance between source and listener, seen or not.
+    /// Straight distance between source and listener, occluded or not.
     pub fn direct_m(&self) -> f64 {
         self.straight_m(self.angles[1] - self.angles[0])
     }
@@ -45,7 +45,7 @@ impl Wedge {
         let [phi0, phi] = self.angles;
         let [r0, r] = self.radii_m;
         let far = self.path_m();
-        // Steps even in ln t, so that a pole close to zero is resolved at every distance.
+        // Steps even in ln t: a pole close to zero is resolved at every distance.
         let (low, high) = (1e-9f64.ln(), (45.0 / wavenumber).sqrt().ln());
         let steps = 3000;
         let width = (high - low) / f64::from(steps);

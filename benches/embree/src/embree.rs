@@ -1,4 +1,4 @@
-//! What is needed of Embree's C interface, versions 3 and 4, opened at run time: no headers, no linking.
+//! The needed part of Embree's C interface, versions 3 and 4, opened at run time: no headers, no linking.
 //!
 //! Scenes are of high build quality, on one thread. Denormal numbers are flushed while rays run, as Embree advises.
 
@@ -9,7 +9,7 @@ use foresound::geometry::Ray;
 use glam::Vec3;
 
 type Handle = *mut c_void;
-type Ask = unsafe extern "C" fn(Handle, Handle, Handle);
+type Query = unsafe extern "C" fn(Handle, Handle, Handle);
 
 const VERSION: c_int = 0;
 const TRIANGLES: c_int = 0;
@@ -31,8 +31,8 @@ pub struct Library {
 /// Triangles to trace.
 pub struct Scene {
     scene: Handle,
-    intersect: Ask,
-    occluded: Ask,
+    intersect: Query,
+    occluded: Query,
     is_third: bool,
 }
 
@@ -48,7 +48,7 @@ struct RayHit {
     id: u32,
     flags: u32,
     normal: [f32; 3],
-    place: [f32; 2],
+    barycentric: [f32; 2],
     triangle: u32,
     geometry: u32,
     instances: [u32; 13],
@@ -110,7 +110,7 @@ impl Library {
         type Buffer =
             unsafe extern "C" fn(Handle, c_int, c_uint, c_int, usize, usize) -> *mut c_void;
         // SAFETY: signatures are those of versions 3 and 4, handles come from the library itself, and buffers are as
-        // large as is asked for.
+        // large as requested.
         unsafe {
             let lib = &self.library;
             let scene =
@@ -141,8 +141,8 @@ impl Library {
             lib.get::<One>(b"rtcCommitScene")?(scene);
             Ok(Scene {
                 scene,
-                intersect: *lib.get::<Ask>(b"rtcIntersect1")?,
-                occluded: *lib.get::<Ask>(b"rtcOccluded1")?,
+                intersect: *lib.get::<Query>(b"rtcIntersect1")?,
+                occluded: *lib.get::<Query>(b"rtcOccluded1")?,
                 is_third: self.version < 40_000,
             })
         }
@@ -150,7 +150,7 @@ impl Library {
 }
 
 impl Scene {
-    /// Asks all rays; how many hit.
+    /// Traces all rays; returns the number of hits.
     pub fn trace(&self, rays: &[Ray], any: bool) -> usize {
         let flushing: u32 = 0x9fc0;
         let mut before: u32 = 0;
@@ -168,7 +168,7 @@ impl Scene {
 
     #[inline(always)]
     fn hits(&self, ray: &Ray, any: bool) -> bool {
-        let mut asked = RayHit {
+        let mut query = RayHit {
             origin: ray.origin.to_array(),
             near: 0.0,
             direction: ray.direction.to_array(),
@@ -178,7 +178,7 @@ impl Scene {
             id: 0,
             flags: 0,
             normal: [0.0; 3],
-            place: [0.0; 2],
+            barycentric: [0.0; 2],
             triangle: u32::MAX,
             geometry: u32::MAX,
             instances: [u32::MAX; 13],
@@ -188,21 +188,21 @@ impl Scene {
             filter: std::ptr::null_mut(),
             instances: [u32::MAX; 8],
         };
-        let ray: Handle = (&raw mut asked).cast();
+        let ray: Handle = (&raw mut query).cast();
         // Version 3 takes scene, context, ray; version 4 scene, ray, arguments.
         let (second, third) = if self.is_third {
             ((&raw mut context).cast(), ray)
         } else {
             (ray, std::ptr::null_mut())
         };
-        let ask = if any { self.occluded } else { self.intersect };
+        let function = if any { self.occluded } else { self.intersect };
         // SAFETY: a committed scene of the library, which stays loaded as long as the program runs, and structures as
         // large as it writes.
-        unsafe { ask(self.scene, second, third) };
+        unsafe { function(self.scene, second, third) };
         if any {
-            asked.far < 0.0
+            query.far < 0.0
         } else {
-            asked.geometry != u32::MAX
+            query.geometry != u32::MAX
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Rays a second of our tree beside Embree's, one ray at a time, on one thread, over the rays that `bench rays --dump`
-//! wrote. How to run it stands in `benches/README.md`.
+//! wrote. `benches/README.md` describes the use.
 //!
-//! Rays go in batches of a thousand, and all tracers take turns at every batch, so that whatever else the machine does
-//! falls on all alike. A tracer's time for a batch is its least.
+//! Rays go in batches of a thousand, and all tracers take turns at every batch: other load on the machine affects all
+//! alike. A tracer's time for a batch is its least.
 
 mod embree;
 
@@ -16,16 +16,16 @@ use glam::Vec3;
 
 const SCENES: [&str; 3] = ["concert_hall", "bootcamp", "angrybot"];
 
-/// Names of sets, and whether any hit is asked for.
+/// Names of sets, and whether they use any-hit queries.
 const SETS: [(&str, bool); 3] = [("guide", false), ("source", false), ("visibility", true)];
 
 /// Rays in a batch.
 const BATCH: usize = 1024;
 
-/// Times in a row that a tracer takes a batch when its turn comes, so that its tree is in the cache.
+/// Consecutive repetitions of a batch by one tracer, which bring its tree into the cache.
 const ROW: usize = 3;
 
-/// One tracer: gives the number of rays that hit.
+/// One tracer: returns the number of rays that hit.
 type Tracer<'a> = Box<dyn Fn(&[Ray], bool) -> usize + 'a>;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,9 +1,9 @@
-//! Numbers, good and bad ones, out of a fuzzer's bytes. Nothing left is zeros.
+//! Numbers, valid and invalid, from a fuzzer's bytes. After the last byte, zeros.
 
 /// Reads bytes from the front.
 pub(crate) struct Bytes<'a>(pub(crate) &'a [u8]);
 
-/// Numbers that break things.
+/// Edge cases of floating point.
 const ODD: [f32; 16] = [
     0.0,
     -0.0,
@@ -49,7 +49,7 @@ impl<'a> Bytes<'a> {
         usize::from(self.byte()) % most.max(1)
     }
 
-    /// Mostly a tame number, at times an odd one, at times any bits.
+    /// Mostly an ordinary number, sometimes an edge case, sometimes arbitrary bits.
     pub(crate) fn number(&mut self) -> f32 {
         match self.byte() {
             255 => f32::from_bits(self.word()),

@@ -150,7 +150,7 @@ fn scene(world: &mut World) -> Option<u64> {
         ..SceneOptions::default()
     };
     let mut scene = 0;
-    // SAFETY: addresses of as many values as are said, of a text with its end, and of variables.
+    // SAFETY: addresses of the stated numbers of values, of a terminated text, and of variables.
     let status = unsafe {
         foresound_scene_from_mesh(
             positions.as_ptr(),
@@ -297,11 +297,17 @@ fn step(world: &mut World) {
             }
         }
         2 => {
-            let (engine, place) = (world.engine(), world.bytes.numbers::<3>());
+            let (engine, position) = (world.engine(), world.bytes.numbers::<3>());
             let mut source = 0;
             // SAFETY: the address of a variable.
             let status = unsafe {
-                foresound_source_add(engine, place[0], place[1], place[2], &raw mut source)
+                foresound_source_add(
+                    engine,
+                    position[0],
+                    position[1],
+                    position[2],
+                    &raw mut source,
+                )
             };
             if succeeds(status) {
                 world.sources.push(source);

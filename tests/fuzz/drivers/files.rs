@@ -1,4 +1,4 @@
-//! Files of all kinds: whatever they hold, reading ends in a value that is good or in an error of one line.
+//! Files of all kinds: reading any content ends in a valid value or in an error of one line.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -8,7 +8,7 @@ use foresound::scene::{MaterialTable, ObjOptions, SceneLayout, UpAxis, load_obj}
 use foresound_tools::clip::{load_clip_within, load_recording};
 use foresound_tools::listener_path::ListenerPath;
 
-/// A file of this process and thread, in memory where the system has such a place.
+/// A file of this process and thread, in memory if the system has a memory file system.
 fn file(name: &str) -> PathBuf {
     thread_local! {
         static FOLDER: OnceLock<tempfile::TempDir> = const { OnceLock::new() };
@@ -32,7 +32,7 @@ fn written(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// An error says something, on one line.
+/// An error has a text, on one line.
 fn check_text(error: &Error) {
     let text = error.to_string();
     assert!(text.len() > 10 && text.lines().count() == 1, "{text:?}");

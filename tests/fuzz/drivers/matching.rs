@@ -1,5 +1,5 @@
-//! Updates as no propagation would send them, through matching, extrapolation and generation: matching finds what is in both,
-//! nothing panics, and no sample that comes out is not a number.
+//! Arbitrary updates through matching, extrapolation and generation: matching finds the paths that are in both updates,
+//! nothing panics, and every sample is finite.
 
 use std::sync::Arc;
 
@@ -21,10 +21,10 @@ thread_local! {
         let scene = Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default());
         Arc::new(scene.expect("a room"))
     };
-    static HEAD: Arc<Hrtf> = Arc::new(Hrtf::omnidirectional(16_000).expect("a head"));
+    static HRTF: Arc<Hrtf> = Arc::new(Hrtf::omnidirectional(16_000).expect("an HRTF set"));
 }
 
-/// The index of a surface or an edge: mostly valid, at times of another scene or of none.
+/// The index of a surface or an edge: mostly valid, sometimes of another scene or of none.
 fn number(bytes: &mut Bytes, most: usize) -> u32 {
     match bytes.byte() {
         255 => bytes.word(),
@@ -32,7 +32,7 @@ fn number(bytes: &mut Bytes, most: usize) -> u32 {
     }
 }
 
-/// A count of reflections or diffractions, at times more than any path has.
+/// A count of reflections or diffractions, sometimes more than any path has.
 fn count(bytes: &mut Bytes, most: usize) -> u8 {
     match bytes.byte() {
         wild @ 250.. => wild,
@@ -115,7 +115,7 @@ pub(crate) fn matching(data: &[u8]) {
         limiter: bytes.byte() & 1 == 0,
         ..GeneratorSettings::default()
     };
-    let mut generator = Generator::new(settings, HEAD.with(Arc::clone)).expect("settings");
+    let mut generator = Generator::new(settings, HRTF.with(Arc::clone)).expect("settings");
     let mut frame = FramePaths::default();
     let mut matches = Vec::new();
     for _ in 0..8 {

@@ -1,5 +1,5 @@
-//! Scenes from an engine's slices, with sources and a listener anywhere: every number that comes out is one, nothing is
-//! louder than a source can be.
+//! Scenes from slices, with sources and a listener at arbitrary positions: every result is finite, and no path is louder
+//! than a source can be.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use glam::Vec3;
 
 use super::bytes::Bytes;
 
-/// Few rays: it is the odd places that count.
+/// Few rays: degenerate positions matter here.
 const SETTINGS: PropagationSettings = PropagationSettings {
     guide_rays: 32,
     source_rays: 16,
@@ -24,13 +24,13 @@ const SETTINGS: PropagationSettings = PropagationSettings {
     diffraction_order: 2,
 };
 
-/// A mesh, and what moves in it.
+/// A mesh with moving instances.
 pub(crate) fn commit(data: &[u8]) {
     let mut bytes = Bytes(data);
     let scale = [1.0, 1e-3, 300.0, 1.0][bytes.below(4)];
     let vertices = 3 + bytes.below(30);
     let count = 3 * bytes.below(40) + bytes.below(8) / 7;
-    let places: [Vec3; 3] = std::array::from_fn(|_| Vec3::from_array(bytes.numbers()) * scale);
+    let positions: [Vec3; 3] = std::array::from_fn(|_| Vec3::from_array(bytes.numbers()) * scale);
     let positions: Vec<[f32; 3]> = (0..vertices)
         .map(|_| bytes.numbers::<3>().map(|n| n * scale))
         .collect();
@@ -50,21 +50,26 @@ pub(crate) fn commit(data: &[u8]) {
         Err(error) => return assert_eq!(error.to_string().lines().count(), 1),
     };
     let mut propagator = Propagator::new(Arc::new(scene), SETTINGS).expect("settings");
-    let [ear, a, b] = places;
+    let [ear, a, b] = positions;
     // One of the sources may lie at a corner.
     let corner = Vec3::from_array(positions[0]);
     let sources: Vec<SourcePose> = (0..)
         .zip([a, b, corner])
-        .map(|(slot, place)| SourcePose::at(SourceId::new(slot, 0), place))
+        .map(|(slot, position)| SourcePose::at(SourceId::new(slot, 0), position))
         .collect();
     let mut set = PathSet::default();
-    for place in [ear, corner] {
-        propagator.update(&ListenerPose::facing(place, 0.0), &sources, 0.0, &mut set);
+    for position in [ear, corner] {
+        propagator.update(
+            &ListenerPose::facing(position, 0.0),
+            &sources,
+            0.0,
+            &mut set,
+        );
         check(&set);
     }
 }
 
-/// What holds of every update.
+/// Invariants of every update.
 pub(crate) fn check(set: &PathSet) {
     for path in &set.paths {
         // The direct path carries up to half a free field for each edge near it.

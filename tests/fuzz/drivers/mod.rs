@@ -1,5 +1,5 @@
-//! What each fuzz target does with bytes, and what must hold then. Shared by the targets of `cargo fuzz` and by the twin
-//! that every test run has (`tests/fuzz_twin.rs`), so that an input found by one is a test of the other.
+//! Each fuzz target's use of the bytes and its invariants. Shared by `cargo fuzz` and by `tests/fuzz_twin.rs`, which every
+//! test run includes: an input found by one is a test of the other.
 
 pub(crate) mod bytes;
 pub(crate) mod c_calls;
@@ -7,7 +7,7 @@ pub(crate) mod files;
 pub(crate) mod matching;
 pub(crate) mod meshes;
 
-/// A target: its name, and what it does with bytes.
+/// A target: its name and its function of the bytes.
 pub(crate) type Target = (&'static str, fn(&[u8]));
 
 /// All of them.
