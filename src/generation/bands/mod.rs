@@ -1,4 +1,4 @@
-//!
+//! The split of signals into octave bands, and band gains.
 
 pub(crate) mod band_correction;
 pub(crate) mod band_filter;
