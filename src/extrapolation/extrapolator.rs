@@ -12,22 +12,22 @@ use crate::extrapolation::scene_pair::ScenePair;
 use crate::propagation::{LateEnergy, PathSet};
 use crate::scene::{InstancePose, Scene};
 
-/// Continues the paths that are not part of the direct field.
+/// Predictor of the paths that are not part of the direct field.
 pub(super) enum Rule {
-    /// Each path of the newest update by itself.
+    /// Predicts each path of the newest update separately.
     PathByPath(Box<dyn Predictor>),
-    /// Paths of several updates together.
+    /// Predicts from the paths of several updates.
     Geometric(Box<GeometricPredictor>),
 }
 
 /// Progress of a graphics frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Direct field of the sources from this one on.
+    /// Direct field, from the source at this index on.
     Direct(usize),
-    /// The other paths; those that are continued one by one from this one on.
+    /// The other paths; with [`Rule::PathByPath`] from this index on.
     Continued(usize),
-    /// Order of the paths, and late energy.
+    /// Sorting of the paths, and late energy.
     Finish,
 }
 
@@ -38,7 +38,7 @@ impl Default for Step {
     }
 }
 
-/// A predictor and its state. Made on the control side; the audio side only swaps it.
+/// A predictor and its state. Constructed on the control side; the audio side only swaps it.
 pub struct PredictorState(pub(super) Rule);
 
 impl PredictorState {
@@ -53,7 +53,7 @@ impl PredictorState {
         })
     }
 
-    /// The same with room for updates of this many paths and for this many sources: the audio side does not allocate.
+    /// [`Self::of`] with capacity for this many paths per update and sources, which avoids allocation on the audio side.
     pub fn with_room(kind: PredictorKind, paths: usize, sources: usize) -> Self {
         let mut predictor = Self::of(kind);
         predictor.reserve(paths, sources);
@@ -66,7 +66,7 @@ impl PredictorState {
         }
     }
 
-    /// Most paths of a graphics frame besides direct ones, if updates have at most `paths`.
+    /// Most paths of a graphics frame besides direct ones, for updates of at most `paths` paths.
     pub const fn most_paths(paths: usize) -> usize {
         CANDIDATES_A_PATH * paths
     }
@@ -75,14 +75,14 @@ impl PredictorState {
 /// Updates kept besides the last two.
 const OLDER_UPDATES: usize = 2;
 
-/// Candidates of [`PredictorKind::Geometric`] for each path of an update.
+/// Candidates of [`PredictorKind::Geometric`] per path of an update.
 const CANDIDATES_A_PATH: usize = 3;
 
 /// The extrapolation stage. Owned by the sound thread.
 ///
 /// # Real-time
-/// [`Self::store_update`], [`Self::frame`] and the parts of a frame allocate only while the number of paths or sources
-/// exceeds everything before and the room of [`Self::reserve`].
+/// [`Self::store_update`], [`Self::frame`] and the parts of a frame allocate only when the number of paths or sources
+/// exceeds its previous maximum and the capacity of [`Self::reserve`].
 ///
 /// ```
 /// # use std::sync::Arc;
@@ -117,11 +117,11 @@ pub struct Extrapolator {
     pub(super) current: PathSet,
     pub(super) prepared: PreparedUpdate,
     pub(super) previous: PathSet,
-    /// The updates before those, the newest first, for the late energy of [`PredictorKind::Geometric`].
+    /// Earlier updates, the newest first, for the late energy of [`PredictorKind::Geometric`].
     pub(super) older: [PathSet; OLDER_UPDATES],
-    /// For each path of `current` its index in `previous`.
+    /// Index in `previous` of each path of `current`.
     pub(super) matches: Vec<Option<u32>>,
-    /// For each source of the present graphics frame whether its direct path is blocked.
+    /// Whether the direct path is blocked, for each source of the present graphics frame.
     pub(super) occluded: Vec<bool>,
     /// The late energy of the present graphics frame.
     pub(super) late: Vec<LateEnergy>,
@@ -134,8 +134,8 @@ pub struct Extrapolator {
 }
 
 impl Extrapolator {
-    /// For a scene; `min_distance_m` is the distance in metres below which a source gets no louder
-    /// ([`crate::propagation::PropagationSettings::min_distance_m`]).
+    /// For a scene; below `min_distance_m` metres the amplitude of a source is constant
+    /// ([`crate::propagation::PropagationSettings::min_distance_m`]). Control side; allocates.
     pub fn new(scene: Arc<Scene>, kind: PredictorKind, min_distance_m: f32) -> Self {
         Self {
             scenes: ScenePair::of(&scene),
@@ -156,13 +156,13 @@ impl Extrapolator {
         }
     }
 
-    /// Stores the newest update, with the level L of the interval that begins with it; returns an old update for reuse.
+    /// Stores the newest update and the extrapolation level L of the interval it begins; returns an old update for reuse.
     pub fn store_update(&mut self, update: PathSet, level: u32) -> PathSet {
         self.prepared.clear();
         self.store(update, level)
     }
 
-    /// The same with a prepared update: less work for the same result. An old one is returned in its place.
+    /// [`Self::store_update`] with a prepared update: the same result with less work. Swaps `prepared` for an old one.
     pub fn store_prepared_update(
         &mut self,
         update: PathSet,
@@ -192,19 +192,19 @@ impl Extrapolator {
         retired
     }
 
-    /// Sets the poses of the scene's instances from the next frame on; ignores poses of other instances.
+    /// Sets the poses of the scene's instances from the next frame on; ignores unknown instances. Real-time.
     pub fn set_instance_poses(&mut self, poses: &[InstancePose]) {
         self.scenes.set_current_poses(poses);
     }
 
-    /// Replaces the scene by one with other instances; their paths are heard from the next update on. The fixed mesh must
-    /// be the same: another scene needs another extrapolator. The old pair is returned in place.
+    /// Swaps the scene for one with other instances; their paths are audible from the next update on. The fixed mesh must
+    /// be the same: another scene needs another extrapolator. Real-time.
     pub fn swap_scene(&mut self, scenes: &mut ScenePair) {
         self.restart_frame();
         std::mem::swap(&mut self.scenes, scenes);
     }
 
-    /// Reserves room for updates of this many paths and for this many sources. Control side; allocates.
+    /// Reserves capacity for this many paths per update and sources. Control side; allocates.
     pub fn reserve(&mut self, paths: usize, sources: usize) {
         self.matches.reserve(paths);
         self.occluded.reserve(sources);
@@ -212,10 +212,10 @@ impl Extrapolator {
         self.predictor.reserve(paths, sources);
     }
 
-    /// Replaces the predictor from the next frame on; returns the old one.
+    /// Replaces the predictor from the next frame on; returns the old one. Real-time.
     pub fn set_predictor(&mut self, predictor: PredictorState) -> PredictorState {
         self.restart_frame();
-        // Only the geometric predictor keeps these up to date.
+        // Only the geometric predictor updates these.
         for update in &mut self.older {
             update.late.clear();
         }
@@ -227,7 +227,7 @@ impl Extrapolator {
         &self.current
     }
 
-    /// Abandons a graphics frame that is under way.
+    /// Discards the progress of a graphics frame.
     fn restart_frame(&mut self) {
         self.step = Step::default();
         if let Rule::Geometric(predictor) = &mut self.predictor.0 {

@@ -17,7 +17,7 @@ pub struct FramePath {
     pub source: SourceId,
     /// Number of reflections; 0 for the direct field.
     pub order: u8,
-    /// Signed pressure factor a band, relative to the free field at 1 m.
+    /// Signed amplitude per band, relative to the free field at 1 m.
     pub amplitude: BandArray,
     /// Propagation delay in seconds.
     pub delay_s: f64,
@@ -26,13 +26,13 @@ pub struct FramePath {
 }
 
 impl FramePath {
-    /// A path as its update has it, for a listener at `listener`.
+    /// A path unchanged from its update, for a listener at `listener`.
     pub(super) fn of(path: &Path, listener: &ListenerPose, scene: &Scene) -> Self {
         Self::from_image(path.image, path.length_m, path, listener, scene)
     }
 
-    /// A path of an update with its image source moved to `image` and this length in metres. The direction is ahead where
-    /// image and listener coincide.
+    /// A path of an update with its image source moved to `image` and this length in metres. The direction is straight
+    /// ahead if image and listener coincide.
     #[inline]
     pub(super) fn from_image(
         image: Vec3,
@@ -65,21 +65,21 @@ pub(crate) fn energy(amplitude: &BandArray) -> f32 {
     amplitude.iter().map(|a| a * a).sum()
 }
 
-/// Whether the effects of a source allow a path: the last update may have paths that have just been turned off.
+/// Whether the effects of a source allow a path: the last update may have paths of effects that are now off.
 pub(super) fn allows(source: &SourcePose, path: &Path) -> bool {
     let effects = source.settings.effects;
     (path.order == 0 || effects.reflections) && (path.diffraction_order == 0 || effects.diffraction)
 }
 
-/// One segment of the late energy that a source sends to the late reverb.
+/// One segment of a source's late energy, sent to the late reverb.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateSend {
     /// The source.
     pub source: SourceId,
-    /// Energy a second of the diffuse impulse response, extrapolated back to emission, in 1/s; see
-    /// `energy_per_s`.
+    /// Energy per second of the diffuse impulse response, extrapolated back to emission, in 1/s; see
+    /// [`crate::propagation::diffuse::LateSegment::energy_per_s`].
     pub energy_per_s: BandArray,
-    /// Seconds from emission to the segment's start.
+    /// Time from emission to the segment's start in seconds.
     pub start_s: f32,
 }
 
@@ -93,13 +93,13 @@ pub struct LateSend {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FramePaths {
-    /// Head orientation: from head coordinates (+x right, +y up, −z ahead) to world coordinates.
+    /// Listener orientation: rotates head coordinates (+x right, +y up, −z ahead) to world coordinates.
     pub orientation: Quat,
     /// Paths, sorted by [`FramePath::id`].
     pub paths: Vec<FramePath>,
-    /// Late reverb sends, at most [`LATE_SEGMENTS`] a source, each source's in the order of its segments.
+    /// Late reverb sends, at most [`LATE_SEGMENTS`] per source, in the order of the segments.
     pub late: Vec<LateSend>,
-    /// Reverberation time T60 of the late reverb in seconds, one a band.
+    /// Reverberation time T60 of the late reverb in seconds per band.
     pub decay_time_s: BandArray,
 }
 

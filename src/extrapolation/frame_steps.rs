@@ -1,7 +1,7 @@
-//! The steps of one graphics frame, at once or in parts.
+//! Steps of one graphics frame, computed at once or in parts.
 //!
-//! Audio side. First the direct field, source by source, then the other paths, then late energy and order. A part ends when
-//! its budget is spent and the next part resumes there. The parts do not change a bit of the result.
+//! Audio side. Order: the direct field by source, the other paths, sorting and late energy. A part ends when its budget is
+//! spent, and the next part resumes there. The parts do not affect the result.
 
 use super::extrapolator::{Extrapolator, Rule, Step};
 use super::frame::{FramePath, FramePaths, LateSend, allows};
@@ -22,7 +22,7 @@ const DONE: Progress = Progress {
 
 impl Extrapolator {
     /// Computes the graphics frame of these poses; the next call computes the next frame. Returns the number of rays cast.
-    /// Before the first update there is the direct field alone.
+    /// Before the first update the frame has only the direct field.
     pub fn frame(
         &mut self,
         listener: &ListenerPose,
@@ -35,7 +35,7 @@ impl Extrapolator {
     }
 
     /// Resumes the direct field of a graphics frame until the budget is spent. Poses and result must stay the same until
-    /// [`Self::other_part`] is done; an update, scene or predictor taken before then restarts the frame.
+    /// [`Self::other_part`] is done; a new update, scene or predictor restarts the frame.
     pub fn direct_part(
         &mut self,
         listener: &ListenerPose,
@@ -75,7 +75,7 @@ impl Extrapolator {
         progress
     }
 
-    /// Resumes everything else until the budget is spent, after the direct field and for the same poses.
+    /// Resumes the rest of the frame until the budget is spent, after the direct field and for the same poses.
     pub fn other_part(
         &mut self,
         listener: &ListenerPose,
@@ -104,7 +104,7 @@ impl Extrapolator {
         progress.rays += self.update_late(listener, sources);
         let decay_time_s = common_decay(&self.late);
         for (present, new) in self.decay_time_s.iter_mut().zip(decay_time_s) {
-            // Without late energy in a band, its reverb decays as before.
+            // Without late energy, a band keeps its decay time.
             *present = if new > 0.0 { new } else { *present };
         }
         result.decay_time_s = self.decay_time_s;
@@ -126,8 +126,8 @@ impl Extrapolator {
         progress
     }
 
-    /// The edges of a source's direct field in the last two updates, shortest detour first: one update was computed for a
-    /// position before the present one, the other perhaps for one behind it.
+    /// The edges of a source's direct field in the last two updates, shortest detour first: the updates may be for positions
+    /// before and after the present one.
     fn direct_edges(&self, endpoints: &Endpoints) -> DiffractingEdges {
         let edges = self.current.direct_edges.iter();
         let edges = edges
@@ -162,7 +162,7 @@ impl Extrapolator {
                 let is_new = self.updates > 0 && self.frames_since_update == 0;
                 let arrived = is_new.then_some((&self.current, &self.prepared));
                 let progress = predictor.resume(arrived, &inputs, budget, paths);
-                // The candidates still have paths that have just been turned off.
+                // The candidates may include paths of effects that are now off.
                 if progress.is_done && !sources.iter().all(|pose| pose.settings.effects.reflections)
                 {
                     paths.retain(|path| path.order == 0 || reflects(sources, path.source));

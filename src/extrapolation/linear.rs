@@ -4,8 +4,8 @@ use super::frame::FramePath;
 use super::predictor::{FrameContext, Predictor, TrackedPath};
 use crate::acoustics::{BANDS, BandArray};
 
-/// Continues each band's amplitude along the line through the last two updates. Delay and direction are held, as in the
-/// paper, where the direct path alone follows the listener.
+/// Extrapolates each band's amplitude linearly from the last two updates. Delay and direction are held, as in the paper, in
+/// which only the direct path follows the listener.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Linear;
 
@@ -26,9 +26,9 @@ impl Predictor for Linear {
 
 /// Amplitudes `frames` graphics frames after the update of `current`, at level L = `level`.
 ///
-/// Eq. 2 in frame k = `frames` − 1, then Eq. 3 and 4. The frame of the update's arrival has its amplitudes unchanged; after
-/// the interval's last frame the value of frame L − 1 is held, since the paper defines no later one. Amplitudes are signed,
-/// unlike the paper's: the equations apply to amplitudes times the sign of `current`.
+/// Eq. 2 in frame k = `frames` − 1, then Eq. 3 and 4. In the frame of the update's arrival the amplitudes are unchanged.
+/// After the interval's last frame the value of frame L − 1 is held, since the paper defines no later one. Amplitudes are
+/// signed, unlike the paper's: the equations apply to amplitudes times the sign of `current`. Real-time.
 pub fn extrapolate(
     current: &BandArray,
     previous: &BandArray,
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn never_below_zero_nor_above_the_bound() {
+    fn amplitudes_stay_between_zero_and_the_bound() {
         assert_eq!(extrapolate(&bands(0.1), &bands(0.9), 12, 12), bands(0.0));
         let risen = extrapolate(&bands(0.9), &bands(0.1), 12, 12)[0];
         assert!(risen <= 0.9 + 0.8 && risen > 1.6);

@@ -1,7 +1,7 @@
 //! EPS, the extrapolation stage: amplitude, delay and direction of every path in every graphics frame.
 //!
-//! Runs on the sound thread, bounded by the number of paths and of rays. Takes [`crate::propagation::PathSet`]s as they
-//! arrive, gives [`FramePaths`]. After the paper's sections III-C to III-E.
+//! Runs on the sound thread, bounded by the numbers of paths and rays. Input: [`crate::propagation::PathSet`]s as they
+//! arrive; output: [`FramePaths`]. After the paper's sections III-C to III-E.
 
 pub mod extrapolator;
 pub mod frame;

@@ -1,4 +1,4 @@
-//! Predictors: rules that continue paths between two updates.
+//! Predictors: extrapolation of paths between two updates.
 
 use super::frame::FramePath;
 use crate::extrapolation::geometric::{GeometricSettings, PredictionTarget};
@@ -8,9 +8,9 @@ use crate::scene::{ListenerPose, Scene};
 /// A path of the newest update, and the same path in the update before.
 #[derive(Debug, Clone, Copy)]
 pub struct TrackedPath<'a> {
-    /// As of the newest update.
+    /// The path in the newest update.
     pub current: &'a Path,
-    /// As of the update before; `None` for a new path and before the second update.
+    /// The path in the update before; `None` for a new path and before the second update.
     pub previous: Option<&'a Path>,
     /// The listener of the newest update.
     pub listener: &'a ListenerPose,
@@ -29,21 +29,21 @@ pub struct FrameContext<'a> {
     pub level: u32,
 }
 
-/// Continues paths one by one. Paths of the direct field are computed anew in every frame and not predicted.
+/// Predicts paths separately. Paths of the direct field are computed in every frame and not predicted.
 ///
 /// # Real-time
-/// On the sound thread, once a path and graphics frame: no allocation, lock or system call.
+/// Runs on the sound thread, once per path and graphics frame: no allocation, lock or system call.
 pub trait Predictor: Send {
-    /// The path in the frame of `at`.
+    /// Predicts the path in the frame of `at`.
     fn predict(&mut self, path: &TrackedPath<'_>, at: &FrameContext<'_>) -> FramePath;
 }
 
 /// The available predictors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PredictorKind {
-    /// Zero-order hold: every path stays as the newest update has it.
+    /// Zero-order hold: every path is unchanged from the newest update.
     Hold,
-    /// The paper's: amplitudes by Eq. 2 to 4.
+    /// The paper's predictor: amplitudes by Eq. 2 to 4.
     #[default]
     Linear,
     /// Own: exact geometry in every graphics frame, visibility by a few rays. See `geometric`.
@@ -51,14 +51,14 @@ pub enum PredictorKind {
 }
 
 impl PredictorKind {
-    /// All of them.
+    /// All predictors.
     pub const ALL: [Self; 3] = [
         Self::Hold,
         Self::Linear,
         Self::Geometric(GeometricSettings::FULL),
     ];
 
-    /// Its name on the command line and in JSON.
+    /// The name on the command line and in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
@@ -67,7 +67,7 @@ impl PredictorKind {
         }
     }
 
-    /// The same at a cost for the sound thread.
+    /// The predictor at a cost suitable for the sound thread.
     pub(crate) fn reduced(self) -> Self {
         match self {
             Self::Geometric(settings) => Self::Geometric(settings.reduced()),
@@ -75,12 +75,12 @@ impl PredictorKind {
         }
     }
 
-    /// Whether updates have to list nearby paths ([`crate::propagation::PathSet::nearby`]).
+    /// Whether updates must list nearby paths ([`crate::propagation::PathSet::nearby`]).
     pub fn uses_nearby(self) -> bool {
         matches!(self, Self::Geometric(settings) if settings.nearby)
     }
 
-    /// The listener position that updates are computed for.
+    /// The listener position for which updates are computed.
     pub fn prediction_target(self) -> PredictionTarget {
         match self {
             Self::Hold | Self::Linear => PredictionTarget::None,

@@ -1,6 +1,6 @@
 //! The scene with the instance poses of this graphics frame, and with those of the newest update.
 //!
-//! Made on the control side. The sound thread moves instances and swaps pairs without allocation: it holds the only
+//! Constructed on the control side. The sound thread moves instances and swaps pairs without allocation: it has the only
 //! reference to these copies. A scene without instances is shared, not copied.
 
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub struct ScenePair {
 }
 
 impl ScenePair {
-    /// Both with the scene's own poses. Control side; allocates.
+    /// A pair with the scene's poses in both. Control side; allocates.
     pub fn of(scene: &Arc<Scene>) -> Self {
         let copy = || match scene.has_instances() {
             true => Arc::new(Scene::clone(scene)),
@@ -54,7 +54,7 @@ pub(crate) fn has_moved(current: &Scene, at_update: &Scene) -> bool {
 }
 
 fn set_poses(scene: &mut Arc<Scene>, poses: &[InstancePose]) {
-    // A scene with instances is not shared: nothing is copied here.
+    // A scene with instances is not shared: `make_mut` does not copy.
     if scene.has_instances() && !poses.is_empty() {
         Arc::make_mut(scene).set_instance_poses(poses);
     }

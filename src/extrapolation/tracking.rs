@@ -2,8 +2,8 @@
 
 use crate::propagation::Path;
 
-/// Fills `matches` with the index in `previous` of each path of `current`, both sorted by their identity
-/// (the paper's section III-D). A path that is only in `previous` has no match.
+/// Writes to `matches` the index in `previous` of each path of `current`, both sorted by identity (the paper's section
+/// III-D). Allocates only if `matches` lacks capacity.
 pub fn match_by_id(current: &[Path], previous: &[Path], matches: &mut Vec<Option<u32>>) {
     matches.clear();
     let mut index = 0;
@@ -40,7 +40,7 @@ mod tests {
     }
 
     #[test]
-    fn born_and_vanished_paths_are_not_matched() {
+    fn new_and_removed_paths_are_not_matched() {
         let current = [path(1), path(4), path(7)];
         let previous = [path(2), path(4), path(5), path(7), path(9)];
         let mut matches = Vec::new();

@@ -1,9 +1,9 @@
-//! A budget of work, for graphics frames that are computed in parts.
+//! Work budget for graphics frames that are computed in parts.
 //!
-//! Audio side; arithmetic. The sound thread computes a part of a graphics frame in each block, to even out the blocks' times.
-//! Work is counted, not timed: the same budgets give the same parts. The parts do not change a bit of the frame.
+//! Audio side; arithmetic. The sound thread computes a part of a graphics frame in each block, which evens out the block
+//! times. Work is counted, not timed: equal budgets produce equal parts. The frame is bit-identical for all budgets.
 
-/// Work in units of about a hundred nanoseconds of a desktop's core.
+/// Work in units of about 100 ns on a desktop core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkBudget {
     limit: u32,
@@ -20,17 +20,17 @@ pub struct Progress {
 }
 
 impl WorkBudget {
-    /// A budget of so many units.
+    /// A budget of `limit` units.
     pub const fn of(limit: u32) -> Self {
         Self { limit, spent: 0 }
     }
 
-    /// A budget that no frame exceeds.
+    /// An unlimited budget.
     pub const fn boundless() -> Self {
         Self::of(u32::MAX)
     }
 
-    /// Counts work done.
+    /// Adds units of work.
     pub(crate) fn spend(&mut self, work: usize) {
         let work = u32::try_from(work).unwrap_or(u32::MAX);
         self.spent = self.spent.saturating_add(work);
@@ -46,7 +46,7 @@ impl WorkBudget {
         self.limit.saturating_sub(self.spent)
     }
 
-    /// Whether nothing is left.
+    /// Whether the budget is spent.
     pub fn is_spent(&self) -> bool {
         self.spent >= self.limit
     }
@@ -66,18 +66,18 @@ pub(crate) mod cost {
     pub(crate) const WAVE: usize = 22;
     /// A source's direct path, without rays and waves.
     pub(crate) const DIRECT: usize = 20;
-    /// A path that is held, extrapolated or merged from an update.
+    /// A held, extrapolated or merged path.
     pub(crate) const CONTINUED: usize = 1;
     /// Emission of one audible candidate.
     pub(crate) const EMITTED: usize = 2;
-    /// Paths sorted for one unit.
+    /// Paths sorted per unit.
     pub(crate) const SORTED: usize = 4;
     /// The late energy of a source.
     pub(crate) const LATE: usize = 10;
-    /// A path that generation plans.
+    /// Preparation of a path by generation.
     pub(crate) const PREPARED: usize = 2;
-    /// A path that generation takes over.
+    /// Application of a prepared path by generation.
     pub(crate) const TAKEN: usize = 2;
-    /// A voice that starts.
+    /// Start of a voice.
     pub(crate) const STARTED: usize = 3;
 }

@@ -1,8 +1,8 @@
-//! Turns the paths of each graphics frame into two ears of sound.
+//! Renders the paths of each graphics frame binaurally.
 //!
-//! Audio side: one thread calls [`Generator::set_frame`], or the functions that prepare a frame in parts, and
-//! [`Generator::render`] in turn. They are wait-free: no allocation, lock, panic or clock. Takes [`FramePaths`] and one mono
-//! signal a source, gives interleaved stereo and a [`BlockReport`].
+//! Audio side: one thread alternately calls [`Generator::set_frame`], or the functions that prepare a frame in parts, and
+//! [`Generator::render`]. They are wait-free: no allocation, lock, panic or clock. Input: [`FramePaths`] and one mono signal
+//! per source; output: interleaved stereo and a [`BlockReport`].
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ use crate::generation::render_context::{Dropped, RenderContext, SlotOwner};
 use crate::generation::reverb::late_reverb::LateReverb;
 use crate::generation::voices::voice_set::VoiceSet;
 
-/// Input samples of this magnitude and above are replaced by zero, as NaN is: their squares stay finite.
+/// Input samples of at least this magnitude and NaN are replaced by zero: squares stay finite.
 const MAX_SAMPLE: f32 = 1e6;
 
 /// The voices' inputs, borrowed field by field.
@@ -42,7 +42,7 @@ macro_rules! context {
     };
 }
 
-/// A frame's orientation, or the identity if it is no rotation.
+/// A frame's orientation normalised, or the identity if it is not a rotation.
 fn orientation(given: &Quat) -> Quat {
     if given.is_finite() && given.length_squared() > 0.0 {
         given.normalize()
@@ -83,7 +83,7 @@ pub struct Generator {
     max_delay: f64,
     hrtf: Arc<Hrtf>,
     correction: BandCorrection,
-    /// One for four sources.
+    /// One filter per four sources.
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
     owners: Vec<SlotOwner>,
@@ -91,11 +91,11 @@ pub struct Generator {
     late: Option<LateField>,
     binaural: Binaural,
     limiter: Option<Limiter>,
-    /// Audio frames since the beginning.
+    /// Audio frames since the start.
     now: i64,
-    /// Frames of the present ramp still to come.
+    /// Frames left of the present ramp.
     left: u32,
-    /// Of four sources: the input with invalid samples replaced, and its bands.
+    /// Input of four sources with invalid samples replaced, and its bands.
     clean: [Vec<f32>; SIGNALS],
     bands: [Vec<F32x8>; SIGNALS],
     ears: [Vec<f32>; 2],
@@ -103,9 +103,9 @@ pub struct Generator {
 }
 
 impl Generator {
-    /// A silent generator.
+    /// A silent generator. Control side; allocates.
     ///
-    /// Errors: [`Error::Setting`] for a setting out of range, or an HRTF set of another sample rate.
+    /// Errors: [`Error::Setting`] for a setting out of range, or an HRTF set with a different sample rate.
     pub fn new(settings: GeneratorSettings, hrtf: Arc<Hrtf>) -> Result<Self> {
         settings.check()?;
         if hrtf.rate_hz() != settings.rate_hz {
@@ -163,22 +163,22 @@ impl Generator {
         AHEAD + self.limiter.as_ref().map_or(0, Limiter::latency_frames)
     }
 
-    /// Sets a graphics frame: everything ramps linearly to the frame's values within `ramp_frames` audio frames, usually the
-    /// length of a graphics frame, and then holds them. 0 counts as 1.
+    /// Sets a graphics frame: all values ramp linearly to those of the frame within `ramp_frames` audio frames, usually the
+    /// length of a graphics frame, and then stay constant. 0 counts as 1.
     ///
-    /// A new path starts from silence at its own delay; a missing one fades at its last delay; one whose delay changes by
-    /// more than a quarter of `ramp_frames` does both.
+    /// A new path starts from silence at its own delay; a missing one fades out at its last delay; one whose delay changes
+    /// by more than a quarter of `ramp_frames` does both.
     ///
-    /// Real-time: no allocation; time grows with the number of paths, by a logarithm where there are more than voices.
+    /// Real-time: no allocation; time grows at most as n log n with the number n of paths.
     pub fn set_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
         self.voices.discard_paths();
         self.set_prepared_frame(frame, ramp_frames);
     }
 
-    /// Prepares up to `most` further paths of a graphics frame; returns whether none is left. All calls until
-    /// [`Self::set_prepared_frame`] must have the same frame; [`Self::set_frame`] discards it.
+    /// Prepares up to `most` further paths of a graphics frame; returns whether all are prepared. All calls until
+    /// [`Self::set_prepared_frame`] must have the same frame; [`Self::set_frame`] discards the preparation.
     ///
-    /// Real-time: no allocation; time grows with `most`, and a little with the number of paths. The thread that renders.
+    /// Real-time, on the rendering thread: no allocation; time grows with `most`, and slowly with the number of paths.
     pub fn prepare_frame(&mut self, frame: &FramePaths, most: usize) -> bool {
         let context = context!(self, frame, 1);
         let paths = &frame.paths;
@@ -186,8 +186,8 @@ impl Generator {
             .prepare_paths(paths, &self.owners, &context, most)
     }
 
-    /// [`Self::set_frame`] for a frame of [`Self::prepare_frame`]: the same bits in less time. Paths that are not prepared
-    /// are prepared now.
+    /// [`Self::set_frame`] for a frame of [`Self::prepare_frame`]: the same result, bit for bit, in less time. Prepares the
+    /// remaining paths. Real-time, as [`Self::set_frame`].
     pub fn set_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) {
         let ramp = ramp_frames.max(1);
         self.update_owners(frame);
@@ -196,27 +196,27 @@ impl Generator {
         self.update_late(frame, dropped, ramp);
     }
 
-    /// [`Self::set_prepared_frame`] but for paths that were not there before, or jump: they wait for
-    /// [`Self::start_voices`]. A frame that comes before they have started leaves them out, unless it has them too. Gives how many wait.
+    /// [`Self::set_prepared_frame`], except that new and jumping paths wait for [`Self::start_voices`]; returns their number.
+    /// The next frame discards paths that still wait, unless it has them too.
     ///
-    /// Real-time, as [`Self::set_prepared_frame`]. The thread that renders.
+    /// Real-time, as [`Self::set_prepared_frame`].
     pub fn take_prepared_frame(&mut self, frame: &FramePaths, ramp_frames: u32) -> usize {
         let ramp = ramp_frames.max(1);
         self.update_owners(frame);
         let context = context!(self, frame, ramp);
         let dropped = self.voices.take_paths(&frame.paths, &self.owners, &context);
         self.update_late(frame, dropped, ramp);
-        self.voices.waiting()
+        self.voices.pending_count()
     }
 
-    /// Starts up to `most` voices of paths that wait for one, the loudest first; gives how many still wait.
+    /// Starts the voices of up to `most` waiting paths, the loudest first; returns the number of paths still waiting.
     ///
-    /// They reach their values with the frame's ramp, and where that ends earlier within 256 audio frames. No more start
-    /// than there were paths before or are now, and 64 besides, counting those that still fade: where a set changes, they
-    /// follow as the fades end. To be called before every [`Self::render`] until none waits, and before
+    /// The voices reach their values at the end of the frame's ramp, but after at least 256 audio frames. Voices start only
+    /// while fewer are active or fading than the larger path count of this and the previous frame, plus 64: when all
+    /// paths change, new voices start as the fades end. Call before every [`Self::render`] until no path waits, and before
     /// [`Self::prepare_frame`] of the next frame.
     ///
-    /// Real-time: no allocation; time grows with `most`, and a little with the number of voices. The thread that renders.
+    /// Real-time, on the rendering thread: no allocation; time grows with `most`, and slowly with the number of voices.
     pub fn start_voices(&mut self, most: usize) -> usize {
         let context = RenderContext {
             hrtf: &self.hrtf,
@@ -231,7 +231,7 @@ impl Generator {
         self.voices.start(most, &self.owners, &context)
     }
 
-    /// New tenants of slots begin with silence.
+    /// Updates the owners of the slots; a new owner starts from silence.
     fn update_owners(&mut self, frame: &FramePaths) {
         let paths = frame.paths.iter().map(|path| path.source);
         let late = frame.late.iter().map(|send| send.source);
@@ -272,11 +272,11 @@ impl Generator {
 
     /// Renders `output.len() / 2` frames of interleaved stereo, overwriting `output`.
     ///
-    /// `inputs` holds one mono signal a source slot, in which 1 is the pressure at 1 m in the free field; an empty or
-    /// missing one is silence, and one that is too short is silent at its end.
+    /// `inputs` holds one mono signal per source slot, in which 1 is the pressure at 1 m in the free field. An empty or
+    /// missing signal is silence; a short one is padded with silence.
     ///
-    /// Real-time: no allocation; time grows with frames, sounding sources and voices. A silent source costs nothing once
-    /// its delay line has run empty, and neither does the tail once it has died away.
+    /// Real-time: no allocation; time grows with frames, active sources and voices. Sources with an empty delay line and a
+    /// decayed late reverb are skipped.
     pub fn render(&mut self, inputs: &[&[f32]], output: &mut [f32]) -> BlockReport {
         let frames = output.len() / 2;
         let mut start = 0;
@@ -339,7 +339,7 @@ impl Generator {
         self.left = self.left.saturating_sub(frames as u32);
     }
 
-    /// Splits the chunk of four sources into bands and appends it to their past.
+    /// Splits the chunk of four sources into bands and appends it to their delay lines.
     fn write_sources(&mut self, quartet: usize, inputs: &[&[f32]], start: usize, frames: usize) {
         let first = quartet * SIGNALS;
         let filter = &mut self.filters[quartet];

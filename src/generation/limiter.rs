@@ -1,19 +1,20 @@
 //! Keeps the output below full scale.
 //!
-//! Audio side; wait-free, amortised constant time a frame; allocates at birth only. Takes and gives interleaved stereo.
+//! Audio side; wait-free, amortised constant time per frame; allocates at construction only. Input and output: interleaved
+//! stereo.
 //!
-//! Look-ahead peak limiter: the gain every frame needs is held over the look-ahead and averaged over as long, so that
-//! it has come down when the peak leaves the delay, the usual construction. Both
-//! channels share one gain. The loss of gain is an integer, so sums are exact: below the ceiling the gain is exactly one
-//! and the limiter a pure delay, bit for bit.
+//! Look-ahead peak limiter of the usual construction: the required gain of every frame is held over the look-ahead and
+//! averaged over the same length, which reaches it when the peak leaves the delay. Both channels share one gain. The loss
+//! of gain is an integer and its sums are exact: below the ceiling the gain is exactly one and the limiter a pure delay,
+//! bit for bit.
 
 use crate::error::{Error, Result};
 
-/// How far the limiter looks ahead, in seconds.
+/// Look-ahead in seconds.
 const LOOK_AHEAD_S: f64 = 0.0015;
-/// A loss of everything. Moves with the sums' width: 2^30 times the window fits `u64`.
+/// Loss of a gain of zero. 2^30 times the window fits in `u64`.
 const ONE: u32 = 1 << 30;
-/// The held loss falls by this power of two a frame: time constant 4096 frames, 93 ms at 44.1 kHz.
+/// Power of two by which the loss decays per frame: a time constant of 4096 frames, 93 ms at 44.1 kHz.
 const RELEASE_SHIFT: u32 = 12;
 
 /// Look-ahead limiter of a stereo output.
@@ -35,20 +36,20 @@ pub struct Limiter {
     /// Frames of delay; the window is one longer.
     look_ahead: usize,
     delayed: Vec<[f32; 2]>,
-    /// Losses whose mean is taken.
+    /// Losses of the averaging window.
     averaged: Vec<u32>,
     sum: u64,
-    /// Falling losses that may yet be the largest of the window, with the frame each belongs to; a ring.
+    /// Monotonic queue of frames and losses that may become the window's maximum; a ring.
     candidates: Vec<(u64, u32)>,
     head: usize,
-    held: usize,
+    queued: usize,
     /// The loss after release.
     released: u32,
     frame: u64,
 }
 
 impl Limiter {
-    /// A limiter at rest.
+    /// A limiter at rest. Control side; allocates.
     ///
     /// Range: `ceiling_db` from −60 to 0 dB re full scale.
     ///
@@ -70,7 +71,7 @@ impl Limiter {
             sum: 0,
             candidates: vec![(0, 0); look_ahead + 2],
             head: 0,
-            held: 0,
+            queued: 0,
             released: 0,
             frame: 0,
         })
@@ -81,25 +82,26 @@ impl Limiter {
         self.look_ahead
     }
 
-    /// Limits in place and returns the smallest gain used, 1 if none was needed. Samples have to be finite.
+    /// Limits in place; returns the smallest linear gain, 1 without limiting. Samples must be finite. Real-time: no
+    /// allocation.
     pub fn process(&mut self, interleaved: &mut [f32]) -> f32 {
-        let mut most = 0;
+        let mut max_loss = 0;
         for pair in interleaved.chunks_exact_mut(2) {
             let loss = self.loss(pair[0].abs().max(pair[1].abs()));
             let index = (self.frame % self.delayed.len() as u64) as usize;
-            let due = std::mem::replace(&mut self.delayed[index], [pair[0], pair[1]]);
+            let delayed = std::mem::replace(&mut self.delayed[index], [pair[0], pair[1]]);
             self.frame += 1;
-            most = most.max(loss);
+            max_loss = max_loss.max(loss);
             if loss == 0 {
-                pair.copy_from_slice(&due);
+                pair.copy_from_slice(&delayed);
             } else {
                 let gain = self.gain(loss);
-                // The gain is rounded, so its product may pass the ceiling by a bit.
-                pair[0] = (due[0] * gain).clamp(-self.ceiling, self.ceiling);
-                pair[1] = (due[1] * gain).clamp(-self.ceiling, self.ceiling);
+                // The product of the rounded gain may exceed the ceiling by one bit.
+                pair[0] = (delayed[0] * gain).clamp(-self.ceiling, self.ceiling);
+                pair[1] = (delayed[1] * gain).clamp(-self.ceiling, self.ceiling);
             }
         }
-        self.gain(most)
+        self.gain(max_loss)
     }
 
     fn gain(&self, loss: u64) -> f32 {
@@ -107,7 +109,7 @@ impl Limiter {
         (1.0 - loss as f64 / whole) as f32
     }
 
-    /// Sum of the losses over the window, for the frame that is due, after this frame's peak is known.
+    /// Adds a frame's peak; returns the sum of the losses over the window, for the frame that leaves the delay.
     fn loss(&mut self, peak: f32) -> u64 {
         let needed = if peak > self.ceiling {
             let kept = f64::from(self.ceiling) / f64::from(peak);
@@ -119,22 +121,22 @@ impl Limiter {
         self.released = needed.max(self.released.saturating_sub(fall));
         let largest = self.largest(self.released);
         let index = (self.frame % self.averaged.len() as u64) as usize;
-        let gone = std::mem::replace(&mut self.averaged[index], largest);
-        self.sum = self.sum + u64::from(largest) - u64::from(gone);
+        let oldest = std::mem::replace(&mut self.averaged[index], largest);
+        self.sum = self.sum + u64::from(largest) - u64::from(oldest);
         self.sum
     }
 
     /// Largest loss of the last `look_ahead + 1` frames.
     fn largest(&mut self, loss: u32) -> u32 {
         let size = self.candidates.len();
-        while self.held > 0 && self.candidates[(self.head + self.held - 1) % size].1 <= loss {
-            self.held -= 1;
+        while self.queued > 0 && self.candidates[(self.head + self.queued - 1) % size].1 <= loss {
+            self.queued -= 1;
         }
-        self.candidates[(self.head + self.held) % size] = (self.frame, loss);
-        self.held += 1;
+        self.candidates[(self.head + self.queued) % size] = (self.frame, loss);
+        self.queued += 1;
         if self.candidates[self.head].0 + (self.look_ahead as u64) < self.frame {
             self.head = (self.head + 1) % size;
-            self.held -= 1;
+            self.queued -= 1;
         }
         self.candidates[self.head].1
     }
@@ -173,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_ever_passes_the_ceiling() {
+    fn no_sample_exceeds_the_ceiling() {
         for level in [1.1, 5.0, 1e6] {
             let mut limiter = Limiter::new(48_000, -0.3).unwrap();
             let ceiling = limiter.ceiling;
@@ -185,13 +187,13 @@ mod tests {
     }
 
     #[test]
-    fn gain_has_come_down_before_the_peak_and_returns_to_one() {
+    fn gain_is_reduced_before_the_peak_and_returns_to_one() {
         let mut limiter = Limiter::new(44_100, 0.0).unwrap();
         let mut out = vec![0.25; 2 * 120_000];
         out[2 * 1000] = 4.0;
         limiter.process(&mut out);
         let delay = limiter.latency_frames();
-        // The peak itself leaves at the ceiling without the clamp's help: neighbours have the same gain.
+        // The peak leaves at the ceiling without the clamp: neighbours have the same gain.
         assert!((out[2 * (1000 + delay)] - 1.0).abs() < 1e-6);
         assert!((out[2 * (1000 + delay) + 1] - 0.0625).abs() < 1e-6);
         // No step is larger than the full loss spread over the window.

@@ -1,13 +1,13 @@
-//! SGS: the sound generation stage. Paths of each graphics frame become two ears of sound.
+//! SGS: the sound generation stage. Renders the paths of each graphics frame binaurally.
 //!
-//! Runs on the audio thread that its caller owns (none of its own), takes [`crate::extrapolation::FramePaths`] and one
-//! mono signal a source, gives interleaved stereo. Control side: settings, [`Hrtf`] and [`Generator::new`]. Audio side,
-//! wait-free and without allocation: [`Generator::set_frame`] and [`Generator::render`].
+//! Runs on the caller's audio thread. Input: [`crate::extrapolation::FramePaths`] and one mono signal per source; output:
+//! interleaved stereo. Control side: settings, [`Hrtf`] and [`Generator::new`]. Audio side, wait-free and without
+//! allocation: [`Generator::set_frame`] and [`Generator::render`].
 //!
-//! Signal flow: [`BandFilter`] splits a source into eight bands and a delay line stores them. Each path has a voice, which
-//! mixes the bands at the path's gains and reads the mixture at the two ears' delays. Buses sum the ear signals by weights
-//! of the HRTF set, with one filter a bus. The late reverb reads the delay lines and returns as eight plane waves on the
-//! same buses. A [`Limiter`] is last.
+//! Signal flow: [`BandFilter`] splits a source into eight bands, and a delay line stores them. Each path has a voice, which
+//! mixes the bands with the path's gains and reads the mixture at the delays of the two ears. Buses sum the ear signals with
+//! the weights of the HRTF set; each bus has one filter. The late reverb reads the delay lines and adds eight plane waves to
+//! the same buses. A [`Limiter`] follows.
 
 pub mod bands;
 pub mod binaural;
@@ -32,6 +32,6 @@ pub use limiter::Limiter;
 pub use report::BlockReport;
 pub use settings::GeneratorSettings;
 
-/// Frames rendered at once: a chunk of every buffer on a path's way fits a first-level cache, and no ramp ends within
-/// one. Independent of the caller's block.
+/// Frames rendered at once: the buffers of a path fit in a first-level cache, and no ramp ends within a chunk.
+/// Independent of the caller's block.
 const CHUNK: usize = 256;

@@ -1,19 +1,19 @@
-//! Linear ramps from one graphics frame's values to the next's.
+//! Linear ramps between the values of two graphics frames.
 //!
-//! Audio side; arithmetic. A ramp keeps its target and its growth a frame; its present value is
-//! `target − growth × frames left`: a render call may stop anywhere in a ramp, nothing drifts, and at the end the value is
+//! Audio side; arithmetic. A ramp stores its target and its growth per frame; its present value is
+//! `target − growth × frames left`. A render call may end anywhere in a ramp, the value does not drift, and at the end it is
 //! the target bit for bit.
 
 use crate::simd::F32x8;
 
-/// The chunk that is being rendered.
+/// The chunk being rendered.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ChunkSpan {
     /// Time of its first frame.
     pub(crate) now: i64,
-    /// Frames of the ramp left before it.
+    /// Frames of the ramp left at its start.
     pub(crate) left: u32,
-    /// Its frames, at most [`CHUNK`](crate::generation::CHUNK).
+    /// Number of frames, at most [`CHUNK`](crate::generation::CHUNK).
     pub(crate) frames: usize,
 }
 
@@ -37,12 +37,12 @@ impl LinearRamp {
         self.target - self.growth_now(left) * f64::from(left)
     }
 
-    /// The growth a frame with `left` frames of the ramp left.
+    /// The growth per frame with `left` frames of the ramp left.
     pub(crate) fn growth_now(&self, left: u32) -> f64 {
         if left > 0 { self.growth } else { 0.0 }
     }
 
-    /// From the value with `left` frames left to `target` within `ramp` frames.
+    /// Ramps from the value with `left` frames left to `target` within `ramp` frames.
     pub(crate) fn retarget(&mut self, target: f64, left: u32, ramp: u32) {
         self.growth = (target - self.value(left)) / f64::from(ramp);
         self.target = target;
@@ -66,12 +66,12 @@ impl BandRamp {
         self.target - self.growth_now(left) * F32x8::splat(left as f32)
     }
 
-    /// The growth a frame with `left` frames of the ramp left.
+    /// The growth per frame with `left` frames of the ramp left.
     pub(crate) fn growth_now(&self, left: u32) -> F32x8 {
         if left > 0 { self.growth } else { F32x8::ZERO }
     }
 
-    /// From the gains with `left` frames left to `target` within `ramp` frames.
+    /// Ramps from the gains with `left` frames left to `target` within `ramp` frames.
     pub(crate) fn retarget(&mut self, target: F32x8, left: u32, ramp: u32) {
         self.growth = (target - self.value(left)) * F32x8::splat(1.0 / ramp as f32);
         self.target = target;

@@ -7,11 +7,11 @@ use crate::generation::{BandCorrection, Hrtf};
 /// Paths of a frame without a voice.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Dropped {
-    /// Dropped: beyond the limits, invalid, out of order.
+    /// Dropped paths: beyond the limits, invalid or out of order.
     pub(crate) paths: u32,
-    /// Dropped: longer than the delay lines.
+    /// Dropped paths: longer than the delay lines.
     pub(crate) delays: u32,
-    /// Waiting for a voice.
+    /// Paths that wait for a voice.
     pub(crate) late_starts: u32,
 }
 
@@ -33,17 +33,17 @@ pub(crate) struct RenderContext<'a> {
     pub(crate) ramp: u32,
 }
 
-/// The source that owns a slot, and since when.
+/// The source that owns a slot, and the start of its signal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SlotOwner {
-    /// None before the first.
+    /// Bits of the source's identity; `None` before the first owner.
     pub(crate) bits: Option<u32>,
-    /// First position of its sound.
+    /// First position of its signal.
     pub(crate) since: i64,
 }
 
 impl SlotOwner {
-    /// Before the first owner, whose input may have begun already.
+    /// No owner yet; the input of the first one may already have started.
     pub(crate) const NONE: Self = Self {
         bits: None,
         since: i64::MIN / 2,

@@ -1,22 +1,22 @@
-//! What one call of the audio side did. The audio side never fails: it reports.
+//! Result of one render call. The audio side never fails: it reports counts.
 
-/// Report of one rendered stretch; counts are those since the last report.
+/// Report of one render call; counts are those since the last report.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlockReport {
     /// Audio frames written.
     pub frames: u32,
-    /// Voices that live or fade now.
+    /// Active and fading voices.
     pub voices: u32,
-    /// Paths that got no voice: beyond [`super::GeneratorSettings::max_voices`] (the quietest), of an unknown source,
-    /// with a value that is not a number or out of range, or not in order of their identity.
+    /// Paths without a voice: beyond [`super::GeneratorSettings::max_voices`] (the quietest), of an unknown source,
+    /// with a value out of range or NaN, or not in order of their identity.
     pub dropped_paths: u32,
     /// Paths longer than [`super::GeneratorSettings::max_delay_s`].
     pub dropped_delays: u32,
     /// Paths that start in a later graphics frame because too many voices still fade.
     pub late_starts: u32,
-    /// Input samples that were not a number below 1e6 in magnitude, and output samples that were none; all set to zero.
+    /// Input samples that are NaN or at least 1e6 in magnitude, and non-finite output samples; all set to zero.
     pub non_finite: u32,
-    /// Smallest gain of the limiter, 1 if it had nothing to do or is off.
+    /// Smallest linear gain of the limiter; 1 without limiting.
     pub limiter_gain_min: f32,
 }
 

@@ -3,7 +3,7 @@
 use crate::acoustics::bands::EDGES_HZ;
 use crate::error::{Error, Result};
 
-/// Sizes and choices of a generator; fixed for its life.
+/// Settings of a generator; fixed at its construction.
 ///
 /// ```
 /// use foresound::GeneratorSettings;
@@ -15,25 +15,25 @@ use crate::error::{Error, Result};
 pub struct GeneratorSettings {
     /// Sample rate in Hz, that of the HRTF set; 16,000 to 192,000.
     pub rate_hz: u32,
-    /// Slots for sources, 1 to 256. Each keeps its past in eight bands: 32 bytes × rate × `max_delay_s`.
+    /// Source slots, 1 to 256. Each delay line takes 32 bytes × rate × `max_delay_s`.
     pub max_sources: usize,
-    /// Paths that may sound at once, 1 to 16,384; beyond them the quietest are dropped and counted.
+    /// Most simultaneous paths, 1 to 16,384; the quietest beyond them are dropped and counted.
     pub max_voices: usize,
-    /// Of those, the loudest that are rendered with every component of the HRTF set; the others use the first
-    /// eight. With the built-in sets that raises a path's mean spectral error from 0.6 to 1.2 dB. More than [`Self::max_voices`] are as many.
+    /// Number of loudest paths that use every component of the HRTF set; the others use the first eight. With the
+    /// built-in sets this raises a path's mean spectral error from 0.6 to 1.2 dB. At most [`Self::max_voices`] apply.
     pub fine_voices: usize,
     /// Longest path delay in seconds, 0.01 to 10; longer paths are dropped and counted. 1.5 s are 515 m.
     pub max_delay_s: f64,
     /// Whether the late reverb runs.
     pub late: bool,
-    /// Whether the output is limited. Off for impulse responses: what comes out is linear, and 1.5 ms earlier.
+    /// Whether the output is limited. Off for impulse responses: the output is then linear, and 1.5 ms earlier.
     pub limiter: bool,
     /// Ceiling of the limiter in dB re full scale, −60 to 0.
     pub ceiling_db: f32,
 }
 
 impl Default for GeneratorSettings {
-    /// 16 sources with 64 paths each at 44.1 kHz, sixteen of each in full detail.
+    /// 16 sources with 64 paths each at 44.1 kHz, 16 of them with all HRTF components.
     fn default() -> Self {
         Self {
             rate_hz: 44_100,
@@ -51,9 +51,9 @@ impl Default for GeneratorSettings {
 impl GeneratorSettings {
     /// Checks every range.
     ///
-    /// Errors: [`Error::Setting`] that names the setting and what to do.
+    /// Errors: [`Error::Setting`] with the setting's name and advice.
     pub fn check(&self) -> Result<()> {
-        // The highest crossover has to lie well below half the rate.
+        // The highest crossover must be well below half the rate.
         let lowest_hz = (EDGES_HZ[EDGES_HZ.len() - 1] * 2.5) as u32;
         within("rate_hz", self.rate_hz, lowest_hz.max(16_000), 192_000)?;
         within("max_sources", self.max_sources, 1, 256)?;

@@ -1,11 +1,11 @@
-//! The interface of sound devices: they open, request blocks, and may disappear at any time.
+//! Interface of sound devices, which request blocks and may disappear at any time.
 //!
-//! The control side opens and drops; the device calls back on threads of its own. Implementations: `oboe` on Android, and
-//! whatever a test needs.
+//! The control side opens and drops devices; callbacks run on the device's threads. Implementations: `oboe` on Android, and
+//! those of the tests.
 
 use crate::error::Result;
 
-/// The interface that a device speaks.
+/// The system interface of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DeviceInterface {
     /// None of the others.
@@ -17,12 +17,12 @@ pub enum DeviceInterface {
     OpenSlEs = 2,
 }
 
-/// The properties that a device granted.
+/// Actual properties of an open device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceGrant {
     /// Sample rate in Hz.
     pub rate_hz: u32,
-    /// Audio frames that the device takes at once.
+    /// Audio frames per burst.
     pub burst_frames: u32,
     /// Audio frames of its buffer.
     pub buffer_frames: u32,
@@ -34,31 +34,32 @@ pub struct DeviceGrant {
     pub interface: DeviceInterface,
 }
 
-/// What a device calls, on threads of its own.
+/// Callback of a device, on the device's threads.
 pub trait DeviceCallback: Send {
     /// Fills interleaved stereo of any length. Audio side: wait-free, never panics.
     fn fill(&mut self, output: &mut [f32]);
 
-    /// The device is gone, for whatever reason. Not on the audio side; nothing is asked of this callback afterwards, but
-    /// a `fill` that is under way may still end.
+    /// Reports the loss of the device. Not on the audio side. No call of `fill` starts afterwards, but a running one may
+    /// still end.
     fn lost(&mut self);
 }
 
-/// A device that plays. Closed when dropped.
+/// An open, playing device. Closes on drop.
 pub trait OpenDevice: Send {
-    /// What it granted.
+    /// The actual properties.
     fn grant(&self) -> DeviceGrant;
 
-    /// Gaps that it has counted itself; 0 where it does not count.
+    /// Underruns counted by the device; 0 if it does not count them.
     fn xruns(&mut self) -> u32;
 }
 
-/// A way to open devices.
+/// Opens devices. Control side.
 pub trait Device: Send {
-    /// Opens and starts the system's present device: stereo, float, at this rate, as fast and as alone as it can be had.
+    /// Opens and starts the system's default device: stereo, float, at `rate_hz`, with low latency and exclusive access if
+    /// available.
     ///
     /// # Errors
-    /// [`crate::Error::Engine`] with the system's words.
+    /// [`crate::Error::Engine`] with the system's error text.
     fn open(
         &mut self,
         rate_hz: u32,

@@ -1,11 +1,10 @@
-//! Sound on Android: Oboe's way through AAudio or OpenSL ES.
+//! Sound output on Android by Oboe, through AAudio or OpenSL ES.
 //!
-//! The stream asks for low latency and for the device alone, leaves the size of callbacks to the device (forcing it costs
-//! a buffer), and keeps a buffer of two bursts. A rate that is not the device's own is converted by Oboe, which keeps the
-//! low-latency way. Nothing here decides what happens when a device is lost: that is the caller's, told by
-//! [`DeviceCallback::lost`].
+//! The stream requests low latency and exclusive access. The device determines the callback size: a fixed one costs a
+//! buffer. The buffer has two bursts. Oboe converts sample rates other than the device's own, which preserves the
+//! low-latency path. The caller handles the loss of a device ([`DeviceCallback::lost`]).
 //!
-//! [`OboeDevice::open`] and dropping: control side. The callback: the device's thread, wait-free; it does nothing but call
+//! [`OboeDevice::open`] and drop: control side. The callback: the device's thread, wait-free; it only calls
 //! [`DeviceCallback::fill`].
 
 use oboe::{
@@ -46,8 +45,8 @@ impl AudioOutputCallback for Callback {
 fn samples(frames: &mut [(f32, f32)]) -> &mut [f32] {
     const { assert!(size_of::<(f32, f32)>() == 2 * size_of::<f32>()) };
     let count = 2 * frames.len();
-    // SAFETY: a pair of floats is two floats without a gap (asserted above), aligned as one; the memory is borrowed for as
-    // long as the result lives, and every bit pattern is a float.
+    // SAFETY: a pair of floats is two floats without padding (asserted above), with the alignment of one. The borrow lasts
+    // for the lifetime of the result, and every bit pattern is a valid float.
     unsafe { std::slice::from_raw_parts_mut(frames.as_mut_ptr().cast(), count) }
 }
 
@@ -56,8 +55,8 @@ struct Open {
     grant: DeviceGrant,
 }
 
-// SAFETY: the stream is a counted pointer to an object of Oboe's that locks itself; it is used from one thread at a time
-// (`&mut`), and the callback it owns is `Send`.
+// SAFETY: the stream is a reference-counted pointer to an internally locked Oboe object; one thread at a time uses it
+// (`&mut`), and its callback is `Send`.
 unsafe impl Send for Open {}
 
 impl Device for OboeDevice {
@@ -66,7 +65,7 @@ impl Device for OboeDevice {
         rate_hz: u32,
         callback: Box<dyn DeviceCallback>,
     ) -> Result<Box<dyn OpenDevice>> {
-        let refused = |error: oboe::Error| {
+        let open_error = |error: oboe::Error| {
             let advice = "close other apps that use sound, or try again";
             Error::engine(format!("no sound device: {error}"), advice)
         };
@@ -84,11 +83,11 @@ impl Device for OboeDevice {
             .set_f32()
             .set_callback(Callback(callback))
             .open_stream()
-            .map_err(refused)?;
+            .map_err(open_error)?;
         let burst = stream.get_frames_per_burst().max(1);
-        // Refused where the device knows better; what it has is read back.
+        // The device may reject the size; the actual size is read back below.
         let _ = stream.set_buffer_size_in_frames(BURSTS * burst);
-        stream.start().map_err(refused)?;
+        stream.start().map_err(open_error)?;
         let grant = DeviceGrant {
             rate_hz: stream.get_sample_rate().max(0) as u32,
             burst_frames: burst as u32,

@@ -1,8 +1,7 @@
-//! Sound into a WAV file.
+//! WAV file output.
 //!
-//! Control side: it writes to the disk and may block, so the thread that feeds it has no deadline. Takes interleaved
-//! or planar blocks, gives one file that is whole or absent ([`WholeFile`]). The same samples give the same bytes:
-//! nothing is dithered.
+//! Control side: disk writes may block. Input: interleaved or planar blocks; output: one file that is complete or absent
+//! ([`WholeFile`]). Equal samples produce equal bytes: there is no dither.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -13,13 +12,13 @@ use hound::{SampleFormat, WavSpec, WavWriter};
 use super::whole_file::{WholeFile, write_error};
 use crate::{Error, Result};
 
-/// Largest data chunk written, in bytes: RIFF counts in 32 bits, and the header takes less than 1 KiB of them.
+/// Largest data chunk in bytes: RIFF sizes have 32 bits, and the header takes less than 1 KiB.
 const MAX_DATA_BYTES: u64 = u32::MAX as u64 - 1024;
 
-/// How a sample is stored.
+/// Sample format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WavFormat {
-    /// 32-bit float: samples come back bit for bit, beyond ±1 too.
+    /// 32-bit float: samples are stored bit for bit, also beyond ±1.
     #[default]
     Float32,
     /// 16-bit PCM: rounded to nearest, clipped at full scale.
@@ -27,7 +26,7 @@ pub enum WavFormat {
 }
 
 impl WavFormat {
-    /// Bytes a sample.
+    /// Bytes per sample.
     const fn bytes(self) -> u64 {
         match self {
             Self::Float32 => 4,
@@ -49,7 +48,7 @@ impl WavFormat {
     }
 }
 
-/// A WAV file being written. Dropped before [`Self::finish`], it leaves no file.
+/// A WAV file being written. If it is dropped before [`Self::finish`], no file remains.
 ///
 /// ```no_run
 /// use foresound::offline::WavSink;
@@ -62,7 +61,7 @@ impl WavFormat {
 /// # }
 /// ```
 pub struct WavSink {
-    // The writer stands first: it is dropped, and writes its header, before the file is removed.
+    // First field: the writer is dropped, and writes its header, before the file is removed.
     writer: WavWriter<BufWriter<File>>,
     whole: WholeFile,
     path: PathBuf,
@@ -72,15 +71,15 @@ pub struct WavSink {
 }
 
 impl WavSink {
-    /// A 32-bit float file; folders that are missing are made.
+    /// A 32-bit float file with `rate_hz` in Hz; creates missing folders.
     ///
     /// # Errors
-    /// [`Error::Setting`] without channels or rate, [`Error::File`] if the file cannot be written.
+    /// [`Error::Setting`] for zero channels or rate, [`Error::File`] if the file cannot be written.
     pub fn create(path: impl AsRef<Path>, rate_hz: u32, channels: u16) -> Result<Self> {
         Self::create_with(path, rate_hz, channels, WavFormat::default())
     }
 
-    /// A file of the given sample format; folders that are missing are made.
+    /// A file of the given sample format; creates missing folders.
     ///
     /// # Errors
     /// As [`Self::create`].
@@ -94,7 +93,7 @@ impl WavSink {
             return Err(Error::setting(
                 "WAV",
                 format!("{channels} channels at {rate_hz} Hz"),
-                "give at least one channel and a sample rate",
+                "set at least one channel and a sample rate",
             ));
         }
         let path = path.as_ref().to_path_buf();
@@ -119,8 +118,8 @@ impl WavSink {
     /// Appends interleaved samples, full scale ±1.
     ///
     /// # Errors
-    /// [`Error::Setting`] if the samples do not make whole audio frames; [`Error::File`] if a sample is not finite,
-    /// the file passes 4 GiB or the disk refuses it.
+    /// [`Error::Setting`] if the last audio frame is incomplete; [`Error::File`] if a sample is not finite, the file
+    /// exceeds 4 GiB or a write fails.
     pub fn write(&mut self, interleaved: &[f32]) -> Result<()> {
         if !interleaved.len().is_multiple_of(usize::from(self.channels)) {
             return Err(Error::setting(
@@ -130,14 +129,14 @@ impl WavSink {
                     interleaved.len(),
                     self.channels
                 ),
-                "give every channel the same number of samples",
+                "pass the same number of samples for every channel",
             ));
         }
         let data_bytes = (self.samples_written + interleaved.len() as u64) * self.format.bytes();
         if data_bytes > MAX_DATA_BYTES {
             return Err(Error::file(
                 &self.path,
-                "grows past the 4 GiB of a WAV file",
+                "exceeds the 4 GiB limit of a WAV file",
                 "write a shorter file or 16-bit samples",
             ));
         }
@@ -147,7 +146,7 @@ impl WavSink {
         Ok(())
     }
 
-    /// Appends one slice of equal length a channel.
+    /// Appends one slice per channel, all of equal length.
     ///
     /// # Errors
     /// As [`Self::write`].
@@ -159,7 +158,7 @@ impl WavSink {
             return Err(Error::setting(
                 "WAV block",
                 format!("{} slices for {} channels", channels.len(), self.channels),
-                "give one slice a channel, all of one length",
+                "pass one slice per channel, all of equal length",
             ));
         }
         let interleaved: Vec<f32> = (0..audio_frames)
@@ -168,10 +167,10 @@ impl WavSink {
         self.write(&interleaved)
     }
 
-    /// Completes the header and gives the file its name.
+    /// Completes the header and renames the file to its final name.
     ///
     /// # Errors
-    /// [`Error::File`] if the disk refuses the rest; no file is left then.
+    /// [`Error::File`] if a write fails; no file remains.
     pub fn finish(self) -> Result<()> {
         let Self {
             writer,
@@ -193,7 +192,7 @@ impl WavSink {
         }
         let written = match self.format {
             WavFormat::Float32 => self.writer.write_sample(sample),
-            // Full scale is 2^15, as the reader has it: what was read from 16 bits is written back unchanged.
+            // Full scale is 2^15, as in the reader: samples read from 16 bits are written unchanged.
             WavFormat::Pcm16 => {
                 let code = (sample * 32768.0).round().clamp(-32768.0, 32767.0);
                 self.writer.write_sample(code as i16)
@@ -218,7 +217,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn float_samples_come_back_bit_for_bit() {
+    fn float_samples_are_stored_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("new/folder/out.wav");
         let samples = [0.0, -1.0, 0.123_456_79, 3.5e-20, 1.7, -0.0];
@@ -272,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_blocks_and_folders_are_refused() {
+    fn invalid_blocks_and_folders_are_rejected() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("out.wav");
         let mut sink = WavSink::create(&path, 44_100, 2).unwrap();

@@ -1,7 +1,7 @@
-//! A file that is there as a whole or not at all.
+//! A file that is either complete or absent.
 //!
-//! Control side; blocks on the disk. Content goes to `NAME.part` beside the wanted file and takes its name only once
-//! it is complete, so that whoever finds a file under its own name may trust it.
+//! Control side; blocks on the disk. Content is written to `NAME.part` in the same folder and renamed when it is complete: a
+//! file with its final name is always complete.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{Error, Result};
 
-/// A file in the making. Dropped before [`Self::keep`], it removes what was written.
+/// A file being written. If it is dropped before [`Self::keep`], the partial file is removed.
 #[derive(Debug)]
 pub struct WholeFile {
     path: PathBuf,
@@ -19,26 +19,26 @@ pub struct WholeFile {
 }
 
 impl WholeFile {
-    /// Opens `NAME.part` for writing, after making the folders that are missing. A link is followed, so that the
-    /// file it names is replaced and the link stays.
+    /// Opens `NAME.part` for writing and creates missing folders. A link is followed: its target is replaced, and the
+    /// link remains.
     ///
     /// # Errors
-    /// [`Error::File`] if the path names no file, names a folder or a device, or cannot be written.
+    /// [`Error::File`] if the path has no file name, is a folder or a device, or cannot be written.
     pub fn create(path: impl AsRef<Path>) -> Result<(Self, File)> {
         let given = path.as_ref();
         let path = fs::canonicalize(given).unwrap_or_else(|_| given.to_path_buf());
         let Some(name) = path.file_name() else {
-            return Err(Error::file(given, "names no file", "add a file name"));
+            return Err(Error::file(given, "has no file name", "add a file name"));
         };
         if path.is_dir() {
             return Err(Error::file(given, "is a folder", "add a file name"));
         }
-        // The rename would put a regular file in a device's place.
+        // The rename would replace a device with a regular file.
         if path.exists() && !path.is_file() {
             return Err(Error::file(
                 given,
                 "is not a regular file",
-                "name a file that may be replaced",
+                "choose a file that may be replaced",
             ));
         }
         let mut part_name = OsString::from(name);
@@ -52,25 +52,25 @@ impl WholeFile {
         Ok((Self { path, part, kept }, file))
     }
 
-    /// The wanted name.
+    /// The final path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Gives the file its name. The caller has flushed and closed it.
+    /// Renames the file to its final name. The caller must have flushed and closed it.
     ///
     /// # Errors
-    /// [`Error::File`] if the file cannot be renamed; what was written is removed then.
+    /// [`Error::File`] if the file cannot be renamed; the partial file is removed.
     pub fn keep(mut self) -> Result<()> {
         fs::rename(&self.part, &self.path).map_err(|e| write_error(&self.path, e))?;
         self.kept = true;
         Ok(())
     }
 
-    /// Writes a whole file at once.
+    /// Writes a complete file.
     ///
     /// # Errors
-    /// [`Error::File`] as [`Self::create`] and [`Self::keep`], or with what `content` failed with.
+    /// [`Error::File`] as [`Self::create`] and [`Self::keep`], or with the error of `content`.
     pub fn write(
         path: impl AsRef<Path>,
         content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -88,13 +88,13 @@ impl WholeFile {
 impl Drop for WholeFile {
     fn drop(&mut self) {
         if !self.kept {
-            // Nobody is left to tell; a remainder still carries the name of a part.
+            // `drop` cannot report a failure; a remaining file keeps the `.part` suffix.
             let _ = fs::remove_file(&self.part);
         }
     }
 }
 
-/// A file that could not be written, with advice that fits the reason.
+/// The error of a failed write, with advice for its cause.
 pub(crate) fn write_error(path: &Path, error: io::Error) -> Error {
     let advice = match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn folders_devices_and_files_as_folders_are_refused() {
+    fn folders_devices_and_files_as_folders_are_rejected() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("file");
         fs::write(&file, "x").unwrap();
@@ -155,7 +155,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link() {
+    fn a_link_remains_a_link() {
         let folder = tempfile::tempdir().unwrap();
         let (target, link) = (folder.path().join("target"), folder.path().join("link"));
         fs::write(&target, "old").unwrap();

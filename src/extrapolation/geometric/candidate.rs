@@ -1,4 +1,4 @@
-//! One path that is or may soon be audible, and its evaluation in the present graphics frame.
+//! A path that is or may become audible, and its evaluation in the present graphics frame.
 
 use crate::acoustics::BandArray;
 use crate::extrapolation::frame::{FramePath, energy};
@@ -13,14 +13,13 @@ use crate::propagation::image_source::sequence::{Precedence, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
 use crate::scene::{ListenerPose, Scene};
 
-/// Difference in metres between the length of a path and of its unfolded image above which the path is no image-source
-/// path.
+/// Largest length difference in metres between an image-source path and its unfolded image.
 const LENGTH_TOLERANCE_M: f64 = 1e-3;
 
-/// A path of one of the last updates, and what it is computed from.
+/// A path of one of the last updates, and the geometry of its evaluation.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
-    /// The path as of the last update that had it.
+    /// The path in its last update.
     pub path: Path,
     /// The listener of that update.
     pub listener: ListenerPose,
@@ -28,21 +27,21 @@ pub struct Candidate {
     pub geometry: PathGeometry,
     /// For each reflection the earlier ones that must precede it, in a scene without instances.
     order: Precedence,
-    /// The number of the update in or after which it was last valid.
+    /// Number of the last update in or after which it was valid.
     pub valid_in: u64,
-    /// The line through its last evaluations; `None` where every frame evaluates it.
+    /// The line through its last evaluations; `None` if every frame evaluates it.
     pub line: Option<PathLine>,
 }
 
-/// A candidate's visibility and level, apart from [`Candidate`] because every graphics frame walks all of these and few
+/// Visibility and energy of a candidate. Separate from [`Candidate`]: every graphics frame reads all states but few
 /// candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct VisibilityState {
-    /// Whether nothing blocks it, as of frame [`Self::tested`].
+    /// Whether the path is unoccluded, as of frame [`Self::tested`].
     pub is_visible: bool,
-    /// Whether the newest update has it.
+    /// Whether the newest update has the path.
     pub in_update: bool,
-    /// The segment of a reflected path that was blocked last.
+    /// The last blocked segment of a reflected path.
     pub blocked_segment: u8,
     /// Rays of a test of the whole path.
     pub segments: u8,
@@ -50,24 +49,24 @@ pub struct VisibilityState {
     pub tested: Option<u64>,
     /// The graphics frame of the last change of [`Self::is_visible`].
     pub changed: u64,
-    /// Energy over all bands as last emitted, or as of an update.
+    /// Energy over all bands of the last emission or update.
     pub energy: f32,
-    /// Largest energy so far: a path that fades at a surface's end may come back this loud.
+    /// Largest energy so far: a path that fades at a surface's end may return to it.
     pub peak_energy: f32,
 }
 
-/// What a path is computed from.
+/// Surfaces and edges from which a path is computed.
 #[derive(Debug, Clone, Copy)]
 pub enum PathGeometry {
-    /// Surfaces alone, in canonical order.
+    /// Surfaces only, in canonical order.
     Reflection(Sequence),
-    /// Edges, and surfaces before or behind them.
+    /// Edges, and surfaces before or after them.
     Diffraction(DiffractionSequence),
-    /// Unknown: the path is held as its update has it.
+    /// Unknown: the path is held unchanged from its update.
     Unknown,
 }
 
-/// What follows from a path of an update, independent of the graphics frame.
+/// The part of a candidate that depends only on the update, not on the graphics frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PathRecipe {
     pub(crate) id: PathId,
@@ -88,7 +87,7 @@ impl PathRecipe {
         }
     }
 
-    /// Of a path of an update; `scene` has that update's instance poses.
+    /// The recipe of a path of an update; `scene` has that update's instance poses.
     pub(crate) fn of(path: &Path, update: &PathSet, scene: &Scene) -> Self {
         let recipe = Self::nearby(path, scene);
         let PathGeometry::Reflection(sequence) = recipe.geometry else {
@@ -110,7 +109,7 @@ impl PathRecipe {
         }
     }
 
-    /// Of a nearby path of an update, without a test of its length.
+    /// The recipe of a nearby path of an update, without a test of its length.
     pub(crate) fn nearby(path: &Path, scene: &Scene) -> Self {
         let geometry = match DiffractionSequence::of(scene, path) {
             Some(sequence) => PathGeometry::Diffraction(sequence),
@@ -121,7 +120,7 @@ impl PathRecipe {
 }
 
 impl Candidate {
-    /// From a path of an update.
+    /// A candidate from a path of an update.
     pub(crate) fn new(path: &Path, update: &PathSet, recipe: &PathRecipe) -> Self {
         Self {
             path: *path,
@@ -133,7 +132,7 @@ impl Candidate {
         }
     }
 
-    /// A visible candidate continued along its line; `None` where this frame evaluates it.
+    /// A visible candidate extrapolated along its line; `None` if this frame must evaluate it.
     pub(crate) fn extrapolate(
         &self,
         inputs: &FrameInputs<'_>,
@@ -142,7 +141,7 @@ impl Candidate {
     ) -> Option<FramePath> {
         let path = self.line.as_ref()?.at(frame, every.into())?;
         let is_diffracted = match self.geometry {
-            // A held path jumps from one update to the next.
+            // A held path jumps between updates.
             PathGeometry::Unknown => return None,
             PathGeometry::Diffraction(_) => true,
             PathGeometry::Reflection(_) => false,
@@ -152,14 +151,14 @@ impl Candidate {
         (!is_out).then_some(path)
     }
 
-    /// Continues the line through the path of a frame that has evaluated it.
+    /// Updates the line with the path of a frame that has evaluated it.
     pub(crate) fn update_line(&mut self, path: Option<&FramePath>, frame: u64, every: u32) {
         let before = self.line.take();
         let path = path.filter(|_| !matches!(self.geometry, PathGeometry::Unknown));
         self.line = path.map(|path| PathLine::through(path, frame, before.as_ref(), every.into()));
     }
 
-    /// Its geometry in this graphics frame, without visibility; of a reflected path the points alone.
+    /// Its geometry in this graphics frame, without visibility; only the points of a reflected path.
     pub(crate) fn evaluate(
         &self,
         inputs: &FrameInputs<'_>,
@@ -177,7 +176,7 @@ impl Candidate {
             PathGeometry::Unknown => {
                 return arena.push_held(FramePath::of(&self.path, &self.listener, scene));
             }
-            // Updates omit these where the direct path is visible.
+            // Updates omit diffracted paths if the direct path is visible.
             PathGeometry::Diffraction(_) if !source.is_occluded => return FrameGeometry::Invalid,
             PathGeometry::Diffraction(sequence) => {
                 let path = sequence.between(scene, &source.endpoints);
@@ -232,7 +231,7 @@ impl Candidate {
         let mut amplitude = reflected(scene, image, source.endpoints.min_distance_m);
         let departure = (image.points[0] - source.local[0]).as_vec3();
         apply_directivity(&mut amplitude, &source.endpoints.source, departure);
-        // Rounded as in an update: a path at rest has the same bits either way.
+        // Rounded as in an update: a static path is bit-identical to it.
         let (position, length_m) = (scene.to_world(image.image), image.length_m as f32);
         FramePath {
             amplitude,
@@ -240,7 +239,7 @@ impl Candidate {
         }
     }
 
-    /// Whether one of its surfaces belonged to an instance that has been removed or replaced.
+    /// Whether one of its surfaces belonged to a removed or replaced instance.
     fn is_gone(&self, scene: &Scene) -> bool {
         if !scene.has_instances() {
             return false;
@@ -257,7 +256,7 @@ impl Candidate {
 }
 
 impl VisibilityState {
-    /// Of a valid path of an update.
+    /// The state of a valid path of an update.
     pub(crate) fn new(path: &Path, frame: u64) -> Self {
         let energy = energy(&path.amplitude);
         Self {
@@ -272,7 +271,7 @@ impl VisibilityState {
         }
     }
 
-    /// Of a nearby path of an update.
+    /// The state of a nearby path of an update.
     pub(crate) fn nearby(path: &Path, frame: u64) -> Self {
         Self {
             is_visible: false,
@@ -281,7 +280,7 @@ impl VisibilityState {
         }
     }
 
-    /// Records the amplitude that is emitted.
+    /// Records the emitted amplitude.
     pub(crate) fn record_amplitude(&mut self, amplitude: &BandArray) {
         self.energy = energy(amplitude);
         self.peak_energy = self.peak_energy.max(self.energy);

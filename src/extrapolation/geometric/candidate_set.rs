@@ -1,9 +1,9 @@
 //! The candidates, merged with every update.
 //!
 //! An update lists the paths that are valid at its poses. Its visibility replaces a candidate's own if it describes a later
-//! graphics frame than the candidate's last test; visibility for a position that the listener never reached is a hint.
-//! Paths that an update lists as nearby are kept, silent, until a ray finds them visible or an update omits them.
-//! Candidates that an update omits are kept for some updates. A long update is merged in parts.
+//! graphics frame than the candidate's last test; visibility at a position that the listener did not reach is a hint.
+//! Nearby paths of an update are kept, silent, until a ray finds them visible or an update omits them. Candidates that an
+//! update omits are kept for some updates. A long update is merged in parts.
 
 use crate::extrapolation::frame::energy;
 use crate::extrapolation::geometric::FrameInputs;
@@ -18,11 +18,11 @@ use crate::propagation::{Path, PathSet};
 /// Most candidates over all sources; a full set drops the last by identity.
 const CAPACITY: usize = 32_768;
 
-/// Updates for which a reflected path is kept that was valid before, so that a ray can find it visible again.
-const REMEMBERED_UPDATES: u64 = 8;
+/// Updates for which a reflected path is kept after it was valid: a ray may find it visible again.
+const RETAINED_UPDATES: u64 = 8;
 
-/// The same of a diffracted path: an update lists the loudest, and the others are not to be heard.
-const REMEMBERED_UPDATES_DIFFRACTED: u64 = 1;
+/// Updates for which a diffracted path is kept: an update lists the loudest, and the others must be silent.
+const RETAINED_UPDATES_DIFFRACTED: u64 = 1;
 
 /// All candidates, sorted by identity.
 #[derive(Debug, Default)]
@@ -38,7 +38,7 @@ pub struct CandidateSet {
 }
 
 impl CandidateSet {
-    /// Reserves room for this many candidates and drops what exceeds it.
+    /// Limits the number of candidates and reserves capacity for them.
     pub(crate) fn set_capacity(&mut self, candidates: usize) {
         let capacity = candidates.min(CAPACITY);
         self.next.capacity = capacity;
@@ -50,7 +50,7 @@ impl CandidateSet {
         }
     }
 
-    /// Begins to merge an update, in a graphics frame.
+    /// Begins the merge of an update in a graphics frame.
     pub(crate) fn begin_update(&mut self, frame: u64, epoch: UpdateEpoch) {
         self.progress = MergeProgress {
             frame,
@@ -61,8 +61,7 @@ impl CandidateSet {
         self.next.states.clear();
     }
 
-    /// Merges that update until the budget is spent; returns whether it is merged. Until then the candidates are those from
-    /// before it.
+    /// Merges the update until the budget is spent; returns whether it is merged. Until then the candidates are unchanged.
     pub(crate) fn merge_part(
         &mut self,
         (update, prepared): (&PathSet, &PreparedUpdate),
@@ -114,7 +113,7 @@ impl Default for NextSet {
 }
 
 impl NextSet {
-    /// Adds one if there is room.
+    /// Adds a candidate if there is capacity.
     fn push(
         &mut self,
         candidate: &Candidate,
@@ -132,19 +131,19 @@ impl NextSet {
 /// Progress of a merge.
 #[derive(Debug, Clone, Copy, Default)]
 struct MergeProgress {
-    /// The graphics frame in which it began.
+    /// The graphics frame in which the merge began.
     frame: u64,
     epoch: UpdateEpoch,
-    /// The next path of the update, and the number of extrapolated ones before it.
+    /// Index of the next path of the update, and the number of extrapolated ones before it.
     path: usize,
     recipe: usize,
-    /// The next nearby path.
+    /// Index of the next nearby path.
     nearby: usize,
-    /// The next candidate from before.
+    /// Index of the next previous candidate.
     old: usize,
 }
 
-/// A merge of an update, its nearby paths and the candidates from before, all sorted by identity.
+/// A merge of an update, its nearby paths and the previous candidates, all sorted by identity.
 struct Merge<'a> {
     update: &'a PathSet,
     prepared: &'a PreparedUpdate,
@@ -156,7 +155,7 @@ struct Merge<'a> {
 }
 
 /// A candidate from before the update.
-type Known<'a> = (&'a Candidate, &'a VisibilityState);
+type Old<'a> = (&'a Candidate, &'a VisibilityState);
 
 impl Merge<'_> {
     /// Keeps or drops the next candidate by identity; returns whether there was one.
@@ -173,35 +172,35 @@ impl Merge<'_> {
         let nearby = self.update.nearby.get(progress.nearby);
         let nearby = nearby.filter(|nearby| valid.is_none_or(|path| nearby.id < path.id));
         let next = nearby.or(valid);
-        let known = self.old.0.get(progress.old);
-        let known = known.zip(self.old.1.get(progress.old));
-        let known = known.filter(|(known, _)| next.is_none_or(|next| known.path.id <= next.id));
-        progress.old += usize::from(known.is_some());
-        match (next, known) {
+        let old = self.old.0.get(progress.old);
+        let old = old.zip(self.old.1.get(progress.old));
+        let old = old.filter(|(old, _)| next.is_none_or(|next| old.path.id <= next.id));
+        progress.old += usize::from(old.is_some());
+        match (next, old) {
             (None, None) => return false,
-            (None, Some(known)) => {
-                self.merge_absent(known);
+            (None, Some(old)) => {
+                self.merge_absent(old);
             }
-            (Some(next), Some(known)) if known.0.path.id < next.id => {
-                self.merge_absent(known);
+            (Some(next), Some(old)) if old.0.path.id < next.id => {
+                self.merge_absent(old);
             }
-            (Some(next), known) if nearby.is_some() => {
+            (Some(next), old) if nearby.is_some() => {
                 let recipe = self.prepared.get_nearby(progress.nearby, next);
                 progress.nearby += 1;
-                self.merge_nearby(next, recipe, known);
+                self.merge_nearby(next, recipe, old);
             }
-            (Some(next), known) => {
+            (Some(next), old) => {
                 let recipe = self.prepared.get(progress.recipe, next);
                 progress.path += 1;
                 progress.recipe += 1;
-                self.merge_valid(next, recipe, known);
+                self.merge_valid(next, recipe, old);
             }
         }
         true
     }
 
-    /// A path that is valid in the update.
-    fn merge_valid(&mut self, path: &Path, recipe: Option<&PathRecipe>, known: Option<Known<'_>>) {
+    /// Merges a path that is valid in the update.
+    fn merge_valid(&mut self, path: &Path, recipe: Option<&PathRecipe>, old: Option<Old<'_>>) {
         let own = || PathRecipe::of(path, self.update, self.inputs.update_scene);
         let recipe = recipe.copied().unwrap_or_else(own);
         let new = Candidate::new(path, self.update, &recipe);
@@ -212,28 +211,28 @@ impl Merge<'_> {
         };
         candidate.valid_in = self.updates;
         state.tested = epoch.is_reached.then_some(epoch.frame);
-        let Some((before, known)) = known else {
+        let Some((before, old)) = old else {
             return;
         };
         candidate.line = before.line;
-        if (!epoch.is_reached || known.tested > state.tested) && known.tested.is_some() {
-            (state.is_visible, state.tested) = (known.is_visible, known.tested);
-            state.blocked_segment = known.blocked_segment;
+        if (!epoch.is_reached || old.tested > state.tested) && old.tested.is_some() {
+            (state.is_visible, state.tested) = (old.is_visible, old.tested);
+            state.blocked_segment = old.blocked_segment;
         }
-        state.peak_energy = state.peak_energy.max(known.peak_energy);
-        if known.is_visible == state.is_visible {
-            state.changed = known.changed;
+        state.peak_energy = state.peak_energy.max(old.peak_energy);
+        if old.is_visible == state.is_visible {
+            state.changed = old.changed;
         }
-        if known.is_visible {
-            state.energy = known.energy;
+        if old.is_visible {
+            state.energy = old.energy;
         }
     }
 
-    /// A nearby path: kept until the next update, and as long as a candidate that was valid before.
-    fn merge_nearby(&mut self, path: &Path, recipe: Option<&PathRecipe>, known: Option<Known<'_>>) {
+    /// Merges a nearby path: kept until the next update, or as long as a candidate that was valid before.
+    fn merge_nearby(&mut self, path: &Path, recipe: Option<&PathRecipe>, old: Option<Old<'_>>) {
         let updates = self.updates;
-        let pushed = match known.filter(|(known, _)| self.is_remembered(known)) {
-            Some(known) => self.merge_absent(known),
+        let pushed = match old.filter(|(old, _)| self.is_retained(old)) {
+            Some(old) => self.merge_absent(old),
             None => {
                 let own = || PathRecipe::nearby(path, self.inputs.update_scene);
                 let recipe = recipe.copied().unwrap_or_else(own);
@@ -246,32 +245,32 @@ impl Merge<'_> {
             return;
         };
         state.peak_energy = state.peak_energy.max(energy(&path.amplitude));
-        let oldest = updates.saturating_sub(REMEMBERED_UPDATES);
+        let oldest = updates.saturating_sub(RETAINED_UPDATES);
         candidate.valid_in = candidate.valid_in.max(oldest);
     }
 
-    /// Whether a candidate is kept that is not valid in the update.
-    fn is_remembered(&self, candidate: &Candidate) -> bool {
-        let remembered = match candidate.geometry {
-            PathGeometry::Diffraction(_) => REMEMBERED_UPDATES_DIFFRACTED,
-            PathGeometry::Reflection(_) => REMEMBERED_UPDATES,
+    /// Whether a candidate that is not valid in the update is kept.
+    fn is_retained(&self, candidate: &Candidate) -> bool {
+        let limit = match candidate.geometry {
+            PathGeometry::Diffraction(_) => RETAINED_UPDATES_DIFFRACTED,
+            PathGeometry::Reflection(_) => RETAINED_UPDATES,
             PathGeometry::Unknown => return false,
         };
-        self.updates - candidate.valid_in <= remembered
+        self.updates - candidate.valid_in <= limit
     }
 
-    /// A candidate that is not valid in the update.
+    /// Merges a candidate that is not valid in the update.
     fn merge_absent(
         &mut self,
-        (candidate, state): Known<'_>,
+        (candidate, state): Old<'_>,
     ) -> Option<(&mut Candidate, &mut VisibilityState)> {
-        if !self.is_remembered(candidate) {
+        if !self.is_retained(candidate) {
             return None;
         }
         let epoch = self.progress.epoch;
         let (candidate, state) = self.next.push(candidate, state)?;
         state.in_update = false;
-        // Where the direct path is visible no update searches for diffracted ones: their absence means nothing.
+        // An update searches for diffracted paths only if the direct path is blocked: otherwise absence is no test.
         let is_diffracted = matches!(candidate.geometry, PathGeometry::Diffraction(_));
         if is_diffracted && !self.inputs.is_occluded(candidate.path.source) {
             state.tested = None;

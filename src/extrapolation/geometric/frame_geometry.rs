@@ -1,4 +1,4 @@
-//! Geometry of the candidates in one graphics frame: an index a candidate, and the geometry of the audible ones in lists.
+//! Geometry of the candidates in one graphics frame: one index per candidate, and lists of the geometry of audible ones.
 
 use glam::DVec3;
 
@@ -8,18 +8,18 @@ use crate::propagation::diffraction::DiffractionPath;
 use crate::propagation::image_source::image_path::{ImagePath, UnfoldedPath};
 use crate::scene::Scene;
 
-/// A candidate's geometry in one graphics frame; numbers are indices in [`GeometryArena`].
+/// A candidate's geometry in one graphics frame, with indices in [`GeometryArena`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FrameGeometry {
     /// Not computed: the path was blocked when it was last tested.
     Unevaluated,
-    /// Silent: a point has left its surface, the source is gone, or it is visible and the path a diffracted one.
+    /// Silent: a point is off its surface, the source does not exist, or it is visible and the path is diffracted.
     Invalid,
-    /// A path that cannot be computed anew, as its update has it.
+    /// A path of unknown geometry, unchanged from its update.
     Held(u32),
-    /// A path continued along its line.
+    /// A linearly extrapolated path.
     Extrapolated(u32),
-    /// A reflected path with its points alone, in [`GeometryArena::unfolded`].
+    /// The points of a reflected path, in [`GeometryArena::unfolded`].
     Unfolded,
     /// A reflected path.
     Image(u32),
@@ -28,7 +28,7 @@ pub(crate) enum FrameGeometry {
 }
 
 impl FrameGeometry {
-    /// Cost of computing it.
+    /// Cost of its computation.
     pub(crate) fn cost(self) -> usize {
         match self {
             Self::Unevaluated => 0,
@@ -47,9 +47,9 @@ impl FrameGeometry {
 /// Geometry of the present graphics frame.
 #[derive(Debug, Default)]
 pub(crate) struct GeometryArena {
-    /// The reflected path that was unfolded last.
+    /// The last unfolded path.
     pub(crate) unfolded: UnfoldedPath,
-    /// Its source, and the listener's image.
+    /// Its source and the image of the listener.
     pub(crate) line: [DVec3; 2],
     images: Vec<ImagePath>,
     diffracted: Vec<DiffractionPath>,
@@ -57,7 +57,7 @@ pub(crate) struct GeometryArena {
 }
 
 impl GeometryArena {
-    /// Reserves room for this many candidates.
+    /// Reserves capacity for this many candidates.
     pub(crate) fn reserve(&mut self, candidates: usize) {
         self.images.reserve(candidates);
         self.diffracted.reserve(candidates);
@@ -71,7 +71,7 @@ impl GeometryArena {
         self.paths.clear();
     }
 
-    /// Stores the path that was unfolded last, with its angles and its image source.
+    /// Stores the last unfolded path with its angles and its image source.
     pub(crate) fn push_unfolded(&mut self, scene: &Scene) -> FrameGeometry {
         self.images.push(self.unfolded.finish(scene, self.line));
         FrameGeometry::Image(self.images.len() as u32 - 1)

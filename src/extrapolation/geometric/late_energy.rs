@@ -1,14 +1,14 @@
 //! The late energy between two updates.
 //!
 //! Own. Late energy is a smooth function of the positions of source and listener ([`crate::propagation::diffuse`]). The
-//! last updates hold estimates for their own listener positions and for those on the predicted way there
-//! ([`crate::propagation::PathSet::predicted_positions`]). Between two estimates the late energy is interpolated linearly; where updates
-//! lag behind, it is extrapolated by at most the distance of the two. A wall ends the smoothness: only estimates at
-//! positions that the listener sees count. The time of the first arrival follows from the positions themselves.
+//! last updates hold estimates for their listener positions and for positions on the predicted trajectories
+//! ([`crate::propagation::PathSet::predicted_positions`]). Late energy is interpolated linearly between two estimates; if
+//! updates lag, it is extrapolated by at most the distance between the two. Walls break the smoothness: only estimates at
+//! positions visible to the listener are used. The time of the first arrival follows from the positions.
 //!
-//! Estimates for a moving source are noisy, since its rays are drawn anew at every position, and lie on no line: there a
-//! weighted mean of the nearest counts. Decay time and mean free time depend on the source's rays alone, so for them only
-//! the source's positions count.
+//! Estimates for a moving source are noisy, since every position has new random rays, and are not collinear: the result is a
+//! weighted mean of the nearest ones. Decay time and mean free time depend only on the source's rays: their weights depend
+//! only on the source positions.
 
 use glam::Vec3;
 
@@ -19,19 +19,19 @@ use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::{LateEnergy, PathSet};
 use crate::scene::{SourceId, SourcePose};
 
-/// Distance between two estimates in metres from which they define a line.
+/// Least distance in metres between two estimates that define a line.
 const MIN_MOTION_M: f32 = 1e-3;
 
-/// Most estimates that are used: the nearest that the listener sees.
+/// Most estimates used: the nearest ones visible to the listener.
 const MAX_VISIBLE: usize = 8;
 
-/// Most positions whose visibility is tested.
+/// Most visibility tests.
 const MAX_TESTS: usize = 12;
 
-/// Most estimates of all updates that are considered.
+/// Most estimates considered, over all updates.
 const MAX_ESTIMATES: usize = 96;
 
-/// Distance in metres within which estimates for a moving source count alike, unless all are farther.
+/// Least scale in metres of the distance weights for a moving source.
 const REACH_M: f32 = 0.35;
 
 /// An update's estimates for one listener position.
@@ -60,9 +60,9 @@ impl<'a> Estimates<'a> {
 /// Positions of the sources of [`Estimates`].
 #[derive(Clone, Copy)]
 enum SourcePositions<'a> {
-    /// By source.
+    /// Poses, found by source.
     Poses(&'a [SourcePose]),
-    /// In the order of the estimates.
+    /// Positions in the order of the estimates.
     Listed(&'a [Vec3]),
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn extrapolate_late<'a>(
         all[count] = each;
         count += 1;
     }
-    // Of equal distances the newest comes first.
+    // For equal distances the newest is first.
     order[..count].sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut visible = [newest; MAX_VISIBLE];
     let mut visible_count = 0;
@@ -103,7 +103,7 @@ pub(crate) fn extrapolate_late<'a>(
     rays
 }
 
-/// An update's estimates: at its listener position, and on the predicted way there.
+/// An update's estimates: at its listener position and on the predicted trajectory.
 fn of_update(update: &PathSet) -> impl Iterator<Item = Estimates<'_>> {
     let here = Estimates {
         position: update.listener.position,
@@ -224,9 +224,9 @@ fn weighted_mean<'a>(
 /// The line from the nearest estimate to another.
 struct Line<'a> {
     other: &'a LateEnergy,
-    /// Position of the present along it: 0 at the nearest, 1 at the other.
+    /// Present position along the line: 0 at the nearest, 1 at the other.
     share: f32,
-    /// Squared distance of the present from it in square metres, plus a share of its squared length.
+    /// Squared distance of the present position from the line in square metres, plus a share of its squared length.
     cost: f32,
 }
 

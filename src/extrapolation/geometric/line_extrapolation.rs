@@ -1,10 +1,9 @@
 //! Linear extrapolation of evaluated paths between the frames that evaluate them.
 //!
-//! Audio side; arithmetic. Own. Within a few graphics frames delay, direction and amplitude of a path are nearly linear in
-//! time: for a listener who walks past an image source at five metres the delay departs from its tangent by a fifth of a
-//! millimetre in two of sixty frames a second. With
-//! [`crate::extrapolation::geometric::GeometricSettings::exact_every`] above 1 a path is evaluated in its turn and
-//! continued along the line through its last two evaluations in between.
+//! Audio side; arithmetic. Own. Within a few graphics frames the delay, direction and amplitude of a path are nearly linear
+//! in time: if a listener walks past an image source at five metres, the path length deviates from its tangent by 0.2 mm in
+//! two frames at 60 Hz. With [`crate::extrapolation::geometric::GeometricSettings::exact_every`] above 1 a path is evaluated
+//! in some frames and extrapolated linearly from its last two evaluations in the others.
 
 use crate::acoustics::BANDS;
 use crate::extrapolation::frame::FramePath;
@@ -17,7 +16,7 @@ pub struct PathLine {
     slope: Option<Slope>,
 }
 
-/// Change a graphics frame.
+/// Change per graphics frame.
 #[derive(Debug, Clone, Copy)]
 struct Slope {
     delay_s: f64,
@@ -26,7 +25,7 @@ struct Slope {
 }
 
 impl PathLine {
-    /// Through `path`, evaluated in `frame`, and the last point of `before`, if that is at most `every` frames old.
+    /// The line through `path`, evaluated in `frame`, and the last evaluation of `before` if it is at most `every` frames old.
     pub(crate) fn through(path: &FramePath, frame: u64, before: Option<&Self>, every: u64) -> Self {
         let last = before.filter(|last| last.frame < frame && frame - last.frame <= every);
         let slope = last.map(|last| {
@@ -46,8 +45,8 @@ impl PathLine {
         }
     }
 
-    /// The path in a later frame; `None` where it has to be evaluated: in its turn, one frame in `every`, after `every`
-    /// frames, and without a slope.
+    /// The path in a later frame. `None` if it must be evaluated: in one frame of `every`, after `every` frames, and without
+    /// a slope.
     pub(crate) fn at(&self, frame: u64, every: u64) -> Option<FramePath> {
         let ahead = frame.checked_sub(self.frame)?;
         let is_turn = self.path.id.0.wrapping_add(frame).is_multiple_of(every);
@@ -102,27 +101,27 @@ mod tests {
                     evaluations += 1;
                     continue;
                 };
-                // v² t² / 2 d with t of two frames, and as much again for the slope, which is a frame and a half old.
+                // v² t² / 2 d with t of two frames, and as much again for the slope, which is 1.5 frames old.
                 let off_m = (found.delay_s - exact.delay_s).abs() * 343.4;
                 assert!(off_m < 1.2e-3, "{off_m} m in frame {frame}");
                 assert!(found.arrival.distance(exact.arrival) < 1e-3);
                 assert!((found.amplitude[3] / exact.amplitude[3] - 1.0).abs() < 1e-3);
             }
-            // The first two, then one in three.
+            // The first two frames, then one in three.
             assert!((20..=22).contains(&evaluations), "{evaluations}");
         }
     }
 
     #[test]
     fn a_line_needs_two_recent_evaluations() {
-        let heard = path(1, Vec3::X, Vec3::ZERO);
-        let first = PathLine::through(&heard, 10, None, 3);
+        let audible = path(1, Vec3::X, Vec3::ZERO);
+        let first = PathLine::through(&audible, 10, None, 3);
         assert!(first.at(11, 3).is_none());
-        let second = PathLine::through(&heard, 12, Some(&first), 3);
-        assert_eq!(second.at(13, 3), Some(heard));
+        let second = PathLine::through(&audible, 12, Some(&first), 3);
+        assert_eq!(second.at(13, 3), Some(audible));
         assert!(second.at(15, 3).is_none());
         assert!(
-            PathLine::through(&heard, 20, Some(&second), 3)
+            PathLine::through(&audible, 20, Some(&second), 3)
                 .at(21, 3)
                 .is_none()
         );
@@ -130,10 +129,10 @@ mod tests {
 
     #[test]
     fn a_fading_amplitude_stops_at_zero() {
-        let mut heard = path(0, Vec3::X, Vec3::ZERO);
-        let first = PathLine::through(&heard, 10, None, 3);
-        heard.amplitude = [0.1; BANDS];
-        let found = PathLine::through(&heard, 12, Some(&first), 3).at(13, 3);
+        let mut audible = path(0, Vec3::X, Vec3::ZERO);
+        let first = PathLine::through(&audible, 10, None, 3);
+        audible.amplitude = [0.1; BANDS];
+        let found = PathLine::through(&audible, 12, Some(&first), 3).at(13, 3);
         assert_eq!(found.map(|path| path.amplitude), Some([0.0; BANDS]));
     }
 }

@@ -1,17 +1,17 @@
 //! The predictor `best`: exact geometry in every graphics frame, visibility by a few rays.
 //!
-//! Runs on the sound thread. Takes updates as they arrive, emits the reflected and diffracted paths of each graphics frame,
-//! without those of the direct field. Bounded by the number of candidates and [`GeometricSettings::rays_per_source`];
-//! allocates only beyond the largest number of candidates so far and the reserved one. Own, after measurements
-//! (ARCHITECTURE.md): between two updates a path's stale delay does the most harm, then its stale visibility, then its
-//! amplitude.
+//! Runs on the sound thread. Input: updates as they arrive; output: the reflected and diffracted paths of each graphics
+//! frame, without those of the direct field. Bounded by the number of candidates and
+//! [`GeometricSettings::rays_per_source`]; allocates only beyond the previous maximum and the reserved number of candidates.
+//! Own, after measurements (ARCHITECTURE.md): between two updates a stale delay causes the largest error, then stale
+//! visibility, then the amplitude.
 //!
-//! - [`prepared_update`]: an update's part of the work, on the propagation thread;
+//! - [`prepared_update`]: the work per update, on the propagation thread;
 //! - [`update_dating`]: the graphics frame that an update describes;
 //! - [`candidate_set`]: the candidates, merged with every update;
-//! - [`candidate`], `frame_geometry`: one path in the present graphics frame; `source_poses`: its source;
+//! - [`candidate`], `frame_geometry`: a path in the present graphics frame; `source_poses`: its source;
 //! - [`visibility_scheduler`]: the visibility tests of a graphics frame;
-//! - [`line_extrapolation`]: paths between the frames that evaluate them;
+//! - [`line_extrapolation`]: paths between their evaluations;
 //! - `late_energy`: the late energy between two updates.
 
 pub mod candidate;
@@ -52,7 +52,7 @@ pub(crate) struct FrameInputs<'a> {
     pub(crate) update_scene: &'a Scene,
     pub(crate) listener: &'a ListenerPose,
     pub(crate) sources: &'a [SourcePose],
-    /// For each source whether its direct path is blocked.
+    /// Whether the direct path is blocked, for each source.
     pub(crate) occluded: &'a [bool],
     pub(crate) min_distance_m: f64,
 }
@@ -78,7 +78,7 @@ enum Step {
     MergeUpdate,
     Evaluate,
     TestVisibility,
-    /// Emits the paths of the candidates from this one on.
+    /// Emits the paths of the candidates from this index on.
     Emit(usize),
 }
 
@@ -115,8 +115,8 @@ impl GeometricPredictor {
         }
     }
 
-    /// Limits the number of candidates and reserves room for them and for this many sources, so that [`Self::resume`]
-    /// allocates nothing.
+    /// Limits the number of candidates and reserves capacity for them and for this many sources: [`Self::resume`] does not
+    /// allocate.
     pub(crate) fn set_capacity(&mut self, candidates: usize, sources: usize) {
         self.set.set_capacity(candidates);
         self.scheduler.reserve(candidates);
@@ -126,8 +126,8 @@ impl GeometricPredictor {
         self.sources.reserve(sources);
     }
 
-    /// Resumes a graphics frame until the budget is spent and appends its paths to `paths`; `arrived` is the update that is
-    /// used from this frame on, if there is a new one.
+    /// Resumes a graphics frame until the budget is spent and appends its paths to `paths`; `arrived` is the new update, if
+    /// there is one.
     pub(crate) fn resume(
         &mut self,
         arrived: Option<(&PathSet, &PreparedUpdate)>,
@@ -183,24 +183,24 @@ impl GeometricPredictor {
         progress
     }
 
-    /// Abandons a graphics frame that is under way.
+    /// Discards the progress of a graphics frame.
     pub(crate) fn restart_frame(&mut self) {
         self.step = Step::Begin;
     }
 
-    /// Begins a graphics frame, and an update if one has arrived.
+    /// Begins a graphics frame, and the merge of a new update.
     fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, inputs: &FrameInputs<'_>) {
         self.history.push(inputs.listener.position);
         self.sources.update(inputs);
         if let Some((update, _)) = arrived {
             let mut epoch = self.history.date(update.listener.position, self.frame);
-            // The listener's position does not date an update of a scene that has moved since.
+            // The listener's position does not date an update if instances have moved since.
             epoch.is_reached &= !has_moved(inputs.scene, inputs.update_scene);
             self.set.begin_update(self.frame, epoch);
         }
     }
 
-    /// Evaluates the visible candidates; blocked ones only when a ray is cast for them.
+    /// Evaluates the visible candidates; the visibility tests evaluate blocked ones.
     fn evaluate(&mut self, inputs: &FrameInputs<'_>, budget: &mut WorkBudget) {
         let every = self.settings.exact_every.max(1);
         let each = self.set.candidates.iter().zip(&mut self.set.states);
@@ -226,7 +226,7 @@ impl GeometricPredictor {
                 geometry = arena.push_unfolded(inputs.scene);
             }
             budget.spend(geometry.cost());
-            // Tested soon after it is back on its surfaces.
+            // Tested soon after its points are on their surfaces again.
             if let (FrameGeometry::Invalid, PathGeometry::Reflection(_)) =
                 (geometry, candidate.geometry)
             {
@@ -287,7 +287,7 @@ impl GeometricPredictor {
         Step::Begin
     }
 
-    /// Emits the loudest diffracted paths of each source, as many as an update has at most.
+    /// Emits the loudest diffracted paths of each source, up to the limits of an update.
     fn emit_loudest_diffracted(&mut self, paths: &mut Vec<FramePath>) {
         let group = |(is_double, path): &(bool, FramePath)| (path.source.bits(), *is_double);
         self.diffracted.sort_unstable_by(|a, b| {

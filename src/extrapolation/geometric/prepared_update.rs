@@ -1,7 +1,7 @@
-//! The part of the geometric predictor's work that depends on an update alone.
+//! The part of the geometric predictor's work that depends only on an update.
 //!
-//! Runs on the propagation thread. Finds for each path the recipe from which it is computed in later frames. The result is
-//! a function of update and scene: an update without preparation gives the same frames at a higher cost.
+//! Runs on the propagation thread. Computes a recipe for each path, from which later frames compute the path. The result is
+//! a function of update and scene: an update without preparation produces the same frames at a higher cost.
 
 use crate::extrapolation::geometric::candidate::PathRecipe;
 use crate::propagation::{Path, PathSet};
@@ -17,8 +17,8 @@ pub struct PreparedUpdate {
 }
 
 impl PreparedUpdate {
-    /// Computes the recipes of a finished update; `scene` has the instance poses of that update. Allocates: not for the
-    /// sound thread.
+    /// Computes the recipes of a finished update; `scene` has the instance poses of that update. Propagation thread;
+    /// allocates.
     pub fn prepare(&mut self, update: &PathSet, scene: &Scene) {
         let paths = update.paths.iter();
         let extrapolated = paths.filter(|path| !path.is_frame_validated());
@@ -37,13 +37,13 @@ impl PreparedUpdate {
         self.nearby.clear();
     }
 
-    /// The recipe at `index` among the extrapolated paths, if it is of this path.
+    /// The recipe at `index` among the extrapolated paths, if it belongs to this path.
     pub(crate) fn get(&self, index: usize, path: &Path) -> Option<&PathRecipe> {
         let found = self.recipes.get(index);
         found.filter(|recipe| recipe.id == path.id)
     }
 
-    /// The recipe at `index` among the nearby paths, if it is of this path.
+    /// The recipe at `index` among the nearby paths, if it belongs to this path.
     pub(crate) fn get_nearby(&self, index: usize, path: &Path) -> Option<&PathRecipe> {
         let found = self.nearby.get(index);
         found.filter(|recipe| recipe.id == path.id)

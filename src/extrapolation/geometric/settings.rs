@@ -1,6 +1,6 @@
 //! Settings of the geometric predictor.
 
-/// The listener position that an asynchronous update is computed for.
+/// The listener position for which an asynchronous update is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PredictionTarget {
     /// The position when propagation starts: no prediction.
@@ -14,21 +14,20 @@ pub enum PredictionTarget {
     End,
 }
 
-/// Smallest number of sources that the ray budget is computed for.
+/// Smallest number of sources in the ray budget.
 const MIN_BUDGET_SOURCES: usize = 4;
 
 /// Settings of [`crate::extrapolation::PredictorKind::Geometric`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GeometricSettings {
-    /// Visibility rays in one graphics frame, times the number of sources (at least four: few sources leave time for
-    /// more). With 0 the updates alone decide on visibility.
+    /// Visibility rays per graphics frame and source; the budget is that of at least four sources. With 0 only the updates
+    /// determine visibility.
     pub rays_per_source: u32,
-    /// Whether updates also list invalid paths that may be valid nearby. They stay silent until a ray finds them visible.
+    /// Whether updates also list invalid paths that may be valid nearby; they are silent until a ray finds them visible.
     pub nearby: bool,
-    /// The listener position that updates are computed for.
+    /// The listener position for which updates are computed.
     pub prediction_target: PredictionTarget,
-    /// Each path is evaluated in one of this many graphics frames and extrapolated along a line in the others. 1 evaluates
-    /// every path in every frame; 0 counts as 1.
+    /// Each path is evaluated in one of this many graphics frames and extrapolated linearly in the others. 0 counts as 1.
     pub exact_every: u32,
 }
 
@@ -41,8 +40,8 @@ impl GeometricSettings {
         exact_every: 1,
     };
 
-    /// The same at less than half the cost, for a sound thread: half the rays, since updates come often, and each path
-    /// evaluated in one of three frames.
+    /// Less than half the cost, for a sound thread: half the rays, since updates are frequent, and each path is evaluated in
+    /// one of three frames.
     pub(crate) fn reduced(self) -> Self {
         Self {
             rays_per_source: self.rays_per_source.div_ceil(2),

@@ -1,4 +1,4 @@
-//! The sources in one graphics frame, transformed once a frame instead of once a path.
+//! The sources in one graphics frame, transformed once per frame instead of once per path.
 
 use glam::DVec3;
 
@@ -35,12 +35,12 @@ pub(crate) struct FrameSources {
 }
 
 impl FrameSources {
-    /// Reserves room for this many sources.
+    /// Reserves capacity for this many sources.
     pub(crate) fn reserve(&mut self, sources: usize) {
         self.sources.reserve(sources);
     }
 
-    /// Takes the poses of a graphics frame.
+    /// Sets the poses of a graphics frame.
     pub(crate) fn update(&mut self, inputs: &FrameInputs<'_>) {
         let to = inputs.listener.position;
         let poses = inputs.sources.iter().enumerate();
@@ -53,7 +53,7 @@ impl FrameSources {
         }));
     }
 
-    /// A source of this frame. Poses mostly come in the order of their slots, so the slot is looked at first.
+    /// A source of this frame. Poses are mostly in the order of their slots: the slot is tested first.
     #[inline]
     pub(crate) fn get(&self, id: SourceId) -> Option<&FrameSource> {
         let is_own = |source: &&FrameSource| source.endpoints.source.id == id;

@@ -1,12 +1,12 @@
-//! Finds the graphics frame that an update describes.
+//! Determines the graphics frame that an update describes.
 //!
-//! An update carries the listener position that it was computed for. It describes the frame in which the listener was
-//! nearest to that position: an update of the past is dated back, and an update for a predicted pose is current where the
-//! prediction came true.
+//! An update contains the listener position of its computation. It describes the frame in which the listener was nearest to
+//! that position: an update for a past position is dated back, and an update for a predicted position is current if the
+//! prediction was correct.
 
 use glam::Vec3;
 
-/// Graphics frames of history: more than any update is late.
+/// Graphics frames of history: more than the latency of any update.
 const HISTORY_FRAMES: usize = 64;
 
 /// Distance in metres within which two positions are the same, besides half of the last step.
@@ -19,7 +19,7 @@ pub struct ListenerHistory {
     count: usize,
 }
 
-/// When an update's visibility holds.
+/// The time for which an update's visibility is valid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct UpdateEpoch {
     /// The graphics frame that it describes.
@@ -38,24 +38,26 @@ impl Default for ListenerHistory {
 }
 
 impl ListenerHistory {
-    /// Adds the position of a new graphics frame.
+    /// Adds the listener position of a new graphics frame, in metres. Real-time.
     pub fn push(&mut self, position: Vec3) {
         self.positions.copy_within(..HISTORY_FRAMES - 1, 1);
         self.positions[0] = position;
         self.count = (self.count + 1).min(HISTORY_FRAMES);
     }
 
-    /// Dates an update computed for a listener at `position`; `frame` is the present graphics frame.
+    /// Dates an update computed for a listener at `position`; `frame` is the present graphics frame. Real-time.
     pub fn date(&self, position: Vec3, frame: u64) -> UpdateEpoch {
-        let known = &self.positions[..self.count];
+        let positions = &self.positions[..self.count];
         let mut nearest = (0, f32::INFINITY);
-        for (age, at) in known.iter().enumerate() {
+        for (age, at) in positions.iter().enumerate() {
             let distance_m = at.distance(position);
             if distance_m < nearest.1 {
                 nearest = (age, distance_m);
             }
         }
-        let last_step_m = known.get(1).map_or(0.0, |before| before.distance(known[0]));
+        let last_step_m = positions
+            .get(1)
+            .map_or(0.0, |before| before.distance(positions[0]));
         UpdateEpoch {
             frame: frame.saturating_sub(nearest.0 as u64),
             is_reached: nearest.1 <= SAME_POSITION_M + 0.5 * last_step_m,
@@ -68,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_update_of_the_past_is_dated_back() {
+    fn an_update_for_a_past_position_is_dated_back() {
         let mut history = ListenerHistory::default();
         for frame in 0..10 {
             history.push(Vec3::X * frame as f32 * 0.02);
@@ -80,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn a_listener_at_rest_makes_every_update_new() {
+    fn every_update_is_current_for_a_static_listener() {
         let mut history = ListenerHistory::default();
         for _ in 0..100 {
             history.push(Vec3::ONE);

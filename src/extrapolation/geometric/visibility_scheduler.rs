@@ -1,9 +1,10 @@
-//! Chooses the candidates whose visibility is tested in a graphics frame, and tests them.
+//! Selects candidates for the visibility tests of a graphics frame, and tests them.
 //!
-//! Candidates of all sources compete for one ray budget by the expected gain a ray: energy, squared time since the last
-//! test, and likelihood of a change. Time counts squared because both the error of a stale answer and its probability grow
-//! with it. An update describes a point on the listener's way: a path that it has becomes visible and one that it lacks
-//! becomes blocked before the listener gets there. Other paths change the likelier the shorter they have been as they are.
+//! Candidates of all sources share one ray budget. Their priority is the expected benefit per ray: energy times squared time
+//! since the last test times likelihood of a change. Time is squared because both the probability and the duration of a
+//! stale result grow with it. An update describes a position ahead on the listener's trajectory: a path that it has is
+//! about to become visible, and one that it lacks is about to become blocked. For other paths the likelihood of a change is
+//! inverse to the time since the last change.
 
 use std::collections::BinaryHeap;
 
@@ -19,13 +20,13 @@ use crate::scene::Scene;
 /// Age in graphics frames of a candidate that was never tested.
 const UNTESTED_FRAMES: u64 = 64;
 
-/// Graphics frames that a new candidate counts as unchanged.
+/// Graphics frames for which a new candidate counts as unchanged.
 const INITIAL_UNCHANGED_FRAMES: f32 = 16.0;
 
-/// Least energy of a visible path, as a share of its peak: a faded path may come back.
+/// Least energy of a visible path as a share of its peak: a faded path may return.
 const FADED_SHARE: f32 = 0.1;
 
-/// A candidate's priority and index in one number: the more urgent the greater, and of equals the first.
+/// A candidate's priority and index in one number: greater for higher priority, then for lower index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Priority(u64);
 
@@ -33,7 +34,7 @@ impl Priority {
     #[inline]
     fn new(priority: f32, index: u32) -> Self {
         let bits = priority.to_bits();
-        // The order of `f32::total_cmp`: all bits of negative numbers are inverted, of the others the sign.
+        // The order of `f32::total_cmp`: inverts all bits of negative numbers, and the sign bit of the others.
         let ordered = bits ^ ((bits.cast_signed() >> 31).cast_unsigned() | 1 << 31);
         Self(u64::from(ordered) << 32 | u64::from(!index))
     }
@@ -44,14 +45,14 @@ impl Priority {
     }
 }
 
-/// Graphics frames between two evaluations of a blocked candidate that misses its surfaces: if the newest update has it,
-/// and if not.
+/// Graphics frames between two evaluations of a blocked candidate whose points miss its surfaces: if the newest update has
+/// it, and if not.
 const EVALUATE_EVERY: [u64; 2] = [2, 6];
 
 /// The visibility tests of one graphics frame.
 #[derive(Debug, Default)]
 pub struct VisibilityScheduler {
-    /// A heap: only as many are sorted as there are rays for.
+    /// A heap: only the tested candidates are sorted.
     queue: BinaryHeap<Priority>,
     budget: u64,
     frame: u64,
@@ -60,7 +61,7 @@ pub struct VisibilityScheduler {
 }
 
 impl VisibilityScheduler {
-    /// Reserves room for this many candidates.
+    /// Reserves capacity for this many candidates.
     pub(crate) fn reserve(&mut self, candidates: usize) {
         self.queue.reserve(candidates);
     }
@@ -82,7 +83,7 @@ impl VisibilityScheduler {
         let mut queue = std::mem::take(&mut self.queue).into_vec();
         for (index, (state, geometry)) in states.iter().zip(geometries).enumerate() {
             let may_be_testable = match geometry {
-                // A path that missed its surfaces in its last evaluation is evaluated again after some frames.
+                // A path whose points missed its surfaces is evaluated again after some frames.
                 FrameGeometry::Unevaluated => {
                     let every = EVALUATE_EVERY[usize::from(!state.in_update)];
                     state.tested.is_some() || (frame + index as u64).is_multiple_of(every)
@@ -97,8 +98,9 @@ impl VisibilityScheduler {
         self.queue = BinaryHeap::from(queue);
     }
 
-    /// Tests queued candidates until the work budget is spent; returns the rays cast now, and whether the frame's tests are
-    /// done. Evaluates candidates that are [`FrameGeometry::Unevaluated`]. The candidates must be those of [`Self::begin`].
+    /// Tests queued candidates until the work budget is spent; returns the rays cast in this call, and whether the frame's
+    /// tests are done. Evaluates [`FrameGeometry::Unevaluated`] candidates. The candidates must be those of
+    /// [`Self::begin`].
     pub(crate) fn resume(
         &mut self,
         updates: u64,
@@ -123,7 +125,7 @@ impl VisibilityScheduler {
             if *geometry == FrameGeometry::Unevaluated {
                 *geometry = candidate.evaluate(inputs, source, arena);
                 work.spend(geometry.cost());
-                // Tested soon after it is back on its surfaces.
+                // Tested soon after its points are on their surfaces again.
                 if let (FrameGeometry::Invalid, PathGeometry::Reflection(_)) =
                     (*geometry, candidate.geometry)
                 {
@@ -151,11 +153,11 @@ impl VisibilityScheduler {
             );
             state.record_visibility(is_visible, self.frame);
             work.spend(cost::RAY * (self.rays - cast) as usize);
-            // A blocked path needs nothing beyond its points.
+            // A blocked path needs only its points.
             if is_visible && *geometry == FrameGeometry::Unfolded {
                 *geometry = arena.push_unfolded(inputs.scene);
             }
-            // Updates choose among diffracted paths: they see more of them.
+            // Updates select the loudest diffracted paths: a ray does not extend the validity of one.
             if is_visible && matches!(candidate.geometry, PathGeometry::Reflection(_)) {
                 candidate.valid_in = updates;
             }
@@ -165,7 +167,7 @@ impl VisibilityScheduler {
     }
 }
 
-/// Expected gain of a test a ray.
+/// Expected benefit of a test per ray.
 fn priority(state: &VisibilityState, frame: u64) -> f32 {
     let age = state
         .tested
@@ -176,7 +178,7 @@ fn priority(state: &VisibilityState, frame: u64) -> f32 {
             f32::from(state.segments),
             state.energy.max(FADED_SHARE * state.peak_energy),
         ),
-        // A blocked path mostly stays blocked at the segment that is tested first.
+        // A blocked path usually remains blocked at the segment tested first.
         false => (1.0, state.peak_energy),
     };
     let likelihood = match state.in_update == state.is_visible {
@@ -216,7 +218,7 @@ fn is_unoccluded(
     are_segments_clear(path, source, scene, blocked_segment, rays)
 }
 
-/// Tests the segment first that was blocked last: most blocked paths stay blocked there and take one ray.
+/// Tests the last blocked segment first: most blocked paths remain blocked there and take one ray.
 fn are_segments_clear(
     path: &ImagePath,
     source: &FrameSource,
@@ -291,10 +293,10 @@ mod tests {
     fn priority_follows_the_present_energy() {
         let (mut faded, loud) = (state(0.001), state(0.1));
         assert!(priority(&faded, 110) < priority(&loud, 110));
-        // It fades at a surface's end at the update's position, not at the listener's.
+        // The path fades at a surface's end at the update's position, not at the listener's.
         faded.record_amplitude(&[0.2; BANDS]);
         assert!(priority(&faded, 110) > priority(&loud, 110));
-        // It fades again, and may come back.
+        // The path fades again and may return.
         faded.record_amplitude(&[0.001; BANDS]);
         assert!(priority(&faded, 110) > priority(&state(0.001), 110));
     }
@@ -305,11 +307,11 @@ mod tests {
         let mut contradicted = quiet;
         contradicted.in_update = false;
         assert!(priority(&contradicted, 110) > 4.0 * priority(&quiet, 110));
-        let mut restless = quiet;
-        restless.record_visibility(false, 90);
-        restless.record_visibility(true, 100);
-        assert!(priority(&restless, 110) > priority(&quiet, 110));
-        // Twice the time gives four times the priority.
+        let mut recently_changed = quiet;
+        recently_changed.record_visibility(false, 90);
+        recently_changed.record_visibility(true, 100);
+        assert!(priority(&recently_changed, 110) > priority(&quiet, 110));
+        // Twice the time quadruples the priority.
         let [early, late] = [104, 108].map(|frame| priority(&contradicted, frame));
         assert_eq!(late, 4.0 * early);
     }

@@ -1,12 +1,12 @@
-//! Turns wanted amplitudes at the band centres into gains of overlapping bands.
+//! Converts target amplitudes at the band centres into gains of overlapping bands.
 //!
-//! Control side at birth, audio side in use (64 multiplications a path and graphics frame).
+//! Construction: control side. [`BandCorrection::gains`]: audio side (64 multiplications per path and graphics frame).
 //!
-//! Linkwitz-Riley skirts are gentle: a band alone at unit gain reaches only 0.64 at its own centre, and its neighbours
-//! make up the rest. All bands are in phase, so the response at centre b is `Σ_k M_bk h_k` with real shares M, and
-//! `h = M⁻¹ g` makes it exactly the wanted `g_b`. Rows of M sum to one, so equal amplitudes stay equal gains.
-//! Between the centres the response may pass the amplitudes on both sides: by 0.83 dB at a step from 1 to 0, by little
-//! where spectra slope. Below the lowest and above the highest centre it goes on with the slope it has there.
+//! Linkwitz-Riley bands overlap: a single band at unit gain has a response of only 0.64 at its own centre, and its
+//! neighbours contribute the rest. All bands are in phase: the response at centre b is `Σ_k M_bk h_k` with real shares M,
+//! and `h = M⁻¹ g` makes it exactly the target `g_b`. Rows of M sum to one: equal amplitudes remain equal gains.
+//! Between the centres the response may overshoot: by 0.83 dB at a step from 1 to 0, less for smooth spectra. Below the
+//! lowest and above the highest centre it continues with its slope there.
 
 use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::{BANDS, BandArray};
@@ -21,7 +21,7 @@ pub struct BandCorrection {
 }
 
 impl BandCorrection {
-    /// The correction for one sample rate.
+    /// The correction for one sample rate. Control side. Range: as [`crate::generation::BandFilter::new`].
     pub fn new(rate_hz: u32) -> Self {
         let shares = CENTRES_HZ.map(|centre_hz| band_shares(f64::from(rate_hz), centre_hz));
         let inverse = invert(shares);
@@ -44,7 +44,7 @@ impl BandCorrection {
         Self { columns }
     }
 
-    /// Gains of the bands, so that the response at every centre is the wanted amplitude.
+    /// Linear gains of the bands for which the response at every centre is `amplitude`. Real-time: no allocation.
     #[inline]
     pub fn gains(&self, amplitude: &BandArray) -> F32x8 {
         let mut gains = F32x8::ZERO;
@@ -81,12 +81,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn response_at_every_centre_is_the_wanted_amplitude() {
+    fn response_at_every_centre_is_the_target_amplitude() {
         for rate_hz in [44_100, 48_000] {
             let correction = BandCorrection::new(rate_hz);
-            let wanted = [1.0, 0.9, 0.5, 0.7, 0.2, 0.1, -0.3, 0.05];
-            let gains = correction.gains(&wanted);
-            for (centre_hz, &want) in CENTRES_HZ.iter().zip(&wanted) {
+            let targets = [1.0, 0.9, 0.5, 0.7, 0.2, 0.1, -0.3, 0.05];
+            let gains = correction.gains(&targets);
+            for (centre_hz, &target) in CENTRES_HZ.iter().zip(&targets) {
                 let shares = band_shares(f64::from(rate_hz), *centre_hz);
                 let response: f64 = shares
                     .iter()
@@ -94,7 +94,7 @@ mod tests {
                     .map(|(share, gain)| share * f64::from(gain))
                     .sum();
                 // Eight products of f32 gains below 2 in magnitude: 8 × 2 × 6e-8.
-                assert!((response - f64::from(want)).abs() < 1e-6);
+                assert!((response - f64::from(target)).abs() < 1e-6);
             }
         }
     }
@@ -130,7 +130,7 @@ mod tests {
             worst = worst.max(sum);
             worst_step = worst_step.max(step);
         }
-        // The first is reached below 63 Hz by amplitudes of one and alternating sign, the second by a step from 1 to 0.
+        // The first occurs below 63 Hz for amplitudes of one and alternating sign, the second at a step from 1 to 0.
         assert!(worst < 2.0, "{worst}");
         assert!(worst_step < 1.11, "{worst_step}");
     }

@@ -1,15 +1,15 @@
 //! Splits signals into the eight octave bands, all in phase.
 //!
-//! Audio side; wait-free, bounded by the block; allocates at birth only. Takes mono samples, gives eight lanes a sample.
+//! Audio side; wait-free, bounded by the block; allocates at construction only. Input: mono samples; output: eight lanes
+//! per sample.
 //!
 //! A binary tree of fourth-order Linkwitz-Riley crossovers (\[LINKWITZ76\], \[LIPSHITZ86\]) at
 //! [`EDGES_HZ`]: every crossover's low and high output are in phase and sum to a second-order allpass. Each band also
-//! passes the allpass of every crossover it does not meet (\[DAPPOLITO84\]), so all eight bands have the phase of the
-//! seven allpasses together and their sum is flat. An allpass stands as near to the root as it can, where it serves
-//! several bands.
+//! passes the allpass of every crossover outside its branch (\[DAPPOLITO84\]): all eight bands have the phase of the seven
+//! allpasses together, and their sum is flat. Each allpass is as close to the root as possible, where several bands share it.
 //!
 //! The tree has two signals after its first level, four after its second and eight after its third. Four sources are
-//! split together, so that eight lanes are full at every level. tests/band_filter.rs holds the rounding noise 120 dB below
+//! split together, which fills eight lanes at every level. tests/band_filter.rs bounds the rounding noise to 120 dB below
 //! the signal.
 
 use std::f64::consts::PI;
@@ -26,7 +26,7 @@ use crate::generation::bands::crossover::{
 /// Signals that are split together.
 pub(crate) const SIGNALS: usize = 4;
 
-/// Which crossover each band meets at the three levels of the tree; the bit says whether it takes the high side.
+/// The crossover of each band at the three levels of the tree, and whether the band is on its high side.
 const TREE: [[(usize, bool); BANDS]; 3] = [
     [
         (3, false),
@@ -60,10 +60,10 @@ const TREE: [[(usize, bool); BANDS]; 3] = [
     ],
 ];
 
-/// The crossovers that the bands below and above the root do not meet.
+/// The crossovers outside the branches of all bands below and above the root.
 const FIRST_ALLPASSES: [[usize; 2]; 3] = [[4, 0], [5, 1], [6, 2]];
 
-/// The crossover that each pair of bands does not meet besides: its neighbours'.
+/// The other crossover outside the branch of each pair of bands: that of the neighbouring pair.
 const SECOND_ALLPASSES: [usize; 4] = [2, 0, 6, 4];
 
 /// Eight-band crossover of four signals.
@@ -95,16 +95,16 @@ pub struct BandFilter {
 }
 
 impl BandFilter {
-    /// A filter at rest.
+    /// A filter at rest. Control side; allocates.
     ///
-    /// Range: `rate_hz` above twice the highest of [`EDGES_HZ`]; the generator's settings see to it.
+    /// Range: `rate_hz` above twice the highest of [`EDGES_HZ`]; [`crate::GeneratorSettings::check`] ensures it.
     pub fn new(rate_hz: u32) -> Self {
         Self::with(LaneSet::best(), rate_hz)
     }
 
     fn with(set: LaneSet, rate_hz: u32) -> Self {
         let rate_hz = f64::from(rate_hz);
-        // Each lane's own end of the branch it is on.
+        // Each lane's side of its crossover.
         let first_split = std::array::from_fn(|lane| TREE[0][lane % 2 * 4]);
         let second_split = std::array::from_fn(|lane| TREE[1][lane % 4 * 2]);
         let first_pass = |edges: [usize; 2]| {
@@ -134,28 +134,28 @@ impl BandFilter {
         }
     }
 
-    /// Whether one signal's part still rings; at rest it gives silence for silence.
+    /// Whether the filter state of a signal (index modulo 4) is non-zero; at rest, silent input has silent output.
     pub fn is_sounding(&self, signal: usize) -> bool {
         self.sounding[signal % SIGNALS]
     }
 
-    /// Puts one signal's part to rest.
+    /// Clears the filter state of a signal (index modulo 4). Real-time: no allocation.
     pub fn reset(&mut self, signal: usize) {
         let signal = signal % SIGNALS;
         for state in &mut self.first_states {
-            state.rest(2 * signal..2 * signal + 2);
+            state.reset(2 * signal..2 * signal + 2);
         }
         let (pair, index) = (signal / 2, signal % 2);
         for state in &mut self.second_states[pair] {
-            state.rest(4 * index..4 * index + 4);
+            state.reset(4 * index..4 * index + 4);
         }
         self.third_states[pair][index] = Default::default();
         self.sounding[signal] = false;
     }
 
-    /// Splits each of `inputs` into `bands`, a lane a band, as far as the shortest of all reaches.
+    /// Splits each of `inputs` into `bands`, one lane per band, up to the shortest length of all.
     ///
-    /// Real-time: no allocation, bounded by the length. Inputs have to be finite.
+    /// Real-time: no allocation, bounded by the length. Inputs must be finite.
     pub fn process(&mut self, inputs: [&[f32]; 4], bands: [&mut [F32x8]; 4]) {
         let longest = inputs.iter().map(|input| input.len()).min().unwrap_or(0);
         let count = bands.iter().map(|b| b.len()).fold(longest, usize::min);
@@ -178,23 +178,23 @@ impl BandFilter {
             let (c, d) = (&mut c[start..end], &mut d[start..end]);
             third_level(self.set, &self.third, upper, &cd[..frames], c, d);
         }
-        self.settle();
+        self.flush_decayed();
     }
 
-    fn settle(&mut self) {
+    fn flush_decayed(&mut self) {
         let mut first = [false; 8];
         for state in &mut self.first_states {
-            state.settle(&mut first);
+            state.flush_decayed(&mut first);
         }
         for pair in 0..2 {
             let mut second = [false; 8];
             for state in &mut self.second_states[pair] {
-                state.settle(&mut second);
+                state.flush_decayed(&mut second);
             }
             for index in 0..2 {
                 let mut third = [false; 8];
                 for state in &mut self.third_states[pair][index] {
-                    state.settle(&mut third);
+                    state.flush_decayed(&mut third);
                 }
                 let signal = 2 * pair + index;
                 self.sounding[signal] = first[2 * signal..2 * signal + 2].contains(&true)
@@ -205,7 +205,7 @@ impl BandFilter {
     }
 }
 
-/// Real, in-phase share of each band in the whole at one frequency: positive, sums to one.
+/// Real, in-phase share of each band in the sum at one frequency: positive; the shares sum to one.
 pub(crate) fn band_shares(rate_hz: f64, frequency_hz: f64) -> [f64; BANDS] {
     let mut shares = [1.0; BANDS];
     for lanes in &TREE {
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn signals_keep_apart() {
+    fn signals_are_independent() {
         let together = split(LaneSet::best(), None);
         for n in 0..SIGNALS {
             assert_eq!(split(LaneSet::best(), Some(n))[n], together[n]);
@@ -263,14 +263,14 @@ mod tests {
         let portable = split(LaneSet::Portable, None);
         for (a, b) in portable.iter().flatten().zip(specified.iter().flatten()) {
             for (a, b) in a.0.iter().zip(b.0) {
-                // Twice the rounding noise that tests/band_filter.rs allows, 120 dB below, at its crest of five.
+                // Twice the rounding noise bound of tests/band_filter.rs, −120 dB, at a crest factor of five.
                 assert!((a - b).abs() < 1e-5, "{a} {b}");
             }
         }
     }
 
     #[test]
-    fn reset_is_rest_for_one_signal_alone() {
+    fn reset_clears_one_signal_only() {
         let mut filter = BandFilter::new(44_100);
         let (ones, mut bands) = ([1.0; 64], [[F32x8::ZERO; 64]; SIGNALS]);
         let [a, b, c, d] = &mut bands;

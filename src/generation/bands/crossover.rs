@@ -1,20 +1,20 @@
-//! Second-order sections of the band filter, eight lanes at a time, and the three levels that they make.
+//! Second-order sections of the band filter, eight lanes at a time, and the three levels of the tree.
 //!
 //! Audio side; wait-free, bounded by the frames; allocates nothing.
 //!
-//! State-variable filters with trapezoidal integrators (\[ZAVALISHIN12\]), which keep their rounding noise low where the
-//! crossover is far below the sample rate. Two low-pass or two high-pass sections in series are one side of a
-//! Linkwitz-Riley crossover of fourth order; their sum's phase is the allpass section's.
+//! State-variable filters with trapezoidal integrators (\[ZAVALISHIN12\]): their rounding noise stays low for crossovers far
+//! below the sample rate. Two low-pass or two high-pass sections in series are one side of a fourth-order Linkwitz-Riley
+//! crossover; the sum of both sides has the phase of the allpass section.
 
 use std::f64::consts::{PI, SQRT_2};
 
 use crate::acoustics::bands::EDGES_HZ;
 use crate::simd::{F32x8, Lanes, kernel};
 
-/// State below this is set to zero between calls, before it decays into subnormal numbers. −400 dB.
+/// States below this are set to zero between calls, before they become subnormal: −400 dB.
 const STATE_FLOOR: f32 = 1e-20;
 
-/// Lanes of a section: which crossover, and whether the high side is taken.
+/// Crossover of each lane of a section, and whether the lane is on its high side.
 pub(crate) type Edges = [(usize, bool); 8];
 
 /// Coefficients of one second-order Butterworth section.
@@ -28,9 +28,9 @@ pub(crate) struct Section {
     integrator: F32x8,
     /// `2 g`.
     twice: F32x8,
-    /// Factor of the high-pass part in the output: `1 / g` in lanes that take it, else 0.
+    /// Factor of the high-pass part in the output: `1 / g` in high lanes, else 0.
     high: F32x8,
-    /// Factor of the low-pass part in the output: 1 in lanes that take it, else 0.
+    /// Factor of the low-pass part in the output: 1 in low lanes, else 0.
     low: F32x8,
 }
 
@@ -65,21 +65,21 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Zeroes what has decayed; says which lanes have something left.
-    pub(crate) fn settle(&mut self, left: &mut [bool; 8]) {
+    /// Zeroes decayed states; sets `active` for lanes with a non-zero state.
+    pub(crate) fn flush_decayed(&mut self, active: &mut [bool; 8]) {
         for lane in 0..8 {
             for value in [&mut self.band.0[lane], &mut self.low.0[lane]] {
                 if value.abs() < STATE_FLOOR {
                     *value = 0.0;
                 } else {
-                    left[lane] = true;
+                    active[lane] = true;
                 }
             }
         }
     }
 
-    /// Puts some lanes to rest.
-    pub(crate) fn rest(&mut self, lanes: std::ops::Range<usize>) {
+    /// Zeroes the states of some lanes.
+    pub(crate) fn reset(&mut self, lanes: std::ops::Range<usize>) {
         self.band.0[lanes.clone()].fill(0.0);
         self.low.0[lanes].fill(0.0);
     }
@@ -109,10 +109,9 @@ impl<L: Lanes> Running<L> {
         }
     }
 
-    /// One step: gives the first integrator's input (the high-pass output times `g`), band-pass and low-pass output.
+    /// One step: returns the first integrator's input (the high-pass output times `g`), band-pass and low-pass output.
     ///
-    /// What is added to a state is doubled first, so that the state is rounded once: it is the states' rounding that
-    /// accumulates.
+    /// Increments are doubled before the addition, which rounds a state once: the rounding errors of states accumulate.
     #[inline(always)]
     fn step(&mut self, section: &Section, input: L) -> (L, L, L) {
         let damped = L::from_array(section.damping).neg_mul_add(self.band, input.sub(self.low));
@@ -140,7 +139,7 @@ impl<L: Lanes> Running<L> {
     }
 }
 
-/// A crossover and the allpasses behind it.
+/// A crossover and the allpasses after it.
 #[derive(Debug, Clone)]
 pub(crate) struct Level<const ALLPASSES: usize> {
     pub(crate) split: Section,
@@ -167,7 +166,7 @@ kernel! {
 }
 
 kernel! {
-    /// A crossover and an allpass for the lower four lanes and for the upper four, each of them twice.
+    /// A crossover and an allpass for the lower four lanes and for the upper four, each duplicated to eight.
     pub(crate) fn second_level<L>(
         level: &Level<1>,
         states: &mut [[State; 3]; 2],
@@ -197,7 +196,7 @@ kernel! {
 }
 
 kernel! {
-    /// A crossover for the lower four lanes and for the upper four, each of them twice.
+    /// A crossover for the lower four lanes and for the upper four, each duplicated to eight.
     pub(crate) fn third_level<L>(
         split: &Section,
         states: &mut [[State; 2]; 2],

@@ -1,4 +1,4 @@
-//! Splitting a source into eight octave bands, and the correction of amplitudes between them.
+//! The split of signals into octave bands, and band gains.
 
 pub(crate) mod band_correction;
 pub(crate) mod band_filter;

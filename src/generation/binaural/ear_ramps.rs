@@ -10,11 +10,11 @@ use crate::generation::delay::interpolation::{AHEAD, Intervals, ReadRequest};
 use crate::generation::ramp::{ChunkSpan, LinearRamp};
 use crate::generation::{CHUNK, Hrtf};
 
-/// Frames for which slow weights are held: an addition a weight and frame costs as much as adding the arrival itself.
+/// Frames for which slow weights are held: one addition per weight and frame costs as much as adding the arrival.
 const HOLD: u32 = 8;
 
-/// Largest deviation of held weights from their line, relative to their root sum of squares over both ears: −60 dB. Faster
-/// weights are computed for every frame.
+/// Largest deviation of held weights from the exact ramp, relative to their root sum of squares over both ears: −60 dB.
+/// Faster weights are computed for every frame.
 const HELD_ERROR: f32 = 1e-3;
 
 /// Rate of an arrival's weights within the present ramp.
@@ -22,7 +22,7 @@ const HELD_ERROR: f32 = 1e-3;
 pub(crate) enum RampRate {
     #[default]
     Constant,
-    /// Slow enough to be held for [`HOLD`] frames.
+    /// Held for [`HOLD`] frames.
     Slow,
     Fast,
 }
@@ -38,7 +38,7 @@ impl RampRate {
     }
 }
 
-/// Bus weights of one arrival: groups of the left ear, then of the right; targets and growth a frame.
+/// Bus weights of one arrival: groups of the left ear, then of the right; targets and growth per frame.
 #[derive(Debug)]
 pub(crate) struct Weights<'a> {
     pub(crate) target: &'a mut [F32x8],
@@ -86,7 +86,7 @@ impl Weights<'_> {
     }
 }
 
-/// Frames left of a ramp, and the share of the next one's change in each of its frames.
+/// Frames left of a ramp, and the reciprocal length of the next one.
 #[derive(Debug, Clone, Copy)]
 struct RampStep {
     left: f32,
@@ -94,8 +94,8 @@ struct RampStep {
 }
 
 kernel! {
-    /// Ramps weights to new targets; sums the squares of growths and of weights. Every operation is rounded: all
-    /// instruction sets give the same bits.
+    /// Ramps weights to new targets; sums the squares of growths and of weights. Every operation is rounded: the result
+    /// is bit-identical on all instruction sets.
     fn retarget_weights<L>(
         held: &mut [F32x8],
         growths: &mut [F32x8],
@@ -116,10 +116,10 @@ kernel! {
     }
 }
 
-/// The part of an arrival's signal that both ears are read from.
+/// The part of an arrival's signal that both ears read.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SignalWindow<'a> {
-    /// [`Self::length`] samples and [`SLACK`](interpolation::SLACK) more.
+    /// [`Self::length`] valid samples and [`SLACK`](interpolation::SLACK) more.
     pub(crate) signal: &'a [f32],
     /// Valid samples.
     pub(crate) length: usize,
@@ -127,7 +127,7 @@ pub(crate) struct SignalWindow<'a> {
     pub(crate) start: i64,
 }
 
-/// Reads a chunk of both ears' signals out of one arrival's signal.
+/// Reads a chunk of both ear signals from one arrival's signal.
 ///
 /// Ear delays are total delays from the source in frames. Ears have [`SLACK`](interpolation::SLACK) more samples, which
 /// are overwritten.
@@ -156,10 +156,10 @@ pub(crate) fn read_ears(
     interpolation::read(set, window.signal, &readings, intervals, outs);
 }
 
-/// Two ears of one arrival's signal: a chunk and the interpolator's slack.
+/// Both ear signals of one arrival: a chunk and the interpolator's slack.
 pub(crate) type EarPair = [Vec<f32>; 2];
 
-/// Frames of its signal that an arrival keeps: the longest ear delay, the interpolator and rounding, and enough for the
+/// Frames of history of an arrival's signal: the longest ear delay, the interpolator and rounding, and at least the
 /// shortest part mixed in a chunk.
 pub(crate) fn history_frames(hrtf: &Hrtf) -> usize {
     (hrtf.max_delay().ceil() as usize + 12)
@@ -197,8 +197,7 @@ impl<'a> Arrival<'a> {
     }
 }
 
-/// Adds a batch of arrivals to the first `groups` groups of the buses. The weights of all are computed as often as those of
-/// the fastest.
+/// Adds a batch of arrivals to the first `groups` groups of the buses. The fastest arrival determines the rate for all.
 pub(crate) fn add(
     binaural: &mut Binaural,
     arrivals: &[Option<Arrival>; BATCH],

@@ -1,9 +1,9 @@
-//! What ramps of weights say of themselves, against the line that they follow.
+//! Rates of weight ramps against the exact line.
 
 use super::*;
 use crate::simd::F32x8;
 
-/// Whole numbers' sines: bounded by one, no two alike.
+/// Deterministic distinct values within ±1.
 fn draw(n: usize) -> f32 {
     ((n * n) as f32 * 0.37 + n as f32).sin()
 }
@@ -21,10 +21,10 @@ fn size(lanes: impl Iterator<Item = f64>) -> f64 {
 }
 
 #[test]
-fn weights_are_held_only_where_that_stays_within_its_bound() {
-    let mut met = [0; 3];
+fn weights_are_held_only_within_the_error_bound() {
+    let mut counts = [0; 3];
     for n in 0..60 {
-        // From nothing to as much as the weights themselves within a ramp of one to three blocks.
+        // Changes from zero to the size of the weights, in ramps of one to three blocks.
         let change = if n % 6 == 0 {
             0.0
         } else {
@@ -39,7 +39,7 @@ fn weights_are_held_only_where_that_stays_within_its_bound() {
         };
         let ramp = 256 * (1 + n as u32 % 3);
         let rate = ramped.retarget(LaneSet::best(), &wanted, 0, ramp);
-        met[rate as usize] += 1;
+        counts[rate as usize] += 1;
         let Some(Ramp { left, hold }) = rate.ramp(ramp) else {
             assert_eq!(growth, [F32x8::ZERO; 4]);
             continue;
@@ -55,17 +55,17 @@ fn weights_are_held_only_where_that_stays_within_its_bound() {
         for to_come in 0..left {
             let middle = f64::from(to_come / hold * hold) + 0.5 * f64::from(hold - 1);
             let off = size(growth.iter().map(|g| g * (middle - f64::from(to_come))));
-            // The bound, and roundings of what decides.
+            // The bound, and rounding of the decision.
             assert!(off <= 1e-3 * all * (1.0 + 1e-5), "{n}: {off} of {all}");
         }
         assert_eq!(hold > 1, rate == RampRate::Slow);
     }
-    // All kinds of motion were met.
-    assert!(met.iter().all(|&times| times >= 5), "{met:?}");
+    // Every rate occurs.
+    assert!(counts.iter().all(|&times| times >= 5), "{counts:?}");
 }
 
 #[test]
-fn a_ramp_that_is_over_is_none() {
+fn a_finished_ramp_is_none() {
     for rate in [RampRate::Constant, RampRate::Slow, RampRate::Fast] {
         assert!(rate.ramp(0).is_none());
     }

@@ -1,9 +1,9 @@
 //! Renders the late reverb's lines as eight plane waves.
 //!
-//! Audio side; wait-free, bounded by the chunk; allocates at birth only.
+//! Audio side; wait-free, bounded by the chunk; allocates at construction only.
 //!
-//! The lines arrive from the corners of a cube that is fixed in the world: the late reverb does not turn with the head. A
-//! diffuse-field equalised HRTF set has unit mean power over directions: the power at an ear is that of the lines.
+//! The lines arrive from the corners of a cube fixed in world coordinates: the late reverb does not rotate with the
+//! listener. A diffuse-field equalised HRTF set has unit mean power over directions: each ear has the power of the lines.
 
 use glam::{Quat, Vec3};
 
@@ -19,11 +19,11 @@ use crate::generation::ramp::{ChunkSpan, LinearRamp};
 use crate::generation::reverb::late_reverb::LINES;
 use crate::generation::{CHUNK, Hrtf};
 
-/// Eight arrivals, fixed in the world.
+/// Eight plane waves, fixed in world coordinates.
 #[derive(Debug)]
 pub(crate) struct FarField {
     history: usize,
-    /// One signal a line: its history, then the present chunk.
+    /// One signal per line: its history, then the present chunk.
     signals: [Vec<f32>; LINES],
     delays: [[LinearRamp; 2]; LINES],
     targets: Vec<F32x8>,
@@ -35,7 +35,7 @@ pub(crate) struct FarField {
     intervals: Box<Intervals>,
     ears: [EarPair; BATCH],
     set: LaneSet,
-    /// Frames since the lines last sounded.
+    /// Frames since the lines were last audible.
     quiet_frames: usize,
 }
 
@@ -59,7 +59,7 @@ impl FarField {
         }
     }
 
-    /// Ramps to a head orientation; the first one is set at once.
+    /// Ramps to a listener orientation; the first one applies immediately.
     pub(crate) fn set_orientation(&mut self, hrtf: &Hrtf, to_head: Quat, left: u32, ramp: u32) {
         self.rate = RampRate::Constant;
         let width = self.lookup.len();
@@ -85,7 +85,7 @@ impl FarField {
         self.has_orientation = true;
     }
 
-    /// Adds a chunk to the buses. `fill` writes the lines' signals and returns whether any sounds.
+    /// Adds a chunk to the buses. `fill` writes the lines' signals and returns whether any is audible.
     pub(crate) fn render(
         &mut self,
         left: u32,
@@ -104,7 +104,7 @@ impl FarField {
             self.quiet_frames += frames;
         }
         let width = self.lookup.len();
-        // Position 0 is the chunk's first frame, as is time 0.
+        // Time and position 0 are the chunk's first frame.
         let chunk = ChunkSpan {
             now: 0,
             left,
@@ -123,11 +123,11 @@ impl FarField {
                 signal.copy_within(frames..frames + self.history, 0);
             }
             let arrivals = std::array::from_fn(|n| {
-                let place = (first + n) * width;
+                let offset = (first + n) * width;
                 Some(Arrival {
                     ears: &self.ears[n],
-                    target: &self.targets[place..][..width],
-                    growth: &self.growths[place..][..width],
+                    target: &self.targets[offset..][..width],
+                    growth: &self.growths[offset..][..width],
                     rate: self.rate,
                 })
             });

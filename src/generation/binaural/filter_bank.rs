@@ -1,38 +1,38 @@
 //! Sums every arrival into a few buses an ear and filters each bus once.
 //!
-//! Audio side; wait-free, bounded by the chunk; allocates at birth only. Takes ear signals with weights, gives two
-//! ears of sound without latency.
+//! Audio side; wait-free, bounded by the chunk; allocates at construction only. Input: ear signals with weights; output:
+//! two ear signals without latency.
 //!
-//! An ear's response to a direction is a weighted sum of shared filters ([`Hrtf`]), so the weights may be applied
-//! before the filters: an arrival costs one multiplication a component and sample, and the filters cost the same for
-//! one arrival as for a thousand.
+//! An ear's response to a direction is a weighted sum of shared filters ([`Hrtf`]). The weights are applied before the
+//! filters: an arrival costs one multiplication per component and sample, and the cost of the filters does not depend on
+//! the number of arrivals.
 
 use crate::simd::{F32x8, LaneSet, kernel};
 
 use crate::generation::{CHUNK, Hrtf};
 
-/// What one arrival adds to one group of an ear's buses.
+/// Contribution of one arrival to one group of an ear's buses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Contribution<'a> {
     /// The ear signal.
     pub(crate) signal: &'a [f32],
     /// Weights at the end of the ramp.
     pub(crate) target: F32x8,
-    /// Their growth a frame until then.
+    /// Growth per frame during the ramp.
     pub(crate) growth: F32x8,
 }
 
 /// A ramp of weights.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ramp {
-    /// Frames of it still to come before the first, at least as many as are added.
+    /// Frames left before the first one; at least the number of frames added.
     pub(crate) left: u32,
-    /// Frames, counted from the ramp's end, for which weights stay as they are in the middle.
+    /// Frames per stretch, counted from the ramp's end. Each stretch has the weights of its middle.
     pub(crate) hold: u32,
 }
 
 impl Ramp {
-    fn resting(frames: usize) -> Self {
+    fn constant(frames: usize) -> Self {
         Self {
             left: frames as u32,
             hold: frames.max(1) as u32,
@@ -40,15 +40,15 @@ impl Ramp {
     }
 }
 
-/// Stretches after which growing weights are worked out afresh: roundings of a steady growth all go the same way, and 32
+/// Stretches after which growing weights are recomputed: the rounding errors of a constant growth have one sign, and 32
 /// of them stay below 2e-6 of the weight.
-const RUN: u32 = 32;
+const MAX_INCREMENTS: u32 = 32;
 
-/// Arrivals added at once: their weights take half of the registers, and the buses are walked through once.
+/// Arrivals added in one pass over the buses: their weights take half of the registers.
 pub(crate) const BATCH: usize = 8;
 
 impl Contribution<'static> {
-    /// `frames` of silence at weights of zero.
+    /// `frames` of silence with zero weights.
     pub(crate) fn silence(frames: usize) -> Self {
         static SILENT: [f32; CHUNK] = [0.0; CHUNK];
         Self {
@@ -59,21 +59,21 @@ impl Contribution<'static> {
     }
 }
 
-/// The buses of both ears and the filters behind them.
+/// The buses of both ears and their filters.
 #[derive(Debug)]
 pub(crate) struct Binaural {
     set: LaneSet,
     groups: usize,
-    /// Tap after tap of group after group.
+    /// Ordered by group, then by tap.
     basis: Vec<F32x8>,
     taps: usize,
-    /// Frames of the past that the filters need.
+    /// Past frames that the filters read.
     history: usize,
-    /// Ear after ear, group after group: the past, then the present chunk.
+    /// Ordered by ear, then by group; each bus is its history, then the present chunk.
     buses: Vec<F32x8>,
-    /// Filtered frames of all groups, not yet summed over the lanes.
+    /// Filtered frames of all groups before the sum over the lanes.
     filtered: Vec<F32x8>,
-    /// Frames since something was added.
+    /// Frames since the last addition.
     quiet_frames: usize,
 }
 
@@ -99,12 +99,12 @@ impl Binaural {
         }
     }
 
-    /// Whether buses and filters hold nothing but silence.
+    /// Whether buses and filters are silent.
     fn is_silent(&self) -> bool {
         self.quiet_frames >= self.history.max(1)
     }
 
-    /// Adds arrivals of the same length to one group of an ear's buses; without a ramp at weights that rest.
+    /// Adds arrivals of equal length to one group of an ear's buses; the weights are constant without a ramp.
     pub(crate) fn add(
         &mut self,
         ear: usize,
@@ -117,11 +117,11 @@ impl Binaural {
         let length = self.history + CHUNK;
         let start = (ear * self.groups + group) * length + self.history;
         let bus = &mut self.buses[start..start + frames];
-        let ramp = ramp.unwrap_or(Ramp::resting(frames));
+        let ramp = ramp.unwrap_or(Ramp::constant(frames));
         add_arrivals(self.set, bus, arrivals, ramp);
     }
 
-    /// Filters what was added and overwrites `frames` of each ear, then moves on by as many.
+    /// Filters the buses, overwrites both ear signals and advances the buses by their length.
     pub(crate) fn finish(&mut self, ears: [&mut [f32]; 2]) {
         let length = self.history + CHUNK;
         let frames = ears[0].len();
@@ -152,14 +152,14 @@ impl Binaural {
 }
 
 kernel! {
-    /// Adds arrivals to one group; weights are constant for a stretch of the ramp each.
+    /// Adds arrivals to one group; the weights are constant within each stretch of the ramp.
     fn add_arrivals<L>(bus: &mut [F32x8], arrivals: &[Contribution; BATCH], ramp: Ramp) {
         let [a, b, c, d, e, f, g, h] = arrivals;
         let frames = bus.len();
-        let (of_a, of_b) = (&a.signal[..frames], &b.signal[..frames]);
-        let (of_c, of_d) = (&c.signal[..frames], &d.signal[..frames]);
-        let (of_e, of_f) = (&e.signal[..frames], &f.signal[..frames]);
-        let (of_g, of_h) = (&g.signal[..frames], &h.signal[..frames]);
+        let (signal_a, signal_b) = (&a.signal[..frames], &b.signal[..frames]);
+        let (signal_c, signal_d) = (&c.signal[..frames], &d.signal[..frames]);
+        let (signal_e, signal_f) = (&e.signal[..frames], &f.signal[..frames]);
+        let (signal_g, signal_h) = (&g.signal[..frames], &h.signal[..frames]);
         let Ramp { left, hold } = ramp;
         let growths = L::splat(hold as f32);
         let steps: [F32x8; BATCH] = [
@@ -190,17 +190,17 @@ kernel! {
             loop {
                 let end = frames.min((left - stretch * hold) as usize);
                 for frame in start..end {
-                    let sum = wa.mul_add(L::splat(of_a[frame]), L::from_array(bus[frame]));
-                    let sum = wb.mul_add(L::splat(of_b[frame]), sum);
-                    let sum = wc.mul_add(L::splat(of_c[frame]), sum);
-                    let sum = wd.mul_add(L::splat(of_d[frame]), sum);
-                    let sum = we.mul_add(L::splat(of_e[frame]), sum);
-                    let sum = wf.mul_add(L::splat(of_f[frame]), sum);
-                    let sum = wg.mul_add(L::splat(of_g[frame]), sum);
-                    bus[frame] = wh.mul_add(L::splat(of_h[frame]), sum).to_array();
+                    let sum = wa.mul_add(L::splat(signal_a[frame]), L::from_array(bus[frame]));
+                    let sum = wb.mul_add(L::splat(signal_b[frame]), sum);
+                    let sum = wc.mul_add(L::splat(signal_c[frame]), sum);
+                    let sum = wd.mul_add(L::splat(signal_d[frame]), sum);
+                    let sum = we.mul_add(L::splat(signal_e[frame]), sum);
+                    let sum = wf.mul_add(L::splat(signal_f[frame]), sum);
+                    let sum = wg.mul_add(L::splat(signal_g[frame]), sum);
+                    bus[frame] = wh.mul_add(L::splat(signal_h[frame]), sum).to_array();
                 }
                 start = end;
-                if start == frames || stretch == 0 || first - stretch == RUN - 1 {
+                if start == frames || stretch == 0 || first - stretch == MAX_INCREMENTS - 1 {
                     break;
                 }
                 stretch -= 1;
@@ -220,7 +220,7 @@ kernel! {
 kernel! {
     /// Adds `Σ_tap basis[tap] · bus[now − tap]` to every frame of `out`, lane by lane.
     ///
-    /// The bus begins a filter's length less one before the first frame.
+    /// The bus begins `taps − 1` frames before the first output frame.
     fn filter<L>(basis: &[F32x8], bus: &[F32x8], out: &mut [F32x8]) {
         let taps = basis.len();
         let mut start = 0;

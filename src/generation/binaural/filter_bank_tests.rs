@@ -1,4 +1,4 @@
-//! What buses and their filters do, and the kernels against a slow specification.
+//! The buses and their filters, and the kernels against a slow specification.
 
 use super::*;
 use crate::generation::synthetic_hrtf;
@@ -10,7 +10,7 @@ fn with_silence(one: Contribution) -> [Contribution; BATCH] {
 }
 
 #[test]
-fn weights_before_the_filters_are_weights_after_them() {
+fn weights_before_the_filters_equal_weights_after_them() {
     let hrtf = Hrtf::parse(&synthetic_hrtf::bytes(48_000), "synthetic").unwrap();
     let mut binaural = Binaural::new(&hrtf);
     let weights = F32x8([0.5, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -32,7 +32,7 @@ fn weights_before_the_filters_are_weights_after_them() {
 }
 
 #[test]
-fn odd_chunks_filter_like_even_ones() {
+fn filtering_does_not_depend_on_the_chunk_size() {
     let hrtf = Hrtf::parse(&synthetic_hrtf::bytes(48_000), "synthetic").unwrap();
     let signal: Vec<f32> = (0..600).map(|i| ((i * i) as f32 * 0.37).sin()).collect();
     let mut results = Vec::new();
@@ -57,7 +57,7 @@ fn odd_chunks_filter_like_even_ones() {
     }
 }
 
-/// Whole numbers' sines: bounded by one, no two alike.
+/// Deterministic distinct values within ±1.
 fn draw(n: usize) -> f32 {
     ((n * n) as f32 * 0.37 + n as f32).sin()
 }
@@ -79,20 +79,20 @@ fn signals(frames: usize) -> [Vec<f32>; BATCH] {
     std::array::from_fn(|n| (0..frames).map(|i| draw(999 * n + i)).collect())
 }
 
-/// A bus with something in it, of a number.
+/// A bus with content that depends on `number`.
 fn bus(number: usize, frames: usize) -> Vec<F32x8> {
     let first = 5000 + 4000 * number;
     (first..first + frames).map(|n| lanes(n, 1.0)).collect()
 }
 
 #[test]
-fn every_arrival_is_added_at_weights_that_are_held_for_a_stretch_of_the_ramp() {
-    // Within a run of steady growth, at its end, and beyond; at the ramp's end and before.
+fn every_arrival_is_added_with_weights_held_for_each_stretch() {
+    // Fewer stretches than are incremented, as many, and more; at the ramp's end and before.
     for (hold, frames) in [
         (1, 1),
-        (1, RUN as usize - 1),
-        (1, RUN as usize),
-        (1, RUN as usize + 1),
+        (1, MAX_INCREMENTS as usize - 1),
+        (1, MAX_INCREMENTS as usize),
+        (1, MAX_INCREMENTS as usize + 1),
         (1, CHUNK),
         (8, 1),
         (8, 7),
@@ -111,7 +111,7 @@ fn every_arrival_is_added_at_weights_that_are_held_for_a_stretch_of_the_ramp() {
             for (frame, (found, before)) in found.iter().zip(bus(1, frames)).enumerate() {
                 let to_come = left - 1 - frame as u32;
                 let middle = f64::from(to_come / hold * hold) + 0.5 * f64::from(hold - 1);
-                // What is held is the line's value no further away than half a stretch.
+                // The held value is that of the line at most half a stretch away.
                 assert!((middle - f64::from(to_come)).abs() <= 0.5 * f64::from(hold - 1));
                 for lane in 0..8 {
                     let mut exact = f64::from(before.0[lane]);
@@ -130,14 +130,14 @@ fn every_arrival_is_added_at_weights_that_are_held_for_a_stretch_of_the_ramp() {
     }
 }
 
-/// The taps of a filter of a number.
+/// Filter taps that depend on `number`.
 fn basis(number: usize, taps: usize) -> Vec<F32x8> {
     let first = 700 * number;
     (first..first + taps).map(|n| lanes(n, 0.2)).collect()
 }
 
 #[test]
-fn a_filtered_bus_is_its_convolution() {
+fn a_filtered_bus_is_the_convolution() {
     let taps = 37;
     let basis = basis(0, taps);
     for frames in [1, 3, 4, 6, 64] {
@@ -152,7 +152,7 @@ fn a_filtered_bus_is_its_convolution() {
                     let at = taps - 1 + frame - tap;
                     exact += f64::from(basis.0[lane]) * f64::from(bus[at].0[lane]);
                 }
-                // One rounding a tap of sums below 0.2 a tap and 1.
+                // One rounding per tap of sums below 1 plus 0.2 per tap.
                 let bound = f64::from(f32::EPSILON / 2.0) * 38.0 * (0.2 * 37.0 + 1.0);
                 let error = (f64::from(found.0[lane]) - exact).abs();
                 assert!(error < bound, "{frames} {frame}: {error}");
@@ -162,9 +162,9 @@ fn a_filtered_bus_is_its_convolution() {
 }
 
 #[test]
-fn instruction_sets_add_and_filter_alike() {
+fn instruction_sets_agree() {
     let signals = signals(CHUNK);
-    let heard = |set: LaneSet| {
+    let rendered = |set: LaneSet| {
         let mut out = vec![F32x8::ZERO; CHUNK - 19];
         for group in 0..2 {
             let mut bus = bus(group, CHUNK);
@@ -181,14 +181,14 @@ fn instruction_sets_add_and_filter_alike() {
         }
         out
     };
-    let specified = heard(LaneSet::Fused);
+    let specified = rendered(LaneSet::Fused);
     for set in LaneSet::vector_units() {
-        assert_eq!(heard(set), specified, "{set:?}");
+        assert_eq!(rendered(set), specified, "{set:?}");
     }
-    let portable = heard(LaneSet::Portable);
+    let portable = rendered(LaneSet::Portable);
     for (a, b) in portable.iter().zip(&specified) {
         for (a, b) in a.0.iter().zip(b.0) {
-            // Two groups, the second at twice the weights: 24 products below 4 a frame, and 20 frames of up to 100 at 0.2.
+            // Two groups, the second at twice the weights: 24 products below 4 per frame, and 20 frames of up to 100 at 0.2.
             assert!((a - b).abs() < f32::EPSILON * 2.0 * 20.0 * 0.2 * (24.0 * 4.0 + 100.0));
         }
     }

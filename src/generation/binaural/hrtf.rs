@@ -1,11 +1,11 @@
-//! HRTF sets: for every direction a delay and a few weights an ear, over shared filters.
+//! HRTF sets: one delay and a few filter weights per ear and direction, over shared filters.
 //!
-//! Control side at birth; [`Hrtf::look_up`] is wait-free and belongs to the audio side. Takes a baked file (layout in
-//! assets/hrtf/README.md), gives ear delays and weights for directions in head coordinates.
+//! Construction: control side. [`Hrtf::look_up`]: audio side, wait-free. Input: a baked file (layout in
+//! assets/hrtf/README.md); output: ear delays and weights for directions in head coordinates.
 //!
-//! Own form of the usual separation into delays and minimum-phase principal components (\[KISTLER92\]):
-//! both vary smoothly with direction, so bilinear interpolation on the grid adds no comb filtering, and a crowd of
-//! paths shares one bank of filters an ear.
+//! Own form of the usual separation into delays and minimum-phase principal components (\[KISTLER92\]). Both vary
+//! smoothly with direction: bilinear interpolation on the grid adds no comb filtering. All paths share one filter bank
+//! per ear.
 
 use glam::Vec3;
 
@@ -14,13 +14,13 @@ use crate::simd::{F32x8, LaneSet, kernel, prefetch};
 
 const MAGIC: &[u8; 8] = b"FSHRTF1\0";
 const HEADER_BYTES: usize = 28;
-/// Components come in lanes of eight.
+/// Components per group.
 const LANES: usize = 8;
-/// Longest ear delay a file may hold, in seconds: five times what a head makes.
+/// Longest valid ear delay in seconds: five times the interaural delay of a human head.
 const MAX_DELAY_S: f32 = 0.004;
-/// Largest weight or tap magnitude a file may hold: 60 dB.
+/// Largest valid magnitude of a weight or tap: 60 dB.
 const MAX_VALUE: f32 = 1000.0;
-const ADVICE: &str = "bake the file anew with assets/hrtf/bake.py";
+const ADVICE: &str = "bake the file again with assets/hrtf/bake.py";
 
 /// An HRTF set.
 ///
@@ -41,11 +41,11 @@ pub struct Hrtf {
     groups: usize,
     azimuths: usize,
     elevations: usize,
-    /// Group after group, tap after tap, a component a lane.
+    /// Ordered by group, then by tap; one component per lane.
     basis: Vec<F32x8>,
-    /// In frames: elevation after elevation, azimuth after azimuth, left and right.
+    /// Left and right delay in frames, ordered by elevation, then by azimuth.
     delays: Vec<[f32; 2]>,
-    /// In the same order; of each direction the groups of the left ear, then of the right.
+    /// In the same order; per direction the groups of the left ear, then those of the right.
     weights: Vec<F32x8>,
     max_delay: f32,
 }
@@ -53,11 +53,11 @@ pub struct Hrtf {
 impl Hrtf {
     /// Reads a baked set.
     ///
-    /// Errors: [`Error::Format`] naming `name` if size, header or a value is not what the format allows.
+    /// Errors: [`Error::Format`] with `name` if the size, the header or a value is invalid.
     pub fn parse(bytes: &[u8], name: &str) -> Result<Self> {
-        let wrong = |problem: String| Error::format(name, None, problem, ADVICE);
+        let format_error = |problem: String| Error::format(name, None, problem, ADVICE);
         if bytes.len() < HEADER_BYTES || &bytes[..8] != MAGIC {
-            return Err(wrong("this is not a baked HRTF set".into()));
+            return Err(format_error("this is not a baked HRTF set".into()));
         }
         let mut header = WordReader(&bytes[8..HEADER_BYTES]);
         let rate_hz = header.u32();
@@ -66,7 +66,9 @@ impl Hrtf {
             if (low..=high).contains(&value) {
                 Ok(value)
             } else {
-                Err(wrong(format!("{value} {what}, outside {low} to {high}")))
+                Err(format_error(format!(
+                    "{value} {what}, outside {low} to {high}"
+                )))
             }
         };
         let taps = size("taps", 1, 1024)?;
@@ -74,26 +76,28 @@ impl Hrtf {
         let azimuths = size("azimuths", 4, 720)?;
         let elevations = size("elevations", 3, 361)?;
         if !(8_000..=192_000).contains(&rate_hz) {
-            return Err(wrong(format!("a sample rate of {rate_hz} Hz")));
+            return Err(format_error(format!(
+                "sample rate of {rate_hz} Hz, outside 8000 to 192000"
+            )));
         }
         if !components.is_multiple_of(LANES) {
-            return Err(wrong(format!(
+            return Err(format_error(format!(
                 "{components} components, not a multiple of {LANES}"
             )));
         }
         let directions = azimuths * elevations;
         let values = components * taps + directions * 2 * (1 + components);
-        let wanted = HEADER_BYTES + 4 * values;
-        if bytes.len() != wanted {
-            return Err(wrong(format!(
-                "{} bytes long where its header makes it {wanted}",
+        let expected = HEADER_BYTES + 4 * values;
+        if bytes.len() != expected {
+            return Err(format_error(format!(
+                "length of {} bytes, but the header requires {expected}",
                 bytes.len()
             )));
         }
         let body = &bytes[HEADER_BYTES..];
-        if let Some(place) = WordReader(body).position(|v| v.is_nan() || v.abs() > MAX_VALUE) {
-            return Err(wrong(format!(
-                "value {place} after the header is not a number within ±{MAX_VALUE}"
+        if let Some(index) = WordReader(body).position(|v| v.is_nan() || v.abs() > MAX_VALUE) {
+            return Err(format_error(format!(
+                "value {index} after the header is NaN or outside ±{MAX_VALUE}"
             )));
         }
 
@@ -113,8 +117,8 @@ impl Hrtf {
             for (delay, of_ear) in ears.iter_mut().zip(of_direction.chunks_exact_mut(groups)) {
                 let delay_s = words.f32();
                 if !(0.0..=MAX_DELAY_S).contains(&delay_s) {
-                    return Err(wrong(format!(
-                        "an ear delay of {delay_s} s, outside 0 to {MAX_DELAY_S} s"
+                    return Err(format_error(format!(
+                        "ear delay of {delay_s} s, outside 0 to {MAX_DELAY_S} s"
                     )));
                 }
                 *delay = delay_s * rate_hz as f32;
@@ -141,7 +145,7 @@ impl Hrtf {
         })
     }
 
-    /// No head: both ears receive every direction without delay and filter. For impulse responses.
+    /// An omnidirectional set: both ears receive every direction without delay or filter. For impulse responses.
     ///
     /// Range: 8,000 to 192,000 Hz.
     ///
@@ -182,35 +186,35 @@ impl Hrtf {
         self.taps
     }
 
-    /// Number of shared filters, in groups of eight lanes.
+    /// Number of groups of eight shared filters.
     pub fn groups(&self) -> usize {
         self.groups
     }
 
-    /// One group's filters: a tap after the other, a filter a lane.
+    /// The filters of a group below [`Self::groups`], ordered by tap; one filter per lane. Panics for other groups.
     pub fn basis(&self, group: usize) -> &[F32x8] {
         &self.basis[group * self.taps..][..self.taps]
     }
 
-    /// The longest ear delay of the set in frames.
+    /// Longest ear delay of the set in frames.
     pub fn max_delay(&self) -> f32 {
         self.max_delay
     }
 
-    /// Delays of the left and right ear in frames for a direction in head coordinates (+x right, +y up, −z ahead), and
-    /// their weights: [`Self::groups`] entries for the left ear, then as many for the right.
+    /// Returns the delays of the left and right ear in frames for a direction in head coordinates (+x right, +y up,
+    /// −z ahead) and writes their weights: [`Self::groups`] entries for the left ear, then as many for the right.
     ///
-    /// Interpolates bilinearly in azimuth and elevation. The direction need not have unit length; the zero vector and
-    /// not-a-number give the response of some grid point. Real-time: no allocation, four grid points.
-    pub fn look_up(&self, head: Vec3, weights: &mut [F32x8]) -> [f32; 2] {
-        self.blend(&self.corners(head), self.groups, weights)
+    /// Interpolates bilinearly in azimuth and elevation. The direction may have any length; the zero vector and NaN
+    /// return the response of a grid point. Panics if `weights` is shorter. Real-time: no allocation, four grid points.
+    pub fn look_up(&self, direction: Vec3, weights: &mut [F32x8]) -> [f32; 2] {
+        self.blend(&self.corners(direction), self.groups, weights)
     }
 
-    /// The first part of [`Self::look_up`]; prefetches what [`Self::blend`] reads.
-    pub(crate) fn find(&self, head: Vec3) -> Corners {
-        let corners = self.corners(head);
+    /// First part of [`Self::look_up`]; prefetches the input of [`Self::blend`].
+    pub(crate) fn find(&self, direction: Vec3) -> Corners {
+        let corners = self.corners(direction);
         let width = 2 * self.groups;
-        // Two neighbours of one elevation lie side by side, but for the last azimuth's.
+        // Neighbours of one elevation are adjacent in memory, except for the last azimuth.
         for (direction, _) in corners {
             let of_corner = &self.weights[direction * width..][..width];
             for group in of_corner.iter().step_by(2) {
@@ -221,7 +225,7 @@ impl Hrtf {
         corners
     }
 
-    /// The rest of [`Self::look_up`]; groups from `groups` on are zero.
+    /// Second part of [`Self::look_up`]; groups from `groups` on are zero.
     pub(crate) fn blend(
         &self,
         corners: &Corners,
@@ -246,18 +250,18 @@ impl Hrtf {
                 shares[corner] = share;
             }
             let (used, unused) = weights.split_at_mut(groups);
-            weigh(self.set, &grid, &shares, used);
+            blend_weights(self.set, &grid, &shares, used);
             unused.fill(F32x8::ZERO);
         }
         delays
     }
 
-    /// The four grid points around a direction and their shares.
-    fn corners(&self, head: Vec3) -> Corners {
-        let level = (head.x * head.x + head.z * head.z).sqrt();
-        let turns = (-head.x).atan2(-head.z) / std::f32::consts::TAU;
-        let rise = head.y.atan2(level) / std::f32::consts::PI + 0.5;
-        // `max` turns not-a-number into zero.
+    /// The four grid points around a direction and their interpolation weights.
+    fn corners(&self, direction: Vec3) -> Corners {
+        let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
+        let turns = (-direction.x).atan2(-direction.z) / std::f32::consts::TAU;
+        let rise = direction.y.atan2(horizontal) / std::f32::consts::PI + 0.5;
+        // `max` converts NaN to zero.
         let column = (turns - turns.floor()).clamp(0.0, 1.0).max(0.0) * self.azimuths as f32;
         let row = rise.clamp(0.0, 1.0).max(0.0) * (self.elevations - 1) as f32;
         let (a, e) = (column as usize, (row as usize).min(self.elevations - 2));
@@ -273,12 +277,12 @@ impl Hrtf {
     }
 }
 
-/// Four grid points around a direction and the share of each.
+/// Four grid points around a direction and their interpolation weights.
 pub(crate) type Corners = [(usize, f32); 4];
 
 kernel! {
-    /// Weights of grid points in their shares.
-    fn weigh<L>(grid: &[&[F32x8]; 4], shares: &[f32; 4], weights: &mut [F32x8]) {
+    /// Sums the weights of the grid points, each scaled by its share.
+    fn blend_weights<L>(grid: &[&[F32x8]; 4], shares: &[f32; 4], weights: &mut [F32x8]) {
         let [a, b, c, d] = grid;
         let shares = [
             L::splat(shares[0]),
@@ -295,7 +299,7 @@ kernel! {
     }
 }
 
-/// Little-endian words of four bytes; zero behind the end, which the size check rules out.
+/// Reads little-endian words of four bytes; zero beyond the end, which the size check excludes.
 struct WordReader<'a>(&'a [u8]);
 
 impl WordReader<'_> {
@@ -313,10 +317,10 @@ impl WordReader<'_> {
         f32::from_bits(self.u32())
     }
 
-    fn position(&self, is_wrong: impl Fn(f32) -> bool) -> Option<usize> {
+    fn position(&self, is_invalid: impl Fn(f32) -> bool) -> Option<usize> {
         self.0
             .chunks_exact(4)
-            .position(|word| is_wrong(f32::from_le_bytes([word[0], word[1], word[2], word[3]])))
+            .position(|word| is_invalid(f32::from_le_bytes([word[0], word[1], word[2], word[3]])))
     }
 }
 
@@ -330,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn damaged_files_are_refused_by_name() {
+    fn damaged_files_are_rejected_with_the_file_name() {
         let good = synthetic_hrtf::bytes(44_100);
         let mut cases: Vec<Vec<u8>> = vec![
             Vec::new(),
@@ -369,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn look_up_is_continuous_round_the_head_and_over_the_poles() {
+    fn look_up_is_continuous_in_azimuth_and_over_the_poles() {
         let set = set();
         let mut weights = vec![F32x8::ZERO; 2 * set.groups()];
         let mut last: Option<([f32; 2], Vec<F32x8>)> = None;
@@ -383,7 +387,7 @@ mod tests {
             }
             let delays = set.look_up(Vec3::new(-angle.sin(), 0.3, -angle.cos()), &mut weights);
             if let Some((before, held)) = &last {
-                // A tenth of a degree of 0.66 ms over 90 degrees is 0.03 frames; weights change as little.
+                // 0.66 ms over 90 degrees is 0.03 frames per tenth of a degree; the weights change as little.
                 assert!((delays[0] - before[0]).abs() < 0.06, "{step}");
                 for (a, b) in weights.iter().zip(held) {
                     assert!((a.0[0] - b.0[0]).abs() < 0.01, "{step}");
@@ -394,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn no_direction_and_no_number_are_harmless() {
+    fn zero_and_non_finite_directions_return_finite_delays() {
         let set = set();
         let mut weights = vec![F32x8::ZERO; 2 * set.groups()];
         for direction in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, Vec3::Y, Vec3::NEG_Y] {
@@ -404,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_that_are_not_asked_for_are_zero_and_the_others_as_they_are() {
+    fn unrequested_groups_are_zero_and_the_others_unchanged() {
         let set = set();
         let groups = set.groups();
         let direction = Vec3::new(0.3, 0.2, -0.9);
@@ -413,17 +417,17 @@ mod tests {
             vec![F32x8::splat(9.0); 2 * groups],
         );
         let delays = set.look_up(direction, &mut all);
-        for wanted in 0..=groups {
-            assert_eq!(set.blend(&set.find(direction), wanted, &mut few), delays);
+        for requested in 0..=groups {
+            assert_eq!(set.blend(&set.find(direction), requested, &mut few), delays);
             for (n, (few, all)) in few.iter().zip(&all).enumerate() {
-                let is_wanted = n % groups < wanted;
-                assert_eq!(*few, if is_wanted { *all } else { F32x8::ZERO });
+                let is_requested = n % groups < requested;
+                assert_eq!(*few, if is_requested { *all } else { F32x8::ZERO });
             }
         }
     }
 
     #[test]
-    fn weights_are_the_grid_points_in_their_shares() {
+    fn weights_are_the_weighted_sum_of_the_grid_points() {
         let point = |n: usize| -> Vec<F32x8> {
             let lane = |i: usize| ((17 * n + i) as f32 * 0.7).sin();
             (0..2)
@@ -435,7 +439,7 @@ mod tests {
         let shares = [0.1, 0.2, 0.3, 0.4];
         let with = |set: LaneSet| {
             let mut weights = [F32x8::ZERO; 2];
-            weigh(set, &grid, &shares, &mut weights);
+            blend_weights(set, &grid, &shares, &mut weights);
             weights
         };
         for set in LaneSet::vector_units() {

@@ -1,12 +1,11 @@
-//! The sets that travel inside the library: KEMAR (\[GARDNER95\]), baked; origin and terms in
-//! assets/PROVENANCE.md.
+//! The built-in HRTF sets: KEMAR (\[GARDNER95\]), baked; origin and terms in assets/PROVENANCE.md.
 
 use crate::error::{Error, Result};
 
 use crate::generation::Hrtf;
 
 impl Hrtf {
-    /// The built-in set for a sample rate.
+    /// The built-in set for a sample rate. Control side; allocates.
     ///
     /// Range: 44,100 or 48,000 Hz.
     ///

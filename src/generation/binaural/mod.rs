@@ -1,4 +1,4 @@
-//! From voices to two ears: HRTF weights, shared filters, and the late reverb as far arrivals.
+//! Binaural rendering: HRTF sets, ear ramps, the filter bank and the plane waves of the late reverb.
 
 pub(crate) mod ear_ramps;
 pub(crate) mod far_field;

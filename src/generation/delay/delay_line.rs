@@ -1,10 +1,9 @@
-//! The past of one source, eight bands.
+//! Delay line of one source in eight bands.
 //!
-//! Audio side; wait-free; allocates at birth only. Takes band samples in order, gives any past stretch.
+//! Audio side; wait-free; allocates at construction only. Input: band samples in order; output: any past stretch.
 //!
-//! Positions are audio frames since the generator began. The ring is made of tiles of eight frames, in each of which the
-//! bands follow one another, a frame a lane: a reader that mixes the bands walks through memory once, without gaps, and
-//! needs neither shuffles nor eight streams.
+//! Positions are audio frames since the generator's start. The ring consists of tiles of eight frames: band after band, one
+//! frame per lane. A reader that mixes the bands accesses memory sequentially, without shuffles.
 
 use crate::acoustics::BANDS;
 use crate::simd::{F32x8, LaneSet, kernel, prefetch};
@@ -17,15 +16,15 @@ pub(crate) const TILE: usize = 8;
 /// Eight frames of eight bands, each at its [`band_index`].
 pub(crate) type Tile = [F32x8; BANDS];
 
-/// Where a band lies in a tile: beside the one four further on, so that sixteen lanes at a time add the lower bands to each
-/// other and the upper ones to each other, in the order of the bands.
+/// Index of a band in a tile: adjacent to the band four higher. Sixteen lanes then sum the lower and the upper four bands
+/// separately, in the order of the bands.
 pub(crate) const fn band_index(band: usize) -> usize {
     const HALF: usize = BANDS / 2;
     2 * (band % HALF) + band / HALF
 }
 
 kernel! {
-    /// Turns frames with a band a lane into as many tiles as there is room for.
+    /// Transposes frames with one band per lane into tiles, as many as fit.
     fn write_tiles<L>(frames: &[F32x8], tiles: &mut [Tile]) {
         for (tile, frames) in tiles.iter_mut().zip(frames.chunks_exact(TILE)) {
             let [a, b, c, d] = [frames[0], frames[1], frames[2], frames[3]];
@@ -54,8 +53,8 @@ kernel! {
     }
 }
 
-/// A part of the past that is read next. The lines exceed the second-level cache, and a path's part is too short for the
-/// hardware prefetcher.
+/// A stretch of a delay line to prefetch. The lines exceed the second-level cache, and a path's stretch is too short for
+/// the hardware prefetcher.
 #[derive(Debug, Default)]
 pub(crate) struct PrefetchWindow<'a> {
     parts: [&'a [Tile]; 2],
@@ -71,16 +70,16 @@ impl PrefetchWindow<'_> {
     /// Prefetches the next quarter; four calls, none of which waits for memory.
     #[inline]
     pub(crate) fn fetch_quarter(&mut self) {
-        let mut wanted = self.quarter;
+        let mut remaining = self.quarter;
         for part in &mut self.parts {
-            let (now, later) = part.split_at(wanted.min(part.len()));
+            let (now, later) = part.split_at(remaining.min(part.len()));
             for tile in now {
-                // Two bands a line of memory.
+                // Two bands per cache line.
                 for band in (0..BANDS).step_by(2) {
                     prefetch(&tile[band]);
                 }
             }
-            wanted -= now.len();
+            remaining -= now.len();
             *part = later;
         }
     }
@@ -91,15 +90,15 @@ impl PrefetchWindow<'_> {
 pub(crate) struct DelayLine {
     set: LaneSet,
     tiles: Vec<Tile>,
-    /// Position behind the last frame that is not silent.
+    /// Position after the last frame that is not silent.
     sound_end: i64,
 }
 
 impl DelayLine {
-    /// A silent line that remembers at least `history` frames besides the chunk that is being written.
+    /// A silent line that keeps at least `history` frames besides the chunk being written.
     pub(crate) fn new(history: usize) -> Self {
         let length = (history + 2 * CHUNK).div_ceil(TILE);
-        // Written rather than asked for as zeros: the pages are touched here and not in the first blocks.
+        // Written, not allocated as zeros: the pages are touched here, not in the first blocks.
         let mut tiles = Vec::with_capacity(length);
         tiles.resize(length, [F32x8::ZERO; BANDS]);
         Self {
@@ -109,7 +108,7 @@ impl DelayLine {
         }
     }
 
-    /// Whether the line holds silence alone.
+    /// Whether the line is silent.
     pub(crate) fn is_empty(&self, now: i64) -> bool {
         now - self.sound_end > (self.tiles.len() * TILE + CHUNK) as i64
     }
@@ -119,7 +118,7 @@ impl DelayLine {
         position >= self.sound_end
     }
 
-    /// Appends a chunk of at most [`CHUNK`] frames at position `now`, a band a lane.
+    /// Appends a chunk of at most [`CHUNK`] frames at position `now`, one band per lane.
     pub(crate) fn write(&mut self, now: i64, frames: &[F32x8]) {
         let mut index = self.index(now);
         let mut rest = frames;
@@ -153,8 +152,8 @@ impl DelayLine {
         }
     }
 
-    /// The tiles that hold `frames` frames from `position` on, in two parts for the ring's end, and the lane in the
-    /// first tile at which they begin.
+    /// The tiles with `frames` frames from `position` on, in two parts at the ring's end, and the first frame's lane in the
+    /// first tile.
     #[inline]
     pub(crate) fn tiles(&self, position: i64, frames: usize) -> (usize, [&[Tile]; 2]) {
         let index = self.index(position);
@@ -230,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn line_runs_empty_after_its_length() {
+    fn a_line_is_empty_after_its_length() {
         let mut line = DelayLine::new(300);
         assert!(line.is_empty(0));
         line.write(0, &[F32x8::splat(1.0); CHUNK]);
@@ -243,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn every_instruction_set_turns_frames_into_tiles() {
+    fn every_instruction_set_transposes_frames_into_tiles() {
         let frames: Vec<F32x8> = (0..3 * TILE)
             .map(|frame| F32x8(std::array::from_fn(|band| (10 * frame + band) as f32)))
             .collect();
@@ -262,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_asked_for_ahead_is_what_is_read() {
+    fn the_prefetch_window_covers_the_tiles_that_are_read() {
         let line = DelayLine::new(1000);
         for (position, frames) in [(0, 1), (5, 260), (1200, 256), (-300, 40)] {
             let (_, parts) = line.tiles(position, frames);

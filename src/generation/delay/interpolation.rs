@@ -1,31 +1,31 @@
-//! Reads a signal between its samples.
+//! Fractional delay interpolation.
 //!
 //! Audio side; wait-free, bounded by the output's length; allocates nothing.
 //!
-//! Six points, third order (own; \[LAAKSO96\] for the kind), written about the middle of the interval so that weights come in
-//! mirrored pairs. Constants and slopes are read exactly, whole samples are themselves, and readings are continuous where the
-//! position passes one; what is free beyond that is fitted by least squares to tones up to 10 kHz at 44.1 kHz, weighted
-//! by 1/f². What is read differs from a tone by less than −72 dB to 4 kHz, −56 dB to 8 kHz and −38 dB to 10 kHz, where
-//! Lagrange's fifth order, which is half as much work again, differs by −76, −41 and −31 dB.
+//! Six-point, third-order polynomial interpolator (own coefficients; \[LAAKSO96\] for the class), expanded about the middle of
+//! the interval: the weights form mirrored pairs. It reproduces constants, slopes and the samples themselves, and is
+//! continuous at the samples. The remaining coefficients are a least-squares fit to tones up to 10 kHz at 44.1 kHz, weighted
+//! by 1/f². The error for a tone is below −72 dB to 4 kHz, −56 dB to 8 kHz and −38 dB to 10 kHz. Fifth-order Lagrange
+//! interpolation has −76, −41 and −31 dB at 1.5 times the cost.
 
 use crate::simd::{LaneSet, Lanes, Lanes16, kernel};
 
 /// Samples needed before the one at or below the reading position.
 pub(crate) const BEHIND: usize = 2;
-/// Samples needed after the one at or below the reading position; a reader lags by this much to have them.
+/// Samples needed after the one at or below the reading position; the latency of a reader.
 pub(crate) const AHEAD: usize = 3;
 
-/// What the sums of the three mirrored pairs, from the outer to the inner, are multiplied by in the interval's middle, and
-/// the slopes there of what their differences are multiplied by. At its ends all but the inner are nothing and that is a
-/// half, which leaves no choice for the terms in x² and x³; sums of ½ and, times the nodes' distances, ½ make constants
-/// and slopes exact.
+/// `EVEN`: factors of the sums of the three mirrored pairs, outer to inner, in the interval's middle. `ODD`: slopes there of
+/// the factors of their differences. At the interval's ends the outer factors are 0 and the inner one is ½, which
+/// determines the terms in x² and x³. `EVEN` sums to ½, and `ODD` times the node distances sums to ½: constants and
+/// slopes are exact.
 const EVEN: [f32; 3] = [0.016_383, -0.110_806, 0.594_423];
 const ODD: [f32; 3] = [0.006_270, -0.072_304, 1.185_562];
 
-/// Weights of the six points around a position `fraction` behind the third.
+/// Weights of the six points around a position `fraction` after the third.
 fn weights(fraction: f32) -> [f32; 6] {
     let x = fraction - 0.5;
-    // What is left of the middle's values, one there and nothing at the ends, and the inner pair's share.
+    // `middle` is 1 in the middle and 0 at the ends; `to_ends` is the share of the inner pair alone.
     let to_ends = 4.0 * x * x;
     let (middle, slope) = (1.0 - to_ends, x * (1.0 - to_ends));
     let even = [
@@ -44,25 +44,24 @@ fn weights(fraction: f32) -> [f32; 6] {
     ]
 }
 
-/// Samples that a reader may touch, but not use, beyond the end of what it reads and of what it writes.
-/// Moves with the lanes that are worked on at once.
+/// Samples beyond the end of input and output that a reader accesses but does not use: the number of lanes.
 pub(crate) const SLACK: usize = 16;
 
-/// Where to read.
+/// Positions to read.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ReadRequest {
-    /// Of the first sample, in frames from `signal[0]`.
+    /// Position of the first sample in frames from `signal[0]`.
     pub(crate) position: f64,
-    /// Growth of the delay in frames a frame.
+    /// Growth of the delay in frames per frame.
     pub(crate) growth: f64,
     /// Samples to write.
     pub(crate) count: usize,
-    /// Samples of the signal that count.
+    /// Valid samples of the signal.
     pub(crate) length: usize,
 }
 
 impl ReadRequest {
-    /// Windows' beginnings between the first and the last position, with room for rounding.
+    /// Window starts between the first and the last position, with a margin for rounding.
     fn span(&self) -> (i64, i64) {
         let last = self.position + (1.0 - self.growth) * (self.count as f64 - 1.0);
         let (low, high) = (self.position.min(last), self.position.max(last));
@@ -71,16 +70,16 @@ impl ReadRequest {
     }
 }
 
-/// Longest signal that [`Intervals`] has room for, with its slack.
+/// Capacity of [`Intervals`] in samples, with slack.
 pub(crate) const LONGEST: usize = 1280;
 
-/// The polynomials of a signal's intervals: term by term what `1, x², x, x³` are multiplied by in the interval whose window
-/// of six samples begins at each place, with `x` counted from the interval's middle.
+/// Polynomial coefficients of a signal's intervals: for the terms `1, x², x, x³` one array each, indexed by the first
+/// sample of the interval's window of six. `x` is measured from the interval's middle.
 #[derive(Debug, Clone)]
 pub(crate) struct Intervals([[f32; LONGEST]; 4]);
 
 impl Intervals {
-    /// Room for them. Control side.
+    /// Control side; allocates.
     pub(crate) fn new() -> Box<Self> {
         Box::new(Self([[0.0; LONGEST]; 4]))
     }
@@ -88,11 +87,11 @@ impl Intervals {
 
 /// Writes `signal(position + i (1 − growth))` to `out[i]` for every i below the count, for every reading of one signal.
 ///
-/// The signal has to reach [`BEHIND`] before the first and [`AHEAD`] beyond the last position, and to be
+/// The signal must extend [`BEHIND`] samples before the first and [`AHEAD`] beyond the last position, be
 /// [`BEHIND`] + [`AHEAD`] longer than the count, and at most [`LONGEST`] long. It and `outs` have [`SLACK`] more samples;
-/// those of `outs` are spoiled.
+/// those of `outs` are overwritten.
 ///
-/// A position that rounding carries over the edge of the signal is read from the polynomial of the last interval.
+/// Positions that rounding moves beyond the signal use the polynomial of the last interval.
 pub(crate) fn read<const READINGS: usize>(
     set: LaneSet,
     signal: &[f32],
@@ -121,11 +120,11 @@ pub(crate) fn read<const READINGS: usize>(
 }
 
 kernel! {
-    /// Works out the polynomials of `count` intervals, of which the first's window begins the signal and whose place is
-    /// `at`. Spoils up to fifteen more.
+    /// Computes the polynomials of `count` intervals from index `at` on; the first window starts at `signal[0]`.
+    /// Overwrites up to fifteen more.
     ///
-    /// At both ends of an interval the sum of its even terms is half the inner pair's sum and that of its odd ones half
-    /// its difference, so that the terms in x² and x³ follow from the others.
+    /// At both ends of an interval the even terms sum to half the inner pair's sum and the odd terms to half its
+    /// difference: the terms in x² and x³ follow from the others.
     fn expand<L>(signal: &[f32], count: usize, at: usize, intervals: &mut Intervals) {
         let end = (at + count.next_multiple_of(SLACK)).min(LONGEST / SLACK * SLACK);
         let [e0, e2, o1, o3] = &mut intervals.0;
@@ -153,7 +152,7 @@ kernel! {
 }
 
 kernel! {
-    /// A reading at one fraction.
+    /// A reading with constant delay.
     fn read_constant<L>(signal: &[f32], at: &ReadRequest, out: &mut [f32]) {
         let room = (at.length - BEHIND - AHEAD) as i64;
         let whole = at.position as i64;
@@ -166,17 +165,17 @@ kernel! {
 }
 
 kernel! {
-    /// A reading that moves.
+    /// A reading with changing delay.
     fn read_moving<L>(intervals: &Intervals, at: &ReadRequest, out: &mut [f32]) {
         let room = (at.length - BEHIND - AHEAD) as i64;
-        // Positions are positive but for rounding, where truncation and floor differ by less than one interval.
+        // Positions are positive except for rounding, where truncation and floor differ by less than one interval.
         let whole = at.position as i64;
         let start = whole - BEHIND as i64;
         let fraction = (at.position - whole as f64) as f32;
         let growth = at.growth as f32;
         let mut from = 0;
         while from < at.count {
-            // Within a run the whole part of the position moves with i, and one polynomial serves.
+            // Within a run the integer part of the position advances with i: the fraction is one linear function of i.
             let first = fraction - growth * from as f32;
             let shift = floor(first);
             let to_edge = if growth > 0.0 {
@@ -185,15 +184,15 @@ kernel! {
                 (fraction - shift - 1.0) / growth
             };
             let to = (to_edge.min(at.count as f32) as usize + 1).clamp(from + 1, at.count);
-            let wanted = start + from as i64 + shift as i64;
-            let base = wanted.clamp(0, room - (to - from) as i64);
+            let interval = start + from as i64 + shift as i64;
+            let base = interval.clamp(0, room - (to - from) as i64);
             let run = Run {
-                offset: fraction - shift - 0.5 + (wanted - base) as f32,
+                offset: fraction - shift - 0.5 + (interval - base) as f32,
                 growth,
                 from,
                 base: base as usize,
             };
-            // What a run spoils the next one writes anew.
+            // The next run overwrites the slack of this one.
             read_run::<L>(intervals, &run, &mut out[from..to + SLACK]);
             from = to;
         }
@@ -211,7 +210,7 @@ fn floor(value: f32) -> f32 {
     }
 }
 
-/// Sixteen neighbours of each tap.
+/// Sixteen consecutive samples for each tap.
 #[inline(always)]
 fn taps<L: Lanes>(signal: &[f32], index: usize) -> [Lanes16<L>; 6] {
     const WINDOW: usize = SLACK + BEHIND + AHEAD;
@@ -228,7 +227,7 @@ fn taps<L: Lanes>(signal: &[f32], index: usize) -> [Lanes16<L>; 6] {
     ]
 }
 
-/// As many values as there are lanes; zeros if there are not as many.
+/// Loads sixteen values; zeros if there are fewer.
 #[inline(always)]
 fn load<L: Lanes>(values: &[f32]) -> Lanes16<L> {
     match values.first_chunk() {
@@ -237,7 +236,7 @@ fn load<L: Lanes>(values: &[f32]) -> Lanes16<L> {
     }
 }
 
-/// One fraction for all: a filter of six taps. Writes all of `out` but at most [`SLACK`] samples.
+/// Constant fraction: a filter of six taps. Writes all of `out` except at most [`SLACK`] samples.
 #[inline(always)]
 fn read_steady<L: Lanes>(signal: &[f32], fraction: f32, out: &mut [f32]) {
     let [wa, wb, wc, wd, we, wf] = weights(fraction);
@@ -255,24 +254,24 @@ fn read_steady<L: Lanes>(signal: &[f32], fraction: f32, out: &mut [f32]) {
     }
 }
 
-/// A stretch in which the reading position passes no sample: sample i of the whole lies `offset − growth · i` from the
-/// middle of the interval i intervals on.
+/// A stretch in which the integer part of the position advances by one per sample. Output sample i is at
+/// `offset − growth · i` from the middle of its interval.
 struct Run {
     offset: f32,
     growth: f32,
-    /// The first of the stretch.
+    /// First output sample of the stretch.
     from: usize,
-    /// Where its window begins.
+    /// Interval of that sample.
     base: usize,
 }
 
-/// So many tiles of a term from a place on.
+/// `tiles` tiles of a term from `index` on.
 #[inline(always)]
 fn at(terms: &[f32; LONGEST], index: usize, tiles: usize) -> &[[f32; SLACK]] {
     &terms[index..].as_chunks().0[..tiles]
 }
 
-/// A fraction that moves. Writes all of `out` but at most [`SLACK`] samples.
+/// Changing fraction. Writes all of `out` except at most [`SLACK`] samples.
 #[inline(always)]
 fn read_run<L: Lanes>(intervals: &Intervals, run: &Run, out: &mut [f32]) {
     let (offset, growth) = (Lanes16::splat(run.offset), Lanes16::splat(run.growth));

@@ -1,4 +1,4 @@
-//! Readings against polynomials, and the instruction sets against each other.
+//! Interpolation of polynomials and tones, and agreement of the instruction sets.
 
 use super::*;
 
@@ -59,28 +59,28 @@ fn whole_samples_constants_and_slopes_are_read_exactly() {
         read(&signal, 10.37, growth, &mut out);
         for (i, &value) in out.iter().enumerate() {
             let exact = line(10.37 + i as f64 * (1.0 - growth));
-            // Seven roundings of values below 2, and a position good to 4e-6 on a slope of a hundredth.
+            // Seven roundings of values below 2, and a position error of 4e-6 on a slope of a hundredth.
             assert!((f64::from(value) - exact).abs() < 1e-6, "{growth} {i}");
         }
     }
 }
 
 #[test]
-fn nothing_jumps_where_a_reading_passes_a_sample() {
+fn readings_are_continuous_at_the_samples() {
     let signal: Vec<f32> = (0..100).map(|i| (i as f32 * i as f32).sin()).collect();
-    let (mut before, mut behind) = ([0.0; 8], [0.0; 8]);
+    let (mut before, mut after) = ([0.0; 8], [0.0; 8]);
     for growth in [0.0, 1e-9] {
         read(&signal, 20.0 - 1e-6, growth, &mut before);
-        read(&signal, 20.0 + 1e-6, growth, &mut behind);
-        for (a, b) in before.iter().zip(behind) {
+        read(&signal, 20.0 + 1e-6, growth, &mut after);
+        for (a, b) in before.iter().zip(after) {
             // Two millionths of a slope below 3, and roundings.
             assert!((a - b).abs() < 7e-6, "{a} {b}");
         }
     }
 }
 
-/// The largest difference of weights from a tone of amplitude one between the samples, over all fractions.
-fn off_a_tone(hz: f64, weights: impl Fn(f64) -> [f64; 6]) -> f64 {
+/// Largest error in dB for a tone of amplitude one, over all fractions.
+fn tone_error_db(hz: f64, weights: impl Fn(f64) -> [f64; 6]) -> f64 {
     let w = std::f64::consts::TAU * hz / 44_100.0;
     let mut worst = 0.0f64;
     for step in 0..=32 {
@@ -111,7 +111,7 @@ fn tones_are_read_within_the_stated_bounds() {
         let each = (100..=to_hz).step_by(100).map(f64::from);
         let worst = |weights: &dyn Fn(f64) -> [f64; 6]| {
             each.clone()
-                .map(|hz| off_a_tone(hz, weights))
+                .map(|hz| tone_error_db(hz, weights))
                 .fold(f64::NEG_INFINITY, f64::max)
         };
         let (found, fifth_order) = (worst(&ours), worst(&lagrange));
@@ -121,7 +121,7 @@ fn tones_are_read_within_the_stated_bounds() {
 }
 
 #[test]
-fn moving_readings_follow_tones_as_resting_ones_do() {
+fn moving_readings_follow_tones_within_the_bounds_of_constant_ones() {
     for (hz, bound_db) in [(1_000.0, -72.0), (4_000.0, -72.0), (8_000.0, -56.0)] {
         let w = std::f64::consts::TAU * hz / 44_100.0;
         let signal: Vec<f32> = (0..400).map(|i| (w * f64::from(i)).sin() as f32).collect();
@@ -158,7 +158,7 @@ fn response_is_flat_within_an_eighth_of_a_decibel_to_ten_kilohertz() {
 }
 
 #[test]
-fn steady_and_creeping_reads_agree() {
+fn constant_and_very_slow_readings_agree() {
     let signal: Vec<f32> = (0..200)
         .map(|i| (f64::from(i) * 0.9).sin() as f32)
         .collect();

@@ -1,4 +1,4 @@
-//! Delay lines of a source, and reading them between samples.
+//! Delay lines of the sources and their fractional interpolation.
 
 pub(crate) mod delay_line;
 pub(crate) mod interpolation;

@@ -1,22 +1,22 @@
 //! The late reverb: a feedback delay network in eight bands.
 //!
-//! Audio side; wait-free, bounded by the chunk; allocates at birth only. Takes band samples of every source that sends
-//! ([`LateSends`]), gives the signals of eight delay lines.
+//! Audio side; wait-free, bounded by the chunk; allocates at construction only. Input: the sends ([`LateSends`]); output:
+//! the signals of eight delay lines.
 //!
 //! After \[JOT91\]: delay lines of mutually prime length, an orthogonal feedback matrix (here Hadamard's), and in
-//! each line the gain `10^(−3 length / T60)`. Every band has its own network: it decays exactly at its own rate, without
+//! each line the gain `10^(−3 length / T60)`. Every band has its own network and decays exactly at its own rate, without
 //! fitted absorption filters. No line is shorter than a chunk: the frames of a chunk are independent and computed eight at
 //! a time.
 //!
-//! Calibration (own): without absorption the lines keep the energy that enters, spread evenly over their samples, and each
-//! line emits its share once a length: `1 / mean length` of the energy a second. Absorption multiplies the amplitude of a
-//! route of total length t by `10^(−3 t / T60)`, through whatever lines. A send with gain
-//! `√(E · mean length) · 10^(−3 delay / T60)` and that delay therefore has the energy `E · 10^(−6 t / T60)` a second
+//! Calibration (own): without absorption the lines keep their energy, spread evenly over the samples, and each line emits
+//! its share once per length: `1 / mean length` of the energy per second. Absorption multiplies the amplitude by
+//! `10^(−3 t / T60)` after a total length t, on any route through the lines. A send with gain
+//! `√(E · mean length) · 10^(−3 delay / T60)` and that delay therefore has the energy `E · 10^(−6 t / T60)` per second
 //! at time t after emission.
 //!
-//! The response to one impulse is not even from the shortest line on: energy returns in renewals a line's length apart and,
-//! after many of them, lags `(mean² − variance) / (2 mean)` of the lengths behind an even stream that begins with the
-//! impulse (\[COX62\] 4.2, the renewal function). Sends are advanced by this lag.
+//! The response to one impulse is not uniform at first: energy returns in renewals one line length apart. After many of
+//! them it lags by `(mean² − variance) / (2 mean)` of the lengths behind a uniform flow that begins with the impulse
+//! (\[COX62\] 4.2, the renewal function). Sends are advanced by this lag.
 
 use std::ops::Range;
 
@@ -29,25 +29,25 @@ use crate::generation::ramp::{BandRamp, ChunkSpan};
 use crate::generation::reverb::late_sends::{LateSends, Network, decay};
 use crate::generation::{BandCorrection, CHUNK};
 
-/// Lines of the network. Moves with the butterflies and the directions.
+/// Lines of the network. The butterflies and the plane waves depend on this number.
 pub(crate) const LINES: usize = 8;
 
-/// Lengths in seconds before they are made prime: a geometric series from 22 to 67 ms, slightly uneven. The shortest
-/// is longer than [`CHUNK`] at every sample rate.
+/// Lengths in seconds before rounding to primes: a slightly perturbed geometric series from 22 to 67 ms. The shortest is
+/// longer than [`CHUNK`] at every sample rate.
 const LENGTHS_S: [f64; LINES] = [
     0.0221, 0.0268, 0.0313, 0.0367, 0.0432, 0.0501, 0.0587, 0.0671,
 ];
 
-/// Signs with which a send enters the lines; no row of the Hadamard matrix, which would put it all into one line.
+/// Input signs of the lines. Not a row of the Hadamard matrix, which would feed a single line.
 const SIGNS: [f32; LINES] = [1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0];
 
 /// One over the square root of the number of lines.
 const NORM: f32 = 0.353_553_4;
 
-/// Amplitude that counts as silence: −180 dB re full scale.
+/// Silence threshold of the amplitude: −180 dB re full scale.
 const FLOOR: f32 = 1e-9;
 
-/// Added and subtracted again: values below about 1e-25 become zero before they become subnormal.
+/// Added and subtracted: values below about 1e-25 become zero before they become subnormal.
 const SUBNORMAL_GUARD: f32 = 1e-18;
 
 /// A chunk of every line.
@@ -59,17 +59,17 @@ pub(crate) struct LateReverb {
     set: LaneSet,
     rate_hz: f32,
     lengths: [usize; LINES],
-    /// Rings, one a line: band after band.
+    /// One ring per line and band, ordered by band.
     lines: [Vec<f32>; LINES],
     positions: [usize; LINES],
     /// Feedback gains, ramped.
     gain: [BandRamp; LINES],
     sends: LateSends,
-    /// The chunk that one band's lines emit, then the one that they take in.
+    /// Output chunk of one band's lines, then their input chunk.
     recirculated: Box<Chunks>,
     /// The lines' output in the chunk, summed over the bands.
     output: Box<Chunks>,
-    /// Frames for which nothing above [`FLOOR`] has entered the lines.
+    /// Frames since a value above [`FLOOR`] entered the lines.
     quiet_frames: usize,
 }
 
@@ -130,8 +130,8 @@ impl LateReverb {
         self.sends.collect(slot, line, chunk);
     }
 
-    /// Runs the network for a chunk and writes each line's signal from index `at` on; returns false, and writes nothing, if
-    /// all is silent.
+    /// Runs the network for a chunk and writes each line's signal from index `at` on; returns false and writes nothing if
+    /// the network is silent.
     pub(crate) fn process(
         &mut self,
         left: u32,
@@ -202,16 +202,16 @@ fn ring_parts(position: usize, length: usize, frames: usize) -> (Range<usize>, R
 /// One band's feedback gains.
 #[derive(Debug, Clone, Copy)]
 struct FeedbackGains {
-    /// Before the chunk's first frame.
+    /// Gain before the chunk's first frame.
     gain: [f32; LINES],
-    /// A frame.
+    /// Growth per frame.
     growth: [f32; LINES],
 }
 
 kernel! {
-    /// Feeds one band's chunk back: replaces the output of the lines by their input, and adds the output to `output`.
+    /// Feedback of one band's chunk: replaces the output of the lines by their input and adds the output to `output`.
     ///
-    /// Works on whole lanes and overwrites up to seven frames behind those of `fed`.
+    /// Works on whole lanes and overwrites up to seven frames after the end of `fed`.
     fn circulate<L>(feedback: &FeedbackGains, fed: &[f32], lines: &mut Chunks, output: &mut Chunks) {
         let guard = L::splat(SUBNORMAL_GUARD);
         let norm = L::splat(NORM);

@@ -1,4 +1,4 @@
-//! Laws of the late reverb: decay, level, energy.
+//! Decay, level and energy of the late reverb.
 
 use super::*;
 use crate::extrapolation::LateSend;
@@ -7,7 +7,7 @@ const RATE_HZ: u32 = 44_100;
 const ENERGY_PER_S: f32 = 0.4;
 const START_S: f32 = 0.08;
 
-/// Energy a frame, summed over the lines, after an impulse in one band at time 0, with that band's decay time.
+/// Energy per frame, summed over the lines, after an impulse in one band with that band's decay time at time 0.
 fn response(band: usize, t60_s: f32, other_t60_s: f32, seconds: f32) -> Vec<f64> {
     let mut reverb = LateReverb::new(RATE_HZ, 1);
     let mut line = DelayLine::new(RATE_HZ as usize);
@@ -22,7 +22,7 @@ fn response(band: usize, t60_s: f32, other_t60_s: f32, seconds: f32) -> Vec<f64>
         decay_time_s,
         ..FramePaths::default()
     };
-    // The correction mixes bands of unequal gain; the law is about one band's gain, so it is left out.
+    // Without the correction, which mixes bands of unequal gain: the law holds for one band's gain.
     let correction = BandCorrection::none();
     reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, 0, 1);
     let mut impulse = [F32x8::ZERO; CHUNK];
@@ -59,8 +59,8 @@ fn response(band: usize, t60_s: f32, other_t60_s: f32, seconds: f32) -> Vec<f64>
     energy
 }
 
-/// Energy still to come (\[SCHROEDER65\]).
-fn still_to_come(energy: &[f64]) -> Vec<f64> {
+/// Backward-integrated energy (\[SCHROEDER65\]).
+fn backward_integrated(energy: &[f64]) -> Vec<f64> {
     let mut sum = 0.0;
     let mut curve: Vec<f64> = energy
         .iter()
@@ -74,7 +74,7 @@ fn still_to_come(energy: &[f64]) -> Vec<f64> {
     curve
 }
 
-/// Decay time from a straight line through the decay curve between −5 and −45 dB.
+/// Decay time from a linear fit to the decay curve between −5 and −45 dB.
 fn decay_time_s(curve: &[f64]) -> f64 {
     let points: Vec<(f64, f64)> = curve
         .iter()
@@ -96,10 +96,10 @@ fn decay_time_s(curve: &[f64]) -> f64 {
 #[test]
 fn every_band_decays_at_its_own_rate_from_its_own_level() {
     for (band, t60_s) in [(0, 4.0), (1, 2.0), (3, 1.0), (5, 0.6), (7, 0.3)] {
-        let curve = still_to_come(&response(band, t60_s, 1.1, 1.3 * t60_s + 0.3));
+        let curve = backward_integrated(&response(band, t60_s, 1.1, 1.3 * t60_s + 0.3));
         let measured_s = decay_time_s(&curve);
         let start = (START_S * RATE_HZ as f32) as usize;
-        // E T / (6 ln 10) 10^(−6 start / T) is still to come when the tail starts.
+        // The energy after the start of the late reverb is E T / (6 ln 10) 10^(−6 start / T).
         let expected = f64::from(ENERGY_PER_S) * f64::from(t60_s) / 13.815_510_558
             * 10f64.powf(-6.0 * f64::from(START_S / t60_s));
         let level_db = 10.0 * (curve[start] / expected).log10();
@@ -130,7 +130,7 @@ fn feedback_never_adds_energy() {
 }
 
 #[test]
-fn nonsense_decay_times_are_silence() {
+fn invalid_decay_times_are_silence() {
     for t60_s in [0.0, -1.0, 0.05, f32::NAN] {
         assert!(
             response(2, t60_s, 1.0, 0.4).iter().all(|&e| e == 0.0),
@@ -150,7 +150,7 @@ fn endless_decay_stays_bounded() {
 }
 
 #[test]
-fn spent_tail_costs_nothing() {
+fn a_silent_network_is_not_processed() {
     let mut reverb = LateReverb::new(RATE_HZ, 1);
     let mut signals: [Vec<f32>; LINES] = std::array::from_fn(|_| vec![0.0; CHUNK]);
     assert!(!reverb.process(0, &mut signals, 0, CHUNK));
@@ -167,8 +167,8 @@ fn line_lengths_share_no_factor() {
 }
 
 #[test]
-fn a_send_is_a_function_of_its_frame_and_not_of_the_way_there() {
-    let told = |starts: &[u32]| {
+fn a_send_depends_only_on_its_frame() {
+    let taps_after = |starts: &[u32]| {
         let mut reverb = LateReverb::new(RATE_HZ, 1);
         for &start in starts {
             let frame = FramePaths {
@@ -187,10 +187,10 @@ fn a_send_is_a_function_of_its_frame_and_not_of_the_way_there() {
     };
     let mut changing = 0;
     for end in (0..400).step_by(7) {
-        let at_once = told(&[end]);
-        let back_and_forth = told(&[900, end, 0, end]);
+        let at_once = taps_after(&[end]);
+        let back_and_forth = taps_after(&[900, end, 0, end]);
         let walked: Vec<u32> = (0..=end).collect();
-        assert_eq!(told(&walked), at_once, "{end}");
+        assert_eq!(taps_after(&walked), at_once, "{end}");
         assert_eq!(back_and_forth, at_once, "{end}");
         changing += usize::from(at_once.len() == 2);
         let [first, last] = [at_once[0], at_once[at_once.len() - 1]];
@@ -200,26 +200,26 @@ fn a_send_is_a_function_of_its_frame_and_not_of_the_way_there() {
 }
 
 #[test]
-fn sends_that_leap_faster_than_they_fade_do_not_click() {
+fn sends_that_jump_faster_than_they_fade_do_not_click() {
     let mut reverb = LateReverb::new(RATE_HZ, 1);
     let mut line = DelayLine::new(RATE_HZ as usize);
     let correction = BandCorrection::none();
     let (mut last, mut worst, mut loudest) = (0.0f32, 0.0f32, 0.0f32);
     let (mut left, mut now) = (0u32, 0i64);
-    for leap in 0..500 {
+    for jump in 0..500 {
         line.write(now, &[F32x8::splat(1.0); CHUNK]);
         let late = LateSend {
             source: Default::default(),
             energy_per_s: [ENERGY_PER_S; 8],
-            start_s: 0.02 * (1 + leap % 7) as f32,
+            start_s: 0.02 * (1 + jump % 7) as f32,
         };
         let frame = FramePaths {
-            // From then on there is none: everything fades.
-            late: if leap < 300 { vec![late] } else { vec![] },
+            // No sends after the jumps: everything fades.
+            late: if jump < 300 { vec![late] } else { vec![] },
             decay_time_s: [2.0; 8],
             ..FramePaths::default()
         };
-        // Ramps of a tenth of a second, and a frame every chunk.
+        // Ramps of a tenth of a second and a frame per chunk.
         reverb.set_frame(&frame, i64::from(RATE_HZ), &correction, left, 4410);
         left = 4410 - CHUNK as u32;
         let chunk = ChunkSpan {
@@ -228,9 +228,9 @@ fn sends_that_leap_faster_than_they_fade_do_not_click() {
             frames: CHUNK,
         };
         reverb.sends.collect(0, &line, chunk);
-        // The line itself begins with a step.
+        // The delay line's signal starts with a step.
         for value in reverb.sends.band(0, CHUNK) {
-            if leap * CHUNK > RATE_HZ as usize / 4 {
+            if jump * CHUNK > RATE_HZ as usize / 4 {
                 worst = worst.max((value - last).abs());
             }
             loudest = loudest.max(value.abs());
@@ -245,9 +245,9 @@ fn sends_that_leap_faster_than_they_fade_do_not_click() {
     assert!(last.abs() < 1e-3 * loudest, "{last}");
 }
 
-/// A band's chunk sent round, slowly: Hadamard's matrix by its definition.
+/// Feedback of one band's chunk against the definition of the Hadamard matrix.
 #[test]
-fn a_round_is_what_its_definition_says() {
+fn circulation_follows_its_definition() {
     let draw = |n: usize| ((n * n) as f32 * 0.37 + n as f32).sin();
     let feedback = FeedbackGains {
         gain: std::array::from_fn(|line| 0.5 + 0.4 * draw(line)),
@@ -258,9 +258,9 @@ fn a_round_is_what_its_definition_says() {
         let before: Box<Chunks> = Box::new(std::array::from_fn(|line| {
             std::array::from_fn(|n| draw(999 * line + n))
         }));
-        let heard: Box<Chunks> = Box::new([[0.25; CHUNK]; LINES]);
+        let output_before: Box<Chunks> = Box::new([[0.25; CHUNK]; LINES]);
         let round = |set: LaneSet| {
-            let (mut lines, mut output) = (before.clone(), heard.clone());
+            let (mut lines, mut output) = (before.clone(), output_before.clone());
             circulate(set, &feedback, &fed, &mut lines, &mut output);
             (lines, output)
         };
@@ -272,15 +272,15 @@ fn a_round_is_what_its_definition_says() {
                 assert_eq!(found.1[line][..frames], specified.1[line][..frames]);
             }
         }
-        let (portable_lines, portable_given) = round(LaneSet::Portable);
+        let (portable_lines, portable_output) = round(LaneSet::Portable);
         for n in 0..frames {
-            let weighed: [f64; LINES] = std::array::from_fn(|line| {
+            let weighted: [f64; LINES] = std::array::from_fn(|line| {
                 let gain = f64::from(feedback.gain[line])
                     + f64::from(feedback.growth[line]) * (n + 1) as f64;
                 gain * f64::from(before[line][n])
             });
             for line in 0..LINES {
-                let row = weighed.iter().enumerate().map(|(other, value)| {
+                let row = weighted.iter().enumerate().map(|(other, value)| {
                     let sign = if (line & other).count_ones().is_multiple_of(2) {
                         1.0
                     } else {
@@ -291,9 +291,9 @@ fn a_round_is_what_its_definition_says() {
                 let norm = 1.0 / 8f64.sqrt();
                 let fed = f64::from(fed[n]) * f64::from(SIGNS[line]);
                 let next = norm * (row.sum::<f64>() + fed);
-                let out = 0.25 + weighed[line];
-                for (lines, output) in [(&lines, &output), (&portable_lines, &portable_given)] {
-                    // Nine sums below 9, and the guard.
+                let out = 0.25 + weighted[line];
+                for (lines, output) in [(&lines, &output), (&portable_lines, &portable_output)] {
+                    // Nine sums below 9, and the subnormal guard.
                     let bound = 9.0 * 9.0 * f64::from(f32::EPSILON / 2.0) + 1e-17;
                     assert!(
                         (f64::from(lines[line][n]) - next).abs() < bound,

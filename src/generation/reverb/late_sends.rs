@@ -1,8 +1,9 @@
-//! The sends of all sources to the late reverb: bands, some time after emission, at ramped gains.
+//! The sends of all sources to the late reverb: delayed bands with ramped gains.
 //!
-//! Audio side; wait-free, bounded by the chunk; allocates at birth only. Reads delay lines, gives a chunk of each band.
+//! Audio side; wait-free, bounded by the chunk; allocates at construction only. Input: delay lines; output: a chunk of each
+//! band.
 //!
-//! A send reads at points of a fixed time grid, as a function of the graphics frame alone. Audio frames are lanes, as in the
+//! A send reads at points of a fixed time grid and depends only on the graphics frame. Audio frames are lanes, as in the
 //! delay lines' tiles: a tile is weighted band by band.
 
 use crate::acoustics::BANDS;
@@ -14,28 +15,28 @@ use crate::generation::delay::delay_line::{DelayLine, TILE, Tile, band_index};
 use crate::generation::ramp::{BandRamp, ChunkSpan};
 use crate::generation::{BandCorrection, CHUNK};
 
-/// Sends read at multiples of this, in seconds: a moving reading position would shift the pitch.
+/// Grid of the read delays in seconds: a continuously moving read position would shift the pitch.
 const GRID_S: f32 = 0.005;
 
 /// Share of a grid step over which a send cross-fades from one grid point to the next.
 const CHANGE: f32 = 0.25;
 
-/// Reading positions of a send: two for the cross-fade, two that fade out after a jump.
+/// Read positions of a send: two for the cross-fade, two that fade out after a jump.
 const TAPS: usize = 4;
 
-/// Gain at which a fade may be cut: −100 dB.
+/// Gain at which a fade may be truncated: −100 dB.
 const INAUDIBLE: f32 = 1e-5;
 
-/// T60 up to this is silence, in seconds.
+/// T60 in seconds up to which a band is silent.
 const SHORTEST_T60_S: f32 = 0.05;
 
 /// Largest gain of a send, 60 dB.
 const MAX_GAIN: f32 = 1000.0;
 
-/// A chunk of one band, with a tile on either side that is overwritten.
+/// A chunk of one band, with a tile of overwritten samples on either side.
 type Row = [f32; CHUNK + 2 * TILE];
 
-/// One reading position of a send.
+/// One read position of a send.
 #[derive(Debug, Clone, Copy, Default)]
 struct Tap {
     delay: i64,
@@ -43,7 +44,7 @@ struct Tap {
 }
 
 impl Tap {
-    /// Whether it may be cut inaudibly. A fade that is restarted before its end approaches zero without reaching it.
+    /// Whether truncation is inaudible. A fade that is restarted before its end approaches zero without reaching it.
     fn is_free(&self, left: u32) -> bool {
         let present = self.gain.value(left);
         self.gain.target == F32x8::ZERO && present.0.iter().all(|gain| gain.abs() <= INAUDIBLE)
@@ -57,8 +58,8 @@ struct Send {
 }
 
 impl Send {
-    /// Ramps to these delays in frames and gains. After two jumps within a ramp a third one waits, silent, for a tap that has
-    /// faded out: a cut fade would click.
+    /// Ramps to these delays in frames and gains. After two jumps within a ramp a third one is silent until a tap has
+    /// faded out: a truncated fade would click.
     fn retarget(&mut self, targets: &[(i64, F32x8); 2], left: u32, ramp: u32) {
         let mut is_target = [false; TAPS];
         for &(delay, gain) in targets {
@@ -87,8 +88,8 @@ impl Send {
     }
 }
 
-/// The two grid points around a start, in steps, and their gains. The squares sum to one: the network's responses to two
-/// moments are uncorrelated.
+/// The two grid points around a start in grid steps, and their gains. The squares sum to one: the network's responses to
+/// different times are uncorrelated.
 fn on_grid(start_s: f32) -> [(f32, f32); 2] {
     let steps = start_s / GRID_S;
     let below = steps.floor();
@@ -102,16 +103,16 @@ fn on_grid(start_s: f32) -> [(f32, f32); 2] {
     }
 }
 
-/// Properties of the network behind the sends.
+/// Properties of the network that receives the sends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Network {
     pub(crate) rate_hz: f32,
     pub(crate) mean_length_s: f32,
-    /// Lag of the renewals behind an even stream, in seconds.
+    /// Lag of the renewals relative to a uniform energy flow, in seconds.
     pub(crate) lag_s: f32,
 }
 
-/// All sends, and the chunk they make.
+/// All sends and their sum in the present chunk.
 #[derive(Debug)]
 pub(crate) struct LateSends {
     set: LaneSet,
@@ -125,8 +126,8 @@ impl LateSends {
     #[cfg(test)]
     pub(crate) fn first(&self) -> Vec<(i64, F32x8)> {
         let taps = self.sends[0].taps.iter();
-        let heard = taps.filter(|tap| tap.gain.target != F32x8::ZERO);
-        let mut first: Vec<_> = heard.map(|tap| (tap.delay, tap.gain.target)).collect();
+        let audible = taps.filter(|tap| tap.gain.target != F32x8::ZERO);
+        let mut first: Vec<_> = audible.map(|tap| (tap.delay, tap.gain.target)).collect();
         first.sort_by_key(|(delay, _)| *delay);
         first
     }
@@ -157,11 +158,11 @@ impl LateSends {
         for (index, send) in self.sends.iter_mut().enumerate() {
             let (slot, step) = (index / LATE_SEGMENTS, index % LATE_SEGMENTS);
             let mut own = frame.late.iter().filter(|late| late.source.slot() == slot);
-            let Some(wanted) = own.nth(step) else {
+            let Some(segment) = own.nth(step) else {
                 send.retarget(&[(0, F32x8::ZERO); 2], left, ramp);
                 continue;
             };
-            let start_s = (wanted.start_s - lag_s).clamp(0.0, max_delay as f32 / rate_hz);
+            let start_s = (segment.start_s - lag_s).clamp(0.0, max_delay as f32 / rate_hz);
             let taps = on_grid(start_s).map(|(steps, share)| {
                 let delay = ((steps * GRID_S * rate_hz) as i64).min(max_delay);
                 if share == 0.0 {
@@ -169,7 +170,7 @@ impl LateSends {
                 }
                 let delay_s = delay as f32 / rate_hz;
                 let amplitude = std::array::from_fn(|b| {
-                    let energy = amplitude_of_energy(wanted.energy_per_s[b] * mean_length_s);
+                    let energy = amplitude_of_energy(segment.energy_per_s[b] * mean_length_s);
                     let gain = share * energy * decay(delay_s, frame.decay_time_s[b]);
                     if gain.is_finite() {
                         gain.min(MAX_GAIN)
@@ -190,12 +191,13 @@ impl LateSends {
         let Some(sends) = self.sends.get(first..first + LATE_SEGMENTS) else {
             return;
         };
-        let heard = |tap: &&Tap| !tap.gain.is_silent(left) && !line.is_silent_from(now - tap.delay);
+        let audible =
+            |tap: &&Tap| !tap.gain.is_silent(left) && !line.is_silent_from(now - tap.delay);
         let taps = sends.iter().flat_map(|send| &send.taps);
-        let mut heard = taps.filter(heard).peekable();
-        while let Some(tap) = heard.next() {
+        let mut audible = taps.filter(audible).peekable();
+        while let Some(tap) = audible.next() {
             // Prefetches the next tap while this one is added.
-            if let Some(next) = heard.peek() {
+            if let Some(next) = audible.peek() {
                 line.prefetch_window(now - next.delay, frames).fetch();
             }
             let position = now - tap.delay;
@@ -223,25 +225,25 @@ impl LateSends {
     }
 }
 
-/// Gains of a run of tiles, and its index in the rows.
+/// Gains of a run of tiles, and the run's index in the rows.
 #[derive(Debug, Clone, Copy)]
 struct SendGains {
-    /// Before the chunk's first frame.
+    /// Gain before the chunk's first frame.
     before: F32x8,
-    /// A frame.
+    /// Growth per frame.
     growth: F32x8,
     /// Index in every [`Row`].
     index: usize,
 }
 
 kernel! {
-    /// Adds tiles at growing gains.
+    /// Adds tiles with ramped gains.
     fn add_tiles<L>(tiles: &[Tile], gains: &SendGains, input: &mut [Row; BANDS]) {
         for band in 0..BANDS {
             let before = L::splat(gains.before.0[band]);
             let growth = L::splat(gains.growth.0[band]);
             let row = input[band].get_mut(gains.index..).unwrap_or_default();
-            // The chunk's first frame, at index TILE, has grown once. Integers: exact steps.
+            // The chunk's first frame, at index TILE, has grown once. The integer steps are exact.
             let mut grown = L::from_array(LANE_INDICES).add(L::splat(gains.index as f32 - (TILE - 1) as f32));
             for (tile, sums) in tiles.iter().zip(row.as_chunks_mut::<TILE>().0) {
                 let gain = grown.mul_add(growth, before);
@@ -252,7 +254,7 @@ kernel! {
     }
 }
 
-/// Amplitude left after `time_s`; zero for decay times that are too short, negative or not a number.
+/// Amplitude factor after `time_s`; zero for decay times up to [`SHORTEST_T60_S`] or NaN.
 pub(crate) fn decay(time_s: f32, t60_s: f32) -> f32 {
     if t60_s > SHORTEST_T60_S {
         10f32.powf(-3.0 * time_s / t60_s)

@@ -1,4 +1,4 @@
-//! The late reverb: a feedback delay network and its sends.
+//! The late reverb and the sends of the sources to it.
 
 pub(crate) mod late_reverb;
 pub(crate) mod late_sends;

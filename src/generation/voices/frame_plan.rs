@@ -1,7 +1,7 @@
-//! A graphics frame's requests to the voices, independent of the voices' state.
+//! Voice requests of a graphics frame, independent of the voices' state.
 //!
-//! Audio side; wait-free, bounded by the number of paths; allocates at birth only. Ranks, HRTF weights and band gains
-//! depend on the frame alone: they are computed in parts, before the frame is heard. The parts do not change a bit.
+//! Audio side; wait-free, bounded by the number of paths; allocates at construction only. Ranks, HRTF weights and band
+//! gains depend only on the frame: they are computed in parts before the frame is applied. The parts do not affect them.
 
 use crate::extrapolation::FramePath;
 use crate::simd::F32x8;
@@ -11,7 +11,7 @@ use crate::generation::render_context::{Dropped, RenderContext};
 use crate::generation::voices::ranking;
 use crate::generation::voices::ranking::Ranking;
 
-/// A path that gets a voice.
+/// A path with a voice.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct VoiceRequest {
     pub(crate) id: u64,
@@ -22,20 +22,20 @@ pub(crate) struct VoiceRequest {
     pub(crate) delay: f64,
     /// Band gains.
     pub(crate) gain: F32x8,
-    /// Ear delays in frames, without the path's.
+    /// Ear delays in frames, without the path delay.
     pub(crate) ears: [f32; 2],
     /// Groups of buses.
     pub(crate) groups: usize,
 }
 
-/// The paths of a frame that get a voice, and their requests.
+/// The paths of a frame with a voice, and their requests.
 #[derive(Debug)]
 pub(crate) struct FramePlan {
     max_voices: usize,
     max_fine: usize,
     /// Groups of buses.
     groups: usize,
-    /// Scratch.
+    /// Scratch memory.
     pub(crate) ranking: Ranking,
     /// Least ranks of a voice, and of one in full detail.
     keep: u64,
@@ -44,7 +44,7 @@ pub(crate) struct FramePlan {
     next: usize,
     last_id: Option<u64>,
     requests: Vec<VoiceRequest>,
-    /// Of each, for both ears.
+    /// Weights of each request for both ears.
     weights: Vec<F32x8>,
     dropped: Dropped,
 }
@@ -75,7 +75,7 @@ impl FramePlan {
         self.dropped = Dropped::default();
     }
 
-    /// Plans up to `most` further paths of a frame, the same paths until all are planned; returns whether they are.
+    /// Plans up to `most` further paths of a frame; returns whether all are planned. `paths` must stay the same until then.
     pub(crate) fn resume(
         &mut self,
         paths: &[FramePath],
@@ -104,7 +104,7 @@ impl FramePlan {
             };
             let path = &paths[index];
             let id = path.id.0;
-            if !ranking::is_sound(path, slots) || self.last_id.is_some_and(|last| id <= last) {
+            if !ranking::is_valid(path, slots) || self.last_id.is_some_and(|last| id <= last) {
                 self.dropped.paths += 1;
                 continue;
             }
@@ -139,12 +139,12 @@ impl FramePlan {
         });
     }
 
-    /// Paths that get a voice.
+    /// Number of requests.
     pub(crate) fn len(&self) -> usize {
         self.requests.len()
     }
 
-    /// One of them and its weights: groups of the left ear, then of the right.
+    /// A request and its weights: groups of the left ear, then of the right.
     pub(crate) fn get(&self, number: usize) -> (VoiceRequest, &[F32x8]) {
         let width = 2 * self.groups;
         (
@@ -153,7 +153,7 @@ impl FramePlan {
         )
     }
 
-    /// Counts of the others.
+    /// Counts of the paths without a voice.
     pub(crate) fn dropped(&self) -> Dropped {
         self.dropped
     }

@@ -1,4 +1,4 @@
-//! Voices: one for each path that sounds.
+//! Voices: one per audible path; their ranking, planning, start and rendering.
 
 pub(crate) mod frame_plan;
 pub(crate) mod pending_voices;

@@ -1,16 +1,16 @@
-//! Paths of a graphics frame that wait for a voice.
+//! Queue of the paths of a graphics frame without a voice yet.
 //!
-//! Audio side; wait-free, bounded by the number of paths; allocates at birth only. A voice's start writes
-//! memory that is not cached: a thousand starts cost a block of time, and are spread over several.
+//! Audio side; wait-free, bounded by the number of paths; allocates at construction only. The start of a voice writes
+//! uncached memory: a thousand starts take a block's time and are spread over several blocks.
 
-/// A path that waits for a voice.
+/// A path without a voice yet.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PendingVoice {
-    /// Greater for louder paths; [`CONTINUES`] for a path whose own voice has just been faded.
+    /// Greater for louder paths; [`CONTINUES`] for a path whose previous voice fades out.
     pub(crate) rank: u64,
-    /// Its index in the frame's plan.
+    /// Index in the frame's plan.
     pub(crate) index: u32,
-    /// Its position among the active voices.
+    /// Position among the active voices.
     pub(crate) position: u32,
 }
 
@@ -21,51 +21,51 @@ pub(crate) const CONTINUES: u64 = u64::MAX;
 #[derive(Debug)]
 pub(crate) struct PendingVoices {
     /// In reverse order of their start.
-    waiting: Vec<PendingVoice>,
+    queue: Vec<PendingVoice>,
 }
 
 impl PendingVoices {
     /// Control side; allocates.
     pub(crate) fn new(most: usize) -> Self {
         Self {
-            waiting: Vec::with_capacity(most),
+            queue: Vec::with_capacity(most),
         }
     }
 
     /// Removes all.
     pub(crate) fn clear(&mut self) {
-        self.waiting.clear();
+        self.queue.clear();
     }
 
-    /// Adds one, in the order of the frame's plan.
+    /// Adds a path; calls follow the order of the frame's plan.
     pub(crate) fn push(&mut self, start: PendingVoice) {
-        self.waiting.push(start);
+        self.queue.push(start);
     }
 
-    /// Their number.
+    /// Number of pending voices.
     pub(crate) fn len(&self) -> usize {
-        self.waiting.len()
+        self.queue.len()
     }
 
-    /// Starts them in the order of the plan.
+    /// Selects the order of the plan.
     pub(crate) fn in_order(&mut self) {
-        self.waiting.reverse();
+        self.queue.reverse();
     }
 
-    /// Starts the loudest first.
+    /// Selects the order of falling ranks.
     pub(crate) fn loudest_first(&mut self) {
         let order = |start: &PendingVoice| (start.rank, std::cmp::Reverse(start.index));
-        self.waiting.sort_unstable_by_key(order);
+        self.queue.sort_unstable_by_key(order);
     }
 
-    /// Removes the next to start.
+    /// Removes the next voice to start.
     pub(crate) fn pop(&mut self) -> Option<PendingVoice> {
-        self.waiting.pop()
+        self.queue.pop()
     }
 
-    /// The plan index of the one after that.
+    /// Plan index of the next voice to start.
     pub(crate) fn following(&self) -> Option<u32> {
-        self.waiting.last().map(|start| start.index)
+        self.queue.last().map(|start| start.index)
     }
 }
 
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_loudest_begin_first_and_of_equals_the_first() {
+    fn the_loudest_start_first_and_equal_ones_in_order() {
         let mut starts = PendingVoices::new(4);
         for (index, rank) in [3, CONTINUES, 7, 3].into_iter().enumerate() {
             let index = index as u32;
@@ -85,7 +85,7 @@ mod tests {
             });
         }
         let mut sorted = PendingVoices {
-            waiting: starts.waiting.clone(),
+            queue: starts.queue.clone(),
         };
         sorted.loudest_first();
         starts.in_order();

@@ -1,28 +1,28 @@
 //! Selects the loudest paths.
 //!
-//! Audio side; wait-free, bounded by the number of paths; allocates at birth only.
+//! Audio side; wait-free, bounded by the number of paths; allocates at construction only.
 
 use crate::extrapolation::FramePath;
 
-/// Largest amplitude of a path: 60 dB. The source would be a millimetre from the ear.
+/// Largest valid amplitude of a path: 60 dB, that of a source at one millimetre.
 const MAX_AMPLITUDE: f32 = 1000.0;
 
-/// Scratch for the ranks of the loudest paths.
+/// Scratch memory for the ranks of the loudest paths.
 #[derive(Debug)]
 pub(crate) struct Ranking {
-    /// Twice as many as are selected: when it is full the quieter half is dropped.
+    /// Twice the number selected: the quieter half is dropped when it is full.
     loudest: Vec<u64>,
 }
 
 impl Ranking {
-    /// Selects up to `most` paths.
+    /// For selections of up to `most` paths. Control side; allocates.
     pub(crate) fn new(most: usize) -> Self {
         Self {
             loudest: Vec::with_capacity(2 * most),
         }
     }
 
-    /// The least rank of the `count` loudest valid paths.
+    /// Least rank of the `count` loudest valid paths.
     pub(crate) fn threshold(
         &mut self,
         paths: &[FramePath],
@@ -41,7 +41,7 @@ impl Ranking {
         self.loudest.clear();
         for (index, path) in paths.iter().enumerate() {
             let rank = rank(path, index);
-            if rank < least || !is_sound(path, slots) || path.delay_s > longest_s {
+            if rank < least || !is_valid(path, slots) || path.delay_s > longest_s {
                 continue;
             }
             self.loudest.push(rank);
@@ -56,7 +56,7 @@ impl Ranking {
         }
     }
 
-    /// Keeps the `count` loudest; returns the least of them.
+    /// Keeps the `count` greatest ranks; returns the least of them.
     fn keep(&mut self, count: usize) -> u64 {
         let last = count.min(self.loudest.len()) - 1;
         let (_, &mut least, _) = self.loudest.select_nth_unstable_by(last, |a, b| b.cmp(a));
@@ -66,7 +66,7 @@ impl Ranking {
 }
 
 /// Whether a path is valid: its source has a slot, and every value is in range.
-pub(crate) fn is_sound(path: &FramePath, slots: usize) -> bool {
+pub(crate) fn is_valid(path: &FramePath, slots: usize) -> bool {
     path.source.slot() < slots
         && path.delay_s >= 0.0
         && path.delay_s.is_finite()
@@ -74,7 +74,7 @@ pub(crate) fn is_sound(path: &FramePath, slots: usize) -> bool {
         && path.amplitude.iter().all(|a| a.abs() <= MAX_AMPLITUDE)
 }
 
-/// Sorts paths by energy, then by index. Energies are not negative: their bits sort as they do.
+/// Rank of a path: by energy, then by index. The bits of non-negative energies sort as the energies.
 pub(crate) fn rank(path: &FramePath, index: usize) -> u64 {
     u64::from(path.energy().to_bits()) << 32 | u64::from(!(index as u32))
 }
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_threshold_is_the_rank_of_the_quietest_that_counts() {
+    fn the_threshold_is_the_rank_of_the_quietest_selected_path() {
         let mut paths: Vec<FramePath> = (0..500u64)
             .map(|n| path(n, 0.1 + ((n * 7919) % 97) as f32))
             .collect();
@@ -115,7 +115,7 @@ mod tests {
             let found = ranking.threshold(&paths, 4, 1.0, count);
             assert_eq!(found, ranks[count - 1], "{count}");
         }
-        // Fewer can sound than are asked for; nobody is; and there are no more than are asked for.
+        // Fewer valid paths than the count; a count of zero; exactly as many paths as the count.
         assert_eq!(ranking.threshold(&paths[..12], 4, 1.0, 10), 0);
         assert_eq!(ranking.threshold(&paths, 4, 1.0, 0), u64::MAX);
         assert_eq!(ranking.threshold(&paths[..10], 4, 1.0, 10), 0);

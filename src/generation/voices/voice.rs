@@ -1,10 +1,10 @@
-//! A voice: one path's amplitudes, delay and two ears.
+//! A voice: band gains, delay and ear signals of one path.
 //!
-//! Audio side; wait-free, bounded by the chunk; allocates nothing. Takes a source's delay line, gives ear signals.
+//! Audio side; wait-free, bounded by the chunk; allocates nothing. Input: a source's delay line; output: ear signals.
 //!
-//! A voice mixes the eight bands once, at whole positions of the source's time, and keeps the last part of the mixture: both
-//! ears read it between its samples. Every position is mixed once with its own gains: a change of gain reaches the far ear
-//! later, and a gain ramp is a function of the source's time.
+//! A voice mixes the eight bands once, at integer positions of the source's time, and keeps the last part of the mixture.
+//! Both ears interpolate the mixture. A gain ramp is a function of the source's time: a change of gain reaches the far ear
+//! later.
 
 use crate::acoustics::BANDS;
 use crate::simd::{F32x8, LANE_INDICES, LaneSet, Lanes, Lanes16, kernel, prefetch};
@@ -18,11 +18,10 @@ use crate::generation::ramp::{ChunkSpan, LinearRamp};
 use crate::generation::render_context::SlotOwner;
 use crate::generation::voices::frame_plan::VoiceRequest;
 
-/// Largest growth of a delay that counts as motion, in frames a frame: 85 m/s. Beyond it the voice cross-fades.
-/// Moves with [`MAX_FRESH`].
+/// Largest growth of a delay in frames per frame: 85 m/s. Above it the path cross-fades. Determines [`MAX_FRESH`].
 pub(crate) const MAX_DELAY_GROWTH: f64 = 0.25;
 
-/// Most positions a voice mixes in a chunk, with room for rounding and whole tiles.
+/// Most positions that a voice mixes in a chunk, with room for rounding and whole tiles.
 pub(crate) const MAX_FRESH: usize = CHUNK + CHUNK / 4 + 3 * TILE;
 
 /// Bits of a voice index.
@@ -35,13 +34,13 @@ pub(crate) struct Voice {
     pub(crate) slot: usize,
     /// The owner of the slot.
     pub(crate) owner: Option<u32>,
-    /// First position of the owner's sound.
+    /// First position of the owner's signal.
     since: i64,
-    /// Band gains from position `gain_end` on, and their growth a position before it.
+    /// Band gains from position `gain_end` on, and their growth per position before it.
     gain: F32x8,
     gain_growth: F32x8,
     gain_end: i64,
-    /// The next position to mix.
+    /// Next position to mix.
     next: i64,
     /// Path delay in frames.
     delay: LinearRamp,
@@ -49,9 +48,9 @@ pub(crate) struct Voice {
     ear_delays: [LinearRamp; 2],
     /// Rate of the weights' ramp.
     pub(crate) rate: RampRate,
-    /// Groups of buses in use, during the ramp and after it.
+    /// Groups of buses in use during the ramp and after it.
     pub(crate) groups: [usize; 2],
-    /// Whether the voice fades, and frames until it is done.
+    /// Whether the voice fades out, and the frames until its end.
     fading: bool,
     pub(crate) fade_left: u32,
 }
@@ -59,9 +58,9 @@ pub(crate) struct Voice {
 /// Buffers of a voice.
 #[derive(Debug)]
 pub(crate) struct VoiceScratch<'a> {
-    /// Its own: the last mixed positions.
+    /// The voice's last mixed positions.
     pub(crate) history: &'a mut [f32],
-    /// Room for them, [`MAX_FRESH`] more and the interpolator's slack.
+    /// The history, [`MAX_FRESH`] positions and the interpolator's slack.
     pub(crate) mixture: &'a mut [f32],
     pub(crate) intervals: &'a mut Intervals,
     pub(crate) ears: &'a mut EarPair,
@@ -79,7 +78,7 @@ impl Voice {
         now: i64,
         ramp: u32,
     ) {
-        let next = reach(now - 1, request.delay) + 1;
+        let next = last_position(now - 1, request.delay) + 1;
         *self = Self {
             slot,
             owner: owner.bits,
@@ -93,7 +92,7 @@ impl Voice {
         };
         self.ramp_gain(
             request.gain,
-            reach(now - 1 + i64::from(ramp), request.delay),
+            last_position(now - 1 + i64::from(ramp), request.delay),
         );
     }
 
@@ -111,8 +110,8 @@ impl Voice {
         prefetch(&self.ear_delays[1]);
     }
 
-    /// Sorts voices by source, then by reading position; the last [`INDEX_BITS`] bits are zero. Eight bits of slots and forty
-    /// of positions, which wrap after half a year and affect the order alone.
+    /// Key that sorts voices by source, then by reading position; the last [`INDEX_BITS`] bits are zero. Eight bits of slots
+    /// and forty of positions, which wrap after half a year; wrapping affects only the order.
     pub(crate) fn sort_key(&self) -> u64 {
         const POSITIONS: i64 = 1 << 40;
         let position = (self.next + POSITIONS / 2).rem_euclid(POSITIONS) as u64;
@@ -132,17 +131,17 @@ impl Voice {
         }
         self.ramp_gain(
             request.gain,
-            reach(now - 1 + i64::from(ramp), request.delay),
+            last_position(now - 1 + i64::from(ramp), request.delay),
         );
     }
 
-    /// Ramps to silence where it is. The far ear hears the end of the ramp `history` frames later at most.
+    /// Ramps to silence at constant delay. The end of the ramp reaches the far ear at most `history` frames later.
     pub(crate) fn fade(&mut self, now: i64, left: u32, ramp: u32, history: usize) {
         self.delay.stop(left);
         for delay in &mut self.ear_delays {
             delay.stop(left);
         }
-        let end = reach(now - 1 + i64::from(ramp), self.delay.value(0));
+        let end = last_position(now - 1 + i64::from(ramp), self.delay.value(0));
         self.ramp_gain(F32x8::ZERO, end);
         self.rate = RampRate::Constant;
         self.fading = true;
@@ -159,8 +158,8 @@ impl Voice {
         self.gain = gain;
     }
 
-    /// The part of its source's past that it mixes next for a chunk of so many frames, at constant delay, without what the
-    /// voice before it reads.
+    /// The stretch of the delay line that a chunk of `frames` frames mixes next at constant delay, without the part that
+    /// the voice rendered before it reads.
     pub(crate) fn prefetch_window<'a>(
         &self,
         lines: &'a [DelayLine],
@@ -178,7 +177,7 @@ impl Voice {
         }
     }
 
-    /// Renders a chunk of both ears and returns true, or only advances and returns false if its input is silent.
+    /// Renders a chunk of both ears and returns true; with silent input advances and returns false.
     pub(crate) fn render(
         &mut self,
         set: LaneSet,
@@ -196,7 +195,7 @@ impl Voice {
         let ChunkSpan { now, left, frames } = chunk;
         let growth = self.delay.growth_now(left);
         let last_delay = self.delay.value(left) + growth * frames as f64;
-        let end = reach(now + frames as i64 - 1, last_delay);
+        let end = last_position(now + frames as i64 - 1, last_delay);
         let fresh = (end + 1 - self.next).clamp(0, MAX_FRESH as i64) as usize;
         let start = self.next - history.len() as i64;
         prefetch_window.fetch_quarter();
@@ -222,8 +221,8 @@ impl Voice {
         true
     }
 
-    /// Writes the bands at the voice's gains, `fresh` positions from [`Self::next`] on, to `mixture` from index `reserve`
-    /// on. Works in whole tiles and overwrites up to seven samples on either side.
+    /// Mixes `fresh` positions from [`Self::next`] on into `mixture` from index `reserve` on. Works in whole tiles and
+    /// overwrites up to seven samples on either side.
     fn mix(
         &self,
         set: LaneSet,
@@ -233,52 +232,52 @@ impl Voice {
         mixture: &mut [f32],
     ) {
         let (lane, parts) = line.tiles(self.next, fresh);
-        let mut sort_key = reserve - lane;
+        let mut offset = reserve - lane;
         let mut gains = RampedGains {
             gain: self.gain,
             growth: self.gain_growth,
             to_come: self.gain_end - self.next + lane as i64,
         };
         for tiles in parts.into_iter().filter(|tiles| !tiles.is_empty()) {
-            let end = sort_key + tiles.len() * TILE;
-            mix(set, tiles, &gains, &mut mixture[sort_key..end]);
+            let end = offset + tiles.len() * TILE;
+            mix(set, tiles, &gains, &mut mixture[offset..end]);
             gains.to_come -= (tiles.len() * TILE) as i64;
-            sort_key = end;
+            offset = end;
         }
-        let foreign = (self.since - self.next).clamp(0, fresh as i64) as usize;
-        mixture[reserve..reserve + foreign].fill(0.0);
+        let other_owner = (self.since - self.next).clamp(0, fresh as i64) as usize;
+        mixture[reserve..reserve + other_owner].fill(0.0);
     }
 }
 
-/// The furthest position a path of this delay needs at time `now`.
-fn reach(now: i64, delay: f64) -> i64 {
+/// Last position that a path with this delay reads at time `now`.
+fn last_position(now: i64, delay: f64) -> i64 {
     ((now - AHEAD as i64) as f64 - delay).floor() as i64 + AHEAD as i64
 }
 
 /// Band gains and their ramp.
 #[derive(Debug, Clone, Copy)]
 struct RampedGains {
-    /// At the end of the ramp and from then on.
+    /// Gains from the end of the ramp on.
     gain: F32x8,
-    /// A position.
+    /// Growth per position.
     growth: F32x8,
-    /// Positions of the ramp left at the first one.
+    /// Positions left at the first one.
     to_come: i64,
 }
 
 kernel! {
-    /// Mixes the bands of tiles at their gains.
+    /// Mixes the bands of tiles with their gains.
     fn mix<L>(tiles: &[Tile], gains: &RampedGains, mixture: &mut [f32]) {
         let moving = gains.to_come.clamp(0, (tiles.len() * TILE) as i64) as usize;
         let (moving, resting) = tiles.split_at(moving.div_ceil(TILE));
         let (ramped, rested) = mixture.split_at_mut(moving.len() * TILE);
-        let all = beside::<L>(gains.gain);
+        let all = paired_lanes::<L>(gains.gain);
         if !moving.is_empty() {
-            let growths = beside::<L>(gains.growth);
+            let growths = paired_lanes::<L>(gains.growth);
             let mut to_come = gains.to_come as f32;
             for (tile, mixed) in moving.iter().zip(ramped.as_chunks_mut::<TILE>().0) {
                 let left = L::splat(to_come).sub(L::from_array(LANE_INDICES));
-                // No ramp beyond its end.
+                // The gains are constant after the ramp's end.
                 let left = if to_come < TILE as f32 {
                     L::from_array(not_negative(left.to_array()))
                 } else {
@@ -295,9 +294,9 @@ kernel! {
     }
 }
 
-/// Each band's value in eight lanes, beside that of its neighbour in a tile.
+/// Each band's value in eight lanes, next to that of its neighbour in a tile.
 #[inline(always)]
-fn beside<L: Lanes>(bands: F32x8) -> [Lanes16<L>; BANDS / 2] {
+fn paired_lanes<L: Lanes>(bands: F32x8) -> [Lanes16<L>; BANDS / 2] {
     let [a, b, c, d, e, f, g, h] = L::splat_each(bands);
     [Lanes16(a, e), Lanes16(b, f), Lanes16(c, g), Lanes16(d, h)]
 }

@@ -1,12 +1,13 @@
 //! All voices: assignment to paths, starts, fades and drops.
 //!
-//! Audio side; wait-free, bounded by the numbers of paths and voices; allocates at birth only. Takes a frame's paths,
-//! gives the buses every path's sound.
+//! Audio side; wait-free, bounded by the numbers of paths and voices; allocates at construction only. Input: a frame's
+//! paths; output: their contributions to the buses.
 //!
-//! Paths and active voices are sorted by identity and merged. A path without voice starts one, a voice without path fades, a
-//! path whose delay jumps does both. A cut fade would click: where many voices fade, the quieter new paths wait for a frame
-//! after the fades, and are counted. The pool has twice as many voices as may be active; beyond it a path waits too. For
-//! blocks of even cost, voices start a few at a time, the loudest first, as the fades end ([`VoiceSet::take_paths`], [`VoiceSet::start`]).
+//! Paths and active voices are sorted by identity and merged. A path without a voice starts one, a voice without a path
+//! fades out, and a path whose delay jumps does both. A truncated fade would click: while many voices fade, the quieter new
+//! paths wait for a later frame and are counted. The pool has twice as many voices as may be active; without a free voice
+//! a path waits too. For even block times, voices start a few at a time, the loudest first, as the fades end
+//! ([`VoiceSet::take_paths`], [`VoiceSet::start`]).
 
 use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
@@ -23,25 +24,23 @@ use crate::generation::voices::frame_plan::FramePlan;
 use crate::generation::voices::pending_voices::{CONTINUES, PendingVoice, PendingVoices};
 use crate::generation::voices::voice::{INDEX_BITS, MAX_FRESH, Voice, VoiceScratch};
 
-/// Kinds of voices that are added to the buses together: with few or all components, and with weights that are constant or
-/// slow, or fast.
+/// Kinds of voices that share batches: with eight or all components, times constant or slow weights or fast ones.
 const KINDS: usize = 4;
 
-/// Voices that may start besides a quarter of the active ones, however many fade.
+/// Voices that may start while others fade, besides a quarter of the active ones.
 const MIN_STARTS: usize = 64;
 
-/// Distance of the voice that is prefetched from the one that is retargeted: a voice is a dozen cache lines, more than
-/// memory delivers in the time of one.
+/// Prefetch distance in voices: the dozen cache lines of a voice take longer to load than a voice takes to retarget.
 const PREFETCH_DISTANCE: usize = 3;
 
-/// The index of a voice that has not started yet.
+/// Index of a voice that has not started yet.
 const NONE: u32 = u32::MAX;
 
-/// The voices and what belongs to them by index.
+/// The voices and their pools, by index.
 #[derive(Debug)]
 pub(crate) struct VoiceSet {
     max_voices: usize,
-    /// Groups of buses, and frames of history a voice.
+    /// Groups of buses, and frames of history per voice.
     groups: usize,
     history: usize,
     voices: Vec<Voice>,
@@ -52,7 +51,7 @@ pub(crate) struct VoiceSet {
     active: Vec<ActiveVoice>,
     next_active: Vec<ActiveVoice>,
     fading: Vec<u32>,
-    /// Both, by source and delay: neighbours read neighbouring stretches of one delay line.
+    /// Active and fading voices by source and delay: neighbours read adjacent stretches of one delay line.
     order: Vec<u32>,
     sort_keys: Vec<u64>,
     free: Vec<u32>,
@@ -62,12 +61,12 @@ pub(crate) struct VoiceSet {
     max_sounding: usize,
     mixture: Vec<f32>,
     intervals: Box<Intervals>,
-    /// Of each kind of voices.
+    /// Ear signals of a batch for each kind.
     ears: [[EarPair; BATCH]; KINDS],
     set: LaneSet,
 }
 
-/// An active voice and the identity of its path: the merge does not read the voices.
+/// An active voice and the identity of its path, apart from [`Voice`]: the merge reads identities only.
 #[derive(Debug, Clone, Copy)]
 struct ActiveVoice {
     id: u64,
@@ -109,8 +108,8 @@ impl VoiceSet {
         self.active.len() - self.pending.len() + self.fading.len()
     }
 
-    /// Paths that wait for [`Self::start`].
-    pub(crate) fn waiting(&self) -> usize {
+    /// Number of paths waiting for [`Self::start`].
+    pub(crate) fn pending_count(&self) -> usize {
         self.pending.len()
     }
 
@@ -138,7 +137,7 @@ impl VoiceSet {
         self.plan.resume(paths, owners.len(), context, most)
     }
 
-    /// Applies a frame's paths, all at once.
+    /// Applies a frame's paths and starts their voices.
     pub(crate) fn set_paths(
         &mut self,
         paths: &[FramePath],
@@ -147,7 +146,7 @@ impl VoiceSet {
     ) -> Dropped {
         let sounding = self.count();
         let mut dropped = self.merge(paths, owners, context);
-        let waiting = self.pending.len();
+        let pending = self.pending.len();
         let longest_s = context.max_delay / context.rate_hz;
         let first = self.start_threshold(paths, owners.len(), longest_s, sounding);
         self.pending.in_order();
@@ -155,8 +154,8 @@ impl VoiceSet {
         while let Some(start) = self.pending.pop() {
             started += u32::from(start.rank >= first && self.start_voice(start, owners, context));
         }
-        dropped.late_starts += waiting as u32 - started;
-        if started < waiting as u32 {
+        dropped.late_starts += pending as u32 - started;
+        if started < pending as u32 {
             self.active.retain(|voice| voice.index != NONE);
         }
         self.plan.clear();
@@ -236,8 +235,8 @@ impl VoiceSet {
             let held = held.map(|voice| voice.index);
             old += usize::from(held.is_some());
             self.prefetch_active(old + PREFETCH_DISTANCE);
-            let went_on = held.filter(|&index| self.retarget(index, number, owners, context));
-            if went_on.is_none() {
+            let continued = held.filter(|&index| self.retarget(index, number, owners, context));
+            if continued.is_none() {
                 let position = self.next_active.len() as u32;
                 self.pending.push(PendingVoice {
                     rank: held.map_or(request.rank, |_| CONTINUES),
@@ -245,7 +244,7 @@ impl VoiceSet {
                     position,
                 });
             }
-            let index = went_on.unwrap_or(NONE);
+            let index = continued.unwrap_or(NONE);
             self.next_active.push(ActiveVoice { id, index });
         }
         while let Some(voice) = self.active.get(old) {
@@ -290,9 +289,9 @@ impl VoiceSet {
         }
     }
 
-    /// The least rank of a path that may start a voice in this frame; `sounding` voices were active or fading before it.
-    /// Where a whole set changes, the quieter new paths wait until the old ones have faded: no block renders twice as many
-    /// voices as the others.
+    /// Least rank of a path that may start a voice in this frame; `sounding` voices were active or fading before it.
+    /// When all paths change, the quieter new ones wait until the old ones have faded: otherwise some blocks would render
+    /// twice as many voices.
     fn start_threshold(
         &mut self,
         paths: &[FramePath],
@@ -304,8 +303,8 @@ impl VoiceSet {
         let before = &self.next_active;
         let most = requested.max(before.len());
         let free = (most + most / 4 + MIN_STARTS).saturating_sub(sounding);
-        let went_on = self.active.len() - self.pending.len();
-        if requested <= went_on + free {
+        let continued = self.active.len() - self.pending.len();
+        if requested <= continued + free {
             return 0;
         }
         let ids = before.iter().map(|voice| voice.id);
@@ -322,7 +321,7 @@ impl VoiceSet {
             .threshold(paths, slots, longest_s, kept + free)
     }
 
-    /// Retargets a path's voice to the plan; where the delay jumps, fades it and returns false.
+    /// Retargets a path's voice to the plan; if the delay jumps or the owner differs, fades it and returns false.
     fn retarget(
         &mut self,
         index: u32,
@@ -385,7 +384,7 @@ impl VoiceSet {
         self.fading.push(index);
     }
 
-    /// Adds a chunk of every voice to the buses, in one pass over the delay lines, in batches of one kind.
+    /// Adds a chunk of every voice to the buses in one pass over the delay lines, in batches of one kind.
     pub(crate) fn render(
         &mut self,
         lines: &[DelayLine],
@@ -393,7 +392,7 @@ impl VoiceSet {
         binaural: &mut Binaural,
     ) {
         let resting = usize::from(chunk.left == 0);
-        let mut waiting = [[0; BATCH]; KINDS];
+        let mut batches = [[0; BATCH]; KINDS];
         let mut counts = [0; KINDS];
         for position in 0..self.order.len() {
             let index = self.order[position];
@@ -416,15 +415,15 @@ impl VoiceSet {
             if !voice.render(self.set, line, chunk, scratch) {
                 continue;
             }
-            waiting[kind][*count] = index;
+            batches[kind][*count] = index;
             *count += 1;
             if *count == BATCH {
                 *count = 0;
-                self.add(&waiting[kind], kind, chunk, binaural);
+                self.add(&batches[kind], kind, chunk, binaural);
             }
         }
         for kind in 0..KINDS {
-            let rest = &waiting[kind][..counts[kind]];
+            let rest = &batches[kind][..counts[kind]];
             if !rest.is_empty() {
                 self.add(rest, kind, chunk, binaural);
             }
@@ -448,7 +447,7 @@ impl VoiceSet {
         }
     }
 
-    /// Prefetches the voice after the one at `position`, and returns what the latter will read.
+    /// Prefetches the voice after the one at `position`; returns the delay-line stretch of the latter.
     fn prefetch_next<'a>(
         &self,
         position: usize,
@@ -467,12 +466,12 @@ impl VoiceSet {
         self.voices[index as usize].prefetch_window(lines, frames, before)
     }
 
-    /// Adds rendered voices of a kind, whose ear signals lie in its first buffers.
-    fn add(&self, waiting: &[u32], kind: usize, chunk: ChunkSpan, binaural: &mut Binaural) {
+    /// Adds rendered voices of a kind; their ear signals are in its first buffers.
+    fn add(&self, batch: &[u32], kind: usize, chunk: ChunkSpan, binaural: &mut Binaural) {
         let is_fine = kind % 2 == 1;
         let groups = if is_fine { self.groups } else { 1 };
         let arrivals = std::array::from_fn(|n| {
-            let index = *waiting.get(n)? as usize;
+            let index = *batch.get(n)? as usize;
             let position = index * 2 * self.groups;
             Some(Arrival {
                 ears: &self.ears[kind][n],

@@ -3,7 +3,7 @@
 use super::*;
 use crate::generation::delay::delay_line::band_index;
 
-/// Whole numbers' sines: bounded by one, no two alike.
+/// Deterministic distinct values within ±1.
 fn draw(n: usize) -> f32 {
     ((n * n) as f32 * 0.37 + n as f32).sin()
 }
@@ -27,37 +27,37 @@ fn gains(to_come: i64) -> RampedGains {
     }
 }
 
-/// Ends of ramps before, at, within and beyond the tiles.
+/// Ramp ends before, at, within and beyond the tiles.
 const ENDS: [i64; 8] = [-5, 0, 1, 8, 13, 24, 40, 1000];
 
 #[test]
-fn a_mixture_is_the_sum_of_bands_at_gains_that_stop_growing_at_the_ramps_end() {
+fn a_mixture_is_the_sum_of_bands_with_gains_constant_after_the_ramp() {
     let tiles = tiles(5);
     for to_come in ENDS {
         let gains = gains(to_come);
         let mut found = [f32::NAN; 5 * TILE];
         mix(LaneSet::best(), &tiles, &gains, &mut found);
-        for (place, found) in found.into_iter().enumerate() {
-            let left = (to_come - place as i64).max(0) as f64;
+        for (index, found) in found.into_iter().enumerate() {
+            let left = (to_come - index as i64).max(0) as f64;
             let exact: f64 = (0..BANDS)
                 .map(|band| {
                     let gain =
                         f64::from(gains.gain.0[band]) - f64::from(gains.growth.0[band]) * left;
-                    gain * f64::from(tiles[place / TILE][band_index(band)].0[place % TILE])
+                    gain * f64::from(tiles[index / TILE][band_index(band)].0[index % TILE])
                 })
                 .sum();
             // Seventeen roundings of sums below 8 by the gains and 8 by the ramp of at most 1000 steps of 1e-3.
             let bound = 17.0 * 16.0 * f64::from(f32::EPSILON) / 2.0;
             assert!(
                 (f64::from(found) - exact).abs() < bound,
-                "{to_come} {place}"
+                "{to_come} {index}"
             );
         }
     }
 }
 
 #[test]
-fn instruction_sets_mix_alike() {
+fn instruction_sets_agree() {
     let tiles = tiles(7);
     for to_come in ENDS {
         let gains = gains(to_come);
@@ -77,8 +77,8 @@ fn instruction_sets_mix_alike() {
 }
 
 #[test]
-fn a_ramp_in_parts_is_the_ramp() {
-    // A ring's end splits the tiles; the second part goes on where the first stopped.
+fn a_ramp_in_parts_equals_the_whole_ramp() {
+    // The ring's end splits the tiles; the second part resumes after the first.
     let tiles = tiles(6);
     let (mut whole, mut parts) = ([0.0; 6 * TILE], [0.0; 6 * TILE]);
     let set = LaneSet::best();
