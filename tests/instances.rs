@@ -1,5 +1,4 @@
-//! Parts that move: the same results as for a scene committed with them at their poses, and under keys
-//! that stay.
+//! Moving parts: results equal those of a scene committed with the parts at their poses, and keys are stable.
 
 mod parts;
 
@@ -14,8 +13,8 @@ use foresound::scene::{InstanceId, InstancePose, ListenerPose, Scene, SourcePose
 use glam::{DVec3, Quat, Vec3};
 use parts::*;
 
-/// Two reflections, so that every sequence there is gets tried, and one bend: of two a commit names the nearest pairs
-/// only, which `joined_edges` compares.
+/// Two reflections, of which every sequence is tried, and one diffraction: for two a commit keeps the nearest pairs only
+/// (`joined_edges` compares them).
 fn exhaustive() -> PropagationSettings {
     PropagationSettings {
         depth: 2,
@@ -24,7 +23,7 @@ fn exhaustive() -> PropagationSettings {
     }
 }
 
-fn hear(propagator: &mut Propagator, ear: &ListenerPose, sources: &[SourcePose]) -> PathSet {
+fn propagate(propagator: &mut Propagator, ear: &ListenerPose, sources: &[SourcePose]) -> PathSet {
     let mut set = PathSet::default();
     propagator.warm_up(ear, sources);
     propagator.update(ear, sources, 0.0, &mut set);
@@ -32,7 +31,7 @@ fn hear(propagator: &mut Propagator, ear: &ListenerPose, sources: &[SourcePose])
 }
 
 #[test]
-fn a_door_is_heard_like_a_scene_committed_with_it() {
+fn a_door_matches_a_scene_committed_with_it() {
     let (fixed, part) = (rooms(), door());
     let scene = commit(&fixed);
     let sources = [
@@ -54,22 +53,22 @@ fn a_door_is_heard_like_a_scene_committed_with_it() {
         moving.scene_mut().set_instance_pose(&pose).expect("rigid");
         let fresh = commit(&joined(&fixed, &part, &pose));
         let mut fresh = Propagator::new(fresh, exhaustive()).expect("settings");
-        // The last place is in the other room.
-        for place in [
+        // The last position is in the other room.
+        for position in [
             Vec3::new(9.92, 1.65, 1.89),
             Vec3::new(11.3, 1.7, 4.4),
             Vec3::new(6.9, 1.6, 3.9),
         ] {
-            let ear = ear(place + Vec3::X * 0.01 * step as f32);
-            let found = hear(&mut moving, &ear, &sources);
-            let expected = hear(&mut fresh, &ear, &sources);
+            let ear = ear(position + Vec3::X * 0.01 * step as f32);
+            let found = propagate(&mut moving, &ear, &sources);
+            let expected = propagate(&mut fresh, &ear, &sources);
             let missing = without(&expected.paths, &found.paths);
             let wrong = without(&found.paths, &expected.paths);
             assert!(
                 missing.is_empty(),
-                "{degrees}°, {place}: misses {missing:#?}"
+                "{degrees}°, {position}: misses {missing:#?}"
             );
-            assert!(wrong.is_empty(), "{degrees}°, {place}: adds {wrong:#?}");
+            assert!(wrong.is_empty(), "{degrees}°, {position}: adds {wrong:#?}");
             assert!(found.paths.len() > 20, "{}", found.paths.len());
             in_the_door += found
                 .paths
@@ -82,7 +81,7 @@ fn a_door_is_heard_like_a_scene_committed_with_it() {
 }
 
 #[test]
-fn a_box_at_any_pose_is_heard_like_a_scene_committed_with_it() {
+fn a_box_at_any_pose_matches_a_scene_committed_with_it() {
     let fixed = procedural::shoebox(Vec3::new(9.0, 4.0, 7.0), "concrete");
     let part = block(Vec3::new(-0.6, -0.4, -0.5), Vec3::new(0.6, 0.4, 0.5));
     let mut moving = Propagator::new(commit(&fixed), exhaustive()).expect("settings");
@@ -95,22 +94,22 @@ fn a_box_at_any_pose_is_heard_like_a_scene_committed_with_it() {
     for seed in 0..24u64 {
         let draw = |k: u64| unit(mix(seed << 8 | k));
         let axis = Vec3::new(draw(0) - 0.5, draw(1) - 0.5, draw(2) - 0.5).normalize();
-        let place = Vec3::new(
+        let position = Vec3::new(
             3.0 + 3.0 * draw(4),
             1.0 + 2.0 * draw(5),
             2.0 + 3.0 * draw(6),
         );
         let pose = InstancePose {
             id,
-            position: place.as_dvec3(),
+            position: position.as_dvec3(),
             rotation: Quat::from_axis_angle(axis, 6.0 * draw(3)),
         };
         moving.scene_mut().set_instance_pose(&pose).expect("rigid");
         let fresh = commit(&joined(&fixed, &part, &pose));
         let mut fresh = Propagator::new(fresh, exhaustive()).expect("settings");
         let ear = ear(Vec3::new(7.4, 1.7, 4.9));
-        let found = hear(&mut moving, &ear, &sources);
-        let expected = hear(&mut fresh, &ear, &sources);
+        let found = propagate(&mut moving, &ear, &sources);
+        let expected = propagate(&mut fresh, &ear, &sources);
         let missing = without(&expected.paths, &found.paths);
         let wrong = without(&found.paths, &expected.paths);
         assert!(missing.is_empty(), "seed {seed}: misses {missing:#?}");
@@ -119,7 +118,7 @@ fn a_box_at_any_pose_is_heard_like_a_scene_committed_with_it() {
 }
 
 #[test]
-fn a_closed_door_takes_the_direct_path_away() {
+fn a_closed_door_attenuates_the_direct_path() {
     let mut rooms = Propagator::new(commit(&rooms()), exhaustive()).expect("settings");
     let open = swung(InstanceId::default(), 0.0);
     let id = rooms
@@ -131,7 +130,7 @@ fn a_closed_door_takes_the_direct_path_away() {
     let mut direct_at = |degrees| {
         let pose = swung(id, degrees);
         rooms.scene_mut().set_instance_pose(&pose).expect("rigid");
-        let set = hear(&mut rooms, &ear, &sources);
+        let set = propagate(&mut rooms, &ear, &sources);
         let direct = set
             .paths
             .iter()
@@ -139,7 +138,7 @@ fn a_closed_door_takes_the_direct_path_away() {
         direct.map_or(0.0, |path| path.amplitude[4])
     };
     let (open, closed) = (direct_at(10.0), direct_at(88.0));
-    assert!(open > 0.2, "{open}: nothing is in the way");
+    assert!(open > 0.2, "{open}: nothing blocks the path");
     assert!(
         closed < 0.2 * open,
         "{closed} through the door, {open} without"
@@ -155,7 +154,7 @@ fn in_the_door(set: &PathSet) -> Option<&Path> {
 }
 
 #[test]
-fn a_path_keeps_its_name_while_the_door_moves() {
+fn a_path_keeps_its_identity_while_the_door_moves() {
     let settings = PropagationSettings::default();
     let mut rooms = Propagator::new(commit(&rooms()), settings).expect("settings");
     let open = swung(InstanceId::default(), 30.0);
@@ -177,7 +176,7 @@ fn a_path_keeps_its_name_while_the_door_moves() {
             names.push(path.id);
             lengths.push(path.length_m);
         }
-        // Every path that is there before and after has moved little and has its name.
+        // Every path of both updates has moved little and keeps its identity.
         for path in &before {
             let follows = |p: &&Path| {
                 p.surfaces() == path.surfaces()
@@ -195,7 +194,7 @@ fn a_path_keeps_its_name_while_the_door_moves() {
         "{} updates with a reflection in the door",
         names.len()
     );
-    assert!(names.iter().all(|name| *name == names[0]), "one name");
+    assert!(names.iter().all(|name| *name == names[0]), "one identity");
     let (least, most) = lengths
         .iter()
         .fold((f32::MAX, 0f32), |(a, b), l| (a.min(*l), b.max(*l)));
@@ -205,7 +204,7 @@ fn a_path_keeps_its_name_while_the_door_moves() {
     );
     assert!(
         all > 1000 && kept == all,
-        "{kept} of {all} kept their names"
+        "{kept} of {all} kept their identity"
     );
 }
 
@@ -222,14 +221,14 @@ fn crowd(scene: &mut Scene, part: &Arc<Scene>, count: u64) -> Vec<InstanceId> {
 
 fn crowd_pose(id: InstanceId, n: u64, time_s: f32) -> InstancePose {
     let draw = |k: u64| unit(mix(n << 8 | k));
-    let place = Vec3::new(
+    let position = Vec3::new(
         1.0 + 14.0 * draw(0),
         0.4 + 2.0 * draw(1),
         1.0 + 4.0 * draw(2),
     );
     InstancePose {
         id,
-        position: place.as_dvec3() + DVec3::X * f64::from(0.3 * (time_s + draw(3)).sin()),
+        position: position.as_dvec3() + DVec3::X * f64::from(0.3 * (time_s + draw(3)).sin()),
         rotation: Quat::from_euler(glam::EulerRot::YXZ, time_s + draw(4), draw(5), draw(6)),
     }
 }
@@ -274,15 +273,15 @@ fn the_number_of_threads_changes_no_bit_of_a_moving_scene() {
     }
 }
 
-/// What a listener at rest hears after every ray rotation has been seen.
+/// Paths of a listener at rest after one update of every ray rotation.
 fn settled(propagator: &mut Propagator) -> PathSet {
     let sources = [
         source(0, Vec3::new(4.8, 1.5, 3.2)),
         source(1, Vec3::new(12.2, 1.4, 4.4)),
     ];
     let ear = ear(Vec3::new(9.7, 1.65, 2.9));
-    // Rotations and what is remembered depend on the update's number: both are the same from here on.
-    let set = hear(propagator, &ear, &sources);
+    // Rotations and caches depend on the number of updates, which is the same in every call.
+    let set = propagate(propagator, &ear, &sources);
     PathSet {
         rays: 0,
         update: 0,
@@ -291,7 +290,7 @@ fn settled(propagator: &mut Propagator) -> PathSet {
 }
 
 #[test]
-fn what_came_and_went_leaves_no_trace() {
+fn a_removed_instance_leaves_no_trace() {
     let scene = commit(&rooms());
     let mut plain = Propagator::new(Arc::clone(&scene), exhaustive()).expect("settings");
     let never = settled(&mut plain);
@@ -306,14 +305,14 @@ fn what_came_and_went_leaves_no_trace() {
     let with = settled(&mut changed);
     assert_ne!(with.paths, never.paths);
     changed.scene_mut().remove_instance(id).expect("is there");
-    // Two rounds, until nothing of the door is remembered.
+    // Two rounds, until no cache holds the door.
     settled(&mut changed);
     let mut after = settled(&mut changed);
     // The late field averages sixteen updates in the order of their rotations.
     assert_eq!(after.paths, never.paths);
     after.late.clone_from(&never.late);
     assert_eq!(after, never);
-    // Its slot's next tenant has another name, and so have its paths.
+    // The next instance of the slot has another handle, and its paths have other identities.
     let again = changed
         .scene_mut()
         .add_instance(part, &open)
@@ -386,7 +385,7 @@ fn bad_poses_and_old_handles_are_refused() {
     assert!(stale(scene.remove_instance(InstanceId::new(60_000, 0))));
 }
 
-/// Updates at one pose, frames at others: every predictor continues, and `best` uses the current pose of the door.
+/// Updates at one pose, frames at others: every predictor continues, and the geometric one uses the current pose of the door.
 #[test]
 fn extrapolation_follows_the_door() {
     let sources = [source(0, Vec3::new(12.6, 1.2, 2.6))];
@@ -398,7 +397,7 @@ fn extrapolation_follows_the_door() {
         .scene_mut()
         .add_instance(commit(&door()), &open)
         .expect("a door");
-    let update = hear(&mut rooms, &ear, &sources);
+    let update = propagate(&mut rooms, &ear, &sources);
     let reflected = in_the_door(&update)
         .copied()
         .expect("a reflection in the door");
@@ -424,7 +423,7 @@ fn extrapolation_follows_the_door() {
             let heard = heard.unwrap_or_else(|| panic!("{kind:?}, {step}: the path is there"));
             let mut there = Propagator::new(Arc::clone(rooms.scene()), settings).expect("settings");
             there.scene_mut().set_instance_pose(&pose).expect("rigid");
-            let exact = hear(&mut there, &ear, &sources);
+            let exact = propagate(&mut there, &ear, &sources);
             let exact_m = in_the_door(&exact).expect("still there").length_m;
             let error_m = (heard.delay_s * speed_m_s - f64::from(exact_m)).abs();
             match kind {
@@ -432,7 +431,7 @@ fn extrapolation_follows_the_door() {
                 _ => assert_eq!(heard.delay_s * speed_m_s, f64::from(reflected.length_m)),
             }
         }
-        // The direct path is of the frame, whatever the predictor.
+        // The direct path is that of the frame for every predictor.
         let behind = ear_behind();
         for (degrees, open) in [(10.0, true), (88.0, false)] {
             extrapolator.set_instance_poses(&[swung(id, degrees)]);
@@ -459,7 +458,7 @@ fn paths_in_a_part_end_with_it() {
         .scene_mut()
         .add_instance(commit(&door()), &open)
         .expect("a door");
-    let update = hear(&mut rooms, &ear, &sources);
+    let update = propagate(&mut rooms, &ear, &sources);
     let reflected = in_the_door(&update)
         .copied()
         .expect("a reflection in the door");
@@ -471,7 +470,7 @@ fn paths_in_a_part_end_with_it() {
         extrapolator.frame(&ear, &sources, &mut frame);
         let heard = |frame: &FramePaths| frame.paths.iter().any(|path| path.id == reflected.id);
         assert!(heard(&frame), "{kind:?}");
-        // Gone, and another in its slot.
+        // Removed, and another instance in its slot.
         for tenant in [None, Some(block(Vec3::splat(-0.1), Vec3::splat(0.1)))] {
             let mut scene = Scene::clone(rooms.scene());
             scene.remove_instance(id).expect("is there");

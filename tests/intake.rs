@@ -1,4 +1,4 @@
-//! Files that are wrong: what is refused, and how the error says where and what to do.
+//! Invalid files: errors name the line and the remedy.
 
 #![expect(
     clippy::unwrap_used,
@@ -12,7 +12,7 @@ use foresound::Error;
 use foresound::scene::{MaterialTable, ObjOptions, SceneLayout, commit_mesh, load_obj};
 use proptest::prelude::*;
 
-/// Text of the error that a file's content gives: one line that names the file.
+/// Error text of a file's content: one line that names the file.
 fn obj_error(content: &[u8]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bad.obj");
@@ -142,7 +142,7 @@ fn toml_that_is_not_text_names_its_line() {
     assert!(text.contains("bad.toml:3: not UTF-8 text; save"), "{text}");
 }
 
-/// Words from which something like an OBJ file can be made.
+/// Tokens of random OBJ-like files.
 fn obj_words() -> impl Strategy<Value = String> {
     let word = prop_oneof![
         Just("v ".to_owned()),

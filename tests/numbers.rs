@@ -1,6 +1,6 @@
-//! Numbers, from end to end: random scenes from a millimetre to ten kilometres, listeners on faces, edges and corners, sources
-//! where the listener is, samples that are none. What comes out is finite and bounded, and energy is never more than the
-//! free field's plus what surfaces send back.
+//! Numerical robustness end to end: random scenes from a millimetre to ten kilometres, listeners on faces, edges and corners,
+//! sources at the listener, non-finite samples. Results are finite and bounded, and energy never exceeds the free field's
+//! plus the reflected one.
 
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ fn scene_of(size_m: f32, soup: &[[Vec3; 3]], has_room: bool) -> TriangleMesh {
 }
 
 /// Degenerate positions: a corner, the middle of a side, of a face, and a step inside and outside of it.
-fn odd_places(mesh: &TriangleMesh, number: usize) -> [Vec3; 5] {
+fn odd_positions(mesh: &TriangleMesh, number: usize) -> [Vec3; 5] {
     let triangle = mesh.triangles[number % mesh.triangles.len()];
     let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize]);
     let middle = (a + b + c) / 3.0;
@@ -71,7 +71,7 @@ fn update(scene: &Arc<Scene>, listener: Vec3, sources: &[Vec3]) -> PathSet {
     let mut propagator = Propagator::new(Arc::clone(scene), PROPAGATION).expect("settings");
     let poses: Vec<SourcePose> = (0..)
         .zip(sources)
-        .map(|(slot, &place)| SourcePose::at(SourceId::new(slot, 0), place))
+        .map(|(slot, &position)| SourcePose::at(SourceId::new(slot, 0), position))
         .collect();
     let mut set = PathSet::default();
     for _ in 0..2 {
@@ -80,9 +80,9 @@ fn update(scene: &Arc<Scene>, listener: Vec3, sources: &[Vec3]) -> PathSet {
     set
 }
 
-/// A reflected path is at most a free field's of its length, less what walls take. The direct path carries what bends around
-/// edges near it as one wave, up to half a free field an edge. Bent paths are at most as loud as the direct path would be at
-/// the nearest distance.
+/// A reflected path has at most the amplitude of the free field over its length. The direct path includes the waves diffracted
+/// at edges near it, up to half a free field each. A diffracted path has at most the amplitude of the direct path at the
+/// least distance.
 fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
     for path in &set.paths {
         prop_assert!(
@@ -119,7 +119,7 @@ fn engine(schedule: EngineSchedule) -> EngineSettings {
     settings.generation.max_voices = 64;
     settings.generation.fine_voices = 16;
     settings.generation.max_delay_s = 0.1;
-    settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(16_000).expect("a head")));
+    settings.hrtf = Some(Arc::new(Hrtf::omnidirectional(16_000).expect("an HRTF")));
     settings.propagation = PROPAGATION;
     settings.schedule = schedule;
     settings.block_frames = 64;
@@ -129,7 +129,7 @@ fn engine(schedule: EngineSchedule) -> EngineSettings {
     settings
 }
 
-/// Renders a block; gives its loudest sample, after it has been looked at.
+/// Renders and checks a block; returns its peak.
 fn render(renderer: &mut Renderer) -> f32 {
     let mut block = [f32::NAN; 320];
     renderer.render(&mut block);
@@ -140,14 +140,14 @@ fn render(renderer: &mut Renderer) -> f32 {
     block.iter().fold(0.0, |most, s| most.max(s.abs()))
 }
 
-fn place() -> impl Strategy<Value = Vec3> {
+fn position() -> impl Strategy<Value = Vec3> {
     (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0).prop_map(|(x, y, z)| Vec3::new(x, y, z))
 }
 
-/// Triangles of which some lie on a grid, so that they touch, coincide and have no area.
+/// Triangles, some of them on a grid: they touch, coincide or have no area.
 fn soup() -> impl Strategy<Value = Vec<[Vec3; 3]>> {
     let corner = prop_oneof![
-        place(),
+        position(),
         (-2i8..3, -2i8..3, -2i8..3)
             .prop_map(|(x, y, z)| Vec3::new(x.into(), y.into(), z.into()) / 2.0),
     ]
@@ -164,32 +164,32 @@ proptest! {
         // From a millimetre to ten kilometres across.
         exponent in -3.3f32..3.7,
         has_room in any::<bool>(),
-        (a, b) in (place(), place()),
+        (a, b) in (position(), position()),
         number in any::<prop::sample::Index>(),
     ) {
         let size_m = 10f32.powf(exponent);
         let mesh = scene_of(size_m, &soup, has_room);
         let Some(scene) = commit(&mesh) else { return Ok(()) };
-        let odd = odd_places(&mesh, number.index(mesh.triangles.len()));
+        let odd = odd_positions(&mesh, number.index(mesh.triangles.len()));
         let (a, b) = (size_m * a, size_m * b);
         for listener in odd.into_iter().chain([a]) {
-            // One source in the listener's own place, one on a surface, one somewhere.
+            // One source at the listener, one on a surface, one at a random position.
             check_paths(&update(&scene, listener, &[listener, odd[2], b]))?;
         }
     }
 
     #[test]
-    fn no_sample_is_none_whatever_the_scene(
+    fn every_sample_is_finite_in_any_scene(
         soup in soup(),
         exponent in -3.3f32..3.7,
-        (a, b) in (place(), place()),
+        (a, b) in (position(), position()),
         number in any::<prop::sample::Index>(),
         best in any::<bool>(),
     ) {
         let size_m = 10f32.powf(exponent);
         let mesh = scene_of(size_m, &soup, true);
         let Some(scene) = commit(&mesh) else { return Ok(()) };
-        let odd = odd_places(&mesh, number.index(mesh.triangles.len()));
+        let odd = odd_positions(&mesh, number.index(mesh.triangles.len()));
         let mut settings = engine(EngineSchedule::Synchronous);
         if best {
             settings.predictor = foresound::extrapolation::PredictorKind::ALL[2];
@@ -197,23 +197,22 @@ proptest! {
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         controller.set_scene(scene).expect("taken");
         let clip: Arc<[f32]> = (0..500).map(|n| if n % 7 == 0 { 1.0 } else { -0.5 }).collect();
-        for place in [size_m * a, odd[0], odd[2]] {
-            let id = controller.add_source(place).expect("a place");
+        for position in [size_m * a, odd[0], odd[2]] {
+            let id = controller.add_source(position).expect("a position");
             controller.play(id, Arc::clone(&clip), true).expect("is there");
         }
-        for (step, place) in odd.into_iter().chain([size_m * b, odd[0]]).enumerate() {
-            controller.tick(ListenerPose::facing(place, step as f32), &[]).expect("a place");
+        for (step, position) in odd.into_iter().chain([size_m * b, odd[0]]).enumerate() {
+            controller.tick(ListenerPose::facing(position, step as f32), &[]).expect("a position");
             render(&mut renderer);
         }
     }
 
-    /// In a closed room discrete paths and late field together are no more than Sabine's balance allows with room to
-    /// spare: with each reflection a share of the energy that walls do not take, four times over for single rooms' ups
-    /// and downs, none of which is more than free field plus reflections.
+    /// In a closed room the energy of discrete paths and late field is at most the free field plus four times the
+    /// reverberant energy of Sabine's balance; the factor covers the variation of single rooms.
     #[test]
     fn a_rooms_energy_is_bounded(
         (x, y, z) in (2.0f32..20.0, 2.0f32..8.0, 2.0f32..20.0),
-        (a, b) in (place(), place()),
+        (a, b) in (position(), position()),
         material in prop_oneof![Just("concrete"), Just("brick"), Just("acoustic_ceiling")],
     ) {
         let size = Vec3::new(x, y, z);
@@ -237,7 +236,7 @@ proptest! {
     }
 }
 
-/// A sample that is none, in a clip or in a stream, is silence to the device and leaves nothing behind.
+/// A non-finite sample in a clip or stream is silent at the device and has no later effect.
 #[test]
 fn no_nan_reaches_the_device() {
     let poisons = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1e30];
@@ -253,12 +252,13 @@ fn no_nan_reaches_the_device() {
                 .enumerate()
                 .map(|(n, &s)| if n % 5 == 0 { poison } else { s })
                 .collect();
-            let places = [
+            let positions = [
                 Vec3::ONE,
                 Vec3::new(4.0, 1.0, 2.0),
                 Vec3::new(2.0, 2.0, 4.0),
             ];
-            let [a, b, c] = places.map(|place| controller.add_source(place).expect("a place"));
+            let [a, b, c] =
+                positions.map(|position| controller.add_source(position).expect("a position"));
             controller.play(a, bad, true).expect("is there");
             controller.play(c, Arc::clone(&good), true).expect("there");
             let mut stream = controller.stream(b, 400).expect("is there");
@@ -268,8 +268,8 @@ fn no_nan_reaches_the_device() {
                 controller.tick(listener, &[]).expect("a good pose");
                 loudest = loudest.max(render(&mut renderer));
             }
-            assert!(loudest > 0.0, "the good source is heard beside {poison}");
-            // With the poison gone all is as if it had never been.
+            assert!(loudest > 0.0, "the good source is audible beside {poison}");
+            // After the bad sources have stopped all blocks are valid.
             controller.stop(a).expect("is there");
             controller.stop(b).expect("is there");
             for _ in 0..60 {

@@ -1,4 +1,4 @@
-//! The benchmark scenes: committed files are what the code makes, and the meshes are what they claim to be.
+//! The benchmark scenes: committed files equal the generated ones, and the meshes have the documented properties.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
@@ -30,7 +30,7 @@ fn all_corners(scene: &BenchmarkScene) -> Vec<[Vec3; 3]> {
         .collect()
 }
 
-/// Distance of a point from a triangle: from its plane where the foot lies inside, else from the nearest edge.
+/// Distance of a point from a triangle: from its plane if the projection lies inside, else from the nearest edge.
 fn distance(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
     let normal = (b - a).cross(c - a);
     let inside = [(a, b), (b, c), (c, a)]
@@ -46,7 +46,7 @@ fn distance(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
     to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
-/// Distance of a point from the nearest triangle, looking no further than 1 m.
+/// Distance of a point from the nearest triangle, up to 1 m.
 fn clearance(point: Vec3, triangles: &[[Vec3; 3]]) -> f32 {
     let mut nearest = 1.0_f32;
     for &[a, b, c] in triangles {
@@ -67,8 +67,8 @@ fn walk_points(scene: &BenchmarkScene) -> Vec<Vec3> {
         .collect()
 }
 
-/// Whether the first thing that each of 64 rays meets shows its front. From a point inside a solid all backs show.
-fn sees_only_fronts(point: Vec3, triangles: &[[Vec3; 3]]) -> bool {
+/// Whether the first hit of each of 64 rays is a front face. From a point inside a solid all hits are back faces.
+fn hits_only_fronts(point: Vec3, triangles: &[[Vec3; 3]]) -> bool {
     (0..64).all(|i| {
         // A spherical Fibonacci lattice: even, and parallel to no wall.
         let y = 1.0 - (2.0 * i as f32 + 1.0) / 64.0;
@@ -106,7 +106,7 @@ fn committed_files_are_what_the_code_writes() {
         for extension in ["obj", "mtl", "toml"] {
             let file = Path::new(scene.name).with_extension(extension);
             let read = |folder: &Path| fs::read(folder.join(&file)).expect("the file is there");
-            // Not `assert_eq`: it would print megabytes of numbers.
+            // `assert_eq` would print megabytes of numbers.
             assert!(
                 read(&committed) == read(fresh.path()),
                 "{} differs: run `foresound scenes --out assets/scenes`",
@@ -134,10 +134,10 @@ fn triangle_counts_are_those_of_the_published_scenes() {
 fn triangles_have_area_and_appear_once() {
     for scene in scenes() {
         let mut seen = HashSet::new();
-        let mut places = HashSet::new();
+        let mut positions = HashSet::new();
         for vertex in &scene.mesh.vertices {
             assert!(
-                places.insert(vertex.to_array().map(f32::to_bits)),
+                positions.insert(vertex.to_array().map(f32::to_bits)),
                 "{}: unwelded",
                 scene.name
             );
@@ -163,7 +163,7 @@ fn triangles_have_area_and_appear_once() {
     }
 }
 
-/// Every edge of the shell belongs to two triangles that run along it in opposite directions.
+/// Every edge of the shell belongs to two triangles of consistent winding.
 #[test]
 fn shells_are_closed() {
     for name in ["concert_hall", "doorway"] {
@@ -187,7 +187,7 @@ fn shells_are_closed() {
             assert_eq!(count, 1, "{name}: edge {i} to {j}");
             assert_eq!(uses.get(&(j, i)), Some(&1), "{name}: edge {j} to {i}");
         }
-        // Faces look inwards, so the volume is positive; 30 · 20 · 10, and two rooms and a doorway.
+        // Faces point inwards: the volume is positive; 30 · 20 · 10, and two rooms and a doorway.
         let expected = if name == "doorway" {
             2.0 * 144.0 + 0.2 * 2.1 * 0.95
         } else {
@@ -201,7 +201,7 @@ fn shells_are_closed() {
 }
 
 #[test]
-fn sources_stand_in_the_open() {
+fn sources_are_clear_of_surfaces() {
     for scene in scenes() {
         let triangles = all_corners(&scene);
         let (min, max) = scene
@@ -213,20 +213,20 @@ fn sources_stand_in_the_open() {
             });
         assert_eq!(scene.sources.len(), 16);
         for (i, (name, position)) in scene.sources.iter().enumerate() {
-            let place = format!("{} {name} at {position}", scene.name);
+            let label = format!("{} {name} at {position}", scene.name);
             assert_eq!(*name, format!("source{:02}", i + 1));
             assert!(
                 position.cmpgt(min).all() && position.cmplt(max).all(),
-                "{place}: outside"
+                "{label}: outside"
             );
             let clear = clearance(*position, &triangles);
             assert!(
                 clear >= SOURCE_CLEARANCE_M,
-                "{place}: {clear} m from a surface"
+                "{label}: {clear} m from a surface"
             );
             assert!(
-                sees_only_fronts(*position, &triangles),
-                "{place}: inside something"
+                hits_only_fronts(*position, &triangles),
+                "{label}: inside something"
             );
             let near = walk_points(&scene)
                 .iter()
@@ -234,9 +234,9 @@ fn sources_stand_in_the_open() {
                 .fold(f32::INFINITY, f32::min);
             assert!(
                 near >= SOURCE_FROM_WALK_M,
-                "{place}: {near} m from the walk"
+                "{label}: {near} m from the walk"
             );
-            assert!(i > 0 || near < 5.0, "{place}: {near} m from the walk");
+            assert!(i > 0 || near < 5.0, "{label}: {near} m from the walk");
         }
     }
 }
@@ -261,7 +261,7 @@ fn walks_keep_clear_of_surfaces() {
         }
         for point in points.iter().step_by(points.len() / 4) {
             assert!(
-                sees_only_fronts(*point, &triangles),
+                hits_only_fronts(*point, &triangles),
                 "{} at {point}",
                 scene.name
             );
@@ -276,8 +276,8 @@ fn doorway_walk_crosses_the_wall_beside_the_door() {
     let triangles = all_corners(&scene);
     let (from, to) = (scene.walk.from, scene.walk.to);
     let at = |x: f32| from.lerp(to, (x - from.x) / (to.x - from.x));
-    assert!(sees_only_fronts(at(8.15), &triangles));
-    assert!(!sees_only_fronts(at(8.03), &triangles));
-    assert!(sees_only_fronts(at(7.9), &triangles));
+    assert!(hits_only_fronts(at(8.15), &triangles));
+    assert!(!hits_only_fronts(at(8.03), &triangles));
+    assert!(hits_only_fronts(at(7.9), &triangles));
     assert!(clearance(at(8.1), &triangles) < 0.1);
 }

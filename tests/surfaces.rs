@@ -1,4 +1,4 @@
-//! Laws of committed meshes: what welding and surfaces promise, whatever the mesh.
+//! Properties of committed meshes: welding and surfaces, for any mesh.
 
 #![expect(clippy::unwrap_used, reason = "a helper's failure is the test's")]
 
@@ -87,8 +87,8 @@ fn commit(mesh: &TriangleMesh) -> CommittedMesh {
     commit_mesh(mesh, &MaterialTable::built_in(), 0.0).unwrap()
 }
 
-/// What a surface is, without where its triangles are filed.
-fn essence(mesh: &CommittedMesh) -> Vec<(Surface, String)> {
+/// Surfaces and their materials, independent of the storage of triangles.
+fn described(mesh: &CommittedMesh) -> Vec<(Surface, String)> {
     let name = |surface: &Surface| mesh.materials[surface.material as usize].name.clone();
     mesh.surfaces
         .surfaces
@@ -194,7 +194,7 @@ fn order_of_a_file_changes_no_key() {
         Vec3::new(8.0, 1.0, 3.0),
         Vec3::new(12.0, 4.0, 8.1),
     );
-    let reference = essence(&commit(&mesh));
+    let reference = described(&commit(&mesh));
     let mut dice = Dice(5);
     for round in 0..20 {
         let mut vertices: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
@@ -221,7 +221,7 @@ fn order_of_a_file_changes_no_key() {
             let material = mesh.triangle_materials[old] as usize;
             other.triangle_materials.push(materials[material]);
         }
-        assert_eq!(essence(&commit(&other)), reference, "round {round}");
+        assert_eq!(described(&commit(&other)), reference, "round {round}");
     }
 }
 
@@ -244,7 +244,7 @@ fn another_object_in_the_scene_changes_no_key() {
 
 #[test]
 fn chains_of_slightly_turned_facets_do_not_drift() {
-    // A cylinder of 1,000 facets turned by 0.36° each: neighbours are coplanar within the tolerance, all are not.
+    // A cylinder of 1,000 facets turned by 0.36° each: neighbours are coplanar within the tolerance, the whole is not.
     let mut mesh = TriangleMesh::default();
     let at = |i: u32, y: f32| {
         let angle = f64::from(i % 1000) / 1000.0 * std::f64::consts::TAU;
@@ -297,7 +297,7 @@ fn corners_lie_on_their_planes(mesh: &CommittedMesh) {
     }
 }
 
-/// Distance from a point to a triangle in a plane of constant y, by the book.
+/// Distance from a point to a triangle in a plane of constant y.
 fn distance_to_triangle(point: DVec3, corners: [DVec3; 3]) -> f64 {
     let mut nearest = f64::INFINITY;
     let mut sides = [0.0; 3];
@@ -315,11 +315,11 @@ fn distance_to_triangle(point: DVec3, corners: [DVec3; 3]) -> f64 {
 }
 
 #[test]
-fn contains_agrees_with_every_triangle_asked() {
+fn contains_agrees_with_every_triangle_tested() {
     let mut dice = Dice(11);
     for (cells, drop_every) in [(1, 7), (2, 3), (6, 4), (24, 2), (24, 5)] {
         let mut mesh = terrain(cells, 20.0, 0.0);
-        // Inner vertices wander, so that triangles are no longer alike; every so many is missing.
+        // Inner vertices are displaced, which makes triangles unequal; some triangles are missing.
         let row = cells as usize + 1;
         for (i, vertex) in mesh.vertices.iter_mut().enumerate() {
             let inner = |n: usize| n > 0 && n + 1 < row;
@@ -358,7 +358,7 @@ fn contains_agrees_with_every_triangle_asked() {
                 assert!(!mesh.surfaces.reflects_at(0, point), "{point}");
             }
         }
-        // Points on shared edges and corners, a few rounding errors off either way.
+        // Points on shared edges and corners, a few rounding errors off to either side.
         for t in &corners {
             for i in 0..3 {
                 let share = if dice.below(4) == 0 { 0.0 } else { dice.unit() };
@@ -390,8 +390,8 @@ fn slivers_that_cross_every_cell_cost_bounded_memory() {
     let mesh = commit(&mesh);
     assert_eq!(mesh.surfaces.surfaces.len(), 1);
     for (radius_m, inside) in [(0.0, true), (30.0, true), (49.99, true), (50.1, false)] {
-        let place = DVec3::new(radius_m * 0.6, 0.0, radius_m * 0.8) - mesh.centre;
-        assert_eq!(mesh.surfaces.reflects_at(0, place), inside, "{radius_m}");
+        let point = DVec3::new(radius_m * 0.6, 0.0, radius_m * 0.8) - mesh.centre;
+        assert_eq!(mesh.surfaces.reflects_at(0, point), inside, "{radius_m}");
     }
 }
 
@@ -442,7 +442,7 @@ fn large_terrains_commit_whole() {
     }
 }
 
-/// Coordinates of every kind: small, on a coarse grid so that they repeat, far, and none at all.
+/// Coordinates: small, on a coarse grid (with repetitions), far, and non-finite.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![
         6 => (-4i8..5).prop_map(f32::from),

@@ -8,8 +8,8 @@ use crate::propagation::image_source::finite_panel;
 use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::{Scene, SourcePose};
 
-/// Spherical spreading and air absorption over `distance_m` metres. Within `min_distance_m` (above 0) the spreading stays
-/// that of this distance: a real source is not a point.
+/// Spherical spreading and air absorption over `distance_m` metres. Below `min_distance_m` (above 0) the spreading is
+/// constant: a real source is not a point.
 pub fn free_field(scene: &Scene, distance_m: f64, min_distance_m: f64) -> BandArray {
     let spreading = (1.0 / distance_m.max(min_distance_m)) as f32;
     let nepers = scene.air_np_per_m().map(|np| np * distance_m as f32);

@@ -13,7 +13,7 @@ pub struct Endpoints {
     pub from: Vec3,
     /// Position of the listener.
     pub to: Vec3,
-    /// Distance in metres below which the source gets no louder.
+    /// Distance in metres below which the level is constant.
     pub min_distance_m: f64,
 }
 

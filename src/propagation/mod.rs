@@ -1,5 +1,5 @@
-//! SPS: the sound propagation stage. Rays suggest surface sequences, mirrored sources turn a sequence into one exact path,
-//! and validation rejects what is blocked.
+//! SPS: the sound propagation stage. Rays suggest surface sequences, image sources turn a sequence into one exact path, and
+//! validation rejects occluded paths.
 //!
 //! Runs on threads that the caller owns ([`Workers`]). Input: a committed [`crate::scene::Scene`] and poses. Output: a
 //! [`PathSet`]. Follows the paper's section III-A and \[TAYLOR12\]. Own: paths are found in merged surfaces and identified by

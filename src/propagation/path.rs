@@ -32,7 +32,7 @@ pub struct Path {
     pub edges: [u32; MAX_DIFFRACTION_ORDER],
     /// Reflection and diffraction points in metres from source to listener; the first `order` + `diffraction_order` count.
     pub points: [Vec3; MAX_ORDER],
-    /// Position of the image source in metres, from which the listener hears the path. For a diffracted path: the point at
+    /// Position of the image source in metres, in the direction of arrival. For a diffracted path: the point at
     /// the path's length in the direction of its last edge, or of that edge's image in the surfaces after it.
     pub image: Vec3,
     /// Length in metres.
@@ -47,8 +47,8 @@ impl Path {
         self.order == 0 && self.diffraction_order == 0
     }
 
-    /// Whether this path is recomputed in every graphics frame instead of being extrapolated: the direct path, and those with
-    /// one diffraction and no reflection (`direct_field`).
+    /// Whether this path is recomputed in every graphics frame instead of extrapolated: the direct path, and those with
+    /// one diffraction and no reflection ([`crate::propagation::diffraction::direct_field`]).
     pub fn is_frame_validated(&self) -> bool {
         self.order == 0 && self.diffraction_order <= 1
     }
@@ -73,7 +73,7 @@ impl Path {
 /// Time segments of the late-energy envelope.
 pub const LATE_SEGMENTS: usize = 4;
 
-/// Late energy of one source: what no discrete path carries.
+/// Late energy of one source: all energy outside of discrete paths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateEnergy {
     /// The source.
@@ -83,7 +83,7 @@ pub struct LateEnergy {
     pub energy: [BandArray; LATE_SEGMENTS],
     /// Reverberation time T60 around this source in seconds, by band.
     pub decay_time_s: BandArray,
-    /// Delay of the straight line in seconds, before which nothing arrives.
+    /// Delay of the straight line in seconds: the earliest arrival.
     pub start_s: f32,
     /// Mean time between two bounces in seconds.
     pub mean_free_time_s: f32,
@@ -102,7 +102,7 @@ impl LateEnergy {
     }
 }
 
-/// The result of one propagation update. [`Default`] is an empty set, whose memory updates reuse.
+/// The result of one propagation update. [`Default`] is an empty set; updates reuse its memory.
 ///
 /// ```
 /// use foresound::paths::{Path, PathSet};
@@ -145,7 +145,7 @@ pub struct PathSet {
     pub predicted_late: Vec<LateEnergy>,
     /// Positions of the sources for each entry of [`Self::predicted_late`].
     pub predicted_sources: Vec<Vec3>,
-    /// Number of rays cast. It does not depend on the number of threads. It may differ between instruction sets, whose
-    /// searches may find another one of several occluders first.
+    /// Number of rays cast. It does not depend on the number of threads. It may differ between instruction sets, which may
+    /// find another one of several occluders first.
     pub rays: u64,
 }

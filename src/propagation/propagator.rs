@@ -1,4 +1,4 @@
-//! One propagation update: cast all rays, cull what guide rays found, validate one source at a time, sort.
+//! One propagation update: casts all rays, culls the sequences of guide rays, validates source by source, sorts.
 //!
 //! Each phase is a list of independent shares for the caller's [`Workers`]. Results are merged in the order of the list: the
 //! number of threads does not change a bit.
@@ -101,7 +101,7 @@ pub struct Propagator {
     source_positions: Vec<DVec3>,
     /// Those of the update's sources in their order, then idle ones.
     tasks: Vec<SourceTask>,
-    /// One a thread.
+    /// One per thread.
     scratch: Vec<Scratch>,
     /// Paths by identity: task and index within it.
     order: Vec<(PathId, u32, u32)>,
@@ -184,14 +184,14 @@ impl Propagator {
         };
     }
 
-    /// Has the next updates list in [`PathSet::nearby`] the reflected paths that may become valid for a listener within
-    /// `radius_m` metres (0 or more). `None`, the initial value, lists none.
+    /// Enables [`PathSet::nearby`] in the next updates: reflected paths that may become valid for a listener within `radius_m`
+    /// metres (0 or more). `None`, the initial value, disables it.
     pub fn set_nearby_radius(&mut self, radius_m: Option<f64>) {
         self.nearby_m = radius_m;
     }
 
-    /// Has the next updates estimate the late energy at these listener positions too (world coordinates, metres), in
-    /// [`PathSet::predicted_late`]. Initially there are none. An estimate costs the shadow rays of a listener who moves there.
+    /// Sets further listener positions (world coordinates, metres) at which the next updates estimate late energy, in
+    /// [`PathSet::predicted_late`]. Initially none. An estimate costs the shadow rays of a move to that position.
     ///
     /// `sources` has the positions of the update's sources for each listener position in turn; sources without one are taken
     /// to be at rest.
@@ -207,8 +207,8 @@ impl Propagator {
         }
     }
 
-    /// Runs one update for each ray rotation at one pose and drops the results. The next update finds what a listener at rest
-    /// hears.
+    /// Runs one update for each ray rotation at one pose and drops the results. The next update has the paths of a listener at
+    /// rest.
     pub fn warm_up(&mut self, listener: &ListenerPose, sources: &[SourcePose]) {
         let mut set = PathSet::default();
         for _ in 0..ROTATIONS {
@@ -216,8 +216,8 @@ impl Propagator {
         }
     }
 
-    /// Computes all valid paths for these poses into `result`, whose memory is reused; `time_s` becomes [`PathSet::time_s`]. Runs
-    /// on the calling thread.
+    /// Computes all valid paths for these poses into `result` and reuses its memory; `time_s` becomes [`PathSet::time_s`].
+    /// Runs on the calling thread.
     pub fn update(
         &mut self,
         listener: &ListenerPose,
@@ -324,7 +324,7 @@ impl Propagator {
         self.update += 1;
     }
 
-    /// Brings the tasks into the order of the sources. New sources take over the tasks of sources that have gone.
+    /// Brings the tasks into the order of the sources. New sources reuse the tasks of removed sources.
     fn arrange_tasks(&mut self, sources: &[SourcePose]) {
         for (index, pose) in sources.iter().enumerate() {
             let own = (index..self.tasks.len()).find(|&i| self.tasks[i].belongs_to(pose.id));

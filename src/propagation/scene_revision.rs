@@ -33,7 +33,7 @@ impl SceneRevision {
     }
 
     /// Begins an update. Instances count as at rest after as many updates without a move as there are rotations: apps move
-    /// them once a graphics frame, and updates may be more frequent.
+    /// them once per graphics frame, and updates may be more frequent.
     pub(crate) fn begin_update(&mut self, update: u64) {
         self.moving = self
             .moving
@@ -67,7 +67,7 @@ mod tests {
     use crate::scene::{MaterialTable, SceneSettings, procedural};
 
     #[test]
-    fn moves_count_until_they_have_rested() {
+    fn instances_count_as_moving_until_at_rest() {
         let commit = |size: f32| {
             let mesh = procedural::shoebox(Vec3::splat(size), "wood");
             Scene::commit(&mesh, &MaterialTable::built_in(), &SceneSettings::default())

@@ -31,7 +31,7 @@ pub struct PropagationSettings {
     pub cache_updates: u64,
     /// Valid sequences kept for each source, 1 to 65,536.
     pub cache_capacity: usize,
-    /// Distance in metres below which a source gets no louder, above 0. Sources may have their own.
+    /// Distance in metres below which the level is constant, above 0. Sources may have their own.
     pub min_distance_m: f32,
     /// Most edges that one path is diffracted at, 0 (no diffraction) to [`MAX_DIFFRACTION_ORDER`].
     pub diffraction_order: usize,

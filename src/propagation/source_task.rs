@@ -24,12 +24,12 @@ use crate::propagation::rays::directions::{ROTATIONS, mix, rotation};
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
-/// Most rotations whose rays a moving source casts anew in one update: as many as a source at rest. A walking source leaves
-/// one of its ray origins every hundredth of a second.
+/// Most rotations that a moving source recasts in one update: as many as a source at rest. A walking source leaves one of its
+/// ray origins every hundredth of a second.
 const MAX_CAST_ROTATIONS: usize = 1;
 
-/// Largest coordinate of source and listener in metres. Rays are cast in single precision, whose range holds the square of
-/// it. A position beyond, or one that is not a number, has no path.
+/// Largest coordinate of source and listener in metres. Rays are in single precision, which represents its
+/// square. A position beyond it or a non-finite one has no path.
 const MAX_COORDINATE_M: f64 = 1e9;
 
 /// Initial room for a source's paths.
@@ -38,7 +38,7 @@ const INITIAL_PATHS: usize = 256;
 /// Most nearby paths of a source.
 const MAX_NEARBY: usize = 256;
 
-/// Sequences of a source's own up to which an update with nearby paths adds those of other rotations.
+/// Number of a source's own sequences up to which an update with nearby paths adds those of other rotations.
 const MAX_OWN: usize = 2048;
 
 /// A predicted position of the listener.
@@ -85,12 +85,12 @@ pub(super) struct ReflectionContext<'a> {
     pub(super) candidates: &'a [CandidateCull],
 }
 
-/// Memory of a thread, reused for source after source; carries nothing over. Aligned to two cache lines: threads write to
+/// Per-thread scratch, reused across sources. Aligned to two cache lines: threads write to
 /// neighbouring ones.
 #[derive(Debug)]
 #[repr(align(128))]
 pub(super) struct Scratch {
-    /// Also the sequences that only the present source tries.
+    /// Also the present source's own sequences.
     rays: RayScratch,
     queue: ValidationQueue,
     /// Valid sequences by candidate index.
@@ -119,7 +119,7 @@ pub(super) struct SourceTask {
     id: SourceId,
     /// Position when its rays were last cast, in local coordinates.
     last_position: Option<DVec3>,
-    /// Whether its source has gone.
+    /// Whether its source was removed.
     pub(super) is_idle: bool,
     late: LateEstimator,
     cache: ValidCache,
@@ -160,12 +160,12 @@ impl SourceTask {
         }
     }
 
-    /// Whether it holds the state of this source.
+    /// Whether the state is of this source.
     pub(super) fn belongs_to(&self, id: SourceId) -> bool {
         self.id == id && !self.is_idle
     }
 
-    /// Becomes the task of another source; the memory stays.
+    /// Resets the task for another source; keeps the memory.
     pub(super) fn reset(&mut self, id: SourceId) {
         self.id = id;
         self.last_position = None;
@@ -187,7 +187,7 @@ impl SourceTask {
         self.rays = 0;
         let slot = pose.id.slot() as u64;
         let turn = match self.late_energy {
-            // A new source does not wait for its turn.
+            // A new source is due at once.
             None => Some(context.update),
             Some(_) => context.quality.late_turn(context.update, slot),
         };
@@ -215,7 +215,7 @@ impl SourceTask {
             diffraction::update(context.scene, &endpoints, order, near, rays, &mut push);
     }
 
-    /// Collects the source's own candidates: what its rays found and what was valid before, without those of the guide rays.
+    /// Collects the source's own candidates: those of its rays and those valid before, without those of the guide rays.
     fn collect_own(&self, context: &ReflectionContext<'_>, own: &mut SequenceSet) {
         let (scene, depth) = (context.update.scene, context.update.settings.depth);
         own.clear();
@@ -231,7 +231,7 @@ impl SourceTask {
         }
         let cached = self.cache.entries().iter();
         cached.for_each(|sequence| add(own, sequence.renewed(scene)));
-        // An update with nearby paths has time for what other rotations found, too.
+        // An update with nearby paths has time for the sequences of other rotations.
         let Some(rotation) = self.rotation.filter(|_| context.update.nearby_m.is_some()) else {
             return;
         };
@@ -418,7 +418,7 @@ impl SourceTask {
     }
 }
 
-/// What all candidates of a source are validated with.
+/// Shared input of the validation of a source's candidates.
 #[derive(Debug, Clone, Copy)]
 struct SourceQuery<'a> {
     context: &'a UpdateContext<'a>,
@@ -428,8 +428,8 @@ struct SourceQuery<'a> {
 }
 
 impl SourceQuery<'_> {
-    /// Whether nothing blocks an unfolded candidate and its points lie on its surfaces. The last occluder most likely blocks
-    /// again, and its test costs less than that of the points.
+    /// Whether an unfolded candidate is unoccluded and its points lie on its surfaces. The last occluder is tested first: it
+    /// most likely blocks again, and the test is cheaper than that of the points.
     fn is_valid(
         &self,
         candidate: &Unvalidated,

@@ -22,7 +22,7 @@ const MAX_THICKNESS_M: f32 = 1.0;
 const INAUDIBLE: f32 = 1e-6;
 
 /// The direct path between two points in world coordinates without directivity, or `None` where [`transmission`] has none.
-/// No nearer than `min_distance_m` the amplitude rises. Adds the rays cast to `rays`. Real-time safe.
+/// Below `min_distance_m` the amplitude is constant. Adds the rays cast to `rays`. Real-time safe.
 pub fn direct_path(
     scene: &Scene,
     source: SourceId,
@@ -84,7 +84,7 @@ pub fn direct_path_of(
 struct Crossing {
     distance_m: f32,
     material: u32,
-    /// Whether the line enters a solid here, by the triangle's winding.
+    /// Whether the line enters a solid, by the triangle's winding.
     enters: bool,
 }
 

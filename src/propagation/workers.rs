@@ -33,8 +33,8 @@ pub trait Workers {
     }
 
     /// Calls `first` for every item of the first list and `second` for every item of the second, with the item's index in its
-    /// own list. Items of the first list start first. Each thread has one element of `scratch`, whose content jobs must not
-    /// depend on.
+    /// own list. Items of the first list start first. Each thread has one element of `scratch`; jobs must not depend on
+    /// its content.
     ///
     /// # Panics
     /// If `scratch` has fewer elements than there are threads; if a job panics, after all others have ended.
@@ -50,7 +50,7 @@ pub trait Workers {
     );
 }
 
-/// The calling thread alone.
+/// Runs on the calling thread alone.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Serial;
 

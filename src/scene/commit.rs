@@ -25,7 +25,7 @@ pub struct CommittedMesh {
     pub surfaces: SurfaceSet,
     /// Materials of the surfaces, under the mesh's names.
     pub materials: Vec<Material>,
-    /// Material names that the table does not have; their material is its generic one.
+    /// Material names missing from the table; their material is its generic one.
     pub defaulted: Vec<String>,
     /// Counts of what was welded and dropped.
     pub report: IntakeReport,
@@ -54,7 +54,7 @@ pub fn commit_mesh(
     let middle = (report.bounds_min.as_dvec3() + report.bounds_max.as_dvec3()) / 2.0;
     let centre = middle.round() + DVec3::ZERO;
     let centred = |vertex: Vec3| (vertex.as_dvec3() - centre).as_vec3();
-    // Kilometres from the centre `f32` is coarser than it was at the old origin, and small triangles there collapse.
+    // Kilometres from the centre `f32` is coarser than at the old origin: small triangles may collapse.
     let flat: Vec<bool> = clean
         .triangles
         .iter()

@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Directivity {
-    /// Weight `w` of the dipole, one a band.
+    /// Weight `w` of the dipole, one per band.
     pub weight: BandArray,
     /// Exponent `n`; 1 is the plain pattern.
     pub order: f32,
@@ -52,7 +52,7 @@ impl Directivity {
         }
     }
 
-    /// Pressure factor towards a direction whose angle from the front has this cosine.
+    /// Pressure factor at the angle of this cosine from the front.
     pub fn factor(&self, cos_angle: f32) -> BandArray {
         let cosine = cos_angle.clamp(-1.0, 1.0);
         let order = if self.order.is_finite() {

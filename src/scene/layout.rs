@@ -9,7 +9,7 @@
 //! position = [1.0, 1.5, -2.0]
 //! facing = [0.0, 0.0, 1.0]                    # −z if absent
 //! directivity = { weight = 0.5, order = 1 }   # weight: one number or eight, by band
-//! radius_m = 0.5                              # no louder than at this distance
+//! radius_m = 0.5                              # constant level below this distance
 //! without = ["late", "transmission"]          # of direct, reflections, diffraction, transmission, late
 //! [listener]                       # optional
 //! from = [0.0, 1.7, 0.0]
@@ -20,7 +20,7 @@
 //! absorption = 0.1
 //! ```
 //!
-//! A source needs only a name and a position. Instead of a pattern `directivity = { levels_db = [[0, 0, 0, 0, 0, 0, 0, 0],
+//! Only name and position of a source are required. Instead of a pattern `directivity = { levels_db = [[0, 0, 0, 0, 0, 0, 0, 0],
 //! …] }` holds rows of levels by band, the angles evenly from the front to the back.
 
 use glam::{Quat, Vec3};
@@ -34,7 +34,7 @@ use super::source::SourceSettings;
 pub struct SceneLayout {
     /// Name of the scene.
     pub name: String,
-    /// Sources by different names, in the file's order. May be empty.
+    /// Sources with unique names, in the file's order. May be empty.
     pub sources: Vec<NamedSource>,
     /// The listener, if the file has one.
     pub listener: Option<Walk>,
@@ -42,12 +42,12 @@ pub struct SceneLayout {
     pub materials: MaterialTable,
 }
 
-/// A listener who walks to and fro on a straight line at constant speed.
+/// A listener that walks back and forth on a straight line at constant speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walk {
-    /// One end of the walk in metres, where it starts.
+    /// Start of the walk in metres.
     pub from: Vec3,
-    /// The other end in metres, not the same.
+    /// Other end of the walk in metres, different from the start.
     pub to: Vec3,
     /// Speed in m/s, above zero.
     pub speed_m_s: f64,
@@ -73,13 +73,13 @@ impl Walk {
 /// A sound source of a layout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedSource {
-    /// Name, unlike any other source's.
+    /// Unique name.
     pub name: String,
     /// Position in metres.
     pub position: Vec3,
     /// Turns source coordinates (+x right, +y up, −z ahead) into world coordinates.
     pub orientation: Quat,
-    /// Directivity, size and wanted effects.
+    /// Directivity, radius and effects.
     pub settings: SourceSettings,
 }
 
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn walk_turns_round_at_its_ends() {
+    fn walk_reverses_at_its_ends() {
         let walk = Walk {
             from: Vec3::Y,
             to: Vec3::new(4.0, 1.0, 0.0),

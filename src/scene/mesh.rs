@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use crate::error::{Error, Result};
 
-/// Largest absolute coordinate of a scene in metres. Beyond it an `f32` resolves less than 1 cm, and a model is more
-/// likely in other units than so large.
+/// Largest absolute coordinate of a scene in metres. Beyond it an `f32` resolves less than 1 cm, and the
+/// units are probably wrong.
 pub const LARGEST_COORDINATE_M: f32 = 1e5;
 
 /// Default limit of a scene's triangles. `bench memory --scene million` measures the memory of a million.
@@ -31,7 +31,7 @@ pub struct TriangleMesh {
     pub triangles: Vec<[u32; 3]>,
     /// One index into [`Self::material_names`] a triangle.
     pub triangle_materials: Vec<u32>,
-    /// Material names, as the file has them.
+    /// Material names of the file.
     pub material_names: Vec<String>,
 }
 
@@ -46,7 +46,7 @@ impl TriangleMesh {
         index as u32
     }
 
-    /// From an engine's buffers: positions in metres, three indices a triangle, one material index a triangle.
+    /// From an engine's buffers: positions in metres, three indices per triangle, one material index per triangle.
     /// Both material lists may be empty: then every triangle has the material `default`.
     ///
     /// # Errors

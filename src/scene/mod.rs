@@ -1,5 +1,5 @@
-//! Input of the simulation: meshes, materials, sources, a listener. A committed scene is fixed but for the poses of its
-//! instances.
+//! Input of the simulation: meshes, materials, sources, a listener. A committed scene is fixed except for the poses of
+//! its instances.
 //!
 //! Control side. Coordinates are metres, right-handed, +y up.
 

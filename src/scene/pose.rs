@@ -10,7 +10,7 @@ use crate::acoustics::BandArray;
 pub struct SourceId(u32);
 
 impl SourceId {
-    /// From a slot and its generation.
+    /// A handle of a slot and a generation.
     pub const fn new(slot: u16, generation: u16) -> Self {
         Self((generation as u32) << 16 | slot as u32)
     }
@@ -20,7 +20,7 @@ impl SourceId {
         (self.0 & 0xffff) as usize
     }
 
-    /// How many sources had the slot before.
+    /// Number of earlier sources of the slot.
     pub const fn generation(self) -> u16 {
         (self.0 >> 16) as u16
     }
@@ -43,13 +43,13 @@ impl SourceId {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SourcePose {
-    /// Which source.
+    /// The source's handle.
     pub id: SourceId,
     /// Position in metres.
     pub position: Vec3,
     /// Turns source coordinates (+x right, +y up, −z ahead) into world coordinates.
     pub orientation: Quat,
-    /// Directivity, size and wanted effects.
+    /// Directivity, radius and effects.
     pub settings: SourceSettings,
 }
 

@@ -1,12 +1,12 @@
 //! Properties of a source: directivity, radius, effects.
 //!
-//! Small and `Copy`: they are part of the pose, which every stage receives.
+//! Small and `Copy`: part of the pose, which every stage receives.
 
 use glam::Vec3;
 
 use super::directivity::Directivity;
 
-/// Which parts of a source's sound are computed.
+/// Parts of a source's sound that are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effects {
     /// The direct path.
@@ -40,14 +40,14 @@ impl Default for Effects {
 pub struct SourceSettings {
     /// Level by direction.
     pub directivity: Directivity,
-    /// Radius in metres within which the level does not rise; `None` for the value of the propagation settings.
+    /// Distance in metres below which the level is constant; `None` for that of the propagation settings.
     pub radius_m: Option<f32>,
     /// Effects that are computed.
     pub effects: Effects,
 }
 
 impl SourceSettings {
-    /// Radius in metres within which the level does not rise, or `otherwise_m` if the source has none.
+    /// Distance in metres below which the level is constant, or `otherwise_m` if the source has none.
     pub fn min_distance_m(&self, otherwise_m: f64) -> f64 {
         match self.radius_m {
             Some(radius_m) if radius_m.is_finite() && radius_m > 0.0 => f64::from(radius_m),

@@ -1,6 +1,6 @@
 //! Spatial hash: items by grid cell.
 //!
-//! Control side. Buckets do not store the cell: a visitor tests distances, so an item of another cell costs a comparison.
+//! Control side. Buckets do not store cells: visitors test distances and thereby exclude items of other cells.
 
 /// End of a chain.
 const NONE: u32 = u32::MAX;
@@ -57,16 +57,16 @@ impl SpatialHash {
                 }
                 index = self.next[index as usize];
             }
-            // Counts up like an odometer whose wheels run from low to high.
-            let mut wheel = 0;
-            while wheel < N && cell[wheel] >= high[wheel] {
-                cell[wheel] = low[wheel];
-                wheel += 1;
+            // The next cell in lexicographic order.
+            let mut axis = 0;
+            while axis < N && cell[axis] >= high[axis] {
+                cell[axis] = low[axis];
+                axis += 1;
             }
-            if wheel == N {
+            if axis == N {
                 return;
             }
-            cell[wheel] += 1;
+            cell[axis] += 1;
         }
     }
 }

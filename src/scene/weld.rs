@@ -16,16 +16,16 @@ use crate::error::{Error, Result};
 pub const WELD_DISTANCE_M: f64 = 1e-4;
 
 /// A triangle whose smallest height is below this has no area, in metres: a tenth of [`WELD_DISTANCE_M`], and about
-/// the noise of `f32` corners 100 m away, which would give it any normal.
+/// the noise of `f32` corners 100 m away, which makes its normal arbitrary.
 const SMALLEST_HEIGHT_M: f64 = 1e-5;
 
 /// The same relative to its longest edge.
 const SMALLEST_HEIGHT_RATIO: f64 = 1e-6;
 
-/// Edge of a search cell in metres: large enough that most vertices look into one cell only.
+/// Edge of a search cell in metres: large enough that most searches visit one cell only.
 const CELL_M: f64 = 16.0 * WELD_DISTANCE_M;
 
-/// Most triangles of a mesh: lists of several entries a triangle stay within 31 bits.
+/// Most triangles of a mesh: lists of several entries per triangle stay within 31 bits.
 const MOST_TRIANGLES: usize = 1 << 26;
 
 /// Counts of what the intake of a mesh found and dropped.
@@ -42,9 +42,9 @@ pub struct IntakeReport {
     pub dropped_degenerate: usize,
     /// Triangles dropped because an earlier one has the same corners, in either winding.
     pub dropped_duplicate: usize,
-    /// Those of [`Self::dropped_duplicate`] whose material differs from the one that stays.
+    /// Those of [`Self::dropped_duplicate`] with another material than the one kept.
     pub duplicate_of_other_material: usize,
-    /// Vertices in use that became one with another.
+    /// Used vertices that were merged into another.
     pub vertices_welded: usize,
     /// Edges, each counted once however many triangles share it.
     pub edges: usize,
@@ -155,7 +155,7 @@ fn weld(vertices: &[Vec3], used: &[bool]) -> (Vec<Vec3>, Vec<u32>) {
     let mut index = SpatialHash::new(sorted.len());
     for (_, low) in sorted {
         let i = (low & 0xffff_ffff) as usize;
-        // Adding zero turns −0 into 0, which some ray tests mistake for a miss.
+        // Adding zero turns −0 into 0; some ray tests miss at −0.
         let vertex = vertices[i] + Vec3::ZERO;
         let position = vertex.as_dvec3();
         let cells = |shift: f64| {
@@ -181,7 +181,7 @@ fn weld(vertices: &[Vec3], used: &[bool]) -> (Vec<Vec3>, Vec<u32>) {
     (positions, welded)
 }
 
-/// Bits that sort as the numbers do; −0 and 0 are the same.
+/// Bits in the order of the numbers; −0 and 0 are the same.
 fn ordered_bits(value: f32) -> u32 {
     let bits = (value + 0.0).to_bits();
     if bits >> 31 == 1 {
@@ -244,7 +244,7 @@ fn compact(kept: &[([u32; 3], u32)], positions: &[Vec3], names: &[String]) -> Tr
     for &(corners, material) in kept {
         let material = material as usize;
         let new = *numbers[material].get_or_insert_with(|| {
-            // By name, so that a name listed twice is one material.
+            // By name: a name listed twice is one material.
             *by_name.entry(&names[material]).or_insert_with(|| {
                 mesh.material_names.push(names[material].clone());
                 mesh.material_names.len() as u32 - 1

@@ -3,7 +3,7 @@
 //! Pure arithmetic, any thread, bounded. Own evaluation of the solution of \[BIOT57\] in the notation of \[MEDWIN81\], the
 //! limit of [`crate::propagation::diffraction::utd`]. With R₀ the path's length over the edge, σ = (R − R₀)/L, q = L/2R₀,
 //! v = cosh y − 1 = σ (1 + q σ) and ε_i the angles from the boundaries, the field relative to the free field over R₀ is
-//! −1/(2πn) ∫ Σ sin(ε_i/n) / (cosh(y/n) − cos(ε_i/n)) e^(−jkLσ) / √(v (v + 2)) dσ. PerRay term has a pole at
+//! −1/(2πn) ∫ Σ sin(ε_i/n) / (cosh(y/n) − cos(ε_i/n)) e^(−jkLσ) / √(v (v + 2)) dσ. Each term has a pole at
 //! σ = −Δ, where kLΔ is the phase by which the straight line is shorter; its part is the transition function of kLΔ times
 //! ½/√(1 − 8 q sin²(ε/2)). The remainder is smooth: along σ = −jτ² it is a sum over a few points of τ = sinh u, the same
 //! ones for all frequencies.
@@ -46,7 +46,7 @@ pub fn weight(kl: f64) -> f64 {
     smoothstep((UNIFORM_KL - kl) / (UNIFORM_KL - EXACT_KL))
 }
 
-/// The diffracted field in the bands whose weight is above 0; other bands hold no result.
+/// The diffracted field in the bands of weight above 0; other bands hold no result.
 pub(crate) fn wedge_field(
     angles: &WedgeAngles,
     spread: &Spread,
@@ -78,7 +78,7 @@ pub(crate) fn wedge_field(
         let longer = Complex::ONE + sigma * q;
         let v = sigma * longer;
         let above = Complex::ONE + v * 0.5;
-        // e^(y/2n), of which sinh²(y/2n) follows.
+        // e^(y/2n), which determines sinh²(y/2n).
         let power = ((v * 0.5).sqrt() + above.sqrt()).powf(1.0 / n);
         let sinh = (power - Complex::ONE / power) * 0.5;
         let sinh_squared = sinh * sinh;

@@ -1,7 +1,7 @@
 //! Complex numbers in `f64`.
 //!
-//! Not `num-complex`: its arithmetic is the same, but `norm` is `hypot`, and `sqrt` and `powf` go through polar
-//! coordinates; they are slower and differ in bits, and would stay here.
+//! `num-complex` has the same arithmetic, but its `norm` is `hypot`, and `sqrt` and `powf` use polar coordinates: slower,
+//! and with other bits.
 
 use std::ops::{Add, AddAssign, Div, Mul, Sub};
 

@@ -69,8 +69,8 @@ pub fn barrier_loss(scene: &Scene, edge: &Edge) -> BandArray {
 /// The diffracted field of one edge relative to the free field over the same length, without its delay: first the part
 /// that continues the incident wave, then the part that continues its reflections in the edge's faces.
 ///
-/// With `beside_transmission` the incident part is scaled by [`barrier_loss`], since the transmitted path is heard
-/// besides. A face in `fading` ([`finite_panel_faces`]) fades by itself, and its reflection is not continued.
+/// With `beside_transmission` the incident part is scaled by [`barrier_loss`], since the transmitted path is audible
+/// besides. The reflection of a face in `fading` ([`finite_panel_faces`]) fades and is not continued.
 pub fn diffracted_field(
     scene: &Scene,
     edge: &Edge,
@@ -160,8 +160,8 @@ pub fn real_gain(wave: Complex) -> f64 {
     size * (4.0 * along).clamp(-1.0, 1.0)
 }
 
-/// Whether any band's gain relative to the free field over its own length is above [`MIN_RELATIVE_AMPLITUDE`] relative to that over the
-/// straight distance; `spreading` is the ratio of the two free fields.
+/// Whether any band's gain, relative to the free field over the path's length, exceeds [`MIN_RELATIVE_AMPLITUDE`] relative to
+/// the free field over the straight distance; `spreading` is the ratio of the two free fields.
 pub fn is_audible(gains: &BandArray, spreading: f64) -> bool {
     let is_loud = |gain: &f32| f64::from(gain.abs()) * spreading > MIN_RELATIVE_AMPLITUDE;
     gains.iter().any(is_loud)

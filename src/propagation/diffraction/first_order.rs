@@ -1,8 +1,8 @@
 //! The direct field: the straight path and the paths over one edge, computed together.
 //!
-//! Shared by the propagation update and every graphics frame: it casts two rays per edge at most, allocates nothing, and
-//! takes the edges from the caller, all near ones in an update and those of the last updates in a frame. See [`super`]
-//! for how the parts join.
+//! Shared by the propagation update and every graphics frame: casts two rays per edge at most and allocates nothing. The
+//! caller passes the edges: all near ones in an update, those of the last update in a frame. See [`super`] for the
+//! continuity of the parts.
 
 use std::f64::consts::PI;
 
@@ -23,8 +23,8 @@ use crate::scene::edges::EdgeCrossing;
 /// Most edges of one source's direct field.
 pub const MAX_DIRECT_EDGES: usize = 6;
 
-/// Phase of the detour in radians up to which the diffracted wave is part of the direct path, and from which it is a path
-/// of its own.
+/// Phase of the detour in radians up to which the diffracted wave is part of the direct path, and from which it is a
+/// separate path.
 const MERGED_PHASE: f64 = PI;
 const SEPARATE_PHASE: f64 = 2.0 * PI;
 
@@ -54,10 +54,10 @@ impl DirectEdges {
 /// Result of [`direct_field`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DirectField {
-    /// Whether source and listener see each other, or the source's diffraction is off: no search for other diffracted
-    /// paths then.
+    /// Whether source and listener are mutually visible or the source's diffraction is off: other diffracted paths are
+    /// then not searched.
     pub visible: bool,
-    /// Edges seen from both ends whose wave is above [`MIN_RELATIVE_AMPLITUDE`].
+    /// Edges visible from both ends with a wave above [`MIN_RELATIVE_AMPLITUDE`].
     pub edges: DirectEdges,
 }
 
@@ -139,7 +139,7 @@ impl FirstOrderField {
 }
 
 /// Emits the straight path, direct or transmitted, and the paths over one of `edges`. The edges come in the order of the
-/// paths' lengths; the first [`MAX_DIRECT_EDGES`] that are seen from both ends and audible count. Adds the rays cast to
+/// paths' lengths; the first [`MAX_DIRECT_EDGES`] that are visible from both ends and audible count. Adds the rays cast to
 /// `rays`.
 ///
 /// # Real-time
@@ -210,7 +210,7 @@ pub fn direct_field(
         let is_path = edge_wave::is_audible(&gains, spreading);
         let diffracted_free = free_field(scene, length_m, min_distance_m);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
-            // A part too weak for a path of its own stays with the direct path.
+            // A part too weak for a separate path remains in the direct path.
             let wave = match is_path {
                 true => merged[b],
                 false => merged[b] + separate[b],

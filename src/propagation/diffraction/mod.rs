@@ -1,21 +1,21 @@
 //! Diffraction: sound around edges.
 //!
-//! Runs with the propagation update; its first order ([`direct_field`]) runs with every graphics frame as well. Takes a
-//! scene's edges and two positions, emits paths. Bounded: at most
-//! [`scene::edges::MAX_DIFFRACTING_EDGES`](crate::scene::edges::MAX_DIFFRACTING_EDGES) edges are examined for each kind of path, which give at
+//! Runs with the propagation update; its first order ([`direct_field`]) runs with every graphics frame as well. Input: a
+//! scene's edges and two positions; output: paths. Bounded: at most
+//! [`scene::edges::MAX_DIFFRACTING_EDGES`](crate::scene::edges::MAX_DIFFRACTING_EDGES) edges are examined for each kind of path, with at
 //! most [`MAX_DIRECT_EDGES`], [`MAX_TWO_EDGE_PATHS`] and [`MAX_REFLECTED_EDGE_PATHS`] paths. Deterministic: nothing is
 //! random. The wave is \[KOUYOUMJIAN74\]'s and \[BIOT57\]'s ([`utd`]).
 //!
 //! # Continuity of levels
 //! Every diffracted path is a [`Path`] with its own delay, direction and signed amplitude. On the lit side of a shadow
-//! boundary the diffracted wave reduces the direct one (−½ at the boundary), in the shadow it is the sound itself (+½), at
+//! boundary the diffracted wave reduces the direct one (−½ at the boundary), in the shadow it is the only wave (+½), at
 //! the same delay: the sum is continuous, as it is where a reflection ends at an edge. A real amplitude leaves out the
 //! phase of the diffracted wave (up to 45° far from the boundary). Where the detour is below half a wavelength, and both
 //! waves arrive as one, the diffracted wave is therefore added to the direct path's gain as a complex number and removed
 //! from its own path, with a smooth transition in each band. The reflections of the edge's faces are treated alike, except
-//! where they continue a reflection, which is a path of its own.
+//! where they continue a reflection, which is a separate path.
 //!
-//! A wall that transmits casts a partial shadow: the diffracted wave has the part that the wall removes, 1 − T, and the
+//! A transmitting wall casts a partial shadow: the diffracted wave carries the part that the wall removes, 1 − T, and the
 //! transmitted direct path counts once.
 
 pub mod biot_tolstoy;

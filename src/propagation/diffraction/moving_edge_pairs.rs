@@ -1,8 +1,8 @@
 //! Pairs of edges of which one at least belongs to an instance: a half-open door and its frame.
 //!
-//! The edges that see each other are found when a scene is committed, but not across instances. Such pairs are searched
-//! in every update among the shortest paths over one edge from either end. No state is kept between updates, and the
-//! search is reciprocal. Own.
+//! A commit finds pairs of edges with a line of sight, but not across instances. Such pairs are searched in every update
+//! among the shortest paths over one edge from either end. No state is kept between updates, and the search is reciprocal.
+//! Own.
 
 use glam::DVec3;
 
@@ -15,8 +15,8 @@ use crate::scene::edges::{
     DiffractingEdge, DiffractingEdges, Edge, MAX_DIFFRACTING_EDGES, REACH_M,
 };
 
-/// Paths whose visibility is tested, shortest first. More than within the fixed scene, whose visibility graph leaves out
-/// hidden pairs.
+/// Most paths tested for visibility, shortest first. More than in the fixed scene, where the visibility graph excludes
+/// occluded pairs.
 pub const MAX_TESTED: usize = 32;
 
 /// Allowance in metres for rounding in sums of `f64` distances.
@@ -106,7 +106,7 @@ pub fn shortest(scene: &Scene, endpoints: &Endpoints) -> ShortestPaths {
     shortest
 }
 
-/// Whether two edges belong to different things and a path over both may be as short as `longest_m`.
+/// Whether two edges belong to different rigid bodies and a path over both may be as short as `longest_m`.
 fn may_pair(scene: &Scene, first: &EdgeDistance, last: &EdgeDistance, longest_m: f64) -> bool {
     if first.near_m + last.near_m > longest_m || scene.is_same_rigid_body(first.index, last.index) {
         return false;

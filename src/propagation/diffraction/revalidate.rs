@@ -80,7 +80,7 @@ pub enum DiffractionPath {
 }
 
 impl DiffractionPath {
-    /// Its path, if that is audible ([`crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE`]). Occlusion is not tested.
+    /// The path, if audible ([`crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE`]). Occlusion is not tested.
     pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
         match self {
             Self::Reflected(path) => path.path(scene, endpoints),

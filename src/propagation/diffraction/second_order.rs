@@ -1,4 +1,4 @@
-//! Paths of second-order diffraction: around both edges of a thick wall, out of one doorway and into the next.
+//! Paths of second-order diffraction, such as around a thick wall or through two doorways.
 
 use crate::propagation::diffraction::edge_wave::local_positions;
 use crate::propagation::diffraction::ranked_list::insert_ranked;
@@ -12,7 +12,7 @@ use crate::scene::edges::DiffractingEdges;
 /// Most paths over two edges of one source.
 pub const MAX_TWO_EDGE_PATHS: usize = 4;
 
-/// Paths whose visibility is tested, shortest first.
+/// Most paths tested for visibility, shortest first.
 const MAX_TESTED: usize = 16;
 
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. The first edge is one of `near`, or either edge

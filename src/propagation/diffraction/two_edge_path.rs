@@ -1,9 +1,8 @@
 //! A path over two edges: its geometry and its wave.
 //!
-//! PerRay edge is a wedge on its own and their fields multiply. The distance parameters are \[PIERCE74\]'s: the edge with the
-//! greater diffraction angle has the whole rest of the path on its other side, the lesser one only the leg between the
-//! two; this is reciprocal. Along a face that both edges share the wave and its reflection coincide, so each product is
-//! halved.
+//! Each edge is a separate wedge, and their fields multiply. The distance parameters are \[PIERCE74\]'s: the edge with the
+//! greater diffraction angle has the whole rest of the path on its other side, the other edge only the leg between the two;
+//! this is reciprocal. Along a face that both edges share the wave and its reflection coincide: each product is halved.
 
 use glam::DVec3;
 
@@ -31,7 +30,7 @@ const BISECTIONS: usize = 40;
 /// Smallest slope of a length distinguishable from zero.
 const MIN_SLOPE: f64 = 1e-6;
 
-/// Ends of edges within this distance are one corner, in metres.
+/// Distance below which ends of edges are one corner, in metres.
 const CORNER_M: f64 = 1e-6;
 
 /// Shortest leg between two edges in metres.
@@ -87,7 +86,7 @@ impl TwoEdgePath {
         }
         let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
         if share_face([a, b]) {
-            // The leg lies in the face but for rounding.
+            // The leg lies in the face except for rounding.
             crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing);
             crossings[1].incoming = snapped_to_face(b, crossings[1].incoming);
         }
@@ -104,7 +103,7 @@ impl TwoEdgePath {
         self.length_m
     }
 
-    /// Its path, if that is audible ([`edge_wave::is_audible`]). Occlusion is not tested.
+    /// The path, if audible ([`edge_wave::is_audible`]). Occlusion is not tested.
     pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
         let (from, to) = local_positions(scene, endpoints);
         let straight_m = from.distance(to);
@@ -173,7 +172,7 @@ impl TwoEdgePath {
             );
             std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
         });
-        // The wave along a common face is halved at each edge, but only once in fact.
+        // Both edges halve the wave along a common face; once is correct.
         let along_face = is_on_face(edges[0].n, crossings[0].outgoing)
             && is_on_face(edges[1].n, crossings[1].incoming);
         let factor = if along_face { 2.0 } else { 1.0 };
@@ -224,7 +223,7 @@ fn slope_at([a, b]: [&Edge; 2], first: DVec3, from: DVec3, to: DVec3) -> (f64, D
 }
 
 /// Crossings of the shortest path over two lines by Newton's method on the length, which is convex in both. `None` where
-/// it does not converge: where the lines all but meet, the length has a sharp bend.
+/// it does not converge: the length has a cusp where the lines nearly meet.
 fn newton(
     [a, b]: [&Edge; 2],
     [mut first_m, mut second_m]: [f64; 2],

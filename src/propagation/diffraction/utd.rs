@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn half_of_the_wave_is_left_at_the_shadow_boundary() {
+    fn half_of_the_wave_remains_at_the_shadow_boundary() {
         for n in [1.1, 1.5, 1.75, 2.0] {
             for incoming in [0.1, 0.5] {
                 let boundary = incoming + PI;
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reflection_hands_over_half_of_itself_where_its_face_ends() {
+    fn a_reflection_is_halved_where_its_face_ends() {
         let n = 1.5;
         for (incoming, boundary, first) in
             [(1.0, PI - 1.0, true), (4.0, 2.0 * n * PI - PI - 4.0, false)]

@@ -1,7 +1,7 @@
 //! Paths over one edge with a reflection before it, after it, or both.
 //!
 //! The source is mirrored in the surface before the edge, the listener in the one after it ([`super`] has the rest).
-//! Searched for in shadow only: elsewhere the direct path masks them.
+//! The search is limited to shadows: elsewhere the direct path masks these paths.
 
 use std::f64::consts::PI;
 
@@ -25,14 +25,15 @@ pub const MAX_REFLECTED_EDGE_PATHS: usize = 12;
 /// Surfaces around an edge that are combined on both sides of it at once.
 const SURFACES_ON_BOTH_SIDES: usize = 3;
 
-/// Paths whose visibility is tested, loudest first.
+/// Most paths tested for visibility, loudest first.
 const MAX_TESTED: usize = 24;
 
 /// Band and cosine of incidence of loudness estimates.
 const RANKING_BAND: usize = 2;
 const RANKING_COSINE: f32 = 0.7;
 
-/// Estimated gain below which no band is above [`MIN_RELATIVE_AMPLITUDE`]: no band is more than twice as loud as the ranking one.
+/// Estimated gain below which no band exceeds [`MIN_RELATIVE_AMPLITUDE`]: no band has more than twice the gain of
+/// [`RANKING_BAND`].
 const MIN_RANKING_GAIN: f64 = 0.25 * MIN_RELATIVE_AMPLITUDE;
 
 /// An end point, or its image in a surface.
@@ -228,7 +229,7 @@ impl ReflectedEdgePath {
         })
     }
 
-    /// Its path, if that is audible ([`edge_wave::is_audible`]). Occlusion is not tested.
+    /// The path, if audible ([`edge_wave::is_audible`]). Occlusion is not tested.
     pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
         let gains = self.gains(scene);
         let straight_m = self.ends[0].real.distance(self.ends[1].real);
@@ -240,8 +241,8 @@ impl ReflectedEdgePath {
     fn gains(&self, scene: &Scene) -> BandArray {
         let edge = &scene.edge(self.edge);
         let spread = edge_wave::spread(&self.crossing);
-        // Reflections are not transmitted, so a wall removes them wholly. The faces' own are of second order at least
-        // together with a surface's, and fade.
+        // Reflections are not transmitted: a wall removes them completely. With a surface's reflection those of the
+        // faces are of second order at least, and fade.
         let (incident, reflected) =
             edge_wave::diffracted_field(scene, edge, &self.crossing, &spread, false, [true; 2]);
         let mut gains: [f64; _] =

@@ -16,7 +16,7 @@ use crate::simd::LaneSet;
 /// hall changed up to 0.6 dB of the late energy and 5 % of its decay (`tests/remembered_rays.rs`).
 const LEGS_PER_STALE_LEG: usize = 64;
 
-/// All that rays depend on but the listener; the lattice is identified by its size.
+/// All inputs of rays except the listener; the lattice is identified by its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CacheKey {
     origin: DVec3,
@@ -49,7 +49,7 @@ impl CacheKey {
 /// Validity of cached rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Validity {
-    /// Tracing again gives the same.
+    /// Tracing again has the same result.
     Valid,
     /// Moving instances affect few legs.
     NearlyValid,

@@ -1,7 +1,7 @@
 //! Reverberation time from the energy decay of far source rays.
 //!
 //! Own. In a diffuse room the rays' energy decays by \[KUTTRUFF\] 5.1 (Eyring's −ln(1 − ᾱ) per mean free path, and a
-//! little slower by the variance of free paths, 5.30); in coupled, non-diffuse or open spaces it decays as the rays do.
+//! little slower by the variance of free paths, 5.30); in coupled, non-diffuse or open spaces the rays determine the decay.
 //! The line is fitted beyond the bounces of discrete paths: the first legs about a source on a stage, short and between
 //! soft curtains, do not represent the hall.
 

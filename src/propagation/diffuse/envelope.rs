@@ -139,7 +139,7 @@ pub fn late_segments(late: &LateEnergy, decay_time_s: &BandArray) -> [LateSegmen
 /// Bound for finite single precision, far above audible decays.
 const MAX_ENERGY_PER_S: f64 = 1e30;
 
-/// Monotone levels whose products with `room` have the sum of `energy` in each pool of segments.
+/// Monotone levels; in each pool of segments their products with `room` sum up to the pool's `energy`.
 fn monotone_levels(
     energy: [f64; LATE_SEGMENTS],
     room: [f64; LATE_SEGMENTS],

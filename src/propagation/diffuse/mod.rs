@@ -1,6 +1,6 @@
-//! Diffuse late sound of one source: the energy that no discrete path carries, its arrival times and its decay.
+//! Diffuse late sound of one source: the energy outside of discrete paths, its arrival times and its decay.
 //!
-//! Runs within a propagation update. Takes source and listener, gives a [`LateEnergy`]. Bounded by the rays of one update
+//! Runs within a propagation update. Input: source and listener; output: a [`LateEnergy`]. Bounded by the rays of one update
 //! (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`next_event::SHADOW_RAYS`] rays to the listener for each of sixteen
 //! rotations: none for a listener at rest, a few for a walking one ([`visibility_cells`]).
 //!
@@ -8,8 +8,8 @@
 //! field of 1 at 1 m) in equal shares along its rays. A bounce reflects the share times the product of reflected
 //! energies. Discrete paths carry the product of specular energies of it, within their depth and as long as every surface
 //! is a panel. *The rest is late energy*: scattered sound, reflections of small facets, and orders beyond the depth. It
-//! leaves the bounce by Lambert's law and is connected to the listener, which needs neither a room's volume nor a
-//! ceiling. Decay: [`decay_fit`]. Energy envelope without gap or overlap with discrete paths: [`envelope`].
+//! leaves the bounce by Lambert's law and is connected to the listener; neither a room's volume nor a ceiling is
+//! required. Decay: [`decay_fit`]. Energy envelope without gap or overlap with discrete paths: [`envelope`].
 //!
 //! Sixteen rotations of the ray lattice take turns, and the estimate is their sum, independent of the time and index of
 //! updates in a scene at rest. A rotation's rays are cached: they are traced again only after source or scene have

@@ -1,11 +1,11 @@
 //! Next-event estimation: diffuse energy from bounces to the listener.
 //!
 //! Every bounce sends to the listener by Lambert's law if nothing occludes it. A fixed number of bounces represents all of
-//! a rotation, selected in proportion to what they may send (systematic sampling, \[COCHRAN77\] 9A.2), which keeps the
-//! expected sum. Shadow rays test occlusion.
+//! a rotation, selected in proportion to their possible contribution (systematic sampling, \[COCHRAN77\] 9A.2), which keeps
+//! the expected sum. Shadow rays test occlusion.
 //!
-//! The selection does not depend on the listener. What a secondary source sends is computed for the listener's position
-//! at each evaluation, and its occlusion from viewpoints that depend on that position alone
+//! The selection does not depend on the listener. A secondary source's contribution is computed for the listener's position
+//! at each evaluation, its occlusion from viewpoints that depend on that position alone
 //! ([`crate::propagation::diffuse::visibility_cells`]). The sum is therefore a function of the position.
 
 use glam::Vec3;
@@ -92,7 +92,7 @@ impl SecondarySources {
             false => 0.0,
         };
         self.select_from(scene, near, f64::from, count, sums);
-        // Beyond, the square root: late bounces have little energy, but are all that is heard by then.
+        // Beyond, the square root: late bounces have little energy, but nothing else arrives then.
         let rest = SHADOW_RAYS as f64 - count;
         self.select_from(scene, far, |weight| f64::from(weight).sqrt(), rest, sums);
     }
@@ -150,7 +150,7 @@ impl SecondarySources {
         }
     }
 
-    /// Tests which sources see their groups' viewpoints, for viewpoints that have changed. Adds the rays cast to `rays`.
+    /// Tests the visibility of changed viewpoints from their groups' sources. Adds the rays cast to `rays`.
     pub(crate) fn test_visibility(&mut self, scene: &Scene, viewpoints: &[Vec3], rays: &mut u64) {
         let mut is_new = false;
         for (group, (&to, tested)) in viewpoints.iter().zip(&mut self.viewpoints).enumerate() {
@@ -164,7 +164,7 @@ impl SecondarySources {
                 .skip(group)
                 .step_by(GROUPS_PER_ROTATION)
             {
-                // A surface sends nothing behind itself.
+                // A surface radiates to its front only.
                 if source.normal.dot(to - source.point) <= 0.0 {
                     source.is_visible = false;
                     continue;
@@ -214,7 +214,7 @@ struct Receiver {
 }
 
 kernel! {
-    /// Adds what the visible sources send, times a weight. Bands are lanes, and so are neighbours in the list. No fused
+    /// Adds the contributions of the visible sources, times a weight. Bands are lanes, and so are neighbours in the list. No fused
     /// products: all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     fn gather<L>(sources: &[SecondarySource], visible: &[u32], receiver: &Receiver, weight: f32, histogram: &mut ArrivalHistogram) {

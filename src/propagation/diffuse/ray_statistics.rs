@@ -1,5 +1,5 @@
-//! Energies of one rotation's far rays, legs and specular prefixes of all. RayPacket are traced in packets; sums and lists that
-//! depend on an order are made afterwards, ray by ray.
+//! Energies of one rotation's far rays, and legs and specular prefixes of all rays. Rays are traced in packets; sums and
+//! lists that depend on an order are made afterwards, ray by ray.
 
 use crate::acoustics::BandArray;
 use crate::geometry::Ray;
@@ -56,7 +56,7 @@ impl RayStatistics {
         self.legs_to_instances += usize::from(ends_at_instance);
     }
 
-    /// Adds ray `index` as a far ray and returns its index among these. RayPacket come in their order.
+    /// Adds ray `index` as a far ray and returns its index among these. Rays are added in order.
     #[inline(always)]
     pub(crate) fn begin_far_ray(&mut self, index: usize) -> usize {
         self.far.push(index);
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn legs_are_those_that_met_something() {
+    fn legs_are_those_with_a_hit() {
         let scene = room();
         let far_rays = [0, 5, 20, 36];
         let (mut near, mut far) = (BounceBuffer::default(), BounceBuffer::default());

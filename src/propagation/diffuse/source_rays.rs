@@ -1,7 +1,7 @@
 //! The rays of one source and one rotation of the lattice.
 //!
-//! All rays are traced to the depth of discrete paths; a few far ones go on to [`FAR_BOUNCES`], since the first bounces
-//! about a source do not represent the room. Whether a bounce is diffuse is drawn once for all bands.
+//! All rays are traced to the depth of discrete paths; a few far ones continue to [`FAR_BOUNCES`], since the first bounces
+//! near a source do not represent the room. Whether a bounce is diffuse is decided once for all bands.
 
 use glam::{DVec3, Mat3, Vec3};
 
@@ -9,13 +9,13 @@ use crate::propagation::diffuse::visibility_cells::VisibilityCells;
 use crate::propagation::rays::directions::{mix, unit};
 use crate::scene::SourcePose;
 
-/// RayPacket traced beyond the depth of discrete paths.
+/// Rays traced beyond the depth of discrete paths.
 pub const FAR_RAYS: usize = 8;
 
 /// Last bounce of a far ray: in a diffuse field of absorption 0.1 its energy has fallen by 15 dB, enough for the decay.
 pub const FAR_BOUNCES: usize = 32;
 
-/// Origin and directions of source rays, and what else they depend on.
+/// Origin and directions of source rays, and their other inputs.
 #[derive(Debug, Clone, Copy)]
 pub struct SourceRays<'a> {
     /// The source, local coordinates.
@@ -36,21 +36,21 @@ pub struct SourceRays<'a> {
     pub depth: usize,
     /// Seed of the diffuse bounces.
     pub seed: u64,
-    /// Revision of the scene: the same revision gives the same rays.
+    /// Revision of the scene: the same revision has the same rays.
     pub scene_state: u64,
-    /// While instances move the first revision since which only their poses have changed, `scene_state` else. RayPacket of
+    /// While instances move, the first revision since which only their poses have changed; otherwise `scene_state`. Rays of
     /// these revisions stay valid as long as instances touch few of them.
     pub poses_since: u64,
     /// The first revision since which only poses of instances have changed.
     pub fixed_since: u64,
 }
 
-/// RayPacket of `count` that one far ray represents.
+/// Rays of `count` that one far ray represents.
 pub(crate) fn rays_per_far_ray(count: usize) -> usize {
     (count / FAR_RAYS).max(1)
 }
 
-/// Whether ray `index` of `count` is a far one in a rotation. PerRay rotation has another residue, which covers all heights
+/// Whether ray `index` of `count` is a far one in a rotation. Each rotation has another residue, which covers all heights
 /// of the lattice.
 pub fn is_far(index: usize, count: usize, rotation: u64) -> bool {
     let every = rays_per_far_ray(count);

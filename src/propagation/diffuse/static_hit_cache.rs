@@ -1,7 +1,7 @@
-//! Cache of source rays' hits in the fixed scene: while instances move, only these are intersected.
+//! Cache of source rays' hits in the fixed scene: while instances move, only the instances are intersected.
 //!
-//! Up to its first hit of an instance a ray depends on the source and the fixed scene alone. These hits are hit per
-//! rotation; a ray that has hit an instance is cast against the whole scene from there on. The results are those of
+//! Up to its first hit of an instance a ray depends on the source and the fixed scene alone. These hits are cached per
+//! rotation; a ray that has hit an instance is cast against the whole scene afterwards. The results are those of
 //! [`Scene::closest_hit`], to the bit. Used in scenes with instances only. Own.
 
 use crate::geometry::bvh::NO_GROUP;
@@ -11,7 +11,7 @@ use crate::scene::Scene;
 /// The hit of a leg in the fixed scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CachedHit {
-    /// Below 0 where unknown.
+    /// Negative if unknown.
     t: f32,
     triangle: u32,
     /// [`NO_GROUP`] for a miss.

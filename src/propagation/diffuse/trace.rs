@@ -14,13 +14,13 @@ use crate::propagation::rays::packet::{PACKET_SIZE, PerRay, RayPacket, lanes, pu
 use crate::scene::{Scene, Surface};
 use crate::simd::kernel;
 
-/// Band whose scattering coefficient is the probability of a diffuse bounce: the one around 1 kHz.
+/// Band of the scattering coefficient that is the probability of a diffuse bounce: around 1 kHz.
 const SCATTERING_BAND: usize = 4;
 
 /// Share of its energy below which a ray ends: −60 dB.
 const MIN_SHARE: f32 = 1e-6;
 
-/// Most far rays of any number of rays: one in `count / FAR_RAYS`, rounded dbounce. They are one packet.
+/// Most far rays of any number of rays: one in `count / FAR_RAYS`, rounded down. They are one packet.
 const MAX_FAR_RAYS: usize = 2 * FAR_RAYS;
 const _: () = assert!(MAX_FAR_RAYS <= PACKET_SIZE);
 
@@ -40,7 +40,7 @@ pub(crate) struct TraceBuffers {
 }
 
 kernel! {
-    /// Traces all rays into `buffers`, and their specular prefixes into `found`. RayPacket and bands are lanes. No fused products:
+    /// Traces all rays into `buffers`, and their specular prefixes into `found`. Rays and bands are lanes. No fused products:
     /// all machines give the same bits.
     #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
     pub(crate) fn trace_rays<L>(

@@ -1,10 +1,10 @@
 //! Viewpoints for the visibility of bounces: centres of grid cells around the listener.
 //!
 //! Own. Visibility from the listener's own position, if not tested at every step, would depend on the time of the last
-//! test. PerRay of [`GROUPS`] groups of bounces therefore has its own grid, and its visibility is tested from the centre of
+//! test. Each of [`GROUPS`] groups of bounces therefore has its own grid, and its visibility is tested from the centre of
 //! the listener's cell. Groups change cells at different positions; a bounce is tested once per cell, and a listener at
-//! rest costs nothing. Where an obstacle separates listener and centre, a smaller cell is taken, since rooms must not be
-//! heard through walls.
+//! rest costs no rays. Where an obstacle separates listener and centre, a smaller cell is used: rooms must not be audible
+//! through walls.
 
 use glam::{DVec3, Vec3};
 

@@ -1,8 +1,8 @@
-//! Sequences that guide rays met in recent updates: sixteen rotations see more than one.
+//! Sequences that guide rays hit in recent updates: sixteen rotations find more than one.
 //!
-//! Only some rotations have a ray through a small opening. A sequence remains possible while the listener is near, so recent
-//! ones are tried again while there is room. The result then depends less on the present rotation, and few updates find
-//! nearly what many do. Own.
+//! Only some rotations have a ray through a small opening. A sequence remains possible while the listener is near: recent
+//! ones are tried again while there is capacity. The result then depends less on the present rotation, and few updates find
+//! nearly as much as many. Own.
 
 use crate::propagation::image_source::expansion::MAX_CANDIDATES;
 use crate::propagation::image_source::sequence::Sequence;
@@ -11,7 +11,7 @@ use crate::propagation::rays::directions::ROTATIONS;
 use crate::scene::Scene;
 use crate::simd::prefetch;
 
-/// Updates for which a sequence is kept after rays met it: four times as many as there are rotations.
+/// Updates for which a sequence is kept after rays hit it: four times the number of rotations.
 const MAX_AGE: u64 = 4 * ROTATIONS;
 
 /// Entries: those that are kept, and as many that one update may add before it drops others.
@@ -30,16 +30,16 @@ struct Entry {
     home: u32,
 }
 
-/// Sequences with the update in which guide rays last met them. Fixed memory.
+/// Sequences with the update in which guide rays last hit them. Fixed memory.
 #[derive(Debug)]
 pub struct DiscoveryHistory {
     /// An entry keeps its number while it is in use.
     entries: Vec<Entry>,
-    /// Of each entry the last update that met it. Separate, since every update reads all of them.
+    /// Of each entry the last update that hit it. Separate, since every update reads all of them.
     last_met: Vec<u64>,
     /// Numbers of unused entries.
     unused: Vec<u32>,
-    /// Numbers of entries, the most recently met first.
+    /// Numbers of entries, the most recent first.
     order: Vec<u32>,
     /// The next order while it is made.
     next: Vec<u32>,
@@ -65,7 +65,7 @@ impl DiscoveryHistory {
     /// ([`crate::propagation::Propagator::set_nearby_radius`]). Other updates try [`MAX_CANDIDATES`].
     pub const CAPACITY: usize = 4096;
 
-    /// Stores the sequences of `guide`, which rays met in this update, and appends those of earlier ones while there is room.
+    /// Stores the sequences of `guide`, which rays hit in this update, and appends those of earlier ones while capacity remains.
     pub fn merge(&mut self, scene: &Scene, update: u64, nearby: bool, guide: &mut SequenceSet) {
         let met = guide.entries();
         let met = &met[..met.len().min(Self::CAPACITY)];
@@ -118,7 +118,7 @@ impl DiscoveryHistory {
         }
     }
 
-    /// The entry of a sequence met in this update.
+    /// The entry of a sequence hit in this update.
     fn put(&mut self, sequence: &Sequence, update: u64) -> u32 {
         let home = sequence.hash() as usize % SLOTS;
         let mut slot = home;
@@ -180,16 +180,16 @@ mod tests {
             .expect("commits")
     }
 
-    /// A sequence in the given order; its surfaces need not exist.
+    /// A sequence in the given order; its surfaces may be fictitious.
     fn sequence(surfaces: &[u32]) -> Sequence {
         let mut sequence = Sequence::EMPTY;
         surfaces.iter().for_each(|surface| sequence.push(*surface));
         sequence
     }
 
-    /// A plain list keeps the same in the same order, past age and capacity.
+    /// Compares with a list, beyond age and capacity.
     #[test]
-    fn the_newest_come_first_and_the_oldest_go() {
+    fn recent_sequences_come_first_and_the_oldest_are_dropped() {
         let scene = room();
         let mut history = DiscoveryHistory::default();
         let mut plain: Vec<(Sequence, u64)> = Vec::new();

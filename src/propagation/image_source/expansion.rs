@@ -1,6 +1,6 @@
-//! Sequences beside the discovered ones: each of these with one more surface in front.
+//! Expansion of discovered sequences by one more surface in front.
 //!
-//! In a long thin room a thousand rays miss the far images, although all surfaces are in sight. Where rays find few
+//! In a long thin room a thousand rays miss the far images, although all surfaces are visible. Where rays find few
 //! sequences, the list is filled up to [`MAX_CANDIDATES`], with large surfaces first, and from another part of the longer
 //! sequences in each of sixteen updates. Own.
 
@@ -14,7 +14,7 @@ use crate::scene::Scene;
 /// corridor, more cost each source another cull.
 pub const MAX_CANDIDATES: usize = 1024;
 
-/// Surfaces that are put in front: the largest of those in sight.
+/// Number of surfaces to prepend: the largest visible ones.
 const SURFACES: usize = 32;
 
 /// Fills a set of discovered sequences up to [`MAX_CANDIDATES`]. The result depends on the set and the update's number only.
@@ -25,7 +25,7 @@ pub fn expand(scene: &Scene, update: u64, depth: usize, set: &mut SequenceSet) {
     let mut largest = [0u32; SURFACES];
     let count = largest_in_sight(scene, set, &mut largest);
     let surfaces = &largest[..count];
-    // Pairs first, for they are loud; then longer sequences in turn.
+    // Pairs first, since they are loud; then longer sequences in turn.
     for index in 0..set.entries().len() {
         if depth > 1 && set.entries()[index].len() == 1 {
             prepend(scene, surfaces, index, set);
@@ -54,7 +54,7 @@ fn prepend(scene: &Scene, surfaces: &[u32], index: usize, set: &mut SequenceSet)
         if is_full(set) {
             return;
         }
-        // One plane reflects nothing twice in a row.
+        // No path reflects twice in a row at one plane.
         if surface != longer[1] {
             longer[0] = surface;
             set.insert(Sequence::canonical(scene, &longer[..=rest.len()]));

@@ -20,7 +20,7 @@ const FADE: (f64, f64) = (0.2, 0.3);
 /// Least width of the fade at a large wall's edge in metres.
 const LEAST_FADE_M: f64 = 0.02;
 
-/// Amplitude factor of the finite panels of a path, 0 to 1 by band; `None` stands for 1.
+/// Amplitude factor of the finite panels of a path, 0 to 1 by band; `None` means 1.
 pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
     let has_panels = scene.has_finite_panels();
     let fades = path.order > 1 && scene.has_edges();

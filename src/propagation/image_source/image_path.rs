@@ -31,7 +31,7 @@ pub struct ImagePath {
     pub order: usize,
     /// Length in metres.
     pub length_m: f64,
-    /// The source mirrored along the path: the position from which the listener hears it.
+    /// The source mirrored along the path: the image source in the direction of arrival.
     pub image: DVec3,
 }
 
@@ -94,7 +94,7 @@ pub fn unfold(
     Some(path)
 }
 
-/// A path with its points but without angles and image, which most candidates never need: they are blocked. The memory is
+/// A path with its points but without angles and image, which occluded candidates never need. The memory is
 /// reused for candidate after candidate.
 #[derive(Debug)]
 pub(crate) struct UnfoldedPath {
@@ -123,7 +123,7 @@ impl UnfoldedPath {
         self.targets[0]
     }
 
-    /// Takes a lane of an unfolded batch, which holds `sequence`. Returns whether the line meets all planes within
+    /// Loads a lane of an unfolded batch, which holds `sequence`. Returns whether the line meets all planes within
     /// `margin_m` metres of the surfaces' bounds. Otherwise the value is partly overwritten.
     #[inline(always)]
     pub(crate) fn take(

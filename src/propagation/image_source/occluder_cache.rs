@@ -55,7 +55,7 @@ impl OccluderCache {
         })
     }
 
-    /// Whether nothing blocks a path; stores what does. Adds the number of rays cast to `rays`.
+    /// Whether a path is unoccluded; stores the occluder otherwise. Adds the number of rays cast to `rays`.
     pub(crate) fn is_clear(
         &mut self,
         scene: &Scene,

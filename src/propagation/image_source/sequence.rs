@@ -170,7 +170,7 @@ pub(crate) struct Precedence {
 }
 
 impl Precedence {
-    /// Of `count` reflections. `before` has eight bits a reflection, the first one lowest: the mask of the earlier ones that
+    /// Of `count` reflections. `before` has eight bits per reflection, the first one lowest: the mask of the earlier ones that
     /// it does not commute with.
     #[inline(always)]
     pub(crate) fn from_bits(before: u32, count: usize) -> Self {
@@ -180,7 +180,7 @@ impl Precedence {
         }
     }
 
-    /// The masks that [`Self::from_bits`] takes.
+    /// The masks for [`Self::from_bits`].
     #[inline(always)]
     pub(crate) fn bits(&self) -> u32 {
         u32::from_le_bytes(self.before)

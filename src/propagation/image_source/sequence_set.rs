@@ -149,7 +149,7 @@ mod tests {
 
     /// Few first, then more than the initial part of the table holds, then few again: the set equals a list.
     #[test]
-    fn a_table_that_widens_finds_what_a_list_does() {
+    fn a_growing_table_equals_a_list() {
         let mut set = SequenceSet::with_capacity(3000);
         for (round, many) in [40, 6000, 900, 0, 200].into_iter().enumerate() {
             set.clear();

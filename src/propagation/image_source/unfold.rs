@@ -1,7 +1,7 @@
 //! The unfolding kernel: precedence of commuting reflections, and the points where lines meet planes.
 //!
 //! Generic over the number of lanes, one sequence a lane. One lane is the specification. Every lane does the same operations
-//! in the same order and rounds every product, so any number of lanes gives the same bits. Pure `f64` arithmetic in local
+//! in the same order and rounds every product: the number of lanes does not change a bit. Pure `f64` arithmetic in local
 //! coordinates; any thread; allocates nothing. Own.
 
 use glam::DVec3;
@@ -22,7 +22,7 @@ const FIRST_BITS: u64 = 0x0101_0101;
 /// Of every reflection's mask the bit of the reflection itself.
 const OWN_BITS: u64 = 0x0804_0201;
 
-/// One vector a lane.
+/// One vector per lane.
 pub(crate) type Vectors<const N: usize> = [[f64; N]; 3];
 
 /// The vector of a lane.
@@ -97,7 +97,7 @@ impl<const N: usize> Planes<N> {
     }
 }
 
-/// What remains of `N` unfolded lines.
+/// Remaining part of `N` unfolded lines.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lines<const N: usize> {
     /// The last point of each.
@@ -126,7 +126,7 @@ impl<const N: usize> Lines<N> {
     }
 
     /// Advances each line to the first plane that it meets among those that may come next, and mirrors its end there. Returns
-    /// the reflection that each line takes, as a bit of every mask.
+    /// the reflection of each line, as a bit of every mask.
     ///
     /// Reflections that may come next commute: mirroring in one changes no distance from another. A plane that is not met
     /// now, or only behind one that is taken first, is never met.

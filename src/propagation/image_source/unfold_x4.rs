@@ -14,7 +14,7 @@ use crate::simd::{LaneSet, kernel};
 /// Sequences of a batch: a register of double precision where registers are long.
 pub(crate) const LANES: usize = 4;
 
-/// One number a lane.
+/// One number per lane.
 pub(crate) type Lanes = [f64; LANES];
 
 /// Four sequences, their listener images ([`Self::prepare`]) and reflection points ([`Self::unfold`]).

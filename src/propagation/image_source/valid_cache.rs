@@ -1,4 +1,4 @@
-//! Sequences that were valid in recent updates: a path stays although no ray meets it again.
+//! Sequences that were valid in recent updates: a path persists without a ray that finds it again.
 
 use crate::propagation::image_source::sequence::Sequence;
 use crate::propagation::image_source::sequence_set::SequenceSet;

@@ -1,7 +1,6 @@
-//! Queues of one source's candidates: by length until a batch is full and unfolded, then until enough wait for validation.
+//! Queues of one source's candidates: by length until a batch is full and unfolded, then until enough are due for validation.
 //!
-//! The second queue gives the prefetches of the last occluders time to arrive. The memory belongs to a thread and is reused
-//! for source after source. Own.
+//! The second queue covers the latency of prefetching the last occluders. Per-thread scratch, reused across sources. Own.
 
 use glam::DVec3;
 
@@ -15,7 +14,7 @@ use crate::scene::Scene;
 /// Unfolded candidates that are validated together.
 const BATCH: usize = 32;
 
-/// Candidates between the one that is validated and the one whose occluder is prefetched.
+/// Distance in the queue between validation of a candidate and prefetch of an occluder.
 const AHEAD: usize = 2;
 
 /// Up to four sequences of one length.
@@ -36,7 +35,7 @@ impl Bucket {
     };
 }
 
-/// A candidate whose line meets all planes within the bounds of its surfaces. It may still miss a surface or be blocked.
+/// A candidate with a line that meets all planes within the bounds of its surfaces. It may miss a surface or be occluded.
 #[derive(Debug)]
 pub(crate) struct Unvalidated {
     pub(crate) sequence: Sequence,
@@ -67,7 +66,7 @@ impl Default for ValidationQueue {
         };
         Self {
             buckets: [const { Bucket::EMPTY }; MAX_ORDER],
-            // A whole batch may join when one entry is free.
+            // A whole batch may be added when one entry is free.
             unfolded: (0..BATCH + LANES).map(|_| entry()).collect(),
             count: 0,
         }

@@ -21,7 +21,7 @@ use crate::simd::{LaneSet, kernel};
 const LANES: usize = 8;
 
 /// Number of sources up to which candidates are unfolded instead of tested against apertures. With one source in the concert
-/// hall an update takes 10 % fewer instructions on x86-64 (5.76 instead of 6.43 million).
+/// hall an update executes 10 % fewer instructions on x86-64 (5.76 instead of 6.43 million).
 const MAX_EXACT_SOURCES: usize = 3;
 
 /// Bound of the rounding error of a few single-precision sums and products, relative to their largest term, with a margin.
@@ -30,7 +30,7 @@ const ROUNDING: f64 = 24.0 * f32::EPSILON as f64;
 /// Least distance of an image from a plane in metres that enters a quotient. No path exists below it.
 const MIN_DISTANCE_M: f64 = 1e-7;
 
-/// Bound that stands for none, in metres.
+/// Value of an absent bound, in metres.
 const UNBOUNDED_M: f64 = 1e12;
 
 type Lanes = [f32; LANES];
@@ -165,8 +165,7 @@ impl Bounds {
     }
 }
 
-/// Hull of a surface's bounds and their images in the `unordered` reflections: in the canonical order the later ones of these
-/// do not mirror the surface but may, the earlier ones do but need not.
+/// Hull of a surface's bounds and their images in the `unordered` reflections, with and without each of them.
 #[inline]
 fn hull(scene: &Scene, sequence: &Sequence, index: usize, unordered: u8) -> (DVec3, DVec3) {
     let surfaces = sequence.surfaces();

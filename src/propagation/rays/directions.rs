@@ -2,7 +2,7 @@
 //!
 //! Guide rays: a spherical Fibonacci lattice (\[KEINERT15\]), turned by one of sixteen fixed rotations. Sixteen updates
 //! together sample as densely as one with sixteen times the rays. Source rays: the same lattice, then random bounces from a
-//! counter-based generator: a bounce depends on its ray and on nothing traced before.
+//! counter-based generator: a bounce depends on its ray alone, not on earlier traces.
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -14,7 +14,7 @@ pub(crate) const GOLDEN_RATIO_64: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Unit vector `index` of `count`, evenly spread over the sphere.
 pub fn fibonacci_direction(index: u32, count: u32) -> Vec3 {
-    // 2π / golden ratio², reduced in f64 so that large indices keep their precision.
+    // 2π / golden ratio², reduced in f64 to keep the precision of large indices.
     const TURN: f64 = 0.381_966_011_250_105_1;
     let height = 1.0 - (2.0 * f64::from(index) + 1.0) / f64::from(count);
     let radius = (1.0 - height * height).max(0.0).sqrt();

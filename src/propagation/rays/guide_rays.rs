@@ -1,7 +1,6 @@
-//! Guide rays: which surface sequences may have a path, traced from the listener.
+//! Guide rays: candidates for surface sequences, traced from the listener.
 //!
-//! Rays only suggest sequences; validation decides. Source: \[TAYLOR12\], the separation of visibility by rays from exact
-//! images.
+//! Rays suggest sequences; validation decides. Source: \[TAYLOR12\], the separation of ray visibility from exact images.
 
 use std::ops::Range;
 
@@ -28,7 +27,7 @@ pub struct GuideRays<'a> {
 }
 
 impl GuideRays<'_> {
-    /// Traces the rays of a range by specular reflection. Calls `found` with every sequence that they meet and all its
+    /// Traces the rays of a range by specular reflection. Calls `found` with every sequence hit and all its
     /// prefixes, from source to listener; a repetition may be left out. Returns the number of rays cast. Allocates.
     pub fn trace(&self, scene: &Scene, range: Range<usize>, found: impl FnMut(Sequence)) -> u64 {
         self.trace_with(&mut PrefixSet::default(), scene, range, found)
@@ -83,7 +82,7 @@ fn reflect(scene: &Scene, packet: &mut RayPacket, hits: &mut HitPacket) {
     packet.active = hits.rays;
 }
 
-/// Calls `found` with the surfaces that a ray met and all their prefixes, unless `prefixes` has them.
+/// Calls `found` with the surfaces that a ray hit and all their prefixes, unless `prefixes` has them.
 #[inline(always)]
 fn report_sequences(
     scene: &Scene,

@@ -11,10 +11,10 @@ use crate::simd::prefetch;
 /// Rays of a packet: enough that searches overlap, few enough that the packet stays in the first-level cache.
 pub(crate) const PACKET_SIZE: usize = 16;
 
-/// One value a ray.
+/// One value per ray.
 pub(crate) type PerRay<T> = [T; PACKET_SIZE];
 
-/// One vector a ray.
+/// One vector per ray.
 pub(crate) type Vectors = [PerRay<f32>; 3];
 
 /// The lanes of a bitmask, the lowest first.
@@ -49,7 +49,7 @@ pub(crate) struct RayPacket {
     pub(crate) direction: Vectors,
     /// The surface that each starts from, or [`NO_GROUP`].
     pub(crate) last: PerRay<u32>,
-    /// Bitmask of the rays that go on.
+    /// Bitmask of the active rays.
     pub(crate) active: u32,
 }
 
@@ -112,7 +112,7 @@ impl RayPacket {
         });
     }
 
-    /// [`Self::cast`] with a search of its own: `closest_hit` takes lane, ray and the surface that it starts from.
+    /// [`Self::cast`] with another search: `closest_hit` takes lane, ray and the surface that it starts from.
     #[inline(always)]
     pub(crate) fn cast_by(
         &self,
@@ -178,7 +178,7 @@ impl RayPacket {
             }
             self.direction[axis] = direction;
         }
-        // The bits of positive finite floats are one range of integers, whose maximum is found in lanes.
+        // The bits of positive finite floats sort as integers, with a maximum in lanes.
         let mut most = 0;
         for l in 0..PACKET_SIZE {
             most = most.max(factor[l].to_bits().wrapping_sub(1));
@@ -224,7 +224,7 @@ mod tests {
         assert!(lanes(0xffff).eq(0..PACKET_SIZE));
     }
 
-    /// Against one ray at a time, with normals of either sign, bit by bit.
+    /// Compares bits with single rays, for normals of either sign.
     #[test]
     fn lanes_are_mirrored_as_one_ray_is() {
         let mut rays = RayPacket::NONE;

@@ -1,9 +1,8 @@
-//! Set of the sequence prefixes that rays have met: most rays begin as others did, and only new prefixes are brought into
-//! canonical order.
+//! Set of the sequence prefixes hit by rays: most rays share prefixes, and only new ones are brought into canonical order.
 
 use crate::propagation::rays::directions::GOLDEN_RATIO_64;
 
-/// Number of the empty prefix.
+/// Identifier of the empty prefix.
 pub(crate) const EMPTY_PREFIX: u32 = 0;
 
 /// A free slot. No key has this value, since no surface has the highest index.
@@ -18,7 +17,7 @@ fn slots(count: usize) -> usize {
 /// than ever before.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PrefixSet {
-    /// Parent and surface; a power of two of slots. A prefix's number is its slot plus one.
+    /// Parent and surface; a power of two of slots. A prefix's identifier is its slot plus one.
     keys: Vec<u64>,
 }
 
@@ -36,7 +35,7 @@ impl PrefixSet {
         self.keys.resize(slots(count), FREE);
     }
 
-    /// The number of a prefix extended by a surface, and whether it is new.
+    /// The identifier of a prefix extended by a surface, and whether it is new.
     #[inline(always)]
     pub(crate) fn extend(&mut self, prefix: u32, surface: u32) -> (u32, bool) {
         let key = u64::from(prefix) << 32 | u64::from(surface);
@@ -61,7 +60,7 @@ mod tests {
     use super::*;
     use crate::propagation::rays::directions::mix;
 
-    /// Lists of up to three of nine surfaces, most of them repeated, against a plain list.
+    /// Compares with a list: sequences of up to three of nine surfaces, most of them repeated.
     #[test]
     fn a_prefix_is_new_once() {
         let mut prefixes = PrefixSet::default();

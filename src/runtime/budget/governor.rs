@@ -50,7 +50,7 @@ pub struct UpdateCost {
     pub update_s: f64,
     /// Seconds between the starts of the previous update and of this one, on the app's clock.
     pub since_last_s: f64,
-    /// Fraction of a core that sound takes.
+    /// Fraction of a core used by sound.
     pub sound_share: f64,
     /// Whether pauses between updates are possible.
     pub may_pause: bool,

@@ -10,11 +10,11 @@ fn settings() -> PropagationSettings {
 }
 
 /// Cost model: seconds of an update at a quality. A tenth of the work does not depend on it.
-fn cost_s(full_s: f64, effort: &PropagationQuality) -> f64 {
+fn cost_s(full_s: f64, quality: &PropagationQuality) -> f64 {
     let full = PropagationQuality::full(&settings());
-    let rays = f64::from(effort.guide_rays) / f64::from(full.guide_rays);
-    let depth = (effort.depth as f64 + 1.0) / (full.depth as f64 + 1.0);
-    full_s * (0.1 + 0.6 * rays * depth + 0.3 / effort.late_interval as f64 * rays)
+    let rays = f64::from(quality.guide_rays) / f64::from(full.guide_rays);
+    let depth = (quality.depth as f64 + 1.0) / (full.depth as f64 + 1.0);
+    full_s * (0.1 + 0.6 * rays * depth + 0.3 / quality.late_interval as f64 * rays)
 }
 
 struct Simulation {
@@ -79,7 +79,7 @@ fn within(update_s: f64) -> Budget {
 }
 
 #[test]
-fn without_a_limit_everything_is_done() {
+fn quality_is_full_without_a_limit() {
     let mut simulation = Simulation::new(Budget::default());
     simulation.run(10.0, |_| 0.5);
     assert_eq!(
@@ -93,7 +93,7 @@ fn without_a_limit_everything_is_done() {
 }
 
 #[test]
-fn an_overload_is_answered_and_given_back_when_it_ends() {
+fn quality_falls_under_overload_and_recovers() {
     let mut simulation = Simulation::new(within(0.010));
     simulation.run(5.0, |_| 0.008);
     assert_eq!(simulation.governor.quality_level(), QualityLevel(0));
@@ -110,7 +110,7 @@ fn an_overload_is_answered_and_given_back_when_it_ends() {
 }
 
 #[test]
-fn a_step_of_load_is_answered_within_two_seconds() {
+fn quality_follows_a_load_step_within_two_seconds() {
     let mut simulation = Simulation::new(within(0.010));
     simulation.run(3.0, |_| 0.009);
     simulation.run(2.0, |_| 0.045);
@@ -122,7 +122,7 @@ fn a_step_of_load_is_answered_within_two_seconds() {
 }
 
 #[test]
-fn updates_that_are_held_up_now_and_then_change_nothing() {
+fn occasional_slow_updates_change_nothing() {
     let mut simulation = Simulation::new(within(0.010));
     simulation.run(60.0, |time_s| {
         if (time_s + 0.5) % 1.0 < 0.006 {
@@ -138,7 +138,7 @@ fn updates_that_are_held_up_now_and_then_change_nothing() {
 }
 
 #[test]
-fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
+fn an_unattainable_limit_ends_at_the_last_level() {
     let mut simulation = Simulation::new(within(0.001));
     simulation.run(10.0, |_| 1.0);
     let changes = simulation.changes;
@@ -150,9 +150,9 @@ fn what_no_tier_can_do_ends_at_the_last_and_stays_there() {
     assert_eq!(simulation.changes, changes);
 }
 
-/// At every load one level is kept: failing steps up become rare.
+/// At every load one level is kept: failed steps up become rare.
 #[test]
-fn a_load_at_the_edge_does_not_make_the_tier_swing() {
+fn a_load_at_the_limit_does_not_make_the_level_oscillate() {
     for tenths in 10..80 {
         let full_s = 0.001 * f64::from(tenths);
         let mut simulation = Simulation::new(within(0.010));
@@ -168,7 +168,7 @@ fn a_load_at_the_edge_does_not_make_the_tier_swing() {
 }
 
 #[test]
-fn a_share_of_a_core_is_kept_by_spacing_out_before_detail_goes() {
+fn a_core_share_is_kept_by_pauses_before_quality_falls() {
     let share = |core_share: f64| Budget {
         core_share: Some(core_share),
         ..Budget::default()
@@ -207,7 +207,7 @@ fn quality_levels_can_be_forced_and_freed() {
 }
 
 #[test]
-fn the_same_times_choose_the_same_tiers() {
+fn equal_times_have_equal_levels() {
     let run = || {
         let mut simulation = Simulation::new(within(0.010));
         simulation.run(30.0, |time_s| 0.02 + 0.015 * time_s.sin());

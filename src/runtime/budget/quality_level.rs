@@ -117,7 +117,7 @@ mod tests {
     const SETTINGS: fn() -> PropagationSettings = PropagationSettings::default;
 
     #[test]
-    fn the_first_tier_is_everything_and_no_other_has_more_than_its_forerunner() {
+    fn the_first_level_is_full_and_levels_only_decrease() {
         let detail = |position: f64| ActiveQuality::at(position, &SETTINGS(), 2048);
         assert_eq!(
             detail(0.0).propagation,
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn an_order_is_silent_before_it_is_left_out() {
+    fn an_order_is_silent_before_it_is_skipped() {
         for step in 0..=500 {
             let detail = ActiveQuality::at(f64::from(step) * 0.01, &SETTINGS(), 2048);
             for order in 1..=MAX_ORDER {
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shallow_depth_stays_within_itself() {
+    fn levels_stay_within_a_shallow_depth() {
         let shallow = PropagationSettings {
             depth: 1,
             ..SETTINGS()

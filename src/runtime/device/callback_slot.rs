@@ -1,7 +1,7 @@
 //! The render callback, owned by one stream at a time.
 //!
 //! A stream owns a [`LeasedCallback`]; dropping it, on any thread, returns the callback to its [`CallbackSlot`].
-//! Wait-free: one atomic exchange each way.
+//! Wait-free: one atomic exchange in each direction.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_stream_has_it_at_a_time_and_gives_it_back() {
+    fn one_stream_leases_the_callback_at_a_time() {
         let mut count = 0.0;
         let slot = CallbackSlot::new(move |block: &mut [f32]| {
             count += 1.0;

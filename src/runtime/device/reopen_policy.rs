@@ -146,27 +146,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn refusals_come_farther_and_farther_apart() {
+    fn failed_attempts_follow_at_growing_intervals() {
         let mut policy = ReopenPolicy::new();
-        let mut asked = Vec::new();
+        let mut attempts = Vec::new();
         for tick in 0..3000 {
             let now_s = f64::from(tick) * 0.01;
             if policy.step(now_s, 0, false) == ReopenAction::Open {
-                asked.push(now_s);
+                attempts.push(now_s);
                 policy.opened(now_s, 0, false);
             }
         }
-        let waits: Vec<f64> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let waits: Vec<f64> = attempts.windows(2).map(|pair| pair[1] - pair[0]).collect();
         for (n, wait) in waits.iter().enumerate() {
             let wanted = (FIRST_WAIT_S * 2f64.powi(n as i32)).min(MAX_WAIT_S);
             // Steps are a hundredth apart.
             assert!((wait - wanted).abs() < 0.011, "{n}: {wait}");
         }
-        assert_eq!(policy.counts().refused as usize, asked.len());
+        assert_eq!(policy.counts().refused as usize, attempts.len());
     }
 
     #[test]
-    fn a_loss_is_answered_after_the_first_wait_again_once_all_was_well() {
+    fn the_wait_resets_after_stable_playing() {
         let mut policy = ReopenPolicy::new();
         let mut now_s = 0.0;
         for round in 0..4 {
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn silence_is_a_stall_and_late_words_of_a_closed_device_are_nothing() {
+    fn missing_callbacks_are_a_stall_and_late_loss_flags_are_ignored() {
         let mut policy = ReopenPolicy::new();
         assert_eq!(policy.step(0.0, 0, false), ReopenAction::Open);
         policy.opened(0.0, 0, true);

@@ -64,7 +64,7 @@ fn play_block(supervisor: &Supervisor<Fake>) -> f32 {
 }
 
 #[test]
-fn a_lost_device_is_opened_again_and_the_sound_goes_on() {
+fn a_lost_device_is_reopened_and_sound_continues() {
     let (mut supervisor, script, _) = supervised(None);
     assert_eq!(supervisor.poll(0.0), DeviceState::Playing);
     assert_eq!(
@@ -87,7 +87,7 @@ fn a_lost_device_is_opened_again_and_the_sound_goes_on() {
 }
 
 #[test]
-fn attempts_become_rarer_and_never_stop() {
+fn failed_steps_up_become_rarer_and_never_stop() {
     let (mut supervisor, script, _) = supervised(None);
     script.borrow_mut().is_there = false;
     let mut times = Vec::new();
@@ -109,14 +109,14 @@ fn attempts_become_rarer_and_never_stop() {
 }
 
 #[test]
-fn a_device_that_fails_at_once_is_not_hammered() {
+fn a_device_that_fails_at_once_is_retried_at_growing_intervals() {
     let (mut supervisor, script, _) = supervised(None);
     for step in 0..1000 {
         if supervisor.poll(f64::from(step) * 0.01) == DeviceState::Playing {
             lose(&script);
         }
     }
-    // In ten seconds: 0.1, 0.2, 0.4 … apart, not a hundred times.
+    // In ten seconds: at intervals of 0.1, 0.2, 0.4 …, not a hundred times.
     let opened = supervisor.counts().opened;
     assert!((5..=8).contains(&opened), "{opened} opens");
 }
@@ -138,7 +138,7 @@ fn a_device_that_stops_calling_back_is_opened_again() {
 }
 
 #[test]
-fn a_null_device_plays_meanwhile() {
+fn a_null_device_plays_while_no_device_is_open() {
     let shape = NullDeviceSettings {
         rate_hz: 44_100,
         block_frames: 64,

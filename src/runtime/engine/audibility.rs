@@ -25,7 +25,7 @@ pub(super) fn energy(pose: &SourcePose, gain: f32, listener: Vec3) -> f32 {
     let offset = listener - pose.position;
     let distance_m = offset.length().max(MIN_DISTANCE_M);
     let factor = pose.factor_towards(offset.normalize_or(Vec3::NEG_Z));
-    // Reflections arrive from all directions: a source that faces away stays audible.
+    // Reflections arrive from all directions: a source facing away remains audible.
     let directed: f32 = factor.iter().map(|f| f * f).sum::<f32>() / BANDS as f32;
     gain * gain * directed.max(0.1) / (distance_m * distance_m)
 }
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_masked_is_heard_again_only_when_clearly_louder() {
+    fn a_masked_source_returns_only_when_clearly_louder() {
         assert!(is_audible(1.1e-6, 1.0, false));
         assert!(!is_audible(0.9e-6, 1.0, false));
         assert!(is_audible(0.9e-6, 1.0, true));

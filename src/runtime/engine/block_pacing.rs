@@ -13,10 +13,10 @@ const AT_ONCE: u32 = 600;
 const SPARE: f64 = 1.1;
 
 /// Greatest work of a block as a fraction of its period on a desktop's core. A larger frame (in a new scene, where
-/// every path is new) takes more blocks and delays the next one.
+/// every path is new) needs more blocks and delays the next one.
 const MAX_SHARE: f64 = 0.05;
 
-/// A frame may use what voices leave of a block, between [`MIN_SHARE`] and [`MAX_SHARE`]. Fractions of the period on a
+/// A frame may use the rest of a block beside voices, between [`MIN_SHARE`] and [`MAX_SHARE`]. Fractions of the period on a
 /// desktop's core: target of the whole block, fixed part, and one voice (`soak` on a Xeon of 2.6 GHz under load).
 /// Beyond 730 voices frames are delayed: a soak with 760 voices renders 34 frames a second instead of 40, and its
 /// slowest blocks are 5 % faster.
@@ -133,7 +133,7 @@ mod tests {
     fn much_work_is_spread_and_little_is_not() {
         let mut pace = BlockPacing::new(256.0 / 44_100.0, true);
         assert_eq!(blocks_for(&mut pace, 500), 1);
-        // What a frame takes is known after the first of its kind.
+        // The work of a frame is known after the first one.
         blocks_for(&mut pace, 6_000);
         for _ in 0..10 {
             assert_eq!(blocks_for(&mut pace, 6_000), 3);
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_much_for_a_frames_blocks_takes_more_of_them_and_then_no_more() {
+    fn a_large_frame_takes_more_blocks_once() {
         let block_s = 256.0 / 44_100.0;
         let mut pace = BlockPacing::new(block_s, true);
         // 5 % of 5.8 ms in tenths of a microsecond, and the piece that was begun.
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn voices_leave_a_frame_less_of_a_block_but_never_nothing() {
+    fn voices_reduce_the_budget_of_a_frame_to_a_minimum() {
         let block_s = 256.0 / 44_100.0;
         let mut most = Vec::new();
         for voices in [0, 730, 850, 1_000, 10_000] {

@@ -64,7 +64,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn the_mean_follows_frames_and_leaves_pauses_out() {
+    fn the_mean_follows_frames_and_excludes_pauses() {
         let mut clock = FrameClock::new(FrameTime::Measured);
         let mut at = now();
         assert_eq!(clock.take(at, 1), FIRST_FRAME_S);
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_which_every_second_is_taken_are_half_as_long() {
+    fn skipped_frames_count_in_the_tick_time() {
         let mut clock = FrameClock::new(FrameTime::Measured);
         let mut at = now();
         for tick in 0..200 {

@@ -71,7 +71,7 @@ pub(super) struct WorldFrame {
 #[derive(Default)]
 pub(super) struct UpdateMessage {
     pub(super) paths: PathSet,
-    /// Values that the predictor needs of them, computed beforehand.
+    /// Values for the predictor, computed beforehand.
     pub(super) prepared: PreparedUpdate,
     /// Time of the update, T_SPS, plus the pause after it, in seconds.
     pub(super) interval_s: f64,

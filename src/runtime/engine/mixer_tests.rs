@@ -32,7 +32,7 @@ fn mixed(mixer: &mut Mixer) -> [f32; 2] {
 }
 
 #[test]
-fn a_change_of_slots_is_a_fade_that_loses_nothing() {
+fn a_slot_change_cross_fades_without_loss() {
     let mut mixer = mixer(1);
     mixer.set_routes(&[route(0, 0, 1.0)]);
     assert_eq!(mixed(&mut mixer), [1.0, 0.0]);
@@ -41,7 +41,7 @@ fn a_change_of_slots_is_a_fade_that_loses_nothing() {
     let mut blocks = 0;
     while last > 0.0 {
         let [old, new] = mixed(&mut mixer);
-        // One and a half times as steep as a line.
+        // The slope is 1.5 times that of a line.
         assert!(old < last && last - old < 0.044, "{last} to {old}");
         assert!((old + new - 1.0).abs() < 1e-5);
         last = old;
@@ -53,7 +53,7 @@ fn a_change_of_slots_is_a_fade_that_loses_nothing() {
 }
 
 #[test]
-fn several_share_a_slot_and_the_unheard_keep_their_place() {
+fn sources_share_a_slot_and_inaudible_ones_advance() {
     let mut mixer = mixer(3);
     mixer.set_routes(&[route(0, 1, 0.5), route(1, 1, 0.25), route(2, NO_SLOT, 1.0)]);
     assert_eq!(mixed(&mut mixer), [0.0, 0.75]);
@@ -62,7 +62,7 @@ fn several_share_a_slot_and_the_unheard_keep_their_place() {
     };
     assert_eq!(*next, BLOCK);
     mixer.set_routes(&[route(0, 1, 0.5)]);
-    // The other one fades.
+    // The other source fades.
     let [_, first] = mixed(&mut mixer);
     assert!(first > 0.5 && first < 0.75, "{first}");
     (1..RELEASE_FRAMES / BLOCK).for_each(|_| {
@@ -77,14 +77,14 @@ fn several_share_a_slot_and_the_unheard_keep_their_place() {
 }
 
 #[test]
-fn a_sound_that_is_taken_away_ends_without_a_step() {
+fn a_removed_sound_ends_without_a_step() {
     for how in 0..3 {
         let mut mixer = mixer(1);
         mixer.set_routes(&[route(0, 0, 0.5)]);
         assert_eq!(mixed(&mut mixer), [0.5, 0.0]);
         let id = SourceId::new(0, 0);
         match how {
-            // Removed, stopped, or given another sound that begins softly.
+            // Removed, stopped, or replaced by another sound with a soft start.
             0 => mixer.set_routes(&[]),
             1 => drop(mixer.replace(SampleSourceChange {
                 id,
@@ -106,7 +106,7 @@ fn a_sound_that_is_taken_away_ends_without_a_step() {
             mixer.inputs(BLOCK, &mut inputs);
             for n in 0..BLOCK {
                 let next = inputs[0].get(n).copied().unwrap_or(0.0);
-                // A cubic's steepest step is one and a half times a line's.
+                // A cubic's steepest step is 1.5 times a line's.
                 assert!(next <= last && last - next <= 0.76 / RELEASE_FRAMES as f32);
                 last = next;
             }
@@ -115,7 +115,7 @@ fn a_sound_that_is_taken_away_ends_without_a_step() {
     }
 }
 
-/// The greatest step between two samples of either slot, as a mixture's neighbours know it.
+/// The greatest step between two samples of either slot.
 fn steepest(mixer: &mut Mixer, last: &mut [f32; 2], blocks: usize) -> f32 {
     let mut steepest = 0.0f32;
     for _ in 0..blocks {
@@ -134,14 +134,14 @@ fn steepest(mixer: &mut Mixer, last: &mut [f32; 2], blocks: usize) -> f32 {
 }
 
 #[test]
-fn a_source_that_changes_slots_again_or_ends_meanwhile_fades() {
+fn a_source_that_changes_or_ends_during_a_fade_fades() {
     let smooth = 1.52 / RELEASE_FRAMES as f32;
     for goes in [false, true] {
         let mut mixer = mixer(1);
         let mut last = [0.0; 2];
         mixer.set_routes(&[route(0, 0, 1.0)]);
         steepest(&mut mixer, &mut last, 1);
-        // Unheard for ten blocks of a cross-fade that takes thirty-five, then elsewhere.
+        // Without a slot for ten blocks of a cross-fade of thirty-five, then in another slot.
         mixer.set_routes(&[route(0, NO_SLOT, 1.0)]);
         assert!(steepest(&mut mixer, &mut last, 10) < smooth);
         mixer.set_routes(&[route(0, 1, 1.0)]);
@@ -177,13 +177,13 @@ fn sounds_that_end_one_after_the_other_all_fade() {
 }
 
 #[test]
-fn levels_and_fades_do_not_bend() {
+fn levels_and_fades_have_no_kinks() {
     let mut mixer = mixer(1);
     mixer.set_routes(&[route(0, 0, 1.0)]);
     mixed(&mut mixer);
     let mut last = [[1.0, 0.0]; 2];
     let mut sharpest = 0.0f32;
-    // Eight times as loud, elsewhere, silent, and back: in one frame each, as a scene that is swapped has it.
+    // Eight times the gain, another slot, silence, and back, one frame each: as when a scene is replaced.
     for to in [
         route(0, 0, 8.0),
         route(0, 1, 8.0),
@@ -198,14 +198,14 @@ fn levels_and_fades_do_not_bend() {
             for n in 0..BLOCK {
                 let next = inputs.map(|input| input.get(n).copied().unwrap_or(0.0));
                 for slot in 0..2 {
-                    let bend = next[slot] - 2.0 * last[1][slot] + last[0][slot];
-                    sharpest = sharpest.max(bend.abs());
+                    let kink = next[slot] - 2.0 * last[1][slot] + last[0][slot];
+                    sharpest = sharpest.max(kink.abs());
                 }
                 last = [last[1], next];
             }
         }
     }
-    // A line within a block would bend by an eighth, one of 50 ms by a part in 280.
+    // A line over a block has a kink of 1/8, one over 50 ms a kink of 1/280.
     assert!(sharpest < 5e-4, "{sharpest}");
     assert_eq!(last[1], [1.0, 0.0]);
 }

@@ -1,4 +1,4 @@
-//! The engine: one controller for the app's thread, one renderer for audio, propagation on a thread of its own.
+//! The engine: one controller for the app's thread, one renderer for audio, propagation on a separate thread.
 //!
 //! ```text
 //! app      Controller ──poses──► propagation thread ──updates──► Renderer      audio
@@ -95,7 +95,7 @@ impl Engine {
     #[expect(clippy::new_ret_no_self, reason = "an engine is its two halves")]
     pub fn new(settings: EngineSettings) -> Result<(Controller, Renderer)> {
         settings.check()?;
-        let head = settings.load_hrtf()?;
+        let hrtf = settings.load_hrtf()?;
         let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
         let epoch = now();
         let [app, propagation, sound] = [Track::App, Track::Propagation, Track::Sound]
@@ -107,7 +107,7 @@ impl Engine {
             false => settings.predictor,
         };
         let extrapolator = extrapolator_for(&propagator, predictor, [settings.max_paths, slots]);
-        let generator = Generator::new(settings.generation.clone(), head)?;
+        let generator = Generator::new(settings.generation.clone(), hrtf)?;
         let metrics = Arc::new(Metrics::default());
         let (frame_sender, frames) = newest();
         let (world_sender, world) = newest();

@@ -92,7 +92,7 @@ pub struct Renderer {
     is_extrapolated: bool,
     /// Number of its paths prepared for generation.
     prepared: usize,
-    /// Paths of the last frame whose voices have not started.
+    /// Paths of the last frame without a started voice.
     waiting_voices: usize,
     /// Voices of the last block.
     voices: u32,

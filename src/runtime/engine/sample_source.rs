@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clip_ends_and_a_loop_goes_on() {
+    fn a_clip_ends_and_a_loop_repeats() {
         let mut block = [9.0; 5];
         clip(&[1.0, 2.0], false).fill(&mut block);
         assert_eq!(block, [1.0, 2.0, 0.0, 0.0, 0.0]);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_skipped_goes_on_as_if_it_was_heard() {
+    fn skipped_samples_advance_the_clip() {
         for looped in [false, true] {
             for length in [0, 1, 3, 7, 100] {
                 let samples: Vec<f32> = (0..length).map(|n| n as f32).collect();

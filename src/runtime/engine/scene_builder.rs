@@ -29,7 +29,7 @@ pub(super) struct SceneBuilder {
 }
 
 impl SceneBuilder {
-    /// Starts a build, or queues it behind the running one, whose result will be discarded.
+    /// Starts a build, or queues it behind the running one and discards the running one's result.
     pub(super) fn start(
         &mut self,
         mesh: TriangleMesh,

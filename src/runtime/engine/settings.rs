@@ -19,7 +19,7 @@ pub const MAX_SOURCES: usize = 4096;
 pub enum EngineSchedule {
     /// Within every [`super::Controller::tick`], on the app's thread and helpers ([`EngineSettings::tracing_threads`]).
     Synchronous,
-    /// Continuously on a thread of its own, with the newest poses; extrapolation covers the frames in between.
+    /// Continuously on a separate thread, with the newest poses; extrapolation covers the frames in between.
     #[default]
     Asynchronous,
 }
@@ -69,7 +69,7 @@ pub struct EngineSettings {
     /// Length of a graphics frame.
     pub frame_time: FrameTime,
     /// Whether the work of a graphics frame is spread evenly over the blocks until the next one; the geometric
-    /// predictor then evaluates each path in one frame of three. Otherwise the block that takes a frame does all of it.
+    /// predictor then evaluates each path in one frame of three. Otherwise the block that receives a frame does all of it.
     pub even_blocks: bool,
     /// Thermal and performance hints of a phone's system; ignored on other systems.
     pub device_hints: DeviceHintsSettings,

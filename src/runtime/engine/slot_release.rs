@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rest_lasts_as_long_as_audio_is_mixed_after_the_frame_is_in_use() {
+    fn a_release_counts_audio_mixed_after_the_frame_is_applied() {
         let mut release = SlotRelease::RemovedAt(5);
         let mut progress = PlaybackProgress {
             tick: 5,
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn long_blocks_take_longer_rests() {
+    fn long_blocks_need_longer_releases() {
         assert_eq!(release_s(256, 44_100), MIN_RELEASE_S);
         assert!(release_s(8192, 44_100) > 3.0 * 8192.0 / 44_100.0);
     }

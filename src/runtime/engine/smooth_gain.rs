@@ -52,7 +52,7 @@ pub(super) struct CrossFade {
 }
 
 impl CrossFade {
-    /// The gain after `frames`: smoothstep, so that a fade in and a fade out sum to 1.
+    /// The gain after `frames`: smoothstep: a fade in and a fade out sum to 1.
     pub(super) fn gain(self, frames: usize) -> f32 {
         let position = (self.position + self.slope * frames as f32).clamp(0.0, 1.0);
         position * position * (3.0 - 2.0 * position)
@@ -113,16 +113,16 @@ mod tests {
 
     fn sharpest(course: &[f32], before: f32) -> f32 {
         let all: Vec<f32> = [before; 2].iter().chain(course).copied().collect();
-        let diffraction_order = all.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
-        diffraction_order.fold(0.0, f32::max)
+        let kinks = all.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
+        kinks.fold(0.0, f32::max)
     }
 
     #[test]
-    fn it_gets_there_without_overshoot_or_bend() {
+    fn gain_converges_without_overshoot_or_kink() {
         for (from, to) in [(0.0, 1.0), (1.0, 0.0), (1.0, 8.0), (8.0, 0.5)] {
             for block in [16, 64, 256, 1000] {
                 let heard = course(SmoothedGain::at(from), to, block, 4410);
-                // The cubic of a block of some five time constants swings by 0.24 % of the way; shorter ones do not.
+                // The cubic over a block of some five time constants overshoots by 0.24 %; shorter ones do not.
                 let swing = if block > 512 { 2.5e-3 } else { 1e-5 };
                 let swing = swing * (from - to).abs();
                 let (low, high) = (from.min(to) - swing, from.max(to) + swing);
@@ -131,15 +131,15 @@ mod tests {
                 assert_eq!(heard.last(), Some(&to));
                 let late = heard[1200];
                 assert!((late - to).abs() < 0.011 * (from - to).abs(), "{late}");
-                // A line within a block of 256 would bend by a part in 256 of the way.
-                let bend = sharpest(&heard, from) / (from - to).abs();
-                assert!(bend < 1e-4, "{bend} with blocks of {block}");
+                // A line over a block of 256 has a kink of 1/256 of the change.
+                let kink = sharpest(&heard, from) / (from - to).abs();
+                assert!(kink < 1e-4, "{kink} with blocks of {block}");
             }
         }
     }
 
     #[test]
-    fn it_turns_back_without_a_bend() {
+    fn gain_reverses_without_a_kink() {
         let risen = SmoothedGain::at(0.0).after(150, 1.0, RATE_HZ);
         let mut heard = vec![0.0; 150];
         mix_into(
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_meet_in_the_same_places() {
+    fn gain_is_independent_of_the_block_division() {
         let whole = SmoothedGain::at(0.3).after(300, 2.0, RATE_HZ);
         let mut parts = SmoothedGain::at(0.3);
         for frames in [1, 49, 100, 150] {
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_and_what_rises_are_a_whole() {
+    fn fades_in_and_out_sum_to_one() {
         let slope = 1.0 / 50.0;
         let rises = |position| CrossFade { position, slope };
         let falls = |position| CrossFade {
@@ -180,9 +180,9 @@ mod tests {
             assert!((low + high - 2.0).abs() < 1e-6);
         }
         assert_eq!((low[49], low[79], high[49], high[79]), (2.0, 2.0, 0.0, 0.0));
-        // A line would bend by a part in fifty at each end.
+        // A line has a kink of 1/50 at each end.
         assert!(sharpest(&low, 0.0) < 2.0 * 6.1 / 2500.0);
-        // At rest at either end.
+        // Constant at either end.
         assert!(rises(1.0).is_constant() && falls(0.0).is_constant());
         assert!(!rises(0.0).is_constant() && !falls(1.0).is_constant());
     }

@@ -181,7 +181,7 @@ impl SourceTable {
         }
     }
 
-    /// All sources but those whose slot is still releasing its last source.
+    /// All sources except those in a slot that is releasing its last source.
     pub(super) fn iter_released(&self) -> impl Iterator<Item = VirtualSource> + Clone + '_ {
         let rested = |slot: &&SourceEntry| slot.release == SlotRelease::Free;
         self.slots
@@ -196,7 +196,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slots_next_source_waits_until_the_last_one_has_faded() {
+    fn a_slots_next_source_waits_for_the_fade_out() {
         let mut table = SourceTable::new(1);
         let first = table.add(Vec3::ZERO).expect("is free");
         let ids = |table: &mut SourceTable, placed: u64, time_s: f64| -> Vec<SourceId> {
@@ -216,7 +216,7 @@ mod tests {
         assert!(ids(&mut table, 4, 3.0).is_empty());
         assert!(ids(&mut table, 9, 3.149).is_empty());
         assert_eq!(ids(&mut table, 9, 3.151), [second]);
-        // It exists all the same.
+        // The source exists meanwhile.
         assert_eq!(table.iter().count(), 1);
         assert!(table.check(second).is_ok());
     }

@@ -30,7 +30,7 @@ const FAR: f32 = 0.07;
 const LOST: f32 = 1.0;
 /// Time constant in seconds with which a shared slot follows its loudest member.
 const FOLLOW_S: f64 = 0.15;
-/// Greatest gain of a member whose slot is farther away than itself.
+/// Greatest gain of a member in a more distant slot.
 const MAX_GAIN: f32 = 8.0;
 
 /// A source of the app.
@@ -209,7 +209,7 @@ impl SourceVirtualizer {
         self.time_s - self.assignments[index].since_s >= DWELL_S
     }
 
-    /// Gives free own slots to the loudest sources without one; a clearly louder source displaces the faintest owner.
+    /// Assigns free own slots to the loudest sources without one; a clearly louder source displaces the faintest owner.
     fn assign_own_slots(&mut self, sources: impl Iterator<Item = VirtualSource>) {
         self.waiting.clear();
         for source in sources {
@@ -220,9 +220,9 @@ impl SourceVirtualizer {
                 self.waiting.push(index);
             }
         }
-        let places = &self.assignments;
+        let assignments = &self.assignments;
         self.waiting.sort_unstable_by(|&a, &b| {
-            let louder = places[b].energy.total_cmp(&places[a].energy);
+            let louder = assignments[b].energy.total_cmp(&assignments[a].energy);
             louder.then(a.cmp(&b))
         });
         let mut next = 0;

@@ -89,7 +89,7 @@ fn position_around(index: usize, distance_m: f32) -> Vec3 {
 }
 
 #[test]
-fn the_loudest_sit_alone_and_all_others_are_heard_from_about_where_they_are() {
+fn the_loudest_have_own_slots_and_others_are_near_theirs() {
     let mut sources: Vec<VirtualSource> = (0..256)
         .map(|n| source(n, position_around(n, 20.0)))
         .collect();
@@ -125,7 +125,7 @@ fn the_loudest_sit_alone_and_all_others_are_heard_from_about_where_they_are() {
 }
 
 #[test]
-fn few_sources_all_sit_alone() {
+fn few_sources_all_have_own_slots() {
     let sources = (0..40)
         .map(|n| source(n, position_around(n, 5.0)))
         .collect();
@@ -143,7 +143,7 @@ fn few_sources_all_sit_alone() {
 }
 
 #[test]
-fn the_masked_take_no_slot_and_come_back() {
+fn masked_sources_have_no_slot_until_audible() {
     let mut sources: Vec<VirtualSource> = (0..20)
         .map(|n| source(n, position_around(n, 3.0)))
         .collect();
@@ -157,7 +157,7 @@ fn the_masked_take_no_slot_and_come_back() {
 }
 
 #[test]
-fn a_louder_source_gets_a_slot_of_its_own_after_a_rest() {
+fn a_louder_source_gets_an_own_slot_after_a_release() {
     let sources = (0..32)
         .map(|n| source(n, position_around(n, 10.0)))
         .collect();
@@ -181,7 +181,7 @@ fn a_louder_source_gets_a_slot_of_its_own_after_a_rest() {
         waited += 1;
         assert!(waited < 60, "within a second");
     }
-    // An owner is displaced, its slot released, then reused under a new generation.
+    // An owner is displaced, and its slot is released and reused under a new generation.
     assert!(f64::from(waited) * TICK_S >= MIN_RELEASE_S);
     let slot = usize::from(scenario.slot_of(quiet));
     assert_ne!(
@@ -191,7 +191,7 @@ fn a_louder_source_gets_a_slot_of_its_own_after_a_rest() {
 }
 
 #[test]
-fn a_shared_slot_goes_at_once_where_all_its_members_are() {
+fn a_shared_slot_jumps_when_all_its_members_jump() {
     let sources = (0..64)
         .map(|n| source(n, position_around(n, 10.0)))
         .collect();
@@ -212,7 +212,7 @@ fn a_shared_slot_goes_at_once_where_all_its_members_are() {
             .fold(0.0, f32::max)
     };
     assert!(distance(&scenario) < 0.1);
-    // All to another place, twenty times as far.
+    // All move to another position, twenty times as far.
     for source in &mut scenario.sources {
         source.pose.position = Vec3::new(200.0, 0.0, 0.0) + 0.1 * source.pose.position;
     }
@@ -229,7 +229,7 @@ fn a_shared_slot_goes_at_once_where_all_its_members_are() {
 }
 
 #[test]
-fn the_walking_change_places_seldom_and_slots_glide() {
+fn walking_sources_seldom_change_slots_and_slots_move_smoothly() {
     let sources = (0..256)
         .map(|n| source(n, position_around(n, 12.0)))
         .collect();
@@ -242,12 +242,12 @@ fn the_walking_change_places_seldom_and_slots_glide() {
         }
         scenario.tick();
     }
-    // Twenty seconds of 256 sources: on average each changes no more than once in two seconds.
+    // Twenty seconds of 256 sources: on average each changes slots at most once in two seconds.
     assert!(scenario.moves < 2560, "{} moves", scenario.moves);
 }
 
 #[test]
-fn the_removed_leave_and_their_successors_are_others() {
+fn removed_sources_are_replaced_under_new_handles() {
     let sources = (0..32)
         .map(|n| source(n, position_around(n, 10.0)))
         .collect();
@@ -272,7 +272,7 @@ fn the_removed_leave_and_their_successors_are_others() {
 }
 
 #[test]
-fn the_same_ticks_give_the_same_seats() {
+fn equal_ticks_have_equal_assignments() {
     let run = || {
         let sources = (0..100)
             .map(|n| source(n, position_around(n, 12.0)))
@@ -285,12 +285,12 @@ fn the_same_ticks_give_the_same_seats() {
             scenario.tick();
         }
         let slots: Vec<u16> = scenario.routes.iter().map(|feed| feed.slot).collect();
-        let places: Vec<[u32; 3]> = scenario
+        let positions: Vec<[u32; 3]> = scenario
             .slot_poses
             .iter()
             .map(|pose| pose.position.to_array().map(f32::to_bits))
             .collect();
-        (slots, places)
+        (slots, positions)
     };
     assert_eq!(run(), run());
 }

@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_owes_what_its_writer_is_late_with() {
+    fn an_underrun_counts_missing_samples() {
         let (mut writer, mut stream) = StreamWriter::new(4);
         assert_eq!(writer.write(&[1.0, 2.0, 3.0, 4.0, 5.0]), 4);
         let mut block = [9.0; 3];
@@ -165,8 +165,8 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_has_no_step_at_either_end() {
-        // A wave that is late for a while, for less than a fade or for more, and in the middle of coming back.
+    fn an_underrun_has_no_step_at_either_end() {
+        // Underruns shorter and longer than a fade, and one during a fade in.
         for gap in [3, 100, 700] {
             let (mut writer, mut stream) = StreamWriter::new(4096);
             let wave: Vec<f32> = (0..4096).map(|n| (0.02 * n as f32).cos()).collect();
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn what_begins_after_silence_begins_as_it_is() {
+    fn a_start_after_silence_has_no_fade() {
         let (mut writer, mut stream) = StreamWriter::new(64);
         let mut block = [9.0; 16];
         assert_eq!(stream.fill(&mut block), 16);

@@ -143,7 +143,7 @@ impl Worker {
         }
     }
 
-    /// Computes here what the sound thread would otherwise compute when it takes the update.
+    /// Precomputes the predictor's values, which saves work on the sound thread.
     fn prepare(&self, predictor: PredictorKind, message: &mut UpdateMessage) {
         let UpdateMessage {
             paths, prepared, ..
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_that_loses_its_rank_has_faded_before() {
+    fn a_path_fades_before_it_is_dropped() {
         let heard = |amplitude: f32| {
             let others = (1..6).map(|n| path(n, 0.1 + 0.2 * n as f32));
             let mut paths: Vec<Path> = others.chain([path(9, amplitude)]).collect();
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn within_the_limit_nothing_is_touched() {
+    fn quality_is_unchanged_within_the_limit() {
         let mut paths: Vec<Path> = (0..4).map(|n| path(n, 0.5)).collect();
         let before = paths.clone();
         assert_eq!(keep_loudest(&mut paths, 4), 0);

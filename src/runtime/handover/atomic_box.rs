@@ -57,7 +57,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn what_is_put_in_comes_out_once_or_is_freed() {
+    fn a_value_is_taken_once_or_freed() {
         let counted = Arc::new(());
         let slot = AtomicBox::new(Some(Box::new(Arc::clone(&counted))));
         assert!(slot.take().is_some() && slot.take().is_none());

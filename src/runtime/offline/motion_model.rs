@@ -2,7 +2,7 @@
 //!
 //! Arithmetic; control side. If the last positions fit an even turn, the constant-turn model of target tracking
 //! (\[LI03\]) applies, which also describes a pendulum: `x + v sin(ω t) / ω + a (1 − cos(ω t)) / ω²`. Its prediction is
-//! bounded. Otherwise a source moves straight on. Listeners turn abruptly and always move straight on.
+//! bounded. Otherwise a source moves straight on. Listeners turn abruptly and are always predicted straight on.
 
 use std::collections::VecDeque;
 
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_sways_or_circles_is_followed_round() {
+    fn swinging_and_circling_sources_are_predicted() {
         let sway = |s: f32| Vec3::X * 1.2 * (1.7 * s).sin();
         let circle = |s: f32| Vec3::new(2.0 + (1.5 * s).cos(), 1.0, (1.5 * s).sin());
         for now in [100, 127, 150, 211] {
@@ -156,20 +156,20 @@ mod tests {
                 assert!(missed < 0.02, "{missed} m in frame {now}");
             }
             assert!(straight(&circle) > 0.3, "a line would do");
-            // Half a turn and more ahead it stays within reach.
+            // Half a turn and more ahead the prediction stays bounded.
             let far = followed(sway, now, 300.0);
             assert!(far.length() < 3.0, "{far}");
         }
     }
 
     #[test]
-    fn who_walks_straight_on_is_followed_straight_on() {
+    fn straight_motion_is_predicted_straight() {
         let walk = |s: f32| Vec3::new(30.0, 1.5, 1.4 * s);
         assert!(missed_m(walk, 100, 49.0) < 0.01);
     }
 
     #[test]
-    fn who_turns_on_the_heel_is_not_followed_round() {
+    fn abrupt_turns_are_not_predicted_as_circles() {
         let turn = |s: f32| Vec3::X * 1.4 * (s - 1.0).abs();
         // In the frame of the turn and in those after it the last step counts.
         for now in [75, 77, 80, 84, 90, 120] {
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn who_was_put_elsewhere_or_rests_stays() {
+    fn teleports_and_rest_predict_no_motion() {
         let put = |s: f32| Vec3::X * if s < 0.999 { 0.0 } else { 5.0 };
         assert_eq!(followed(put, 75, 20.0), Vec3::X * 5.0);
         assert_eq!(followed(|_| Vec3::ONE, 75, 20.0), Vec3::ONE);

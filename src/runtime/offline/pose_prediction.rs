@@ -1,6 +1,6 @@
 //! Predicts poses for the time at which an update is used, from poses known at its start.
 //!
-//! A predicted position stops in front of a surface on its way. Own.
+//! A predicted position stops in front of a surface. Own.
 
 use glam::Vec3;
 
@@ -11,7 +11,7 @@ use crate::runtime::offline::motion_model::{MotionModel, position_of, straight_d
 use crate::runtime::offline::schedule::{Latency, Poses, Schedule};
 use crate::scene::{ListenerPose, Scene, SourcePose};
 
-/// Distance kept from a surface on the predicted way, in metres.
+/// Distance kept from a surface, in metres.
 const CLEARANCE_M: f32 = 0.1;
 
 /// Range in metres of the radius within which nearby paths are requested.
@@ -38,7 +38,7 @@ pub(crate) struct PosePrediction {
     sampled_listener: Vec<Vec3>,
     /// Positions of all sources for each of those.
     sampled_sources: Vec<Vec3>,
-    /// Position of a listener who walks through the surface at which [`advance_to_surface`] stops.
+    /// Position of a listener beyond the surface at which [`advance_to_surface`] stops.
     beyond_surface: Option<Vec3>,
 }
 
@@ -99,7 +99,7 @@ impl PosePrediction {
         &self.predicted
     }
 
-    /// Samples the way to the predicted poses, in even steps while the result is used, and the position beyond a
+    /// Samples the motion to the predicted poses, in even steps while the result is used, and the position beyond a
     /// surface.
     fn sample_ahead(&mut self, now: &Poses, scene: &Scene) {
         let Some(last) = &self.last else { return };
@@ -168,7 +168,7 @@ impl PosePrediction {
 
 /// Advances a position by a displacement, at most to [`CLEARANCE_M`] in front of a surface.
 fn advance_to_surface(at: Vec3, displacement: Option<Vec3>, scene: &Scene) -> Vec3 {
-    let Some(displacement) = displacement.filter(|way| *way != Vec3::ZERO) else {
+    let Some(displacement) = displacement.filter(|d| *d != Vec3::ZERO) else {
         return at;
     };
     let local = scene.to_local(at).as_vec3();

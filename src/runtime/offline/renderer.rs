@@ -209,9 +209,9 @@ impl OfflineRenderer {
         let started = ProcessorTimer::start();
         if let Some(update) = arrived {
             let level = self.settings.schedule.extrapolation_level();
-            let groundwork = self.propagation.prepared_mut();
+            let prepared = self.propagation.prepared_mut();
             let extrapolator = &mut self.extrapolator;
-            let retired = extrapolator.store_prepared_update(update, groundwork, level);
+            let retired = extrapolator.store_prepared_update(update, prepared, level);
             self.propagation.recycle(retired);
         }
         self.extrapolator

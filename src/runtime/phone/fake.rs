@@ -13,7 +13,7 @@ pub(super) struct Phone {
     pub(super) status: c_int,
     pub(super) refuses: bool,
     pub(super) has_no_manager: bool,
-    pub(super) asked: u32,
+    pub(super) reads: u32,
     pub(super) managers: i32,
     pub(super) sessions: i32,
     pub(super) threads: Vec<i32>,
@@ -57,7 +57,7 @@ unsafe extern "C" fn status(manager: Handle) -> c_int {
 unsafe extern "C" fn headroom(manager: Handle, forecast_s: c_int) -> f32 {
     assert_eq!((manager, forecast_s), (THERMAL, 10));
     phone(|p| {
-        p.asked += 1;
+        p.reads += 1;
         p.headroom
     })
 }

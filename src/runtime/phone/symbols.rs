@@ -66,7 +66,7 @@ macro_rules! function {
         if address.is_null() {
             None
         } else {
-            // SAFETY: not null; the caller guarantees a function of this name, whose type is in the frozen header.
+            // SAFETY: not null; the caller guarantees a function of this name and of the frozen header's type.
             Some(unsafe { transmute::<Handle, $type>(address) })
         }
     }};

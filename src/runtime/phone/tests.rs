@@ -16,18 +16,18 @@ fn least(hints: &mut DeviceHints, time_s: f64) -> u8 {
     match hints.limit_budget(Budget::default(), time_s).quality {
         QualityChoice::AtLeast(level) => level.0,
         QualityChoice::Free => 0,
-        QualityChoice::Exactly(level) => panic!("{level:?} was not asked for"),
+        QualityChoice::Exactly(level) => panic!("{level:?} was not requested"),
     }
 }
 
 #[test]
-fn an_old_system_has_none_of_it() {
+fn an_old_system_has_no_functions() {
     assert!(symbols(29).thermal.is_none() && symbols(29).hints.is_none());
     let no_headroom = symbols(30).thermal.expect("is there");
     assert!(no_headroom.headroom.is_none() && symbols(30).hints.is_none());
     assert!(symbols(32).thermal.is_some_and(|t| t.headroom.is_some()));
     assert!(symbols(33).hints.is_some());
-    // This host has nothing at all, and nothing happens.
+    // This host has no functions: hints have no effect.
     let mut here = DeviceHints::new(DeviceHintsSettings::default());
     let budget = Budget::default();
     assert_eq!(here.limit_budget(budget, 0.0), budget);
@@ -36,7 +36,7 @@ fn an_old_system_has_none_of_it() {
 }
 
 #[test]
-fn detail_goes_before_the_system_throttles_and_comes_back_slowly() {
+fn quality_falls_before_throttling_and_recovers_slowly() {
     let mut hints = hints(31);
     let mut heat = |headroom: f32, time_s: f64| {
         phone(|p| p.headroom = headroom);
@@ -47,7 +47,7 @@ fn detail_goes_before_the_system_throttles_and_comes_back_slowly() {
     assert_eq!(heat(0.93, 2.0), 2);
     assert_eq!(heat(0.98, 3.0), 3);
     assert_eq!(heat(1.2, 4.0), 4);
-    // A step back in ten seconds, and none within the slack of a limit.
+    // One step back in ten seconds, and none within the hysteresis of a limit.
     assert_eq!(heat(0.5, 13.0), 4);
     assert_eq!(heat(0.5, 14.0), 3);
     assert_eq!(heat(0.5, 20.0), 3);
@@ -56,14 +56,14 @@ fn detail_goes_before_the_system_throttles_and_comes_back_slowly() {
     assert_eq!(heat(0.86, 44.0), 1);
     assert_eq!(heat(0.82, 54.0), 1);
     assert_eq!(heat(0.5, 64.0), 0);
-    let asked = phone(|p| p.asked);
-    assert_eq!(asked, 13);
+    let reads = phone(|p| p.reads);
+    assert_eq!(reads, 13);
     drop(hints);
     assert_eq!(phone(|p| p.managers), 0);
 }
 
 #[test]
-fn a_headroom_at_a_limit_does_not_swing() {
+fn a_headroom_at_a_limit_does_not_oscillate() {
     let mut policy = ThermalPolicy::default();
     let mut changes = 0;
     for second in 0..600u32 {
@@ -76,12 +76,12 @@ fn a_headroom_at_a_limit_does_not_swing() {
         policy.observe(second.into(), reading);
         changes += u32::from(policy.quality_level() != before);
     }
-    // At once with the first reading, and never again.
+    // At the first reading, and not afterwards.
     assert_eq!((changes, policy.quality_level()), (1, QualityLevel(2)));
 }
 
 #[test]
-fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
+fn nan_headroom_is_ignored_and_the_status_suffices() {
     let mut hints = hints(31);
     let mut heat = |headroom: f32, status: i32, time_s: f64| {
         phone(|p| (p.headroom, p.status) = (headroom, status));
@@ -92,7 +92,7 @@ fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
     assert_eq!(heat(f32::NAN, 2, 2.0), 2);
     assert_eq!(heat(f32::NAN, 3, 3.0), 4);
     assert_eq!(heat(f32::INFINITY, 6, 4.0), LAST_QUALITY_LEVEL);
-    // The last number holds for half a minute and is forgotten then.
+    // The last number expires after half a minute.
     let mut policy = ThermalPolicy::default();
     let mut see = |headroom, time_s| {
         let status = None;
@@ -106,16 +106,16 @@ fn what_is_no_number_is_no_heat_and_a_status_says_enough() {
 }
 
 #[test]
-fn the_system_is_asked_once_a_second() {
+fn the_system_is_read_once_a_second() {
     let mut hints = hints(31);
     for update in 0..1000 {
         least(&mut hints, 0.01 * f64::from(update));
     }
-    assert_eq!(phone(|p| p.asked), 10);
+    assert_eq!(phone(|p| p.reads), 10);
 }
 
 #[test]
-fn heat_adds_to_a_budget_and_never_overrules_a_fixed_tier() {
+fn heat_limits_a_budget_but_not_a_fixed_level() {
     let mut hints = hints(31);
     phone(|p| p.headroom = 0.93);
     let mut within_limit = |quality| {
@@ -148,7 +148,7 @@ fn heat_adds_to_a_budget_and_never_overrules_a_fixed_tier() {
 }
 
 #[test]
-fn updates_and_blocks_are_told_with_their_targets() {
+fn updates_and_blocks_are_reported_with_their_targets() {
     let mut hints = hints(33);
     let free = Budget::default();
     let limited = Budget {
@@ -178,7 +178,7 @@ fn updates_and_blocks_are_told_with_their_targets() {
         seen.reports_ns,
         [5_000_000, 6_000_000, 7_000_000, 1_000_000]
     );
-    // Another thread, another session.
+    // Another thread has another session.
     hints.reset_thread();
     hints.report_update(0.005, &free);
     let other = SoundLoad { thread: 78, ..load };
@@ -191,7 +191,7 @@ fn updates_and_blocks_are_told_with_their_targets() {
 }
 
 #[test]
-fn a_session_that_refuses_is_closed_and_not_begun_again() {
+fn a_refusing_session_is_closed_for_good() {
     let mut hints = hints(33);
     phone(|p| p.refuses = true);
     let budget = Budget::default();
@@ -205,7 +205,7 @@ fn a_session_that_refuses_is_closed_and_not_begun_again() {
 }
 
 #[test]
-fn times_that_cannot_be_are_told_within_the_systems_range() {
+fn reported_times_are_clamped_to_the_systems_range() {
     let mut hints = hints(33);
     for elapsed_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         hints.report_update(elapsed_s, &Budget::default());
@@ -243,5 +243,5 @@ fn a_phone_without_managers_and_hints_turned_off_do_nothing() {
             }
         });
     }
-    assert_eq!(phone(|p| (p.asked, p.sessions)), (0, 0));
+    assert_eq!(phone(|p| (p.reads, p.sessions)), (0, 0));
 }

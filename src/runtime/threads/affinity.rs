@@ -1,13 +1,13 @@
 //! Core and priority of threads: requested, read back, reported; refusals are not fatal.
 //!
-//! Calls concern the calling thread and make system calls, so a thread places itself once, before its first block.
+//! Calls concern the calling thread and make system calls, once per thread, before its first block.
 //! Linux and Android; no effect elsewhere. Core capacities come from `/sys/devices/system/cpu/cpuN/cpu_capacity` or the
 //! highest clock frequency.
 
 /// Cores of the engine's threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AffinityPolicy {
-    /// The system decides.
+    /// Chosen by the system.
     None,
     /// The fastest core for propagation, the next for sound; of equal cores the highest numbers, which systems load
     /// last.
@@ -191,12 +191,12 @@ mod tests {
         };
         let on_core =
             std::thread::spawn(move || place_this_thread(policy, ThreadRole::Propagation));
-        let placement = on_core.join().expect("places itself");
+        let placement = on_core.join().expect("placed");
         assert!(placement.pinned && placement.cores == 1 << core);
     }
 
     #[test]
-    fn a_core_that_is_not_there_is_told_not_fatal() {
+    fn a_missing_core_is_reported_and_not_fatal() {
         let policy = AffinityPolicy::Exact {
             propagation: 63,
             sound: 4000,

@@ -1,10 +1,9 @@
-//! Numbers too small to hear become zero instead of slow: subnormals are flushed while a guard lives.
+//! Flushes subnormal numbers to zero while a guard lives.
 //!
-//! Any thread; wait-free. Decaying tails end in subnormal numbers, which cost a processor up to a hundred times as much
-//! as others (Intel's manual counts about 150 cycles a microcode assist). The mode belongs to a thread: a guard sets it
-//! on its own and restores what it found, so a device's thread is left as it was. Rust promises results for the default
-//! mode only; what may differ is that a subnormal reads as zero, which no stage depends on. On processors other than
-//! x86-64 and AArch64, and under Miri, a guard does nothing.
+//! Any thread; wait-free. Decaying signals end in subnormal numbers, which cost a processor up to a hundred times as much
+//! as others (about 150 cycles per microcode assist by Intel's manual). The mode belongs to a thread: a guard sets it and
+//! restores the previous one. Rust guarantees results for the default mode only; the difference is that a subnormal reads
+//! as zero, on which no stage depends. On processors other than x86-64 and AArch64, and under Miri, a guard has no effect.
 
 #[cfg(all(not(miri), any(target_arch = "x86_64", target_arch = "aarch64")))]
 use std::arch::asm;

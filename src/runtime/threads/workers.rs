@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_reaches_the_caller_and_the_threads_go_on() {
+    fn a_panic_reaches_the_caller_and_the_threads_survive() {
         let threads = Threads::start(3).unwrap();
         let mut items = [0; 20];
         let outcome = catch_unwind(AssertUnwindSafe(|| {
@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn two_lists_are_worked_off_as_one() {
+    fn two_lists_run_in_one_round() {
         let threads = Threads::start(2).unwrap();
         let (mut a, mut b) = ([0; 5], vec![String::new(); 9]);
         let mut counts = [0; 2];
@@ -415,7 +415,7 @@ mod tests {
 
     #[test]
     #[expect(clippy::disallowed_methods, reason = "the helper has to fall asleep")]
-    fn a_helper_that_sleeps_is_not_waited_for() {
+    fn a_sleeping_helper_does_not_delay_a_round() {
         let threads = Threads::start(2).unwrap();
         let mut items = [0; 2];
         for _ in 0..20 {
@@ -426,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn a_job_may_ask_again() {
+    fn a_job_may_start_a_nested_round() {
         let threads = Threads::start(2).unwrap();
         let mut items = [[0; 3]; 4];
         threads.for_each(&mut items, |_, row| {

@@ -118,7 +118,7 @@ mod tests {
     use crate::runtime::threads::clock::now;
 
     #[test]
-    fn a_full_ring_loses_spans_and_says_how_many() {
+    fn a_full_ring_drops_and_counts_spans() {
         let epoch = now();
         let (mut writer, mut reader) = spans(Track::Sound, 2, epoch);
         for value in 0..5 {
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn recording_that_is_off_loses_nothing() {
+    fn disabled_recording_drops_nothing() {
         let epoch = now();
         let (mut writer, mut reader) = spans(Track::App, 0, epoch);
         writer.record(SpanKind::Tick, epoch, Duration::ZERO, 0);

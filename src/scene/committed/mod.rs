@@ -35,10 +35,10 @@ pub struct SceneSettings {
     /// the late reverb. By Rindel's limit c a* / (2 S cos θ) a panel of 0.5 m² at a* = 3 m reflects from 1 kHz on
     /// (\[RINDEL86\]).
     pub min_panel_m2: f64,
-    /// Largest area in m² of a finite panel: a connected planar panel with free edges, whose reflection is limited by its
-    /// size and fades at its edges; 0 for none. A panel of 40 m² at a* = 10 m reflects from 43 Hz on.
+    /// Largest area in m² of a finite panel: a connected planar panel with free edges. Its size limits its reflection,
+    /// which fades at its edges; 0 for none. A panel of 40 m² at a* = 10 m reflects from 43 Hz on.
     pub max_finite_panel_m2: f64,
-    /// Most triangles of a mesh. A mesh with more is an error before anything is built.
+    /// Most triangles of a mesh; a mesh with more is an error.
     pub most_triangles: usize,
 }
 
@@ -71,8 +71,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Checks a mesh (metres, +y up) and builds a scene of it. Material names that the table does not have get
-    /// `GENERIC_MATERIAL`](super::materials::GENERIC_MATERIAL) and are listed in [`defaulted_materials`. Control
+    /// Checks a mesh (metres, +y up) and builds a scene of it. Material names missing from the table get
+    /// [`GENERIC_MATERIAL`](super::materials::GENERIC_MATERIAL) and are listed in [`Self::defaulted_materials`]. Control
     /// side; takes seconds for a million triangles.
     ///
     /// # Errors
@@ -150,7 +150,7 @@ impl Scene {
         })
     }
 
-    /// Whether two scenes have the same fixed part, one a copy of the other.
+    /// Whether two scenes share the same fixed part.
     pub fn same_fixed_part(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.mesh, &other.mesh)
     }
@@ -174,8 +174,7 @@ impl Scene {
         &self.bvh
     }
 
-    /// The same scene, which reports every ray against its fixed part to an observer: for measurements. Control side;
-    /// allocates.
+    /// A copy that reports every ray against its fixed part to an observer, for measurements. Control side; allocates.
     pub fn with_observer(&self, observer: Arc<dyn RayObserver>) -> Self {
         Self {
             bvh: Arc::new(self.bvh.with_observer(observer)),
@@ -286,7 +285,7 @@ impl Scene {
         &self.mesh.surfaces
     }
 
-    /// Whether a ray meets this triangle: the tree's own test of it, without the tree.
+    /// Whether a ray hits this triangle, by the tree's own triangle test.
     #[inline]
     pub fn blocks(&self, triangle: u32, ray: &Ray) -> bool {
         if !self.has_triangle(triangle) {
@@ -297,7 +296,7 @@ impl Scene {
         PreparedRay::new(ray, margin_m).is_some_and(|ray| ray.intersect(&corners).is_some())
     }
 
-    /// A triangle's normal by its winding, of any length: from the side on which its corners run counter-clockwise.
+    /// A triangle's normal by its counter-clockwise winding, of any length.
     #[inline]
     pub fn triangle_normal(&self, triangle: u32) -> Vec3 {
         if !self.has_triangle(triangle) {
@@ -313,7 +312,7 @@ impl Scene {
         self.material_of(self.surface(surface))
     }
 
-    /// The same for a surface that has been looked up.
+    /// The same for a known surface.
     #[inline]
     pub fn material_of(&self, surface: &Surface) -> &Material {
         let (number, fixed) = (surface.material as usize, &self.mesh.materials);
@@ -331,7 +330,7 @@ impl Scene {
         self.reflectance_of(self.surface(surface))
     }
 
-    /// The same for a surface that has been looked up.
+    /// The same for a known surface.
     #[inline]
     pub fn reflectance_of(&self, surface: &Surface) -> &Reflectance {
         let (number, fixed) = (surface.material as usize, &self.reflectances);
@@ -363,12 +362,12 @@ impl Scene {
         &self.mesh.materials
     }
 
-    /// Material names that the table does not have.
+    /// Material names missing from the table.
     pub fn defaulted_materials(&self) -> &[String] {
         &self.mesh.defaulted
     }
 
-    /// What intake found and dropped.
+    /// Counts of the intake.
     pub fn report(&self) -> &IntakeReport {
         &self.mesh.report
     }

@@ -16,7 +16,7 @@ struct BoundaryEdge {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SurfaceBoundaries {
     boundaries: Vec<BoundaryEdge>,
-    /// Where each surface's edges begin; one more closes the list.
+    /// Start of each surface's edges, and the end of the list.
     first: Vec<u32>,
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-/// A point nearer to an edge's line than this has no angle around it, in metres.
+/// Distance from an edge's line below which a point has no angle around it, in metres.
 const ON_EDGE_M: f64 = 1e-4;
 
 /// Relative rounding error of lengths: a hundred times that of a few sums and roots in `f64`.
@@ -16,13 +16,13 @@ const ON_FACE: f64 = 1e-6;
 /// A straight edge between two faces, or at the boundary of one. Lengths in metres in the scene's local coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
-    /// Name across commits: a hash of the faces' keys and the ends.
+    /// Identity across commits: a hash of the faces' keys and the ends.
     pub key: u64,
-    /// Where it begins.
+    /// Start point.
     pub origin: DVec3,
     /// Unit vector along it.
     pub direction: DVec3,
-    /// Its length.
+    /// Length.
     pub length_m: f64,
     /// Unit vector from the edge into the first face.
     pub tangent: DVec3,
@@ -76,7 +76,7 @@ impl Edge {
     }
 
     /// Length of the shortest path between two points over the edge, if it is not above `most_m`, crosses within the edge's
-    /// ends and stays in the air: [`Self::crossing`]'s, without its angles for the many that are too long.
+    /// ends and stays in the air: the length of [`Self::crossing`], without its angles: most are too long.
     pub fn crossing_length_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
         let [(a, near), (b, far)] = [from, to].map(|p| {
             let out = p - self.origin;
@@ -84,7 +84,7 @@ impl Edge {
             (along, (out - along * self.direction).length())
         });
         let (along_m, across_m) = (b - a, near + far);
-        // Lower bound but for rounding.
+        // Lower bound except for rounding.
         let least_m2 = along_m * along_m + across_m * across_m;
         if least_m2 * (1.0 - 2.0 * LENGTH_ROUNDING) > most_m * most_m {
             return None;
@@ -114,7 +114,7 @@ impl Edge {
     pub fn is_outside(&self, point: DVec3) -> bool {
         let out = point - self.origin;
         let (x, y) = (out.dot(self.tangent), out.dot(self.normal));
-        // In front of the first face, or beside a sheet: all but the line itself.
+        // In front of the first face, or beside a sheet: all points except those on the line.
         let is_open = y >= 0.0 || self.n == 2.0;
         (is_open && x.abs().max(y.abs()) > ON_EDGE_M) || self.angle_of(point).is_some()
     }
@@ -162,12 +162,12 @@ impl Edge {
         })
     }
 
-    /// Where two edges come closest, each in metres from its beginning.
+    /// Closest points of two edges, each in metres from its start.
     pub(super) fn closest(&self, other: &Self) -> (f64, f64) {
         let (u, v, w) = (self.direction, other.direction, self.origin - other.origin);
         let (cosine, d, e) = (u.dot(v), u.dot(w), v.dot(w));
         let sine_squared = 1.0 - cosine * cosine;
-        // Parallel edges: the middle of the one.
+        // Parallel edges: the middle of one.
         let s = if sine_squared > 1e-9 {
             (cosine * e - d) / sine_squared
         } else {
@@ -207,7 +207,7 @@ mod tests {
     use super::*;
 
     fn corner() -> Edge {
-        // Solid at x > 0, y < 0; the first face looks to +y.
+        // Solid at x > 0, y < 0; the first face has the normal +y.
         Edge {
             key: 1,
             origin: DVec3::ZERO,
@@ -237,13 +237,13 @@ mod tests {
     }
 
     #[test]
-    fn a_bent_way_keeps_its_angle_to_the_edge() {
+    fn a_diffracted_path_keeps_its_angle_to_the_edge() {
         let edge = corner();
         let (from, to) = (DVec3::new(2.0, 1.0, -0.5), DVec3::new(-1.0, -3.0, -3.5));
         let crossing = edge.crossing(from, to).expect("within the ends");
-        let cosine = |way: DVec3| way.normalize().dot(edge.direction);
+        let cosine = |leg: DVec3| leg.normalize().dot(edge.direction);
         assert!((cosine(crossing.apex - from) - cosine(to - crossing.apex)).abs() < 1e-12);
-        // No other point of the edge makes a shorter way.
+        // No other point of the edge has a shorter path.
         for along in [0.1, 0.9, 2.0, 3.9] {
             let at = edge.at(along);
             assert!(from.distance(at) + at.distance(to) >= crossing.length_m() - 1e-12);

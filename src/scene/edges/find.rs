@@ -1,10 +1,10 @@
 //! Finds the diffracting edges of a mesh.
 //!
 //! The faces at a line of the mesh are sorted by angle. The widest gap between neighbours is the exterior wedge; the line
-//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding tells the solid side
-//! only in connected parts of the mesh without boundary edges: there a gap behind both faces is solid and no edge. In other
-//! parts (sheets, furniture without a bottom) both sides count as air. A superfluous edge costs time; a missing edge is a
-//! hard shadow.
+//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding determines the solid
+//! side only in connected parts of the mesh without boundary edges: there a gap behind both faces is solid and no edge. In other
+//! parts (sheets, furniture without a bottom) both sides count as air. A superfluous edge costs time; a missing edge causes
+//! a hard shadow.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ use super::super::surface::panel::DisjointSets;
 use super::super::weld::sorted_edges;
 use super::edge::Edge;
 
-/// Shortest edge in metres: a shorter one has no shadow of its own below 1 kHz.
+/// Shortest edge in metres: shorter ones cast no shadow below 1 kHz.
 pub const LEAST_LENGTH_M: f64 = 0.3;
 
 /// Least angle in degrees by which the air around an edge exceeds a half-turn.
@@ -127,7 +127,7 @@ fn segment(
         let corners = triangles[triangle as usize].map(&position);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let surface = surfaces.triangle_surface[triangle as usize];
-        // The surface's plane is steadier than a small triangle's.
+        // The surface's plane is more accurate than a small triangle's.
         let across = surfaces.surfaces[surface as usize].normal.cross(direction);
         let third = corners.iter().copied().sum::<DVec3>() / 3.0 - position(ends[0]);
         let tangent = across.try_normalize()? * 1f64.copysign(across.dot(third));
@@ -157,7 +157,7 @@ fn segment(
     if gap(widest) < PI + LEAST_TURN_DEG.to_radians() {
         return None;
     }
-    // One large face suffices for a shadow; the other may be a door's narrow jamb.
+    // One large face suffices for a shadow: the other may be narrow, such as a door jamb.
     let panels = surfaces.is_panel(first.triangle) || surfaces.is_panel(second.triangle);
     // The air's side of the first face is where angles grow, of the second where they fall.
     let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
@@ -172,7 +172,7 @@ fn segment(
     })
 }
 
-/// The one of a direction and its opposite whose first large component of y, x, z is positive.
+/// The direction or its opposite: the first large component of y, x, z is positive.
 fn oriented(direction: DVec3) -> DVec3 {
     let leading = [direction.y, direction.x, direction.z]
         .into_iter()

@@ -8,10 +8,10 @@ use super::edge::Edge;
 /// Most surfaces kept for one edge.
 pub const MOST_EDGE_MIRRORS: usize = 6;
 
-/// Least distance in metres of an edge's middle from a plane that it is reflected in: nearer, the edge lies in it.
+/// Least distance in metres of an edge's middle from a mirror plane: a nearer edge lies in the plane.
 const LEAST_DISTANCE_M: f64 = 0.01;
 
-/// Added to squared distances, in m²: a surface next to the edge is no better than one a metre away.
+/// Added to squared distances, in m²: a surface next to the edge ranks like one a metre away.
 const NEAR_M2: f64 = 1.0;
 
 /// Mirror surfaces of an edge, largest solid angle first.
@@ -22,13 +22,13 @@ pub struct EdgeMirrors {
 }
 
 impl EdgeMirrors {
-    /// The surfaces' numbers.
+    /// Indices of the surfaces.
     pub fn as_slice(&self) -> &[u32] {
         &self.surfaces[..self.count]
     }
 }
 
-/// The best mirrors of an edge among surfaces that come largest first.
+/// The best mirrors of an edge among surfaces in order of size.
 pub(crate) fn choose<'a>(
     edge: &Edge,
     mirrors: impl Iterator<Item = (u32, &'a Surface)>,
@@ -80,7 +80,7 @@ impl EdgeMirrorLists {
     }
 }
 
-/// Whether a surface's plane goes through an edge's middle.
+/// Whether a surface's plane contains an edge's middle.
 fn holds(surface: &Surface, middle: DVec3) -> bool {
     surface.distance_m(middle).abs() < LEAST_DISTANCE_M
 }

@@ -43,7 +43,7 @@ pub struct EdgeSet {
 /// An edge with the length of the shortest path over it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DiffractingEdge {
-    /// Number of the edge.
+    /// Index of the edge.
     pub edge: u32,
     /// Length in metres from start to edge to end.
     pub length_m: f64,
@@ -84,7 +84,7 @@ impl DiffractingEdges {
 }
 
 impl EdgeSet {
-    /// Finds the edges of a mesh whose vertices lie about `centre`, and the pairs with a line of sight.
+    /// Finds the edges of a mesh with vertices relative to `centre`, and the pairs with a line of sight.
     pub(super) fn build(
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
@@ -146,13 +146,13 @@ impl EdgeSet {
         self.boundaries.distance_m(surface, point, within_m)
     }
 
-    /// Surfaces that look large from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: candidates for
+    /// Surfaces of large solid angle from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: candidates for
     /// a reflection before or after its diffraction.
     pub fn mirrors(&self, index: u32) -> EdgeMirrors {
         self.mirrors.of(index)
     }
 
-    /// The largest surfaces, largest first, at most [`MOST_MIRRORS`]: those that edges choose of.
+    /// The largest surfaces, largest first, at most [`MOST_MIRRORS`]: the candidates for [`Self::mirrors`].
     pub fn large_surfaces(&self) -> &[u32] {
         &self.large
     }
@@ -184,7 +184,7 @@ impl EdgeSet {
         index: impl Fn(u32) -> u32,
     ) {
         self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
-            // Most are too long for a full list; the length is cheaper than the angles.
+            // Most paths are too long for a full list; lengths are cheaper than angles.
             edge.crossing_length_m(from, to, bound_m)
         });
     }
@@ -198,7 +198,7 @@ impl EdgeSet {
         near
     }
 
-    /// Adds [`Self::first_crossings`] to an answer, under other numbers.
+    /// Adds [`Self::first_crossings`] to a list; `index` maps the indices of edges.
     pub(super) fn add_first_crossings(
         &self,
         near: &mut DiffractingEdges,

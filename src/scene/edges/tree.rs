@@ -18,7 +18,7 @@ struct Node {
     first: u32,
     /// Edges of a leaf, 0 in an inner node.
     count: u32,
-    /// Number of the node that follows this one and everything below it.
+    /// Index of the node after this one's subtree.
     next: u32,
 }
 

@@ -10,17 +10,17 @@ use crate::scene::edges::tree::EdgeTree;
 /// Most neighbours of one edge.
 pub const MOST_NEIGHBOURS: usize = 12;
 
-/// Largest distance in metres of two edges of a second-order path: beyond it the path is too weak to matter.
+/// Largest distance in metres of two edges of a second-order path: beyond it the path is inaudible.
 pub const REACH_M: f64 = 6.0;
 
 /// Distance in metres of the ends of sight lines from the edge, along the middle of the exterior wedge.
 const CLEARANCE_M: f64 = 1e-3;
 
 /// Candidates of one edge that are tested, nearest first.
-const MOST_LOOKED_AT: usize = 32;
+const MOST_TESTED: usize = 32;
 
-/// Edges that one edge is compared with, in the tree's order: bounds the time in a heap of thousands of edges that all
-/// lie within reach of each other. The benchmark scenes stay below a quarter of it.
+/// Edges compared with one edge, in the tree's order: bounds the time where thousands of edges lie within reach of each
+/// other. The benchmark scenes stay below a quarter of it.
 const MOST_COMPARED: usize = 4096;
 
 /// Neighbour lists of all edges, end to end.
@@ -44,7 +44,7 @@ impl EdgeVisibilityGraph {
             let mut compared = 0;
             tree.walk(|min, max, leaf| {
                 let gap_m = (min - high).max(low - max).max(DVec3::ZERO).length();
-                let bound_m = match near.get(MOST_LOOKED_AT - 1) {
+                let bound_m = match near.get(MOST_TESTED - 1) {
                     Some((farthest_m, _)) => *farthest_m,
                     None => REACH_M,
                 };
@@ -58,11 +58,11 @@ impl EdgeVisibilityGraph {
                     let rank =
                         |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
                     let rank_index = near.partition_point(rank);
-                    if rank_index < MOST_LOOKED_AT
+                    if rank_index < MOST_TESTED
                         && apart_m < REACH_M
                         && outside(edge, &edges[other as usize])
                     {
-                        near.truncate(MOST_LOOKED_AT - 1);
+                        near.truncate(MOST_TESTED - 1);
                         near.insert(rank_index, (apart_m, other));
                     }
                 }
@@ -101,9 +101,9 @@ fn outside(a: &Edge, b: &Edge) -> bool {
 /// Whether any of four sight lines between two edges is unoccluded.
 fn is_unoccluded(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
     let (s, t) = a.closest(b);
-    let same_way = a.direction.dot(b.direction) >= 0.0;
+    let same_direction = a.direction.dot(b.direction) >= 0.0;
     let across = |share: f64| {
-        let other = if same_way { share } else { 1.0 - share };
+        let other = if same_direction { share } else { 1.0 - share };
         (share * a.length_m, other * b.length_m)
     };
     let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_are_those_that_a_look_at_all_edges_finds() {
+    fn neighbours_equal_an_exhaustive_search() {
         let doorway = procedural::by_name("doorway").expect("a scene").mesh;
         for mesh in [doorway, heap(120)] {
             let table = MaterialTable::built_in();
@@ -159,7 +159,7 @@ mod tests {
                 near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
                 let seen = near
                     .iter()
-                    .take(MOST_LOOKED_AT)
+                    .take(MOST_TESTED)
                     .map(|(_, other)| *other)
                     .filter(|&other| is_unoccluded(edge, &edges[other as usize], scene.bvh()));
                 let expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();

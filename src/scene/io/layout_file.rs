@@ -104,7 +104,7 @@ impl SceneLayout {
         Self::parse(path, &read_text(path)?)
     }
 
-    /// Reads the text of a layout file; `path` is for errors and for a name where the text has none.
+    /// Parses a layout file; `path` is for errors and for a missing name.
     ///
     /// # Errors
     /// [`crate::Error::Format`] with line and key for missing or unknown keys, numbers out of range, names that occur
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_source_says_of_itself_arrives() {
+    fn source_settings_are_read() {
         let layout = parse(
             "facing = [0, 0, 2]\ndirectivity = { weight = [0, 0, 0, 0, 0.5, 0.5, 0.5, 1], order = 2 }\n\
              radius_m = 0.5\nwithout = ['late', 'transmission']",

@@ -16,7 +16,7 @@ use crate::scene::materials::{
     DEFAULT_SCATTERING, DEFAULT_TRANSMISSION, MaterialEntry, MaterialTable, transmission_of_loss,
 };
 
-/// By how much transmission may exceed absorption: the rounding of a level to two digits.
+/// Tolerance of transmission above absorption: the rounding of a level to two digits.
 const TRANSMISSION_SLACK: f32 = 1e-6;
 
 #[derive(Deserialize)]
@@ -50,7 +50,7 @@ impl MaterialTable {
         Self::parse(path, &read_text(path)?)
     }
 
-    /// Reads the text of such a file; `path` is for errors.
+    /// Parses such a file; `path` is for errors.
     ///
     /// # Errors
     /// [`crate::Error::Format`] with line and key for anything but numbers from 0 to 1, one or eight of them, with

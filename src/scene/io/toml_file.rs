@@ -1,7 +1,7 @@
 //! TOML files with errors that name file, line and key.
 //!
-//! Control side. Values are checked by the types of this module while `serde` reads them, which gives errors the line
-//! of the value. Their messages have the form `problem; advice`.
+//! Control side. The types of this module check values while `serde` reads them: errors then have the value's line.
+//! Messages have the form `problem; advice`.
 
 use std::io::Read;
 use std::ops::Range;
@@ -16,7 +16,7 @@ use crate::acoustics::{BANDS, BandArray};
 use crate::error::{Error, Result};
 use crate::scene::mesh::LARGEST_COORDINATE_M;
 
-/// Largest file in bytes; a thousand materials take less than one.
+/// Largest file in bytes; a thousand materials take less than a megabyte.
 const LARGEST_FILE: u64 = 1 << 24;
 
 /// The text of a TOML file.
@@ -111,7 +111,7 @@ impl<const LOW: i32, const HIGH: i32, const ABOVE: bool> TryFrom<f64> for Within
     }
 }
 
-/// One number for all bands or one a band, each from `LOW` to `HIGH`.
+/// One number for all bands or one per band, each from `LOW` to `HIGH`.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "toml::Value")]
 pub(super) struct PerBand<const LOW: i32, const HIGH: i32>(pub(super) BandArray);

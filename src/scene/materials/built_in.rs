@@ -1,15 +1,14 @@
 //! Built-in surface materials, octave bands 63 125 250 500 1k 2k 4k 8k Hz.
 //!
 //! Absorption: energy, random incidence. The printed tables give 125 Hz to 4 kHz. The 63 Hz and 8 kHz columns are
-//! extrapolated here: the neighbour's value, moved on along the trend where the table has a clear one.
+//! extrapolated here: the neighbour's value, or the table's trend where it is clear.
 //! Scattering: share of the reflected energy (ISO 17497-1). Few materials have published values; these are estimates
 //! from the size of the relief against the wavelength, in the range of \[VORLANDER08\], appendix.
 //! Transmission loss: field-incidence mass law 20 lg(m' f) - 47 dB for the mass in kg/m2 that `source` states, held
 //! between 0 and 60 dB, or typical laboratory values where stiffness and coincidence matter (\[BIES18\] chapter 7).
-//! Absorption counts what passes through, so a table value of absorption that is too small for the loss bounds it.
+//! Absorption includes transmitted energy: a small absorption of the table bounds the transmission.
 //!
-//! The values are the tables' common values, written down from knowledge of them and rounded, not measured by this
-//! project. Compared with the tables that pyroomacoustics 0.10.1 prints from \[VORLANDER08\]: concrete, plaster, brick,
+//! The values are the tables' common values, quoted from memory and rounded, not measured by this project. Compared with the tables that pyroomacoustics 0.10.1 prints from \[VORLANDER08\]: concrete, plaster, brick,
 //! door_wood, upholstered_seat, audience and rock_wool are equal from 125 Hz to 4 kHz, wood_panel (thin plywood
 //! panelling) within 0.02. The others have no counterpart there and stay unchecked.
 //!
@@ -37,7 +36,7 @@ struct BuiltIn {
     source: &'static str,
 }
 
-/// Loss of sound on its way through a material.
+/// Loss of sound through a material.
 enum Loss {
     /// Transmission loss in dB.
     Db(BandArray),

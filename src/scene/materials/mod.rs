@@ -5,19 +5,19 @@
 //! ```toml
 //! [materials.my_wall]
 //! absorption = [0.02, 0.02, 0.02, 0.03, 0.03, 0.04, 0.05, 0.05]  # energy, random incidence, 63 Hz to 8 kHz
-//! scattering = 0.1                 # one number, or one a band; 0.1 if absent
+//! scattering = 0.1                 # one number, or one per band; 0.1 if absent
 //! transmission_loss_db = 40        # or transmission = energy ratio; nothing passes if both are absent
-//! source = "measured in March"     # where the numbers come from; optional
+//! source = "measured in March"     # origin of the numbers; optional
 //! ```
 //!
-//! Absorption counts what passes through, so transmission is never above it.
+//! Absorption includes transmitted energy: transmission is never above it.
 
 mod built_in;
 
 use crate::acoustics::bands::BANDS;
 use crate::acoustics::material::Material;
 
-/// Material of names that the table does not have.
+/// Material of names missing from the table.
 pub const GENERIC_MATERIAL: &str = "generic";
 
 /// Scattering of a material that states none: smooth building surfaces have 0.05 to 0.2 (\[VORLANDER08\] appendix).
@@ -31,7 +31,7 @@ pub(super) fn transmission_of_loss(loss_db: f32) -> f32 {
     10f32.powf(-loss_db / 10.0)
 }
 
-/// A material and where its numbers come from.
+/// A material and the origin of its numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaterialEntry {
     /// The material under its name in the table.
@@ -65,12 +65,12 @@ pub struct MaterialTable {
 pub struct Resolved {
     /// One material a name, in the order of the names and under them.
     pub materials: Vec<Material>,
-    /// Names that the table does not have; their material is [`GENERIC_MATERIAL`].
+    /// Names missing from the table; their material is [`GENERIC_MATERIAL`].
     pub defaulted: Vec<String>,
 }
 
 impl MaterialTable {
-    /// The materials that come with the crate.
+    /// The built-in materials.
     pub fn built_in() -> Self {
         Self::from_entries(built_in::entries())
     }

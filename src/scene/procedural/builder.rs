@@ -6,11 +6,11 @@ use glam::{DVec3, Vec3};
 
 use super::{BenchmarkScene, ObjectRange, TriangleMesh, Walk, named};
 
-/// How far things are sunk into what they stand on or hang from, in metres: far beyond rounding, too little to see.
+/// Depth in metres by which objects are sunk into the surface that carries them: far above rounding, hardly visible.
 pub(super) const SUNK_M: f64 = 0.02;
 
 /// A mesh under construction. Corners are given in metres and rounded to whole millimetres; equal corners are one
-/// vertex. Faces are counter-clockwise seen from where sound is.
+/// vertex. Faces are counter-clockwise seen from the air.
 pub(super) struct MeshBuilder {
     mesh: TriangleMesh,
     vertex_at_mm: HashMap<[i32; 3], u32>,
@@ -19,7 +19,7 @@ pub(super) struct MeshBuilder {
 }
 
 impl MeshBuilder {
-    /// Nothing yet.
+    /// An empty mesh.
     pub(super) fn new() -> Self {
         Self {
             mesh: TriangleMesh::default(),
@@ -29,7 +29,7 @@ impl MeshBuilder {
         }
     }
 
-    /// What follows is of this kind.
+    /// Begins the objects of a kind.
     pub(super) fn part(&mut self, name: &'static str) {
         let here = self.mesh.triangles.len();
         self.parts.push(ObjectRange {
@@ -38,7 +38,7 @@ impl MeshBuilder {
         });
     }
 
-    /// What follows is made of this material.
+    /// Sets the material of the next faces.
     pub(super) fn paint(&mut self, material: &str) {
         self.material = self.mesh.material(material);
     }
@@ -66,13 +66,13 @@ impl MeshBuilder {
             .map(|metres| (metres * 1000.0).round() as i32);
         let vertices = &mut self.mesh.vertices;
         *self.vertex_at_mm.entry(mm).or_insert_with(|| {
-            // One correctly rounded division: the same number that reading "1.234" from a file gives.
+            // One correctly rounded division: the same number as "1.234" read from a file.
             vertices.push(Vec3::from(mm.map(|c| c as f32 / 1000.0)));
             (vertices.len() - 1) as u32
         })
     }
 
-    /// The finished scene. Within a part, triangles of one material stand together: files get shorter.
+    /// The finished scene. Within a part triangles are sorted by material: files get shorter.
     pub(super) fn into_scene(
         self,
         name: &'static str,

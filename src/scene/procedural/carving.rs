@@ -1,16 +1,16 @@
-//! Buildings of square blocks: filled and carved out, then skinned where solid meets air.
+//! Buildings of axis-aligned blocks: filled and carved, with faces between solid and air.
 //!
-//! The skin has no gaps and no corner of one face on another's edge: all faces end at the same cutting planes. A wall
-//! with a door is a filled block with a carved one; a room shell is a carved block in a world that is solid outside.
+//! The skin is watertight and has no T-junctions: all faces end at the same cutting planes. A wall with a door is a
+//! filled block with a carved one; a room shell is a carved block in a solid world.
 
 use glam::{DVec3, dvec3};
 
 use super::builder::MeshBuilder;
 
-/// Cutting planes closer than this are one, in metres: half of the builder's grid.
+/// Cutting planes closer than this are merged, in metres: half of the builder's grid.
 const SAME_PLANE_M: f64 = 0.0005;
 
-/// Blocks to be skinned. Later steps win where blocks overlap.
+/// Filled and carved blocks; of overlapping blocks the last one counts.
 pub(super) struct Carving {
     outside_is_solid: bool,
     steps: Vec<Step>,
@@ -23,13 +23,13 @@ struct Step {
     solid: bool,
 }
 
-/// One face of the skin before it has a material.
+/// One face of the skin, without a material.
 pub(super) struct Face {
-    /// Its middle, in metres.
+    /// Centre, in metres.
     pub(super) middle: DVec3,
     /// Unit normal, towards the air.
     pub(super) normal: DVec3,
-    /// Middle of the air cell in front; where that is outside of all blocks, a point just in front of the face.
+    /// Centre of the air cell in front; outside of all blocks a point just in front of the face.
     pub(super) air: DVec3,
 }
 
@@ -39,7 +39,7 @@ impl Carving {
         Self::new(false)
     }
 
-    /// No blocks, in a world that is solid.
+    /// No blocks, in a solid world.
     pub(super) fn in_rock() -> Self {
         Self::new(true)
     }
@@ -71,15 +71,15 @@ impl Carving {
     }
 
     /// Cuts faces at a plane square to axis 0, 1 or 2.
-    pub(super) fn cut(&mut self, axis: usize, place: f64) {
+    pub(super) fn cut(&mut self, axis: usize, position: f64) {
         let planes = &mut self.planes[axis];
-        if planes.iter().all(|&p| (p - place).abs() > SAME_PLANE_M) {
-            planes.push(place);
+        if planes.iter().all(|&p| (p - position).abs() > SAME_PLANE_M) {
+            planes.push(position);
             planes.sort_by(f64::total_cmp);
         }
     }
 
-    /// Adds the skin; `paint` names each face's material, or leaves the face off.
+    /// Adds the skin; `paint` returns each face's material, or `None` to omit the face.
     pub(super) fn skin(
         &self,
         builder: &mut MeshBuilder,
@@ -89,10 +89,10 @@ impl Carving {
             let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
             for edges_u in self.planes[u].windows(2) {
                 for edges_v in self.planes[v].windows(2) {
-                    for (i, &place) in self.planes[axis].iter().enumerate() {
+                    for (i, &position) in self.planes[axis].iter().enumerate() {
                         let corner = |cu: usize, cv: usize| {
                             let mut point = DVec3::ZERO;
-                            point[axis] = place;
+                            point[axis] = position;
                             point[u] = edges_u[cu];
                             point[v] = edges_v[cv];
                             point
@@ -126,7 +126,7 @@ impl Carving {
         }
     }
 
-    /// Middle of the cell between plane `i` and the next, over a face's middle, and whether it is solid.
+    /// Centre of the cell between plane `i` and the next, over a face's centre, and whether it is solid.
     fn cell(&self, axis: usize, i: Option<usize>, face: DVec3, outwards: f64) -> (DVec3, bool) {
         let planes = &self.planes[axis];
         let mut middle = face;

@@ -1,10 +1,10 @@
 //! Two rooms and one door: the stress case (Figure 7 of the paper).
 //!
-//! A wall of 0.2 m parts two rooms of 8 × 6 × 3 m; its door is 0.95 m wide. The listener walks slantwise from one room
-//! into the other, enters the opening 9 cm beside its far jamb and leaves it through that jamb: for 0.1 m (under a
-//! tenth of a second) the ears are inside the wall, 7 cm from its end. So on the way to the door the paths from the
-//! other room appear one after the other, at the jamb all change at once, and the static place (the middle of the
-//! walk, 1.25 m before the wall) hears the other room through the door only.
+//! A wall of 0.2 m separates two rooms of 8 × 6 × 3 m; its door is 0.95 m wide. The listener walks obliquely from one
+//! room into the other, enters the opening 9 cm beside its far jamb and leaves it through that jamb: for 0.1 m (less than
+//! a tenth of a second) the ears are inside the wall, 7 cm from its end. Paths from the other room appear one after the
+//! other before the door and all change at the jamb. At the position at rest (the middle of the walk, 1.25 m before the
+//! wall) the other room is audible through the door only.
 
 use glam::{DVec3, Vec3, dvec3};
 
@@ -25,7 +25,7 @@ pub fn doorway() -> BenchmarkScene {
     b.into_scene("doorway", SOURCES, walk)
 }
 
-/// The first eight in the room where the walk ends, the others where it begins.
+/// The first eight are in the room where the walk ends, the others where it begins.
 const SOURCES: [[f32; 3]; 16] = [
     [4.8, 1.5, 3.2],
     [1.2, 1.5, 1.0],
@@ -68,7 +68,7 @@ fn rooms(b: &mut MeshBuilder) {
 fn furniture(b: &mut MeshBuilder) {
     b.part("furniture");
     b.paint("wood_panel");
-    // A bookcase and a sideboard, their backs in the wall.
+    // A bookcase and a sideboard against the wall.
     b.cuboid(
         dvec3(-SUNK_M, -SUNK_M, 3.8),
         dvec3(0.35, 2.0, 5.6),
@@ -105,7 +105,7 @@ fn furniture(b: &mut MeshBuilder) {
     );
     b.part("door");
     b.paint("door_wood");
-    // The open leaf, on the hinge of the jamb that the walk does not meet; its narrow end is sunk into the wall.
+    // The open leaf at the jamb away from the walk; its hinge side is sunk into the wall.
     b.cuboid(
         dvec3(7.09, 0.02, 3.02),
         dvec3(8.0 + SUNK_M, 2.06, 3.06),

@@ -1,6 +1,6 @@
-//! A million triangles of hilly ground: what propagation costs where a scene is forty times a hall's size.
+//! A million triangles of hilly ground, forty times those of a hall: for the cost of large scenes.
 //!
-//! Made anew each time; the file would have a hundred megabytes. 708 × 708 squares of 1.5 m, two triangles each; hills
+//! Generated on each use; the file would have a hundred megabytes. 708 × 708 squares of 1.5 m, two triangles each; hills
 //! of smooth noise up to 12 m, and a level clearing of 60 m around the middle where sources and listener are.
 
 use glam::Vec3;
@@ -16,7 +16,7 @@ const SQUARE_M: f32 = 1.5;
 /// Wavelength of the largest hills in squares, and their height in metres; each finer layer has half of both.
 const HILLS: (f32, f32) = (64.0, 12.0);
 
-/// Half the width of the clearing, and how far from it the hills have their full height, in squares.
+/// Half the width of the clearing, and distance from it at which hills have their full height, in squares.
 const CLEARING: (f32, f32) = (20.0, 60.0);
 
 /// Hilly ground of 1,002,528 triangles.
@@ -67,14 +67,14 @@ fn hills(x: f32, z: f32) -> f32 {
     sum
 }
 
-/// Smooth noise from 0 to 1 with a new value at every whole place.
+/// Smooth noise from 0 to 1 with a random value at every integer point.
 fn noise(x: f32, z: f32, layer: u32) -> f32 {
     let (column, row) = (x.floor(), z.floor());
     let ease = |t: f32| t * t * (3.0 - 2.0 * t);
     let (u, v) = (ease(x - column), ease(z - row));
     let value = |dx: u32, dz: u32| {
-        let place = (column as u32 + dx) << 16 | (row as u32 + dz);
-        let mut bits = place ^ (layer + 1).wrapping_mul(0x9e37_79b9);
+        let cell = (column as u32 + dx) << 16 | (row as u32 + dz);
+        let mut bits = cell ^ (layer + 1).wrapping_mul(0x9e37_79b9);
         for shift in [15, 13, 16] {
             bits = (bits ^ bits >> shift).wrapping_mul(0x85eb_ca6b);
         }
@@ -90,11 +90,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_has_a_million_triangles_and_a_level_clearing() {
+    fn the_mesh_has_a_million_triangles_and_a_level_clearing() {
         let scene = million();
         assert_eq!(scene.mesh.triangles.len(), 1_002_528);
-        for (_, place) in &scene.sources {
-            assert!(place.x.abs() < CLEARING.0 * SQUARE_M && place.z.abs() < CLEARING.0 * SQUARE_M);
+        for (_, position) in &scene.sources {
+            assert!(
+                position.x.abs() < CLEARING.0 * SQUARE_M
+                    && position.z.abs() < CLEARING.0 * SQUARE_M
+            );
         }
         let flat = |v: &&Vec3| v.x.abs() < 30.0 && v.z.abs() < 30.0;
         assert!(scene.mesh.vertices.iter().filter(flat).all(|v| v.y == 0.0));

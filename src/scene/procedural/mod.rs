@@ -1,12 +1,12 @@
 //! Benchmark scenes made by code.
 //!
-//! Control side, host or device; bounded by the scene's size. Takes nothing, gives a mesh with its materials' names,
-//! sixteen source positions and one listener walk. The same bits on every machine: seeds are fixed, arithmetic is
-//! `+ − × ÷` and square roots in f64, and every coordinate ends on a grid of one millimetre.
+//! Control side, host or device; bounded by the scene's size. Output: a mesh with material names, sixteen source
+//! positions and one listener walk. The bits are the same on every machine: seeds are fixed, arithmetic is `+ − × ÷` and
+//! square roots in f64, and coordinates are rounded to a millimetre.
 //!
-//! The published benchmark scenes are not public; these have their size and character. Walls, floors and ceilings are
+//! The scenes of the paper are not public; these have their size and character. Walls, floors and ceilings are
 //! exactly planar and axis-parallel, solids face outwards, room shells inwards (counter-clockwise towards the
-//! listener). Things that stand on or hang from a surface are sunk into it, so that no two faces lie in one another.
+//! listener). Objects are sunk into the surface that carries them: no two faces coincide.
 
 mod angrybot;
 mod bootcamp;
@@ -32,10 +32,10 @@ pub use doorway::doorway;
 pub use million::million;
 pub use write::write_files;
 
-/// Names of the benchmark scenes, as [`by_name`] takes them.
+/// Names of the benchmark scenes for [`by_name`].
 pub const NAMES: [&str; 4] = ["concert_hall", "bootcamp", "angrybot", "doorway"];
 
-/// Speed of the listener on every walk, m/s: an easy walking pace.
+/// Walking speed of the listener, m/s.
 pub const WALK_SPEED_M_S: f32 = 1.4;
 
 /// A benchmark scene.
@@ -43,7 +43,7 @@ pub const WALK_SPEED_M_S: f32 = 1.4;
 pub struct BenchmarkScene {
     /// One of [`NAMES`].
     pub name: &'static str,
-    /// Welded triangles, none degenerate, none twice.
+    /// Welded triangles without degenerate and duplicate ones.
     pub mesh: TriangleMesh,
     /// Kinds of objects, in the order of the mesh's triangles and without gaps.
     pub parts: Vec<ObjectRange>,
@@ -62,7 +62,7 @@ pub struct ObjectRange {
     pub triangles: Range<usize>,
 }
 
-/// A straight line that the listener walks to and fro.
+/// A straight line that the listener walks back and forth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walk {
     /// Ear position at the start, in metres.
@@ -71,7 +71,7 @@ pub struct Walk {
     pub to: Vec3,
     /// Speed in m/s.
     pub speed_m_s: f32,
-    /// Ear position of a listener who stands still, in metres: the middle of the line.
+    /// Ear position of a listener at rest, in metres: the middle of the line.
     pub standing: Vec3,
 }
 
@@ -86,7 +86,7 @@ impl Walk {
     }
 }
 
-/// The scene of a name in [`NAMES`], or nothing for any other.
+/// The scene of a name in [`NAMES`]; `None` for any other.
 pub fn by_name(name: &str) -> Option<BenchmarkScene> {
     match name {
         "concert_hall" => Some(concert_hall()),
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shoebox_faces_look_at_the_middle() {
+    fn shoebox_faces_point_inwards() {
         let size = Vec3::new(3.0, 2.5, 4.1);
         let room = shoebox(size, "plaster");
         assert_eq!(room.triangles.len(), 12);

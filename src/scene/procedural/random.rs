@@ -1,10 +1,10 @@
-//! Numbers that look random and are the same everywhere.
+//! Reproducible pseudo-random numbers.
 
-/// SplitMix64 (Steele, Lea and Flood 2014): one 64-bit counter, mixed. Good enough to place trees with.
+/// SplitMix64 (Steele, Lea and Flood 2014): a mixed 64-bit counter.
 pub(super) struct Random(u64);
 
 impl Random {
-    /// A sequence of its own for each seed.
+    /// The sequence of a seed.
     pub(super) fn new(seed: u64) -> Self {
         Self(seed)
     }

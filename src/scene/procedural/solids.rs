@@ -8,7 +8,7 @@ use glam::{DVec3, dvec3};
 use super::builder::{MeshBuilder, SUNK_M};
 use super::random::Random;
 
-/// A side of a box, by the axis that it is square to and its place on it.
+/// A side of a box, by the axis of its normal and its position along it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {
     /// Least x.
@@ -23,7 +23,7 @@ pub(super) enum Side {
     ZMax,
 }
 
-/// An axis of the world, as the direction that something long lies in.
+/// A world axis: the direction of a long object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Axis {
     /// Along x.
@@ -48,9 +48,9 @@ impl Axis {
 /// Which ends of an extrusion are closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ends {
-    /// Neither: both are sunk into something.
+    /// Neither: both are sunk into other solids.
     Open,
-    /// Only the far one: the near one is sunk into something.
+    /// Only the far one: the near one is sunk into another solid.
     Far,
     /// Both.
     Closed,
@@ -96,12 +96,12 @@ impl MeshBuilder {
         }
     }
 
-    /// A box that stands on a floor at `min.y`: sunk into it, without a bottom.
+    /// A box on a floor at `min.y`: sunk into it, without a bottom.
     pub(super) fn standing(&mut self, min: DVec3, max: DVec3) {
         self.cuboid(min - DVec3::Y * SUNK_M, max, &[Side::YMin]);
     }
 
-    /// A convex planar outline swept along `sweep`; the outline is counter-clockwise seen from where it is swept to.
+    /// A convex planar outline swept along `sweep`; the outline is counter-clockwise seen from its swept end.
     pub(super) fn extrude(&mut self, outline: &[DVec3], sweep: DVec3, ends: Ends) {
         for (i, &corner) in outline.iter().enumerate() {
             let next = outline[(i + 1) % outline.len()];
@@ -117,8 +117,8 @@ impl MeshBuilder {
         }
     }
 
-    /// A box of `size` that stands with its middle at `foot`, turned about the vertical: on a floor with its bottom
-    /// left off ([`Ends::Far`]), or on something smaller with its bottom closed.
+    /// A box of `size` with the middle of its bottom at `foot`, turned about the vertical: without a bottom on a floor
+    /// ([`Ends::Far`]), with one on a smaller object.
     pub(super) fn standing_turned(&mut self, foot: DVec3, size: DVec3, turns: f64, ends: Ends) {
         let (along, across) = heading(turns);
         let (a, b) = (along * (0.5 * size.x), across * (0.5 * size.z));
@@ -143,7 +143,7 @@ impl MeshBuilder {
         self.extrude(&outline, axis.frame()[2] * length, ends);
     }
 
-    /// A body of revolution: rings as (place along the axis, radius), rising. A radius of 0 closes an end in a point,
+    /// A body of revolution: rings as (position along the axis, radius), rising. A radius of 0 closes an end in a point,
     /// any other end is left open.
     pub(super) fn revolve(&mut self, axis: Axis, start: DVec3, rings: &[(f64, f64)], sides: u32) {
         let direction = axis.frame()[2];
@@ -186,7 +186,7 @@ impl MeshBuilder {
     }
 }
 
-/// Unit vectors along and across (to the right, seen from above) of something turned about the vertical; 0 turns is +x.
+/// Unit vectors along and across (to the right, seen from above) of a heading in turns about the vertical; 0 is +x.
 pub(super) fn heading(turns: f64) -> (DVec3, DVec3) {
     let (cos, sin) = unit_circle(turns);
     (dvec3(cos, 0.0, -sin), dvec3(sin, 0.0, cos))
@@ -216,7 +216,7 @@ fn unit_circle(turns: f64) -> (f64, f64) {
     }
 }
 
-/// Corner `i` of a regular polygon; turned by half a step so that a flat side, not a corner, looks along the axes.
+/// Corner `i` of a regular polygon, turned by half a step: sides, not corners, face along the axes.
 fn ring_point(axis: Axis, middle: DVec3, radius: f64, i: u32, sides: u32) -> DVec3 {
     let [u, v, _] = axis.frame();
     let (cos, sin) = unit_circle((f64::from(i) + 0.5) / f64::from(sides));

@@ -1,6 +1,6 @@
 //! Writes a benchmark scene as files: mesh (OBJ), colours (MTL), sources and walk (TOML).
 //!
-//! Host side. The same scene gives the same bytes: numbers are written from whole millimetres, in the mesh's order.
+//! Host side. Files are reproducible to the byte: numbers are written from whole millimetres, in the mesh's order.
 
 use std::fmt::Write;
 use std::fs;
@@ -30,7 +30,7 @@ pub fn write_files(scene: &BenchmarkScene, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What the first line of each file says.
+/// First line of each file.
 fn title(scene: &BenchmarkScene) -> String {
     let name = scene.name;
     format!(
@@ -94,7 +94,7 @@ fn toml(scene: &BenchmarkScene) -> String {
     text
 }
 
-/// Writing to a string cannot fail, so there is no error to hand on.
+/// Writing to a string cannot fail: the result is ignored.
 fn push(text: &mut String, piece: std::fmt::Arguments<'_>) {
     let _ = text.write_fmt(piece);
 }
@@ -108,7 +108,7 @@ fn decimal(metres: f32) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A position as a TOML array of floats (each needs its point).
+/// A position as a TOML array of floats, each with a decimal point.
 fn array(position: Vec3) -> String {
     let numbers = position.to_array().map(|metres| {
         let number = decimal(metres);
@@ -121,7 +121,7 @@ fn array(position: Vec3) -> String {
     format!("[{}]", numbers.join(", "))
 }
 
-/// Diffuse colour for viewers; nothing acoustic depends on it.
+/// Diffuse colour for viewers; without acoustic meaning.
 fn colour(material: &str) -> [f32; 3] {
     match material {
         "concrete" => [0.6, 0.6, 0.58],

@@ -1,8 +1,8 @@
 //! Finite panels: connected planar panels with free edges, their size, and the distance of a point from their edges.
 //!
-//! A reflector under a ceiling, a board, one facet of a column: its reflection is specular above a frequency that depends on
-//! its size, and fades at its edges. The wall of a room is continued by its neighbours on the reflecting side and is not a
-//! finite panel.
+//! Examples are a reflector under a ceiling, a board, and a facet of a column: the reflection is specular above a frequency
+//! that depends on the size, and fades at the edges. The wall of a room is continued by its neighbours on the reflecting
+//! side and is not a finite panel.
 
 use glam::{DVec3, Vec3};
 
@@ -11,20 +11,19 @@ use super::{SurfaceSet, panel};
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Bvh, Ray};
 
-/// Search distance in metres for a continuation of the panel at an edge: the gap that may be between a wall and its
-/// neighbour.
+/// Search distance in metres for a continuation of the panel at an edge: the largest gap between a wall and its neighbour.
 const REACH_M: f32 = 0.02;
 
-/// Largest slope of a continuation behind the plane of the panel: 17 degrees. The facets of a column turn by more.
+/// Largest slope of a continuation behind the plane of the panel: 17 degrees, less than between facets of a column.
 const FALL: f32 = 0.3;
 
 /// Sample positions along an edge, relative to its length.
-const PLACES: [f32; 3] = [0.2, 0.5, 0.8];
+const SAMPLES: [f32; 3] = [0.2, 0.5, 0.8];
 
 /// Least free share of a panel's boundary on the free side of a finite panel.
 const FREE_SHARE: f64 = 0.5;
 
-/// How far outside a point may be, in metres; see [`super::INSIDE_TOLERANCE_M`].
+/// Tolerance outside of the panel in metres; see [`super::INSIDE_TOLERANCE_M`].
 const MARGIN_M: f64 = 1e-4;
 
 /// A segment of the boundary: its ends, and whether it is free on the normal's side and on the other.
@@ -40,7 +39,7 @@ struct HalfPlane {
     from: DVec3,
     /// Across the side into the triangle, as long as the side.
     inward: DVec3,
-    /// Least that a point is along it.
+    /// Lower bound of a point's component along it.
     least: f64,
 }
 
@@ -53,7 +52,7 @@ struct Panel {
     boundary: Vec<BoundarySegment>,
     free: [bool; 2],
     sides: [Vec3; 2],
-    /// Bounds, with room for a surface's own unevenness.
+    /// Bounds, with a margin for the surface's unevenness.
     low: DVec3,
     high: DVec3,
 }
@@ -73,12 +72,12 @@ pub struct FinitePanel {
 #[derive(Debug, Clone, Default)]
 pub struct FinitePanels {
     pieces: Vec<Panel>,
-    /// Where each surface's pieces begin; one more closes the list.
+    /// Start of each surface's pieces, and the end of the list.
     first: Vec<u32>,
 }
 
 impl FinitePanels {
-    /// Of a mesh in local coordinates and its tree; only panels up to `largest_m2`.
+    /// Panels up to `largest_m2` of a mesh in local coordinates and its tree.
     pub(crate) fn build(
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
@@ -121,7 +120,7 @@ impl FinitePanels {
         }
         let mut meeting: Vec<u32> = Vec::new();
         for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
-            // Sorted, because thousands of leaves may meet at one edge.
+            // Sorted, because thousands of triangles may meet at one edge.
             meeting.clear();
             meeting.extend(
                 same.iter()
@@ -199,18 +198,18 @@ impl FinitePanels {
     }
 }
 
-/// Whether an edge is free on the normal's side and on the other: nothing beyond it lies in the plane or leans towards that
-/// side, and nothing rises at it.
+/// Whether an edge is free on the normal's side and on the other: no triangle beyond it lies in the plane or is tilted towards
+/// that side, and none rises at it.
 fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2] {
     let along = ends[1] - ends[0];
     let across = normal.cross(along).normalize_or_zero();
     let outward = -across * across.dot(inner - ends[0]).signum();
     let met = |from: Vec3, to: Vec3| bvh.any_hit(&Ray::between(from, to), [NO_GROUP; 2]);
     let most = |continued: &dyn Fn(Vec3) -> bool| {
-        let count = PLACES
+        let count = SAMPLES
             .iter()
             .filter(|share| continued(ends[0] + along * **share));
-        2 * count.count() > PLACES.len()
+        2 * count.count() > SAMPLES.len()
     };
     let up = normal * REACH_M;
     let out_m = 0.5 * REACH_M;
@@ -296,7 +295,7 @@ mod tests {
             let height_m = wall.distance_m(centre);
             let point = centre - height_m * wall.normal;
             let seen = |in_front: bool| room.finite_panel_at(index as u32, point, in_front);
-            // From inside a wall goes on round the corner; from outside the room is a box.
+            // Inside, each wall is continued at its corners; outside, the room is a box.
             assert!(seen(height_m > 0.0).is_none() && seen(height_m < 0.0).is_some());
         }
         let first = mesh.vertices.len() as u32;
@@ -313,11 +312,11 @@ mod tests {
             .find(|&s| (scene.surface(s).area_m2 - 1.0).abs() < 1e-6)
             .expect("the board");
         let local = |x: f32| scene.to_local(Vec3::new(x, 2.0, 1.5));
-        let told = scene
+        let panel = scene
             .finite_panel_at(board, local(1.2), true)
             .expect("on it");
-        assert!((told.area_m2 - 1.0).abs() < 1e-6 && (told.to_edge_m - 0.2).abs() < 1e-5);
-        let lengths = told.sides.map(Vec3::length);
+        assert!((panel.area_m2 - 1.0).abs() < 1e-6 && (panel.to_edge_m - 0.2).abs() < 1e-5);
+        let lengths = panel.sides.map(Vec3::length);
         assert!(
             lengths.iter().all(|side| (side - 1.0).abs() < 1e-5),
             "{lengths:?}"
@@ -325,7 +324,7 @@ mod tests {
         assert!(scene.finite_panel_at(board, local(2.1), true).is_none());
     }
 
-    /// Its facets turn 30 degrees from one to the next; from inside they are a room.
+    /// Facets turn by 30 degrees; from inside they form a room.
     #[test]
     fn the_facets_of_a_column_are_free_outside_only() {
         let mut mesh = TriangleMesh::default();

@@ -1,8 +1,8 @@
-//! Answers whether a point lies on a panel of a surface.
+//! Tests whether a point lies on a panel of a surface.
 //!
-//! Each surface is seen along the axis its normal is nearest to. Up to [`FEW_TRIANGLES`] triangles are tested one after
-//! the other; more get a uniform grid over their bounds, all grids in the same flat lists. A cell that one triangle
-//! covers whole, or several that meet in it do, answers without a test.
+//! Each surface is projected along its normal's main axis. Up to [`FEW_TRIANGLES`] triangles are tested in sequence; more
+//! have a uniform grid over their bounds, with all grids in the same flat lists. A cell that triangles cover completely
+//! needs no test.
 
 use std::ops::Range;
 
@@ -10,17 +10,17 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::Surface;
 
-/// How far outside a triangle a point still counts as inside, in metres: above the rounding of `f32` corners 100 m from
-/// the centre, below anything audible. Seen along an axis it is up to √3 of it in the plane.
+/// Distance outside a triangle up to which a point counts as inside, in metres: above the rounding of `f32` corners 100 m from
+/// the centre, below anything audible. In the plane it is up to √3 times larger.
 pub const INSIDE_TOLERANCE_M: f64 = 1e-5;
 
 /// A surface of no more triangles has no grid.
 const FEW_TRIANGLES: u32 = 4;
 
-/// A grid holds no more entries a triangle than this, or it is made coarser: long thin triangles cross many cells.
+/// Most entries of a grid per triangle; beyond it the grid is coarsened, since long thin triangles cross many cells.
 const MOST_ENTRIES_A_TRIANGLE: usize = 24;
 
-/// Cells a triangle: on small surfaces many, so that most points fall into cells that are whole or empty.
+/// Cells per triangle: many on small surfaces, where most points then fall into covered or empty cells.
 const CELLS_A_TRIANGLE: f64 = 16.0;
 
 /// The same on surfaces of more triangles than [`FINE_CELLS`] / [`CELLS_A_TRIANGLE`], where memory counts.
@@ -29,10 +29,10 @@ const LEAST_CELLS_A_TRIANGLE: f64 = 2.0;
 /// Number of cells up to which a grid is fine.
 const FINE_CELLS: f64 = 4096.0;
 
-/// Height of a triangle below which it is not said to cover anything, in metres: of a sliver rounding may change the side.
+/// Height of a triangle below which it covers no cell, in metres: rounding may flip a sliver.
 const SLIVER_M: f64 = 1e-4;
 
-/// Bit of a cell that triangles cover whole.
+/// Bit of a completely covered cell.
 const WHOLE: u32 = 1 << 31;
 
 /// State of a cell: no triangle, covered by triangles, or its entries decide.
@@ -40,7 +40,7 @@ const EMPTY: u64 = 0;
 const WHOLLY: u64 = 1;
 const PARTLY: u64 = 2;
 
-/// Cells whose kinds are one word.
+/// Number of cell states in one word.
 const KINDS_A_WORD: usize = 32;
 
 /// Most cells along an axis.
@@ -48,7 +48,7 @@ const MOST_CELLS: f64 = 4096.0;
 
 const NO_GRID: u32 = u32::MAX;
 
-/// Instead of a grid: two triangles that are a rectangle along the axes, whose bounds say all.
+/// Instead of a grid: two triangles that form a rectangle along the axes; their bounds suffice.
 const RECTANGLE: u32 = u32::MAX - 1;
 
 /// A triangle in two dimensions, counter-clockwise.
@@ -69,14 +69,14 @@ struct Grid {
 /// The grids of all surfaces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Grids {
-    /// One a slot of [`super::SurfaceSet::triangles`].
+    /// One per slot of [`super::SurfaceSet::triangles`].
     flat: Vec<FlatTriangle>,
-    /// One a surface, or [`NO_GRID`] or [`RECTANGLE`].
+    /// One per surface, or [`NO_GRID`] or [`RECTANGLE`].
     grid_of: Vec<u32>,
     grids: Vec<Grid>,
-    /// Where each cell's entries begin, and [`WHOLE`]; one more closes each grid.
+    /// Start of each cell's entries, and [`WHOLE`]; the end of each grid's entries is last.
     cells: Vec<u32>,
-    /// [`EMPTY`], [`WHOLLY`] or [`PARTLY`] of each cell, two bits each: small enough to stay at hand where the cells do not.
+    /// [`EMPTY`], [`WHOLLY`] or [`PARTLY`] of each cell, two bits each: small enough to stay in the cache.
     kinds: Vec<u64>,
     /// Slots of the triangles that touch a cell.
     entries: Vec<u32>,
@@ -156,7 +156,7 @@ impl Grids {
             whole = vec![false; counts.len()];
             let mut total = 0usize;
             for triangle in members {
-                // A grid that is too fine need not be counted to its end.
+                // Counting stops once the grid is too fine.
                 if counts.len() > 1 && total > MOST_ENTRIES_A_TRIANGLE * members.len() {
                     break;
                 }
@@ -253,7 +253,7 @@ fn is_rectangle(members: &[FlatTriangle]) -> bool {
         let other = |value: f64, low: f64, high: f64| if value == low { high } else { low };
         DVec2::new(other(p.x, low.x, high.x), other(p.y, low.y, high.y))
     };
-    // Opposite each other in the rectangle the two have their right angles.
+    // Their right angles are at opposite corners of the rectangle.
     let square_corner = |triangle: &FlatTriangle| {
         let corners = [0, 1, 2].map(|i| triangle.corner(i));
         corners
@@ -286,9 +286,9 @@ impl FlatTriangle {
         (a.min(b).min(c), a.max(b).max(c))
     }
 
-    /// From which corner to which each edge leads, as bits that are equal for equal positions.
+    /// Start and end of each edge, as bits that are equal for equal positions.
     fn edges(&self) -> [[u32; 4]; 3] {
-        // A zero has two signs.
+        // −0 and 0 are equal.
         let [a, b, c] = self
             .corners
             .map(|corner| corner.map(|x| (x + 0.0).to_bits()));
@@ -321,7 +321,7 @@ impl FlatTriangle {
     }
 
     /// Whether a point is inside or within the tolerance of each edge's line. The bounds cut off the far tips that the
-    /// tolerance grows on slivers. Without branches: which test fails is different for every point.
+    /// tolerance adds to slivers. Branch-free: the failing test differs from point to point.
     #[inline]
     fn holds(&self, point: DVec2) -> bool {
         let [a, b, c] = [self.corner(0), self.corner(1), self.corner(2)];
@@ -371,8 +371,8 @@ impl Grid {
         (at.max(0.0) as u32).min(self.rows - 1)
     }
 
-    /// Adds the cells that several triangles cover to those that one does. Where no triangle ends without another one on the
-    /// other side of the very same edge, all is covered or nothing; the middle says which.
+    /// Marks cells that several triangles cover together. Where two triangles share every edge in a cell, the cell is covered
+    /// or empty; its middle decides.
     fn cover_together(&self, members: &[FlatTriangle], whole: &mut [bool]) {
         let mut edges: Vec<[u32; 4]> = members.iter().flat_map(FlatTriangle::edges).collect();
         edges.sort_unstable();
@@ -436,7 +436,7 @@ impl Grid {
     }
 }
 
-/// Index of the component of largest size. Without branches, and so is [`flat`]: each surface asked has another one.
+/// Index of the largest component. Branch-free like [`flat`], since it varies from surface to surface.
 #[inline]
 fn main_axis(normal: DVec3) -> usize {
     let n = normal.abs();
@@ -445,11 +445,11 @@ fn main_axis(normal: DVec3) -> usize {
     if is_x { 0 } else { other }
 }
 
-/// A point seen along an axis.
+/// A point projected along an axis.
 #[inline]
 fn flat(point: DVec3, axis: usize) -> DVec2 {
     let [x, y, z] = point.to_array();
-    // What follows the axis, in turn.
+    // The two axes after it, cyclically.
     let turn = [x, y, z, x, y];
     DVec2::new(turn[axis + 1], turn[axis + 2])
 }

@@ -1,11 +1,10 @@
-//! Decides which triangles make one surface.
+//! Groups triangles into surfaces.
 //!
-//! Triangles are taken from the largest down. Each one that has no surface yet seeds a plane, and the plane collects
-//! its edge neighbours' neighbours as far as they lie in it; then planes that coincide without touching unite. Every
-//! test is against the seed's plane, never a neighbour's: a chain of slightly turned facets does not drift.
-//! A surface's plane is the mean of its triangles' unless that leaves a corner farther off than the seed's plane may:
-//! shingles all tilted one way have a mean normal that no long row of them follows.
-//! Ties are broken by corner positions, so the result does not depend on the order of the mesh.
+//! Triangles are visited from the largest to the smallest. Each one without a surface seeds a plane, which grows over
+//! edge neighbours that lie in it; then coinciding planes that do not touch are merged. Every test is against the seed's
+//! plane, not a neighbour's: a chain of slightly turned facets does not drift. A surface's plane is the mean of its
+//! triangles' planes unless a corner would then exceed [`SAME_PLANE_DISTANCE_M`]: shingles tilted alike have a mean normal
+//! that a long row of them does not follow. Corner positions break ties: the order of the mesh has no effect.
 
 use glam::DVec3;
 
@@ -28,8 +27,8 @@ const NORMAL_CELL: f64 = 0.03;
 /// Edge of a search cell for offsets in metres, several times [`SAME_PLANE_DISTANCE_M`].
 const OFFSET_CELL_M: f64 = 8e-3;
 
-/// Planes compared with one before it stays alone: bounds the time on rough ground whose every facet has nearly, but
-/// not quite, its neighbours' plane.
+/// Most planes compared with one: bounds the time on rough ground, where the planes of neighbouring facets nearly
+/// coincide.
 const MOST_COMPARISONS: usize = 500;
 
 const UNASSIGNED: u32 = u32::MAX;
@@ -62,13 +61,13 @@ struct Plane {
 }
 
 struct Facet {
-    /// Indices of the corners, least position first, so that equal triangles give equal bits.
+    /// Indices of the corners, least position first: equal triangles have equal bits.
     corners: [u32; 3],
     plane: Plane,
     area_m2: f64,
 }
 
-/// Surfaces of a clean mesh. Offsets are compared at `centre`, where a tilt's lever is short.
+/// Surfaces of a clean mesh. Offsets are compared at `centre`, where a tilt has the least effect.
 pub(super) fn group(mesh: &TriangleMesh, centre: DVec3) -> Groups {
     let position = |i: u32| mesh.vertices[i as usize].as_dvec3() - centre;
     let facets: Vec<Facet> = mesh
@@ -98,7 +97,7 @@ pub(super) fn group(mesh: &TriangleMesh, centre: DVec3) -> Groups {
     });
     let roots = union(mesh, &facets, &patches, fits);
 
-    // Sums run through the triangles from the largest down, so their rounding is that of the geometry.
+    // Sums are from the largest triangle down: their rounding depends on geometry alone.
     let mut surfaces: Vec<FoundSurface> = roots
         .seeds
         .iter()
@@ -136,7 +135,7 @@ pub(super) fn group(mesh: &TriangleMesh, centre: DVec3) -> Groups {
         let middle = facet.corners.map(position).into_iter().sum::<DVec3>() / 3.0;
         found.offset_m += facet.area_m2 / found.area_m2 * found.normal.dot(middle);
     }
-    let mut strays = vec![false; surfaces.len()];
+    let mut deviates = vec![false; surfaces.len()];
     for (facet, &surface) in facets.iter().zip(&triangle_surface) {
         let found = &surfaces[surface as usize];
         let mean = Plane {
@@ -144,10 +143,10 @@ pub(super) fn group(mesh: &TriangleMesh, centre: DVec3) -> Groups {
             offset_m: found.offset_m,
         };
         let near = |i| distance_m(mean, position(i)) <= SAME_PLANE_DISTANCE_M;
-        strays[surface as usize] |= !facet.corners.into_iter().all(near);
+        deviates[surface as usize] |= !facet.corners.into_iter().all(near);
     }
-    for ((found, strays), &seed) in surfaces.iter_mut().zip(strays).zip(&roots.seeds) {
-        if strays {
+    for ((found, deviates), &seed) in surfaces.iter_mut().zip(deviates).zip(&roots.seeds) {
+        if deviates {
             let plane = facets[seed as usize].plane;
             (found.normal, found.offset_m) = (plane.normal, plane.offset_m);
         }
@@ -175,7 +174,7 @@ fn facet(mut corners: [u32; 3], position: impl Fn(u32) -> DVec3) -> Facet {
     }
 }
 
-/// The one of a normal and its opposite whose first component of y, x, z beyond the threshold is positive.
+/// The normal or its opposite: the first component of y, x, z beyond the threshold is positive.
 fn canonical(normal: DVec3) -> DVec3 {
     let leading = [normal.y, normal.x, normal.z]
         .into_iter()
@@ -207,7 +206,7 @@ struct Patches {
 }
 
 fn grow(mesh: &TriangleMesh, order: &[u32], fits: impl Fn(u32, u32) -> bool) -> Patches {
-    // `ring[3 t + e]` is the next triangle side along the same edge, round and round.
+    // `ring[3 t + e]` is the next triangle side along the same edge, cyclically.
     let mut ring = vec![0u32; 3 * mesh.triangles.len()];
     for same in sorted_edges(&mesh.triangles).chunk_by(|a, b| a.0 == b.0) {
         for (i, &(_, side)) in same.iter().enumerate() {
@@ -278,7 +277,7 @@ fn union(
             [patches.first_member[patch] as usize..patches.first_member[patch + 1] as usize];
         let mut found = UNASSIGNED;
         let mut comparisons = 0;
-        // A plane near the border between the two signs may be filed under its opposite.
+        // A plane near the sign threshold may be stored with the opposite normal.
         for sign in [1.0, -1.0] {
             let at = |shift: f64| {
                 let n = sign * plane.normal + DVec3::splat(shift * reach);

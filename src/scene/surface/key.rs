@@ -1,7 +1,7 @@
-//! Names of surfaces that survive a new commit.
+//! Keys of surfaces, stable across commits.
 //!
-//! A key is a hash of what a surface is: quantised plane and least corner in the file's coordinates, and the material's
-//! name. Own.
+//! A key is a hash of a surface's quantised plane, its least corner in the file's coordinates, and its material's name.
+//! Own.
 
 use std::collections::HashSet;
 
@@ -13,8 +13,8 @@ const NORMAL_STEP: f64 = 1e-4;
 /// Step of offset and corner in metres.
 const LENGTH_STEP_M: f64 = 1e-3;
 
-/// Shift of the quantiser in steps. Models lie on decimal grids; with the boundaries between steps off every such grid a
-/// last bit of rounding does not change a key.
+/// Shift of the quantiser in steps. Models are on decimal grids; with step boundaries off every such grid, rounding does
+/// not change a key.
 const OFF_GRID: f64 = 0.137;
 
 /// Key of a surface from its plane, its least corner and its material's name.
@@ -59,8 +59,8 @@ fn mixed(value: u64) -> u64 {
     z ^ z >> 31
 }
 
-/// Keys without repetition: the first of equal keys stays, the later ones hash on until they are alone.
-/// The result is a function of the list; the caller's order must not come from a file.
+/// Unique keys: the first of equal keys stays, later ones are rehashed until unique. The result depends on the order of the
+/// list, which must not depend on a file.
 pub(crate) fn distinct(keys: &[u64]) -> Vec<u64> {
     let mut taken: HashSet<u64> = HashSet::with_capacity(keys.len());
     let repeated: Vec<bool> = keys.iter().map(|&key| !taken.insert(key)).collect();
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn repeated_keys_part_and_firsts_stay() {
+    fn repeated_keys_are_rehashed_and_first_ones_stay() {
         let keys = [7, 7, mixed(7), 9, 7, 9];
         let result = distinct(&keys);
         assert_eq!((result[0], result[2], result[3]), (7, mixed(7), 9));

@@ -1,8 +1,7 @@
-//! Surfaces: coplanar triangles of one material, one mirror for image sources.
+//! Surfaces: coplanar triangles of one material, with one mirror plane for image sources.
 //!
 //! Control side to build; queries are wait-free. The floors of two rooms are one surface: a path keeps its identity while
-//! the listener walks through a door.
-//! Own; the tolerances are [`SAME_PLANE_ANGLE_DEG`] and [`SAME_PLANE_DISTANCE_M`].
+//! the listener walks through a door. Own; the tolerances are [`SAME_PLANE_ANGLE_DEG`] and [`SAME_PLANE_DISTANCE_M`].
 
 pub mod finite_panel;
 mod grid;
@@ -22,7 +21,7 @@ pub use group::{SAME_PLANE_ANGLE_DEG, SAME_PLANE_DISTANCE_M};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {
     /// Name across commits: a hash of plane, position and material name, unique in its set. It does not depend on the order
-    /// of triangles, vertices or materials, nor on what else is in the scene unless another surface has the same hash.
+    /// of triangles, vertices or materials, nor on other objects unless another surface has the same hash.
     pub key: u64,
     /// Unit normal of the area-weighted mean plane. Its first component of y, x, z beyond 1e-6 is positive.
     pub normal: DVec3,
@@ -30,17 +29,17 @@ pub struct Surface {
     pub offset_m: f64,
     /// Index into the scene's materials.
     pub material: u32,
-    /// Area in m², parts covered twice counted twice.
+    /// Area in m²; overlapping parts count twice.
     pub area_m2: f64,
     /// Least coordinates of the corners.
     pub bounds_min: Vec3,
     /// Greatest coordinates of the corners.
     pub bounds_max: Vec3,
-    /// Where its triangles begin in [`SurfaceSet::triangles`].
+    /// Index of its first triangle in [`SurfaceSet::triangles`].
     pub first_triangle: u32,
-    /// How many they are.
+    /// Number of its triangles.
     pub triangle_count: u32,
-    /// How many of them, the first ones, belong to panels: connected pieces large enough to reflect like a mirror.
+    /// Number of them, the first ones, in panels: connected pieces large enough for specular reflection.
     pub panel_triangle_count: u32,
 }
 
@@ -65,7 +64,7 @@ pub struct SurfaceSet {
     pub surfaces: Vec<Surface>,
     /// The surface of each triangle of the mesh.
     pub triangle_surface: Vec<u32>,
-    /// Triangles by surface; [`Surface::first_triangle`] says where each one's begin.
+    /// Triangles by surface, each from [`Surface::first_triangle`].
     pub triangles: Vec<u32>,
     /// Whether each triangle of the mesh belongs to a panel.
     triangle_in_panel: Vec<bool>,
@@ -174,8 +173,8 @@ impl SurfaceSet {
     }
 
     /// Whether a point of a surface's plane lies inside a triangle of one of its panels, or closer to one than
-    /// [`INSIDE_TOLERANCE_M`], so that no gap opens along inner edges. The point is projected along the normal's
-    /// largest component, not measured against the plane.
+    /// [`INSIDE_TOLERANCE_M`], which closes gaps along inner edges. The point is projected along the normal's largest
+    /// component; its distance from the plane is not tested.
     ///
     /// # Panics
     /// If there is no such surface.
@@ -197,7 +196,7 @@ impl SurfaceSet {
             + self.grids.memory_bytes()
     }
 
-    /// Number of a surface by its key.
+    /// Index of a surface by its key.
     pub fn find(&self, key: u64) -> Option<u32> {
         self.surfaces
             .binary_search_by_key(&key, |surface| surface.key)

@@ -1,6 +1,6 @@
-//! Panels: the connected pieces of a surface, and which of them are large enough to reflect like a mirror.
+//! Panels: the connected pieces of a surface that are large enough for specular reflection.
 //!
-//! The backs of a row of seats are one surface in one plane, yet each of them is a small thing in the way of a wave.
+//! The backs of a row of seats are one surface in one plane, but each back is a small obstacle to a wave.
 
 use super::super::mesh::TriangleMesh;
 use super::super::weld::sorted_edges;
@@ -27,7 +27,7 @@ pub(super) fn large_enough(
 pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32> {
     let mut pieces = DisjointSets::new(triangles.len());
     for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
-        // Rarely more than two; of those of one surface each is united with the first.
+        // Rarely more than two; all of one surface are united with the first.
         for (position, (_, edge)) in same.iter().enumerate() {
             let alike = |other: &&(u64, u32)| {
                 triangle_surface[(other.1 / 3) as usize] == triangle_surface[(edge / 3) as usize]
@@ -42,20 +42,20 @@ pub(super) fn roots(triangles: &[[u32; 3]], triangle_surface: &[u32]) -> Vec<u32
         .collect()
 }
 
-/// Union-find; the lower number is the root.
+/// Union-find; the lowest index is the root.
 pub(crate) struct DisjointSets {
     parents: Vec<u32>,
 }
 
 impl DisjointSets {
-    /// `count` things, each alone.
+    /// `count` separate elements.
     pub(crate) fn new(count: usize) -> Self {
         Self {
             parents: (0..count as u32).collect(),
         }
     }
 
-    /// The lowest number of the thing's piece.
+    /// The lowest index of the element's piece.
     pub(crate) fn root(&mut self, mut index: u32) -> u32 {
         while self.parents[index as usize] != index {
             let above = self.parents[self.parents[index as usize] as usize];
@@ -65,7 +65,7 @@ impl DisjointSets {
         index
     }
 
-    /// Makes two pieces one.
+    /// Unites two pieces.
     pub(crate) fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
@@ -78,7 +78,7 @@ mod tests {
     use glam::Vec3;
 
     #[test]
-    fn a_row_of_small_squares_is_no_panel_and_a_joined_one_is() {
+    fn separate_small_squares_are_no_panel_and_joined_ones_are() {
         let mut mesh = TriangleMesh::default();
         let mut square = |x: f32| {
             let first = mesh.vertices.len() as u32;

@@ -127,7 +127,7 @@ impl Controller {
     ///
     /// # Errors
     /// The first of: [`Error::Setting`] for a pose that is not finite or beyond 1,000 km, [`Error::StaleSource`],
-    /// [`Error::Mesh`] of a scene built in the background. The frame is sent all the same, with the last good poses.
+    /// [`Error::Mesh`] of a scene built in the background. The frame is sent nevertheless, with the last good poses.
     pub fn tick(&mut self, listener: ListenerPose, sources: &[SourcePose]) -> Result<()> {
         let began = now();
         let mut result = self.install_scene();

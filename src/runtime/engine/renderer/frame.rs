@@ -25,7 +25,7 @@ const MIN_STARTS: usize = 64;
 const ORDER_FADE_PER_S: f64 = 4.0;
 
 impl Renderer {
-    /// Does one block's part of the frame in progress; takes the newest frame and update if there is none.
+    /// Processes one block's part of the frame in progress; starts the newest frame and update if there is none.
     pub(super) fn advance_frame(&mut self, block_frames: usize, report: &mut RenderReport) {
         if !self.frame_in_progress {
             self.take_frame(report);
@@ -166,7 +166,7 @@ impl Renderer {
     }
 
     /// Whether voices of the last frame have to start before the next frame is committed. Not in a pause, where the
-    /// fades they wait for stand still; the next frame has their paths too.
+    /// fades they depend on are suspended; the next frame has their paths too.
     fn has_waiting_voices(&self) -> bool {
         self.waiting_voices > 0 && !self.is_silent()
     }

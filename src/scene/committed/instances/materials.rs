@@ -11,7 +11,7 @@ struct PreparedMaterial {
     transmission_factor: BandArray,
 }
 
-/// Each distinct material once: parts that come and go do not grow the list.
+/// Each distinct material once: repeated parts do not grow the list.
 #[derive(Debug, Clone, Default)]
 pub(super) struct InstanceMaterials {
     entries: Vec<PreparedMaterial>,

@@ -1,4 +1,4 @@
-//! Rigid parts that move: doors, lifts, vehicles. Each is a committed [`Scene`] of its own, placed by a pose.
+//! Rigid parts that move: doors, lifts, vehicles. Each is a separately committed [`Scene`] at a pose.
 //!
 //! Adding and removing is control side and allocates; moving ([`Scene::set_instance_poses`]) allocates nothing and is
 //! allowed on the audio side. A query traverses a tree over the instances' boxes, rebuilt after a move, and then the
@@ -46,7 +46,7 @@ pub(super) struct Instances {
     /// Materials that the fixed scene does not have.
     materials: InstanceMaterials,
     tree: AabbTree,
-    /// One a slot.
+    /// One per slot.
     boxes: Vec<Aabb>,
     /// The largest surfaces of fixed scene and instances, largest first.
     large: Vec<u32>,
@@ -162,7 +162,7 @@ impl Instances {
 }
 
 impl Scene {
-    /// Adds an instance of a part: a scene committed on its own, in coordinates of its own. The pose's handle is
+    /// Adds an instance of a part: a separately committed scene in local coordinates. The pose's handle is
     /// ignored; the instance's is returned. Parts may be shared by any number of instances. Control side; allocates.
     ///
     /// # Errors
@@ -172,7 +172,7 @@ impl Scene {
         pose.check()?;
         check_part(&part)?;
         let slots = &mut self.instances.slots;
-        // The vacant slot of the lowest generation: stale handles stay invalid for long.
+        // The vacant slot of the lowest generation: generations repeat as late as possible.
         let vacant = slots.iter().enumerate().filter(|(_, s)| s.placed.is_none());
         let slot = match vacant.min_by_key(|(_, slot)| slot.generation) {
             Some((slot, _)) => slot,
@@ -233,7 +233,7 @@ impl Scene {
     /// ([`InstancePose::check`]) are ignored.
     ///
     /// # Real-time
-    /// Allocates nothing, neither blocks nor fails; takes as long as there are instances to move.
+    /// Allocates nothing, neither blocks nor fails; time is proportional to the number of poses.
     pub fn set_instance_poses(&mut self, poses: &[InstancePose]) -> usize {
         let centre = self.centre();
         let instances = &mut self.instances;
@@ -355,7 +355,7 @@ fn check_part(part: &Scene) -> Result<()> {
     Ok(())
 }
 
-/// The origin of a scene's local coordinates as its instances need it.
+/// The origin of a scene's local coordinates in double precision.
 impl Scene {
     pub(super) fn centre(&self) -> DVec3 {
         self.mesh.centre

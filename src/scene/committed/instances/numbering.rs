@@ -1,7 +1,7 @@
 //! Numbers of surfaces, triangles and edges that belong to instances.
 //!
-//! The fixed scene counts from 0; a number with the highest bit names an instance's slot and the index in its part. So
-//! numbers do not change when other instances come and go, and one of an instance that has gone names nothing.
+//! The fixed scene counts from 0; a number with the highest bit holds an instance's slot and the index in its part.
+//! Numbers do not depend on other instances; those of a removed instance are invalid.
 
 /// Bit of numbers that are an instance's.
 const INSTANCE: u32 = 1 << 31;
@@ -12,11 +12,10 @@ const LOCAL_BITS: u32 = 19;
 /// Most surfaces, triangles or edges of a part.
 pub const MOST_IN_A_PART: usize = 1 << LOCAL_BITS;
 
-/// Most instances at a time. One slot less than there are numbers for, so that none is
-/// [`crate::geometry::bvh::NO_GROUP`].
+/// Most instances at a time. The last number stays free for [`crate::geometry::bvh::NO_GROUP`].
 pub const MOST_INSTANCES: usize = (1 << (31 - LOCAL_BITS)) - 1;
 
-/// The number of a part's thing in the instance of a slot.
+/// The number of a part's element in the instance of a slot.
 #[inline]
 pub(crate) fn global(slot: usize, local: u32) -> u32 {
     INSTANCE | (slot as u32) << LOCAL_BITS | local
@@ -50,7 +49,7 @@ mod tests {
     use crate::geometry::bvh::NO_GROUP;
 
     #[test]
-    fn numbers_come_apart_again() {
+    fn numbers_split_into_slot_and_index() {
         for (slot, local) in [
             (0, 0),
             (1, 5),

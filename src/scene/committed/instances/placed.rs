@@ -26,7 +26,7 @@ const MARGIN: f32 = 1.0 / (1u32 << 18) as f32;
 #[derive(Debug)]
 struct Outline {
     corners: Vec<Vec3>,
-    /// Where each surface's corners begin; one more closes the list.
+    /// Start of each surface's corners, and the end of the list.
     first: Vec<u32>,
 }
 
@@ -49,7 +49,7 @@ impl Outline {
 
 fn corners_of(part: &Scene, set: &SurfaceSet, index: u32) -> Vec<Vec3> {
     let triangles = set.triangles_of(index).iter();
-    // By their bits, so that the order is always the same.
+    // By their bits, for a reproducible order.
     let distinct: BTreeSet<[u32; 3]> = triangles
         .flat_map(|&t| part.corners_of(t))
         .map(|corner| corner.to_array().map(f32::to_bits))

@@ -16,7 +16,7 @@ const RIGID: f64 = 1e-3;
 pub struct InstanceId(u32);
 
 impl InstanceId {
-    /// From a slot and its generation.
+    /// A handle of a slot and a generation.
     pub const fn new(slot: u16, generation: u16) -> Self {
         Self((generation as u32) << 16 | slot as u32)
     }
@@ -26,7 +26,7 @@ impl InstanceId {
         (self.0 & 0xffff) as usize
     }
 
-    /// How many instances had the slot before.
+    /// Number of earlier instances of the slot.
     pub const fn generation(self) -> u16 {
         (self.0 >> 16) as u16
     }
@@ -58,7 +58,7 @@ impl InstanceId {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InstancePose {
-    /// Which instance.
+    /// The instance's handle.
     pub id: InstanceId,
     /// World position of the part's origin in metres, below 1e6.
     pub position: DVec3,
@@ -107,7 +107,7 @@ impl InstancePose {
     /// # Errors
     /// [`Error::Setting`].
     pub fn check(&self) -> Result<()> {
-        // Written so that a NaN anywhere fails.
+        // In this form any NaN fails.
         if !self.position.abs().cmple(DVec3::splat(FARTHEST_M)).all() {
             let problem = format!("{} is not a position", self.position);
             return Err(refused(&problem));

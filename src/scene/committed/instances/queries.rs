@@ -41,8 +41,8 @@ const NO_EDGE: Edge = Edge {
 };
 
 impl Scene {
-    /// The first triangle a ray meets, of the fixed scene or an instance, in local coordinates; otherwise as
-    /// `closest_hit`.
+    /// The first triangle on a ray, of the fixed scene or an instance, in local coordinates; otherwise as
+    /// [`crate::geometry::Bvh::closest_hit`].
     #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
         if self.instances.is_empty() {
@@ -55,7 +55,7 @@ impl Scene {
     #[inline(never)]
     fn closest_hit_among_instances(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
         let found = self.instances.closest_hit(ray, ignored, None);
-        // One at the same parameter still counts, since its index is lower.
+        // A hit at the same parameter counts, since its index is lower.
         let t_max = found.map_or(ray.t_max, |hit| hit.t.next_up());
         let fixed = self.bvh().closest_hit(&Ray { t_max, ..*ray }, ignored);
         fixed.or(found)
@@ -78,8 +78,7 @@ impl Scene {
         self.blocker(ray, ignored).is_some()
     }
 
-    /// A triangle outside two surfaces that lies on a ray, in local coordinates; if several do, which one depends on the
-    /// tree.
+    /// Any triangle outside two surfaces that a ray hits, in local coordinates; the tree decides among several.
     #[inline]
     pub fn blocker(&self, ray: &Ray, ignored: [u32; 2]) -> Option<u32> {
         let found = self.bvh().occluder(ray, ignored);
@@ -155,8 +154,8 @@ impl Scene {
 
     /// The `MAX_DIFFRACTING_EDGES` shortest paths between two points over
     /// one edge, of the fixed part and of instances, up to `longest_m`: both points in the exterior wedge, the crossing
-    /// within the edge's ends. Occlusion is not tested. The result for nearby points as `known` saves time and does not
-    /// change the result.
+    /// within the edge's ends. Occlusion is not tested. The result for nearby points as `known` saves time without
+    /// changing the result.
     pub fn diffracting_edges(
         &self,
         known: &DiffractingEdges,
@@ -238,7 +237,7 @@ impl Scene {
     }
 
     /// Candidates for a reflection before or after the diffraction at an edge: surfaces of the fixed part and of
-    /// instances that look large from it.
+    /// instances with a large solid angle from it.
     pub fn edge_mirrors(&self, index: u32) -> EdgeMirrors {
         if !self.has_instances() {
             return self.edges().mirrors(index);

@@ -1,4 +1,4 @@
-//! What stands in rooms and yard: panes, door leaves, crates, barrels, machines.
+//! Objects in rooms and yard: panes, door leaves, crates, barrels, machines.
 
 use glam::{DVec3, dvec3};
 
@@ -10,7 +10,7 @@ use super::{
     YARD_Z_M, floor,
 };
 
-/// Panes in the windows, and an open leaf at some doors, square to the wall that it hangs on.
+/// Panes in the windows, and an open leaf at some doors, perpendicular to its wall.
 pub(super) fn windows_and_doors(b: &mut MeshBuilder) {
     b.part("panes");
     b.paint("glass");
@@ -43,7 +43,7 @@ pub(super) fn windows_and_doors(b: &mut MeshBuilder) {
     }
 }
 
-/// Framed crates one by one, plain ones as heaps.
+/// Single framed crates, and heaps of plain ones.
 pub(super) fn crates(b: &mut MeshBuilder) {
     b.part("crates");
     for (x, z, size) in [
@@ -82,7 +82,7 @@ pub(super) fn crates(b: &mut MeshBuilder) {
         for i in 0..high {
             let (size, lift) = (0.9 - 0.06 * f64::from(i), f64::from(i) * 0.88);
             let turns = 0.03 * f64::from(i) + 0.01 * x;
-            // Upper ones stick out over lower ones' sides.
+            // Upper ones overhang the lower ones' sides.
             let ends = if i == 0 { Ends::Far } else { Ends::Closed };
             b.standing_turned(
                 floor(x, z) + DVec3::Y * lift,

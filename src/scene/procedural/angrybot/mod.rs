@@ -1,9 +1,9 @@
 //! Angrybot: rooms and corridors, half of the rooms open to a yard without a roof.
 //!
-//! One floor, 48.2 × 32.2 m, cut out of solid blocks so that walls, ceilings and openings have real thickness. From
+//! One floor, 48.2 × 32.2 m, cut out of solid blocks: walls, ceilings and openings have real thickness. From
 //! north (z = 0) to south: a row of six closed rooms, a corridor of 2.6 m, a row of six rooms with gates and windows to
-//! the yard, and the yard, which also passes the building's east end. The walk leads straight from a northern room
-//! through its door, across the corridor, through a southern room and its gate into the yard.
+//! the yard, and the yard, which extends past the building's east end. The walk is a straight line from a northern room
+//! through its door, the corridor, a southern room and its gate into the yard.
 
 mod furnishing;
 mod pipes;
@@ -29,12 +29,12 @@ const YARD_Z_M: [f64; 2] = [15.4, 32.0];
 /// East end of the building's outer wall and of the yard, in metres.
 const BUILDING_X_M: f64 = 43.4;
 const YARD_X_M: [f64; 2] = [0.2, 48.0];
-/// Doors are this wide and high, gates this, in metres.
+/// Width and height of doors and of gates, in metres.
 const DOOR_M: [f64; 2] = [1.0, 2.1];
 const GATE_M: [f64; 2] = [2.4, 2.4];
 /// Windows: width, sill and lintel, in metres.
 const WINDOW_M: [f64; 3] = [1.5, 1.0, 2.1];
-/// Middles of the doors to the corridor and of the gates, one a room, in metres east.
+/// Middles of the doors to the corridor and of the gates, one per room, in metres east.
 const NORTH_DOORS_X_M: [f64; 6] = [4.6, 8.0, 17.1, 24.0, 31.0, 41.0];
 const SOUTH_DOORS_X_M: [f64; 6] = [4.6, 12.0, 17.1, 24.0, 31.0, 41.0];
 const GATES_X_M: [f64; 6] = [6.0, 10.4, 19.0, 24.0, 31.4, 40.6];
@@ -97,7 +97,7 @@ fn building(b: &mut MeshBuilder) {
     let roof = HEIGHT_M + WALL_M;
 
     let mut solid = Carving::in_air();
-    // Slab and yard wall, the building on them, then everything that is air.
+    // Slab and yard wall, the building on them, then all air.
     let outside = Block::new(
         [0.0, east + WALL_M],
         [-WALL_M, HEIGHT_M],
@@ -171,13 +171,13 @@ fn building(b: &mut MeshBuilder) {
     }
     b.part("building");
     solid.skin(b, |face| {
-        // Below the slab and around it there is no listener.
+        // Faces below the slab and around it are not reachable.
         let buried = face.middle.y < -0.5 * SUNK_M;
         (!buried).then(|| paint(face, &north_rooms, &south_rooms, &corridor, &house))
     });
 }
 
-/// Material of a face, by the room that it looks into.
+/// Material of a face, by the room that it faces.
 fn paint(
     face: &Face,
     north: &[Block],

@@ -1,4 +1,4 @@
-//! Long round things: pipes under the ceiling and down the walls, railings in the yard.
+//! Pipes under the ceiling and along the walls, and railings in the yard.
 
 use glam::{DVec3, dvec3};
 

@@ -1,9 +1,9 @@
 //! The boot camp: open country, 160 × 160 m, no ceiling.
 //!
-//! A flat yard of 80 × 80 m (gravel, one asphalt road) lies among hills of smooth terrain. Six wooden huts with open
-//! doors and windows stand along its north and west, steel containers in the east, concrete walls, barriers and
-//! sandbag walls between; young trees grow on the hills. +x is east, +z south. The walk crosses the middle of the
-//! yard, past the ends of two walls, so that sources step into and out of sight.
+//! A flat yard of 80 × 80 m (gravel, one asphalt road) among hills of smooth terrain. Six wooden huts with open doors
+//! and windows are along its north and west sides, steel containers in the east, concrete walls, barriers and sandbag
+//! walls between; young trees are on the hills. +x is east, +z south. The walk crosses the middle of the yard, past the
+//! ends of two walls: sources become visible and occluded.
 
 mod obstacles;
 mod terrain;
@@ -37,7 +37,7 @@ pub fn bootcamp() -> BenchmarkScene {
     b.into_scene("bootcamp", SOURCES, walk)
 }
 
-/// In the yard, but for 5 to 8: those stand in huts.
+/// In the yard, except 5 to 8, which are in huts.
 const SOURCES: [[f32; 3]; 16] = [
     [2.0, 1.6, 1.2],
     [-8.0, 1.5, 12.0],

@@ -1,4 +1,4 @@
-//! What stands in the yard: huts, containers, walls, barriers, sandbags, an obstacle course.
+//! Objects in the yard: huts, containers, walls, barriers, sandbags, an obstacle course.
 
 use glam::{DVec3, dvec3};
 
@@ -34,7 +34,7 @@ fn hut(b: &mut MeshBuilder, foot: DVec3, size: DVec3, ridge_along_z: bool) {
         min + inset - DVec3::Y * SUNK_M,
         (max - inset).with_y(HUT_WALL_HEIGHT_M),
     );
-    // Openings as (place along the front, width, sill, lintel), through the front or through the back wall.
+    // Openings as (position along the front, width, sill, lintel), through the front or through the back wall.
     let mut open = |front: bool, along: f64, width: f64, sill: f64, lintel: f64| {
         let [low, high] = [along - 0.5 * width, along + 0.5 * width];
         let (low, high) = if ridge_along_z {
@@ -164,7 +164,7 @@ fn barrier(b: &mut MeshBuilder, foot: DVec3, turns: f64) {
         .chain(right)
         .map(|(side, up)| foot + across * side + DVec3::Y * up - along * 1.5)
         .collect();
-    // The profile is hollow at its foot: ends as fans from the middle of the bottom, not from a corner.
+    // The profile is concave at its foot: the ends are fans around the middle of the bottom, not around a corner.
     for pair in outline.windows(2) {
         b.polygon(&[
             pair[0],
@@ -184,12 +184,12 @@ fn barrier(b: &mut MeshBuilder, foot: DVec3, turns: f64) {
     }
 }
 
-/// Walls of four courses of filled bags, straight or bent.
+/// Walls of four courses of filled bags, straight or curved.
 pub(super) fn sandbags(b: &mut MeshBuilder) {
     b.part("sandbags");
     b.paint("sandbag");
-    // Start, heading and its change from bag to bag, bags a course.
-    for (x, z, turns, crossing, bags) in [
+    // Start, heading in turns and its change per bag, bags per course.
+    for (x, z, turns, change, bags) in [
         (-3.0, 14.0, 0.97, 0.02, 9),
         (4.0, -4.0, 0.02, -0.02, 10),
         (-16.0, -9.0, 0.30, 0.03, 9),
@@ -202,15 +202,15 @@ pub(super) fn sandbags(b: &mut MeshBuilder) {
     ] {
         for course in 0..4 {
             let mut turns = turns;
-            let mut place = dvec3(x, 0.22 * f64::from(course) - SUNK_M, z);
+            let mut position = dvec3(x, 0.22 * f64::from(course) - SUNK_M, z);
             if course % 2 == 1 {
-                place += heading(turns).0 * 0.25;
+                position += heading(turns).0 * 0.25;
             }
             for i in 0..bags {
                 // Every other bag lies 6 mm higher: where bags overlap, their tops are not one plane.
-                bag(b, place + DVec3::Y * (0.006 * f64::from(i % 2)), turns);
-                place += heading(turns).0 * 0.49;
-                turns += crossing;
+                bag(b, position + DVec3::Y * (0.006 * f64::from(i % 2)), turns);
+                position += heading(turns).0 * 0.49;
+                turns += change;
             }
         }
     }

@@ -12,12 +12,12 @@ const CELL_M: f64 = 1.0;
 const HILL_CELL_M: f64 = 20.0;
 /// Control points a side.
 const CONTROLS: usize = 9;
-/// From the yard's edge the ground rises to full height over this distance, in metres. With [`HEIGHT_M`] no two
-/// neighbouring facets of the slope meet at more than about 5°: the ground itself diffracts next to nothing.
+/// Distance from the yard's edge over which the ground rises to full height, in metres. With [`HEIGHT_M`] neighbouring
+/// facets of the slope meet at 5° at most: the ground hardly diffracts.
 const SLOPE_M: f64 = 24.0;
 /// Least and greatest height of the hills, in metres.
 const HEIGHT_M: [f64; 2] = [1.5, 5.5];
-/// The road runs through the yard from north to south between these, in metres east.
+/// West and east side of the road, which crosses the yard from north to south, in metres east.
 const ROAD_X_M: [f64; 2] = [12.0, 18.0];
 
 /// Heights of the ground.
@@ -35,14 +35,14 @@ impl Terrain {
         Self { controls }
     }
 
-    /// Height over the yard at a place, in metres: exactly 0 in the yard.
+    /// Height over the yard at a position, in metres: exactly 0 in the yard.
     pub(super) fn height(&self, x: f64, z: f64) -> f64 {
         let [dx, dz] = [x, z].map(|c| (c.abs() - YARD_HALF_M).max(0.0));
         let rise = smooth(((dx * dx + dz * dz).sqrt() / SLOPE_M).min(1.0));
         let [(i, u), (j, v)] = [x, z].map(|c| {
-            let place = (c + LAND_HALF_M) / HILL_CELL_M;
-            let cell = place.floor().clamp(0.0, (CONTROLS - 2) as f64);
-            (cell as usize, smooth(place - cell))
+            let position = (c + LAND_HALF_M) / HILL_CELL_M;
+            let cell = position.floor().clamp(0.0, (CONTROLS - 2) as f64);
+            (cell as usize, smooth(position - cell))
         });
         let control = |i: usize, j: usize| self.controls[j * CONTROLS + i];
         let north = control(i, j) * (1.0 - u) + control(i + 1, j) * u;
@@ -50,7 +50,7 @@ impl Terrain {
         rise * (north * (1.0 - v) + south * v)
     }
 
-    /// The whole ground as one grid, so that yard and hills meet without a gap.
+    /// The whole ground as one grid: yard and hills meet without a gap.
     pub(super) fn ground(&self, b: &mut MeshBuilder) {
         b.part("ground");
         let cells = (2.0 * LAND_HALF_M / CELL_M) as u32;
@@ -69,20 +69,20 @@ impl Terrain {
     }
 }
 
-/// Rises from 0 to 1 with level ends.
+/// Smoothstep from 0 to 1.
 fn smooth(t: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// What grows or lies at a place.
-fn cover(place: DVec3) -> &'static str {
-    let in_yard = place.x.abs() < YARD_HALF_M && place.z.abs() < YARD_HALF_M;
-    let on_road = place.x > ROAD_X_M[0] && place.x < ROAD_X_M[1];
+/// Material of the ground at a position.
+fn cover(position: DVec3) -> &'static str {
+    let in_yard = position.x.abs() < YARD_HALF_M && position.z.abs() < YARD_HALF_M;
+    let on_road = position.x > ROAD_X_M[0] && position.x < ROAD_X_M[1];
     match (in_yard, on_road) {
         (true, true) => "asphalt",
         (true, false) => "gravel",
         // A trodden strip around the yard.
-        _ if place.x.abs() < YARD_HALF_M + 4.0 && place.z.abs() < YARD_HALF_M + 4.0 => "soil",
+        _ if position.x.abs() < YARD_HALF_M + 4.0 && position.z.abs() < YARD_HALF_M + 4.0 => "soil",
         _ => "grass",
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! A rectangular shell on a grid of 2 m; a stage across one end with risers, chairs and an organ; 560 upholstered
 //! seats, half of them on rising tiers; two balconies, columns, panels, wedges and banners on the upper walls, beams and
-//! tilted reflectors under the ceiling. With the built-in materials it rings for about 2 s at mid frequencies. +x leads
-//! from the stage to the back, z across. The walk runs across between stage and seats.
+//! tilted reflectors under the ceiling. With the built-in materials T60 is about 2 s at mid frequencies. +x is from the
+//! stage to the back, z across. The walk is across, between stage and seats.
 
 mod seating;
 
@@ -16,10 +16,11 @@ use super::{BenchmarkScene, Walk};
 
 /// Length (x), height (y) and width (z) of the hall, in metres.
 const SIZE: DVec3 = dvec3(30.0, 10.0, 20.0);
-/// Grid of the shell, in metres: as a modeller would leave it; coplanar triangles merge at intake.
+/// Grid of the shell, in metres, as in a modeller's file; coplanar triangles merge at intake.
 const SHELL_GRID_M: f64 = 2.0;
 /// Depth and height of the stage, in metres.
 const STAGE: [f64; 2] = [6.5, 1.0];
+
 /// A closed hall with many reflecting surfaces.
 pub fn concert_hall() -> BenchmarkScene {
     let mut b = MeshBuilder::new();
@@ -90,7 +91,7 @@ fn stage(b: &mut MeshBuilder) {
     b.standing(dvec3(5.6, height, 11.2), dvec3(6.3, height + 0.2, 11.9));
     for z in [0.8, 18.0] {
         for (i, x) in [7.4, 7.1, 6.8].into_iter().enumerate() {
-            // Each step's sides stand a little further in than those of the one before it.
+            // Sides are inset from those of the step before: no two faces coincide.
             let (inset, top) = (0.01 * i as f64, 0.25 * (i + 1) as f64);
             b.cuboid(
                 dvec3(depth - SUNK_M, -SUNK_M, z + inset),
@@ -101,16 +102,16 @@ fn stage(b: &mut MeshBuilder) {
     }
     b.part("stage_chairs");
     for i in 0..12 {
-        let (row, place) = (f64::from(i / 6), f64::from(i % 6));
-        let z = 4.4 + 2.0 * place + if place > 2.5 { 1.2 } else { 0.0 };
+        let (row, column) = (f64::from(i / 6), f64::from(i % 6));
+        let z = 4.4 + 2.0 * column + if column > 2.5 { 1.2 } else { 0.0 };
         stage_chair(
             b,
-            dvec3(3.2 + 1.4 * row + 0.1 * (place - 2.5).abs(), height, z),
+            dvec3(3.2 + 1.4 * row + 0.1 * (column - 2.5).abs(), height, z),
         );
     }
 }
 
-/// A wooden chair of 0.42 m: a seat, a back and four legs. Its sitter looks at the hall (+x).
+/// A wooden chair of 0.42 m: a seat, a back and four legs, facing the hall (+x).
 fn stage_chair(b: &mut MeshBuilder, foot: DVec3) {
     b.paint("wood_panel");
     b.cuboid(
@@ -136,7 +137,7 @@ fn stage_chair(b: &mut MeshBuilder, foot: DVec3) {
     }
 }
 
-/// From below the floor to above the ceiling, through the balconies' fronts; and half columns on the stage's corners.
+/// Columns from below the floor to above the ceiling, through the balconies' fronts, and half columns at the stage.
 fn columns(b: &mut MeshBuilder) {
     b.part("columns");
     b.paint("marble");
@@ -214,7 +215,7 @@ fn walls(b: &mut MeshBuilder) {
             [seating::back_floor() - SUNK_M, 3.6],
             [10.6, 14.4],
         ),
-        // One high over the last rows: below it the seats take what they need, above it nothing else would.
+        // One above the last rows, where no seats absorb.
         ("curtain", 0.12, [4.8, 9.4], [1.0, 19.0]),
     ] {
         b.paint(material);
@@ -228,7 +229,7 @@ fn walls(b: &mut MeshBuilder) {
     b.paint("wood_panel");
     for i in 0..13 {
         let x = 2.0 + 2.0 * f64::from(i);
-        // Counter-clockwise from above: the far wall's outline runs the other way.
+        // Counter-clockwise from above: the far wall's outline is reversed.
         let outline = |wall: f64, tip: f64, [a, b, c]: [f64; 3]| {
             [(a, wall), (b, tip), (c, wall)].map(|(along, z)| dvec3(x + along, 6.4, z))
         };
@@ -240,7 +241,7 @@ fn walls(b: &mut MeshBuilder) {
     }
 }
 
-/// Across under the ceiling: they turn down what would else go round and round over everyone's heads.
+/// Beams across under the ceiling, which scatter sound downwards that would circulate above the audience.
 fn beams(b: &mut MeshBuilder) {
     b.part("beams");
     b.paint("gypsum_board");
@@ -254,7 +255,7 @@ fn beams(b: &mut MeshBuilder) {
     }
 }
 
-/// Slabs of 3.0 × 4.2 m that lean towards the seats, over the stage and the front rows.
+/// Slabs of 3.0 × 4.2 m, tilted towards the seats, over the stage and the front rows.
 fn reflectors(b: &mut MeshBuilder) {
     b.part("reflectors");
     b.paint("wood_panel");

@@ -1,4 +1,4 @@
-//! Where people sit: rows on the floor, on tiers and on two balconies.
+//! Seats: rows on the floor, on tiers and on two balconies.
 
 use glam::{DVec3, dvec3};
 
@@ -13,7 +13,7 @@ const ROW_PITCH_M: f64 = 0.9;
 const SEAT_PITCH_M: f64 = 0.5;
 /// Rows on the flat floor, then as many on tiers that rise by a step each.
 const FLAT_ROWS: u32 = 10;
-const QUALITY_LEVELS: u32 = 10;
+const TIER_ROWS: u32 = 10;
 const TIER_RISE_M: f64 = 0.15;
 /// Balconies: depth, underside and top, front end, in metres.
 const BALCONY_DEPTH_M: f64 = 2.2;
@@ -27,17 +27,17 @@ fn row_floor(row: u32) -> f64 {
 
 /// Height of the floor behind the last row, in metres.
 pub(super) fn back_floor() -> f64 {
-    row_floor(FLAT_ROWS + QUALITY_LEVELS - 1)
+    row_floor(FLAT_ROWS + TIER_ROWS - 1)
 }
 
 fn row_front(row: u32) -> f64 {
     FIRST_ROW_M + ROW_PITCH_M * f64::from(row)
 }
 
-/// Steps across the whole width; their ends lie behind the side walls and are left off, as is what lies below.
+/// Steps across the whole width. Faces behind the side walls and below the floor are omitted.
 pub(super) fn tiers(b: &mut MeshBuilder) {
     let mut steps = Carving::in_air();
-    for row in FLAT_ROWS..FLAT_ROWS + QUALITY_LEVELS {
+    for row in FLAT_ROWS..FLAT_ROWS + TIER_ROWS {
         steps.fill(
             dvec3(
                 row_front(row) - 0.2,
@@ -56,15 +56,15 @@ pub(super) fn tiers(b: &mut MeshBuilder) {
 
 pub(super) fn seats(b: &mut MeshBuilder) {
     b.part("seats");
-    for row in 0..FLAT_ROWS + QUALITY_LEVELS {
+    for row in 0..FLAT_ROWS + TIER_ROWS {
         let at = dvec3(row_front(row), row_floor(row), 0.0);
         seat_row(b, at.with_z(2.5), 14);
         seat_row(b, at.with_z(10.5), 14);
     }
 }
 
-/// Seats side by side from `start` (front, floor, first end) along z, their sitters look at the stage (−x). Standards
-/// part them and end both ends; cushions and backs are sunk into the standards.
+/// Seats side by side from `start` (front, floor, first end) along z, facing the stage (−x). Standards are between them
+/// and at both ends; cushions and backs are sunk into the standards.
 fn seat_row(b: &mut MeshBuilder, start: DVec3, count: u32) {
     for i in 0..=count {
         let low = start + dvec3(0.02, 0.0, SEAT_PITCH_M * f64::from(i) - 0.03);
