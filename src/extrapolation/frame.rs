@@ -77,7 +77,7 @@ pub struct LateSend {
     /// The source.
     pub source: SourceId,
     /// Energy per second of the diffuse impulse response, extrapolated back to emission, in 1/s; see
-    /// [`crate::propagation::diffuse::LateSegment::energy_per_s`].
+    /// `energy_per_s`.
     pub energy_per_s: BandArray,
     /// Time from emission to the segment's start in seconds.
     pub start_s: f32,

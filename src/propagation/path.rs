@@ -48,7 +48,7 @@ impl Path {
     }
 
     /// Whether this path is recomputed in every graphics frame instead of extrapolated: the direct path, and those with
-    /// one diffraction and no reflection ([`crate::propagation::diffraction::direct_field`]).
+    /// one diffraction and no reflection (`direct_field`).
     pub fn is_frame_validated(&self) -> bool {
         self.order == 0 && self.diffraction_order <= 1
     }

@@ -42,7 +42,7 @@ const NO_EDGE: Edge = Edge {
 
 impl Scene {
     /// The first triangle on a ray, of the fixed scene or an instance, in local coordinates; otherwise as
-    /// [`crate::geometry::Bvh::closest_hit`].
+    /// `closest_hit`.
     #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, ignored: [u32; 2]) -> Option<Hit> {
         if self.instances.is_empty() {
