@@ -2,7 +2,7 @@
 //!
 //! Control side. Holds one line of text, whatever the size of the file. It counts lines, checks what the parser does not
 //! report with a line, and passes on positions, position indices of faces, and materials: the parser forgets material
-//! names that no library defines but starts a model at every `o`, so `usemtl NAME` becomes `o NAME`.
+//! names that no library defines but starts a model at every `o`, so the first face of another material follows `o NAME`.
 
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read};
@@ -51,6 +51,8 @@ pub(super) struct Statements<'a, R> {
     material_names: HashSet<String>,
     /// Material of the next face.
     material: String,
+    /// Material of the parser's model.
+    model: String,
     /// `mtllib` statements with their lines.
     pub(super) libraries: Vec<(usize, String)>,
     /// Number of lines, points and curves, and the line of the first.
@@ -68,7 +70,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
             raw: Vec::new(),
             line_count: 0,
             line: 0,
-            output: format!("o {UNNAMED_MATERIAL}\n").into_bytes(),
+            output: Vec::new(),
             consumed: 0,
             vertex_count: 0,
             triangle_count: 0,
@@ -76,6 +78,7 @@ impl<'a, R: BufRead> Statements<'a, R> {
             ahead: HashMap::new(),
             material_names: HashSet::new(),
             material: UNNAMED_MATERIAL.to_owned(),
+            model: String::new(),
             libraries: Vec::new(),
             unused: None,
             failure: None,
@@ -234,6 +237,11 @@ impl<'a, R: BufRead> Statements<'a, R> {
     }
 
     fn pass_face<'w>(&mut self, words: impl Iterator<Item = &'w str>) -> Result<()> {
+        if self.model != self.material {
+            self.check_ahead()?;
+            self.model.clone_from(&self.material);
+            self.output.extend(format!("o {}\n", self.model).bytes());
+        }
         let mut corner_count = 0;
         self.output.push(b'f');
         for word in words {
@@ -305,15 +313,11 @@ impl<'a, R: BufRead> Statements<'a, R> {
     }
 
     fn pass_material(&mut self, name: &str) -> Result<()> {
-        if name == self.material {
-            return Ok(());
-        }
-        self.check_ahead()?;
-        self.material_names.insert(name.to_owned());
-        let count = self.material_names.len();
-        self.check_count(count, self.options.most_triangles, "materials")?;
         name.clone_into(&mut self.material);
-        self.output.extend(format!("o {name}\n").bytes());
+        if self.material_names.insert(name.to_owned()) {
+            let count = self.material_names.len();
+            self.check_count(count, self.options.most_triangles, "materials")?;
+        }
         Ok(())
     }
 }
@@ -357,15 +361,15 @@ mod tests {
     #[test]
     fn only_positions_faces_and_materials_pass() {
         let text = "\u{feff}# c\nmtllib x.mtl\no room\nv 1 2 3 0.5 0.5 0.5\r\nvt 0 0\nf 1/1/1 2//2 \\\n-1 # end\n\
-             v 0 0 1\nusemtl\tOld Wall\nusemtl Old Wall\nusemtl\nf 0 1 2\n";
+             v 0 0 1\nusemtl b\nusemtl\tOld Wall\nf 1 1 1\nusemtl Old Wall\nf 1 2 1\nusemtl\nf 1 1 2\nf 0 1 2\n";
         let options = ObjOptions::default();
         let mut statements = Statements::new(Path::new("x.obj"), &options, text.as_bytes());
         let mut output = String::new();
         assert!(statements.read_to_string(&mut output).is_err());
         assert_eq!(
             output,
-            "o default\nv 1 2 3\nf 1 2 1\nv 0 0 1\no Old Wall\no default\n"
+            "v 1 2 3\no default\nf 1 2 1\nv 0 0 1\no Old Wall\nf 1 1 1\nf 1 2 1\no default\nf 1 1 2\n"
         );
-        assert_eq!(statements.line, 12);
+        assert_eq!(statements.line, 16);
     }
 }
