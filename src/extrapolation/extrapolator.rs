@@ -68,7 +68,7 @@ impl PredictorState {
 
     /// Most paths of a graphics frame besides direct ones, for updates of at most `paths` paths.
     pub const fn most_paths(paths: usize) -> usize {
-        CANDIDATES_A_PATH * paths
+        CANDIDATES_PER_PATH * paths
     }
 }
 
@@ -76,7 +76,7 @@ impl PredictorState {
 const OLDER_UPDATES: usize = 2;
 
 /// Candidates of [`PredictorKind::Geometric`] per path of an update.
-const CANDIDATES_A_PATH: usize = 3;
+const CANDIDATES_PER_PATH: usize = 3;
 
 /// The extrapolation stage. Owned by the sound thread.
 ///
