@@ -13,7 +13,7 @@ use glam::{Quat, Vec3};
 mod reference;
 use reference::synthetic_hrtf;
 
-/// Counts this thread's calls, so that the test harness's own threads do not disturb.
+/// Counts this thread's calls only, not those of the test harness's threads.
 struct Counting;
 
 thread_local! {

@@ -105,7 +105,7 @@ impl MelMap<'_> {
 
     fn colour(&self, value: f64) -> RGBColor {
         let share = (value - self.range.start) / (self.range.end - self.range.start);
-        // A value that is no number counts as the range's start.
+        // A value that is not finite counts as the range's start.
         self.colours.get_color(share.max(0.0).min(1.0))
     }
 }

@@ -1,6 +1,6 @@
 //! A walk for the listener and positions for sources in a mesh without a layout, in open space above floors.
 //!
-//! Own method: vertical rays on a grid find floors with head room; the walk is the longest free straight line near their
+//! Own method: vertical rays on a grid find floors with headroom; the walk is the longest free straight line near their
 //! middle, and sources are spread over the floors that it reaches. The result depends on the mesh only.
 
 use glam::{Vec2, Vec3};
@@ -14,10 +14,10 @@ use foresound::{Error, Result};
 /// Grid squares along the longer side of the floor plan.
 const SQUARES: f32 = 40.0;
 /// Height of ears and mouths above the floor, in metres.
-const HEAD_M: f32 = 1.6;
+const EAR_HEIGHT_M: f32 = 1.6;
 /// Least clear height above a floor, in metres.
 const HEADROOM_M: f32 = 1.9;
-/// Least distance from whatever is beside a head, in metres.
+/// Minimum horizontal distance to any surface, in metres.
 const CLEARANCE_M: f32 = 0.35;
 /// Shortest and longest walk, in metres.
 const WALK_M: [f32; 2] = [1.5, 10.0];
@@ -91,7 +91,7 @@ fn bounds(scene: &Scene) -> [Vec3; 2] {
     })
 }
 
-/// Whether nothing is nearer than [`CLEARANCE_M`] in eight horizontal directions.
+/// Whether no surface is nearer than [`CLEARANCE_M`] in eight horizontal directions.
 fn is_clear(scene: &Scene, at: Vec3) -> bool {
     (0..8).all(|k| {
         let (sine, cosine) = (std::f32::consts::TAU * k as f32 / 8.0).sin_cos();
@@ -100,7 +100,7 @@ fn is_clear(scene: &Scene, at: Vec3) -> bool {
 }
 
 /// Heights of the surfaces at a point of the floor plan, the highest first. The highest is left out as a roof if there is
-/// head room below it.
+/// headroom below it.
 fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
     let mut floors = Vec::new();
     let mut top = high + 1.0;
@@ -120,7 +120,7 @@ fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
     floors
 }
 
-/// Positions with a floor below and head room above, in the grid's order.
+/// Positions with a floor below and headroom above, in the grid's order.
 fn spots(scene: &Scene) -> Vec<Endpoints> {
     let [low, high] = bounds(scene);
     let extent = high - low;
@@ -129,16 +129,16 @@ fn spots(scene: &Scene) -> Vec<Endpoints> {
     let mut spots = Vec::new();
     for x in 0..count(extent.x) {
         for z in 0..count(extent.z) {
-            // Off the squares' middles by uncommon fractions: rays then miss the mesh's edges.
+            // Off the squares' middles by irregular fractions: rays then miss the mesh's edges.
             let at = low + pitch * Vec3::new(x as f32 + 0.4871, 0.0, z as f32 + 0.5127);
             for floor in floors(scene, at.x, at.z, [low.y, high.y]) {
                 let ground = Vec3::new(at.x, floor + 0.05, at.z);
-                let head = Vec3::new(at.x, floor + HEAD_M, at.z);
+                let ear = Vec3::new(at.x, floor + EAR_HEIGHT_M, at.z);
                 let has_room = !hits(scene, ground, ground + Vec3::Y * (HEADROOM_M - 0.05));
-                if has_room && is_clear(scene, head) {
+                if has_room && is_clear(scene, ear) {
                     spots.push(Endpoints {
                         square: [x, z],
-                        at: head,
+                        at: ear,
                     });
                 }
             }
@@ -147,7 +147,7 @@ fn spots(scene: &Scene) -> Vec<Endpoints> {
     spots
 }
 
-/// Whether a straight walk is free: nothing between its ends, a floor below all of it.
+/// Whether a straight walk is free: no surface between its ends, a floor below all of it.
 fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     if hits(scene, from, to) {
         return false;
@@ -155,12 +155,12 @@ fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     let steps = (from.distance(to) / 0.5).ceil().max(1.0);
     (0..=steps as u32).all(|k| {
         let at = from.lerp(to, k as f32 / steps);
-        let depth = clear_m(scene, at, Vec3::NEG_Y * (HEAD_M + STEP_M));
-        (HEAD_M - STEP_M..HEAD_M + STEP_M).contains(&depth) && is_clear(scene, at)
+        let depth = clear_m(scene, at, Vec3::NEG_Y * (EAR_HEIGHT_M + STEP_M));
+        (EAR_HEIGHT_M - STEP_M..EAR_HEIGHT_M + STEP_M).contains(&depth) && is_clear(scene, at)
     })
 }
 
-/// The longest free line through a spot; of equal ones the nearest to the middle of all spots.
+/// The longest free line through a position; of equal ones the nearest to the middle of all positions.
 fn longest_walk(scene: &Scene, spots: &[Endpoints]) -> Option<Walk> {
     let middle = spots.iter().map(|s| s.at).sum::<Vec3>() / spots.len().max(1) as f32;
     let mut best: Option<(f32, Walk)> = None;
@@ -203,7 +203,7 @@ fn longest_walk(scene: &Scene, spots: &[Endpoints]) -> Option<Walk> {
     best.map(|(_, walk)| walk)
 }
 
-/// Positions that can be reached from a start over neighbouring squares, through doors too.
+/// Positions reachable from a start over neighbouring squares, also through doors.
 fn reached(scene: &Scene, spots: &[Endpoints], start: Vec3) -> Vec<Vec3> {
     let near = |a: &Endpoints, b: &Endpoints| {
         let apart = [0, 1].map(|i| (a.square[i] - b.square[i]).abs());
@@ -288,11 +288,11 @@ mod tests {
         let walk = found.walk;
         assert!(walk.from.distance(walk.to) > 6.0, "{walk:?}");
         assert_eq!(found.sources.len(), 16);
-        let places = found.sources.iter().chain([&walk.from, &walk.to]);
-        for place in places {
-            assert!((place.y - HEAD_M).abs() < 0.01, "{place}");
-            let inside = place.cmpgt(Vec3::splat(0.3)) & place.cmplt(size - 0.3);
-            assert!(inside.all(), "{place}");
+        let positions = found.sources.iter().chain([&walk.from, &walk.to]);
+        for position in positions {
+            assert!((position.y - EAR_HEIGHT_M).abs() < 0.01, "{position}");
+            let inside = position.cmpgt(Vec3::splat(0.3)) & position.cmplt(size - 0.3);
+            assert!(inside.all(), "{position}");
         }
         for (i, one) in found.sources.iter().enumerate() {
             for other in &found.sources[..i] {

@@ -1,4 +1,4 @@
-//! What the paper printed in Tables 3 to 6, as data to compare with.
+//! The printed figures of the paper's Tables 3 to 6, as data for comparison.
 //!
 //! Typed from the tables literally: a mean, a ± and a standard deviation where one is printed, "> 40" where the ratio is
 //! beyond the paper's cap.
@@ -75,7 +75,7 @@ pub fn table_six(scene: &str, sources: usize) -> Option<&'static str> {
     cell(WINS, &format!("{scene},{sources},"))?.next()
 }
 
-/// How fast a cell runs.
+/// Speed of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Pace {
     /// Graphics frames a second: the paper's "Proposed".
@@ -178,7 +178,7 @@ mod tests {
         let mut count = 0;
         for line in lines.skip(1) {
             let words: Vec<&str> = line.split(',').collect();
-            let number = |place: usize| words[place].parse::<f64>().unwrap();
+            let number = |column: usize| words[column].parse::<f64>().unwrap();
             let cell = printed_speed(Platform::Mobile, words[0], number(1) as usize).unwrap();
             assert_eq!(
                 [number(2), number(3)],

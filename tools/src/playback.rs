@@ -1,4 +1,4 @@
-//! Playback when graphics frames take longer than their time: the paper's Figure 8, on a virtual clock.
+//! Playback with overlong graphics frames: the paper's Figure 8, on a virtual clock.
 //!
 //! Own model, without randomness. A graphics frame makes one block of sound, one frame time long. The device takes one
 //! block a frame time from a queue; when the queue is empty it repeats the last block, as drivers do. A late loop continues
@@ -7,7 +7,7 @@
 /// Blocks in the queue before playback starts.
 pub const AHEAD: usize = 2;
 
-/// What was played.
+/// The sequence of played blocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Playback {
     /// For each block time the block that was played; `None` for the silence before the first.
@@ -32,7 +32,7 @@ pub fn play(cost: &[f64]) -> Playback {
         arrivals.push((now, frame));
         playback.made += 1;
         playback.late += usize::from(*cost > 1.0);
-        // What is due when this frame is done; no frame is made twice.
+        // The frame due when this one is done; no frame is made twice.
         frame = (frame + 1).max(now as usize);
     }
     playback.dropped = cost.len() - playback.made;

@@ -45,7 +45,7 @@ pub fn room_parameters(response: &[f32], rate_hz: u32) -> [BandParameters; BANDS
     })
 }
 
-/// The response in one octave band, as long as it was.
+/// The response in one octave band, of unchanged length.
 fn octave(response: &[f32], rate_hz: u32, band: usize) -> Vec<f64> {
     let length = (2 * response.len()).next_power_of_two().max(2);
     let mut planner = RealFftPlanner::<f64>::new();
@@ -61,7 +61,7 @@ fn octave(response: &[f32], rate_hz: u32, band: usize) -> Vec<f64> {
         let hz = bin as f64 * f64::from(rate_hz) / length as f64;
         *value *= mask(hz, CENTRES_HZ[band]) / length as f64;
     }
-    // The first and last bins of a real spectrum are real; the mask keeps them so.
+    // The first and last bins of a real spectrum are real; the mask preserves this.
     let back = inverse.process(&mut spectrum, &mut samples);
     debug_assert!(
         transformed.is_ok() && back.is_ok(),

@@ -1,7 +1,7 @@
 //! Scale-invariant signal-to-noise ratio of an estimate against a reference.
 //!
 //! Literal after Eq. 5 and 6 of the paper: the mean of each channel is removed, the estimate is projected onto the
-//! reference, what is left is noise. Accumulated in f64.
+//! reference, the remainder is noise. Accumulated in f64.
 
 /// Highest printed ratio in dB; the paper prints "> 40" above.
 pub const CAP_DB: f64 = 40.0;

@@ -1,5 +1,5 @@
-//! What a user can get wrong ends in one line that names the place and says what to do, with exit code 2, and leaves no
-//! partial output.
+//! Every user error ends in one line with its location and advice, with exit code 2, and leaves no partial
+//! output.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ impl Folder {
         path
     }
 
-    /// A tetrahedron, around the place 0.5, 0.5, 0.5.
+    /// A tetrahedron, around the point (0.5, 0.5, 0.5).
     fn room(&self) -> PathBuf {
         let text = "usemtl plaster\nv 0 0 0\nv 6 0 0\nv 0 6 0\nv 0 0 6\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n";
         self.write("room.obj", text)
@@ -94,7 +94,7 @@ fn a_scene_that_is_none_is_refused_with_its_place() {
         &[text(folder.0.path()), ";"],
     );
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
-    for (name, body, place) in [
+    for (name, body, location) in [
         ("broken.obj", "v 0 zero 0\nf 1 2 3\n", "broken.obj:1"),
         (
             "index.obj",
@@ -118,7 +118,7 @@ fn a_scene_that_is_none_is_refused_with_its_place() {
         ("binary.obj", "\0\u{1}\u{2}v 1", "binary.obj"),
     ] {
         let path = folder.write(name, body);
-        refused(&["inspect", text(&path)], &[place, ";"]);
+        refused(&["inspect", text(&path)], &[location, ";"]);
     }
     let room = folder.room();
     for (option, value) in [
@@ -135,7 +135,7 @@ fn a_scene_that_is_none_is_refused_with_its_place() {
 fn materials_that_are_none_are_refused_with_their_line() {
     let folder = Folder::new();
     let room = folder.room();
-    for (name, body, place) in [
+    for (name, body, location) in [
         ("syntax.toml", "[materials.plaster\n", "syntax.toml:1"),
         (
             "seven.toml",
@@ -161,7 +161,7 @@ fn materials_that_are_none_are_refused_with_their_line() {
         let path = folder.write(name, body);
         refused(
             &["inspect", text(&room), "--materials", text(&path)],
-            &[place, ";"],
+            &[location, ";"],
         );
     }
     refused(
@@ -231,7 +231,7 @@ fn sounds_listeners_and_outputs_that_are_none_are_refused() {
     );
     render(&good, "1,1", &[], &[";"]);
     render(&good, "1,inf,1", &[], &["--listener", ";"]);
-    for (name, body, place) in [
+    for (name, body, location) in [
         ("columns.csv", "a,b\n1,2\n", "columns.csv:2"),
         ("order.csv", "t,x,y,z\n0,1,1,1\n0,1,1,1\n", "order.csv:3"),
         ("word.csv", "t,x,y,z\n0,1,1,one\n", "word.csv:2"),
@@ -239,7 +239,7 @@ fn sounds_listeners_and_outputs_that_are_none_are_refused() {
         ("none.csv", "t,x,y,z\n", "none.csv"),
     ] {
         let path = folder.write(name, body);
-        render(&good, text(&path), &[], &[place, ";"]);
+        render(&good, text(&path), &[], &[location, ";"]);
     }
     for (option, value) in [
         ("--schedule", "later"),

@@ -20,8 +20,8 @@ fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
 }
 
 fn poses(scene: &procedural::BenchmarkScene, count: usize) -> Vec<SourcePose> {
-    let places = scene.sources.iter().take(count).enumerate();
-    places
+    let positions = scene.sources.iter().take(count).enumerate();
+    positions
         .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect()
 }
@@ -40,7 +40,7 @@ fn update(scene: &Arc<Scene>, listener: Vec3, sources: &[SourcePose], updates: u
     set
 }
 
-/// One test a law, and one that no law is without.
+/// One test a law, and a test that every law has one.
 macro_rules! laws {
     ($($law:ident $name:literal)*) => {
         mod laws {
@@ -179,7 +179,7 @@ fn the_same_input_gives_the_same_bits() {
 
 #[test]
 fn a_step_changes_no_path_that_stays() {
-    // A listener who moves by a centimetre keeps nearly every path under its name: canonical sequences do not flicker.
+    // A listener who moves by a centimetre keeps nearly every path under its identity: canonical sequences are stable.
     let room = procedural::shoebox(Vec3::new(30.0, 20.0, 10.0), "concrete");
     let settings = SceneSettings::default();
     let scene =
@@ -236,7 +236,7 @@ fn awkward_places_give_finite_paths() {
             );
         }
     }
-    // Two of the five pairs see each other at least, each with first-order reflections.
+    // At least two of the five pairs are mutually visible, each with first-order reflections.
     assert!(found > 10, "{found} paths show little");
 }
 
@@ -273,7 +273,7 @@ fn settings_out_of_range_are_refused_by_name() {
 
 #[test]
 fn a_plain_source_is_as_if_it_had_no_settings() {
-    // A pattern of weight 0 and any order, turned anywhere, and the default radius said aloud.
+    // A pattern of weight 0 and any order, turned anywhere, and the default radius set explicitly.
     let hall = procedural::concert_hall();
     let scene = commit(&hall);
     let plain = poses(&hall, 1);
@@ -296,7 +296,7 @@ fn directivity_weighs_each_path_by_its_departure() {
     let ear = Vec3::new(5.0, 1.5, 3.0);
     let mut dipole = omni;
     dipole.settings.directivity = Directivity::even(1.0, 1.0);
-    // The front is −z: the listener at +x stands in the null.
+    // The front is −z: the listener at +x is in the null.
     let (before, after) = (
         update(&scene, ear, &[omni], 16),
         update(&scene, ear, &[dipole], 16),
@@ -316,11 +316,11 @@ fn directivity_weighs_each_path_by_its_departure() {
     }
     let direct = after.paths.iter().find(|p| p.is_direct()).expect("seen");
     assert!(direct.amplitude.iter().all(|a| a.abs() < 1e-6));
-    // A dipole sends a third of an omnidirectional source's power, and the tail has no direction.
+    // A dipole emits a third of an omnidirectional source's power, and the late reverb has no direction.
     let level = |set: &PathSet, b: usize| set.late[0].energy[3][b];
     for b in 0..8 {
         let share = level(&after, b) / level(&before, b);
-        // Rays are 128 beyond the fourth bounce, and concrete hardly scatters: 1 dB for what they remember.
+        // Rays are 128 beyond the fourth bounce, and concrete hardly scatters: 1 dB for the remaining dependence on them.
         assert!((10.0 * (3.0 * share).log10()).abs() < 1.0, "{share}");
     }
 }

@@ -1,5 +1,5 @@
-//! Bounds of memory: whatever comes, a stated number of bytes is not passed, what goes beyond is refused or counted, and
-//! what is no longer wanted is freed. Bytes in use are counted by the allocator, of all threads.
+//! Bounds of memory: at any input a stated number of bytes is not exceeded, excess is refused or counted, and unused
+//! memory is freed. Bytes in use are counted by the allocator, of all threads.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{BufWriter, Write};
@@ -19,7 +19,7 @@ use glam::Vec3;
 static LIVE: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(0);
 
-/// The system's allocator, with the bytes in use and the most there ever were.
+/// The system's allocator, with the current and the maximum number of bytes in use.
 struct Weighing;
 
 fn came(bytes: usize) {
@@ -35,21 +35,21 @@ unsafe impl GlobalAlloc for Weighing {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
-        unsafe { System.dealloc(place, layout) }
+        // SAFETY: `pointer` came from `System` through this allocator with this layout, as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
     }
 }
 
 #[global_allocator]
 static ALLOCATOR: Weighing = Weighing;
 
-/// Bytes belong to the whole process: tests that weigh take turns.
+/// Bytes belong to the whole process: measuring tests take turns.
 #[expect(clippy::disallowed_types, reason = "tests that weigh take turns")]
 static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
-/// Does something; gives its result and the most bytes that were in use beyond those before.
+/// Runs `act`; returns its result and the maximum of bytes in use beyond those before.
 fn weighed<T>(act: impl FnOnce() -> T) -> (T, usize) {
     let before = LIVE.load(Ordering::Relaxed);
     MOST.store(before, Ordering::Relaxed);
@@ -155,7 +155,7 @@ fn four_gigabytes_of_sound_are_refused_by_their_header() {
     let path = folder.path().join("huge.wav");
     let bytes = 0xffff_ff00;
     std::fs::write(&path, wav_header(bytes)).expect("written");
-    // Without content on the disk, if the file system knows such files.
+    // Sparse on the disk, if the file system supports it.
     let file = std::fs::File::options()
         .write(true)
         .open(&path)
@@ -176,7 +176,7 @@ fn files_without_end_are_refused() {
     let endless = Path::new("/dev/zero");
     let (result, bytes) = weighed(|| ListenerPath::parse("/dev/zero").map(drop));
     refused(result, "64 MiB");
-    // A list that doubles holds the old half while it grows.
+    // A growing list holds the old half while it doubles.
     assert!(
         bytes as u64 <= 3 * LARGEST_FILE + (1 << 20),
         "{bytes} bytes"
@@ -190,7 +190,7 @@ fn files_without_end_are_refused() {
     refused(load_clip(endless, 44_100).map(drop), "no WAV");
 }
 
-/// Threads of this process that build scenes, where the system tells.
+/// Threads of this process that build scenes, where the system lists them.
 fn builders() -> usize {
     let Ok(tasks) = std::fs::read_dir("/proc/self/task") else {
         return 0;
@@ -217,7 +217,7 @@ fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
             std::thread::yield_now();
         }
     };
-    // A scene at rest, as it is when all is over.
+    // A scene at rest, as at the end.
     let small = procedural::shoebox(Vec3::new(4.0, 3.0, 5.0), "concrete");
     let build = |controller: &mut foresound::runtime::Controller, mesh| {
         let built = controller.build_scene(mesh, table.clone(), SceneSettings::default());
@@ -241,7 +241,7 @@ fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
         build(&mut controller, small.clone());
         quiet(&mut controller);
     });
-    // One build and two meshes, with room for what else an engine does.
+    // One build and two meshes, plus the engine's other memory.
     assert!(
         most < 2 * one + (8 << 20),
         "{most} bytes; a build takes {one}"
@@ -252,7 +252,7 @@ fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
     assert!(after <= before, "{after} bytes from {before}");
 }
 
-/// Every bound of an engine's buffers is a setting with a range, and what is beyond is refused by its name.
+/// Every bound of an engine's buffers is a setting with a range, and values beyond are refused by name.
 #[test]
 fn bounds_are_settings() {
     let _turn = TURN.lock();

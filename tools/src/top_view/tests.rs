@@ -1,4 +1,4 @@
-//! Made-up scenes, drawn. With FORESOUND_FIGURES set to a folder the pictures are kept there to be looked at.
+//! Synthetic scenes, drawn. With FORESOUND_FIGURES set to a folder the pictures are written there for inspection.
 
 use super::*;
 use glam::vec3;
@@ -159,7 +159,7 @@ fn terrain() -> Vec<[Vec3; 3]> {
     triangles
 }
 
-/// Lines that look like paths: over points on the bounds of a box.
+/// Synthetic paths: lines over points on the bounds of a box.
 fn lines(
     sources: &[(Vec3, String)],
     listener: Vec3,

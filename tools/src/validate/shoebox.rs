@@ -70,13 +70,13 @@ fn room_rows(size: [f64; 3]) -> Result<Vec<Row>> {
     let mut tally = Tally::default();
     for pair in 0..PAIRS {
         // Anywhere but within 0.2 m of a wall.
-        let place = |side: u64| {
+        let position = |side: u64| {
             std::array::from_fn::<f32, 3, _>(|axis| {
                 let draw = unit(mix(pair << 8 | side << 4 | axis as u64));
                 0.2 + draw * (size[axis] as f32 - 0.4)
             })
         };
-        measure_pair(&scene, &room, place(0), place(1), &mut tally)?;
+        measure_pair(&scene, &room, position(0), position(1), &mut tally)?;
     }
     let name = format!("shoebox: {} x {} x {} m", size[0], size[1], size[2]);
     Ok(tally.rows(&name))
@@ -131,9 +131,9 @@ fn compare(
         for &surface in path.surfaces() {
             counts[wall_of(scene, room, surface)] += 1;
         }
-        let place = path.image.to_array().map(f64::from);
+        let position = path.image.to_array().map(f64::from);
         let near =
-            |image: &oracle::Image| (0..3).all(|a| (image.position[a] - place[a]).abs() < 1e-3);
+            |image: &oracle::Image| (0..3).all(|a| (image.position[a] - position[a]).abs() < 1e-3);
         let found = truth
             .iter()
             .position(|image| image.wall_counts == counts && near(image))
@@ -149,7 +149,7 @@ fn compare(
         let off_samples = off_m / scene.speed_of_sound_m_s() * RATE_HZ;
         tally.worst_arrival_samples = tally.worst_arrival_samples.max(off_samples);
         for b in 0..BANDS {
-            // A factor that passes through zero has no level; below −120 dB it has none either.
+            // A factor that passes through zero has no level, nor one below −120 dB.
             let nearest = image.amplitude[b].abs().max(1e-6);
             let off = f64::from(path.amplitude[b]) - image.amplitude[b];
             let off_db = 20.0 * (1.0 + off.abs() / nearest).log10();

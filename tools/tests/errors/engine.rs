@@ -1,4 +1,4 @@
-//! Settings out of range, and an engine that is asked for what it has not.
+//! Settings out of range, and engine calls with invalid handles, poses and samples.
 
 use std::sync::Arc;
 
@@ -22,12 +22,12 @@ pub(crate) fn small() -> EngineSettings {
     settings.generation.rate_hz = 16_000;
     settings.generation.max_sources = 1;
     settings.generation.max_delay_s = 0.05;
-    settings.hrtf = Some(head());
+    settings.hrtf = Some(hrtf());
     settings.affinity = AffinityPolicy::None;
     settings
 }
 
-fn head() -> Arc<Hrtf> {
+fn hrtf() -> Arc<Hrtf> {
     Arc::new(Hrtf::omnidirectional(16_000).expect("a head"))
 }
 
@@ -81,7 +81,7 @@ fn offline(errors: &mut Errors) {
     let mut with = |what: &str, change: &dyn Fn(&mut OfflineSettings)| {
         let mut settings = good.clone();
         change(&mut settings);
-        let renderer = OfflineRenderer::new(committed(&room()), head(), settings);
+        let renderer = OfflineRenderer::new(committed(&room()), hrtf(), settings);
         errors.of(what, renderer.map(drop));
     };
     with("no frames", &|s| s.graphics_rate_hz = 0.0);

@@ -1,4 +1,4 @@
-//! Texts that are no mesh, no materials, no layout and no walk.
+//! Invalid meshes, materials, layouts and walks.
 
 use std::path::Path;
 

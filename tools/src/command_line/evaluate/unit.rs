@@ -40,7 +40,7 @@ pub(super) struct UnitResult {
     pub(super) reference_rays: Vec<u64>,
     /// Files of the first repeat, the reference's first, by name and FNV-1a of their bytes.
     files: Vec<(String, String)>,
-    /// Seconds that all of it took.
+    /// Duration of all of it in seconds.
     pub(super) seconds: f64,
     pub(super) estimates: Vec<Estimate>,
 }
@@ -207,7 +207,7 @@ fn render(
         }
     };
     for frame in 0..frames {
-        motion::place(unit, stage, renderer.time_s(), start_m, &mut poses);
+        motion::set_poses(unit, stage, renderer.time_s(), start_m, &mut poses);
         renderer.next_frame(&poses, &mut signal, &mut |block| {
             for stereo in block.chunks_exact(2) {
                 ears[0].push(stereo[0]);
