@@ -315,7 +315,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn png_comes_back_pixel_for_pixel() {
+    fn png_round_trip_preserves_every_pixel() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("figures/a.png");
         let disc = RGBColor(200, 30, 90);
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn text_is_drawn_by_the_built_in_fonts() {
+    fn text_is_drawn_with_the_built_in_fonts() {
         for style in [bold_style(), text_style(LABEL, INK, HPos::Left)] {
             let picture = Picture::draw(200, 40, |area| {
                 area.draw(&Text::new("Level 12 dB", (px(10.0), px(20.0)), style))

@@ -360,7 +360,7 @@ mod tests {
         write(&file("empty.wav"), 44_100, 1, &[]);
         write_int(&file("eight.wav"), 8, &[1, 2, 3]);
         std::fs::write(file("text.wav"), "this is no sound at all").unwrap();
-        std::fs::write(file("nothing.wav"), "").unwrap();
+        std::fs::write(file("no_bytes.wav"), "").unwrap();
         write(&file("cut.wav"), 44_100, 1, &[0.1; 1000]);
         let whole = std::fs::read(file("cut.wav")).unwrap();
         std::fs::write(file("cut.wav"), &whole[..whole.len() / 2]).unwrap();
@@ -374,7 +374,7 @@ mod tests {
             ("empty.wav", "no samples"),
             ("eight.wav", "8-bit"),
             ("text.wav", "no WAV"),
-            ("nothing.wav", "too early"),
+            ("no_bytes.wav", "too early"),
             ("cut.wav", "too early"),
             ("nan.wav", "sample 1 is NaN"),
             ("missing.wav", "check the name"),

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn the_highest_surface_below_the_cut_is_seen() {
+    fn the_highest_surface_below_the_cut_is_visible() {
         let all = vec2(10.0, 10.0);
         let (floor, table, ceiling) = (
             plate(0.0, Vec2::ZERO, all),
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_section_is_where_wall_and_level_meet() {
+    fn a_section_is_the_intersection_of_wall_and_level() {
         let wall = [
             vec3(1.0, 0.0, 2.0),
             vec3(5.0, 0.0, 2.0),
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_triangles_are_left_out() {
+    fn non_finite_triangles_are_left_out() {
         let broken = [
             [Vec3::NAN; 3],
             [Vec3::ONE; 3],

@@ -19,7 +19,7 @@ pub const LARGEST_FILE: u64 = 1 << 26;
 /// A listener over time.
 pub enum ListenerPath {
     /// At rest, facing −z.
-    Standing(Vec3),
+    AtRest(Vec3),
     /// Walks to and fro, facing −z.
     Walking(Walk),
     /// Interpolates rows in time; at rest before the first and after the last.
@@ -53,7 +53,7 @@ impl ListenerPath {
     pub fn parse(text: &str) -> Result<Self> {
         let looks_like_place = text.split(',').count() == 3 && !text.ends_with(".csv");
         if looks_like_place {
-            return Ok(Self::Standing(parse_position("--listener", text)?));
+            return Ok(Self::AtRest(parse_position("--listener", text)?));
         }
         read_rows(Path::new(text)).map(Self::Recorded)
     }
@@ -69,7 +69,7 @@ impl ListenerPath {
     /// The pose at a time in seconds.
     pub fn at(&self, time_s: f64) -> ListenerPose {
         match self {
-            Self::Standing(position) => ListenerPose::facing(*position, 0.0),
+            Self::AtRest(position) => ListenerPose::facing(*position, 0.0),
             Self::Walking(walk) => ListenerPose::facing(walk.position_at(time_s, 0.0), 0.0),
             Self::Recorded(rows) => recorded(rows, time_s),
         }

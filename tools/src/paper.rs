@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_cell_is_there_and_the_extremes_are_the_papers() {
+    fn every_cell_is_present_with_the_paper_s_extremes() {
         let mut pesq = Vec::new();
         for platform in Platform::ALL {
             for condition in [Condition::Static, Condition::Dynamic] {
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_follow_from_the_speedups() {
+    fn levels_are_implied_by_the_speedups() {
         let levels =
             |platform, scene| SOURCE_COUNTS.map(|count| pace(platform, scene, count).level);
         assert_eq!(
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn other_scenes_and_counts_have_a_pace_too() {
+    fn other_scenes_and_counts_have_a_pace() {
         assert_eq!(pace(Platform::Workstation, "doorway", 16).level, 12);
         assert_eq!(
             pace(Platform::Mobile, "bootcamp", 3),

@@ -140,7 +140,7 @@ mod tests {
     };
 
     #[test]
-    fn the_lowest_surface_is_the_ground_under_walls_too() {
+    fn the_ground_is_the_lowest_surface_also_under_walls() {
         // A floor with a slit, a wall in the slit that begins above the floor, a ceiling.
         let plate = |height_m: f32, low: f32, high: f32| {
             let at = |x: f32, z: f32| vec3(x, height_m, z);
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_ground() {
+    fn an_empty_scene_has_no_ground() {
         assert_eq!(Ground::below(&FRAME, &[]).at(vec2(1.0, 1.0)), None);
     }
 

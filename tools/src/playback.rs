@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_in_time_are_played_once() {
+    fn punctual_frames_are_played_once() {
         let playback = play(&[0.9; 50]);
         let all: Vec<_> = (0..50).map(Some).collect();
         assert_eq!(playback.played, all);
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn sound_is_cut_where_blocks_are() {
+    fn sound_is_cut_at_block_boundaries() {
         let channel: Vec<f32> = (0..10).map(|n| n as f32).collect();
         let playback = Playback {
             played: vec![None, Some(0), Some(0), Some(2)],

@@ -140,7 +140,7 @@ mod tests {
     use foresound::propagation::rays::directions::{mix, unit};
 
     #[test]
-    fn an_exponential_decay_has_its_time() {
+    fn an_exponential_decay_has_its_reverberation_time() {
         let rate_hz = 44_100;
         let t60_s = 0.8;
         let response: Vec<f32> = (0..2 * rate_hz)
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn octaves_share_all_energy() {
+    fn octave_bands_sum_to_the_total_energy() {
         for hz in [70.0, 90.0, 500.0, 1412.0, 5000.0] {
             let sum: f64 = CENTRES_HZ.iter().map(|c| mask(hz, *c).powi(2)).sum();
             // Bands of the base-ten rule lie 0.3 % closer than an octave.

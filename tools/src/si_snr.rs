@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn known_noise_gives_its_own_ratio() {
+    fn known_noise_has_its_own_ratio() {
         // Noise orthogonal to the reference with a tenth of its amplitude: 20 dB, exactly.
         let reference: Vec<f32> = (0..400).map(|i| [1.0, 1.0, -1.0, -1.0][i % 4]).collect();
         let estimate: Vec<f32> = (0..400)

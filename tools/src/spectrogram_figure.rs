@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_difference_shows_where_the_sounds_differ() {
+    fn the_difference_panel_is_coloured_where_the_sounds_differ() {
         let rate_hz = 44_100;
         let [reference, estimate] = sounds(rate_hz);
         let figure = SpectrogramFigure {

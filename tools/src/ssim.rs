@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_is_most_like_itself() {
+    fn similarity_is_highest_for_identical_pictures() {
         let [reference, estimate] = oracle_pair(44_100, 22_050);
         let analyser = MelAnalyser::new(44_100);
         let same = mel_ssim(&analyser, &reference, &reference).unwrap();

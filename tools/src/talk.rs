@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn voices_speak_and_pause_and_lose_no_word() {
+    fn voices_pause_without_losing_samples() {
         let clip = Clip {
             rate_hz: 1000,
             samples: (1..=7000).map(|n| n as f32).collect(),

@@ -83,7 +83,7 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn a_scene_that_is_none_is_refused_with_its_place() {
+fn an_invalid_scene_is_refused_with_its_location() {
     let folder = Folder::new();
     refused(
         &["inspect", text(&folder.path("gone.obj"))],
@@ -132,7 +132,7 @@ fn a_scene_that_is_none_is_refused_with_its_place() {
 }
 
 #[test]
-fn materials_that_are_none_are_refused_with_their_line() {
+fn invalid_materials_are_refused_with_their_line() {
     let folder = Folder::new();
     let room = folder.room();
     for (name, body, location) in [
@@ -176,7 +176,7 @@ fn materials_that_are_none_are_refused_with_their_line() {
 }
 
 #[test]
-fn sounds_listeners_and_outputs_that_are_none_are_refused() {
+fn invalid_sounds_listeners_and_outputs_are_refused() {
     let folder = Folder::new();
     let room = folder.room();
     let voice = folder.wav("voice.wav", 1, 16);
@@ -275,7 +275,7 @@ fn sounds_listeners_and_outputs_that_are_none_are_refused() {
 }
 
 #[test]
-fn a_users_files_become_a_sound() {
+fn user_files_are_rendered() {
     let folder = Folder::new();
     let (room, voice, out) = (
         folder.room(),
@@ -346,7 +346,7 @@ fn unknown_materials_are_reported() {
 }
 
 #[test]
-fn a_soak_tells_what_it_found() {
+fn a_soak_reports_its_findings() {
     let output = foresound(&["soak", "--minutes", "0.02", "--sources", "2", "--json"]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{output:?}");
@@ -370,7 +370,7 @@ fn a_soak_tells_what_it_found() {
 }
 
 #[test]
-fn a_bench_of_speed_tells_all_its_keys_and_a_trace_opens() {
+fn a_speed_bench_prints_all_keys_and_writes_a_valid_trace() {
     let folder = Folder::new();
     let trace = folder.path("trace.json");
     let output = foresound(&[

@@ -27,7 +27,7 @@ fn evaluate(out: &Path, more: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn a_standing_listener_scores_as_identical_and_once() {
+fn a_listener_at_rest_scores_as_identical_and_results_are_reused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let arguments = ["--condition", "static", "--predictor", "best"];
     let (code, first) = evaluate(folder.path(), &arguments);
@@ -75,7 +75,7 @@ fn a_standing_listener_scores_as_identical_and_once() {
 }
 
 #[test]
-fn a_choice_that_is_none_is_refused() {
+fn an_invalid_choice_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for wrong in [
         ["--predictor", "guess"],
@@ -118,7 +118,7 @@ fn room(file: &Path) {
 }
 
 #[test]
-fn anybodys_mesh_and_recordings_are_run_past_the_paper() {
+fn any_mesh_and_recordings_can_be_evaluated() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (mesh, speech) = (
         folder.path().join("my room.obj"),

@@ -1,6 +1,6 @@
 //! The fuzz targets without a fuzzer: their seeds, every input that ever broke one, and damaged seeds, in every test run.
 //! `.ci/fuzz` runs the same targets under libFuzzer if the tools are installed.
-#![expect(clippy::panic, reason = "a test says what broke")]
+#![expect(clippy::panic, reason = "a test reports the failing input")]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};

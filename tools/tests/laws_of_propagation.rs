@@ -82,7 +82,7 @@ fn holds(law: &str) {
 }
 
 #[test]
-fn the_shoebox_oracle_has_the_images_that_pyroomacoustics_has() {
+fn the_shoebox_oracle_has_the_images_of_pyroomacoustics() {
     // Written by pyroomacoustics 0.10.1 for this room, source and order; one image a line: x, y, z, order.
     let text = include_str!("../../tests/reference/pyroomacoustics_images.csv");
     let theirs: Vec<[f64; 4]> = text
@@ -123,7 +123,7 @@ fn the_shoebox_oracle_has_the_images_that_pyroomacoustics_has() {
 }
 
 #[test]
-fn every_path_can_be_seen_from_end_to_end() {
+fn no_path_is_occluded() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let triangles: Vec<[Vec3; 3]> = scene.triangles().collect();
@@ -131,7 +131,7 @@ fn every_path_can_be_seen_from_end_to_end() {
     let set = update(&scene, doorway.walk.standing, &sources, 1);
     assert!(
         set.paths.iter().filter(|p| p.order > 0).count() > 20,
-        "the oracle has something to look at"
+        "the oracle has paths to test"
     );
     for path in set.paths.iter().filter(|p| p.order > 0) {
         let source = sources[path.source.slot()].position;
@@ -158,7 +158,7 @@ fn every_path_can_be_seen_from_end_to_end() {
 }
 
 #[test]
-fn paths_are_sorted_and_differ() {
+fn paths_are_sorted_and_distinct() {
     let hall = procedural::concert_hall();
     let scene = commit(&hall);
     let set = update(&scene, hall.walk.standing, &poses(&hall, 4), 3);
@@ -178,7 +178,7 @@ fn the_same_input_gives_the_same_bits() {
 }
 
 #[test]
-fn a_step_changes_no_path_that_stays() {
+fn a_step_preserves_the_identities_of_paths() {
     // A listener who moves by a centimetre keeps nearly every path under its identity: canonical sequences are stable.
     let room = procedural::shoebox(Vec3::new(30.0, 20.0, 10.0), "concrete");
     let settings = SceneSettings::default();
@@ -204,7 +204,7 @@ fn a_step_changes_no_path_that_stays() {
 }
 
 #[test]
-fn awkward_places_give_finite_paths() {
+fn degenerate_positions_give_finite_paths() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let bounds = scene.report();
@@ -272,17 +272,17 @@ fn settings_out_of_range_are_refused_by_name() {
 }
 
 #[test]
-fn a_plain_source_is_as_if_it_had_no_settings() {
+fn neutral_source_settings_change_no_bit() {
     // A pattern of weight 0 and any order, turned anywhere, and the default radius set explicitly.
     let hall = procedural::concert_hall();
     let scene = commit(&hall);
     let plain = poses(&hall, 1);
-    let mut said = plain.clone();
-    said[0].orientation = glam::Quat::from_rotation_y(1.0);
-    said[0].settings.directivity = Directivity::even(0.0, 3.0);
-    said[0].settings.radius_m = Some(0.3);
+    let mut explicit = plain.clone();
+    explicit[0].orientation = glam::Quat::from_rotation_y(1.0);
+    explicit[0].settings.directivity = Directivity::even(0.0, 3.0);
+    explicit[0].settings.radius_m = Some(0.3);
     let first = update(&scene, hall.walk.standing, &plain, 3);
-    let second = update(&scene, hall.walk.standing, &said, 3);
+    let second = update(&scene, hall.walk.standing, &explicit, 3);
     assert_eq!((first.paths, first.late), (second.paths, second.late));
 }
 
@@ -326,7 +326,7 @@ fn directivity_weighs_each_path_by_its_departure() {
 }
 
 #[test]
-fn an_effect_that_is_off_is_not_there() {
+fn a_disabled_effect_is_absent() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let listener = doorway.walk.standing;
@@ -360,7 +360,7 @@ fn an_effect_that_is_off_is_not_there() {
 }
 
 #[test]
-fn the_tail_of_a_scene_at_rest_does_not_depend_on_when_it_is_looked_at() {
+fn the_late_reverb_of_a_scene_at_rest_does_not_depend_on_the_update() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let sources = poses(&doorway, 2);

@@ -50,7 +50,7 @@ static ALLOCATOR: Weighing = Weighing;
 static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 /// Runs `act`; returns its result and the maximum of bytes in use beyond those before.
-fn weighed<T>(act: impl FnOnce() -> T) -> (T, usize) {
+fn peak_bytes_of<T>(act: impl FnOnce() -> T) -> (T, usize) {
     let before = LIVE.load(Ordering::Relaxed);
     MOST.store(before, Ordering::Relaxed);
     let result = act();
@@ -81,12 +81,12 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
     let path = folder.path().join("large.obj");
     write_obj(&path, 100_000);
     let options = ObjOptions::default().with_most_triangles(5000);
-    let (result, bytes) = weighed(|| load_obj(&path, &options));
+    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &options));
     refused(result, "more than 5000 triangles");
     assert!(bytes < 5000 * 200 + (1 << 20), "{bytes} bytes");
     // Below the limit it is read, within the bytes a triangle that the setting states.
     let options = ObjOptions::default().with_most_triangles(100_000);
-    let (result, bytes) = weighed(|| load_obj(&path, &options));
+    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &options));
     let mesh = result.expect("is read").mesh;
     assert_eq!(mesh.triangles.len(), 100_000);
     assert!(bytes < 100_000 * 200 + (1 << 20), "{bytes} bytes");
@@ -119,7 +119,7 @@ fn more_triangles_than_the_default_are_refused() {
         file.write_all(face.as_bytes()).expect("written");
     }
     drop(file);
-    let (result, bytes) = weighed(|| load_obj(&path, &ObjOptions::default()));
+    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &ObjOptions::default()));
     refused(result, &format!("more than {MOST_TRIANGLES} triangles"));
     assert!(bytes < MOST_TRIANGLES * 200, "{bytes} bytes");
 }
@@ -131,7 +131,7 @@ fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
     let table = MaterialTable::built_in();
     let mut settings = SceneSettings::default();
     settings.most_triangles = mesh.triangles.len() - 1;
-    let (result, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
+    let (result, bytes) = peak_bytes_of(|| Scene::commit(&mesh, &table, &settings));
     refused(result, "most_triangles");
     assert!(bytes < 4096, "{bytes} bytes");
 }
@@ -161,7 +161,7 @@ fn four_gigabytes_of_sound_are_refused_by_their_header() {
         .open(&path)
         .expect("opens");
     file.set_len(44 + u64::from(bytes)).expect("a sparse file");
-    let (result, used) = weighed(|| load_clip(&path, 44_100));
+    let (result, used) = peak_bytes_of(|| load_clip(&path, 44_100));
     refused(result, &format!("more than {MOST_SAMPLES}"));
     assert!(used < 1 << 16, "{used} bytes");
     std::fs::write(&path, [wav_header(2000), vec![1; 2000]].concat()).expect("written");
@@ -171,20 +171,20 @@ fn four_gigabytes_of_sound_are_refused_by_their_header() {
 
 #[cfg(unix)]
 #[test]
-fn files_without_end_are_refused() {
+fn endless_files_are_refused() {
     let _turn = TURN.lock();
     let endless = Path::new("/dev/zero");
-    let (result, bytes) = weighed(|| ListenerPath::parse("/dev/zero").map(drop));
+    let (result, bytes) = peak_bytes_of(|| ListenerPath::parse("/dev/zero").map(drop));
     refused(result, "64 MiB");
     // A growing list holds the old half while it doubles.
     assert!(
         bytes as u64 <= 3 * LARGEST_FILE + (1 << 20),
         "{bytes} bytes"
     );
-    let (result, bytes) = weighed(|| MaterialTable::load(endless).map(drop));
+    let (result, bytes) = peak_bytes_of(|| MaterialTable::load(endless).map(drop));
     refused(result, "16 MiB");
     assert!(bytes <= 3 << 24, "{bytes} bytes");
-    let (result, bytes) = weighed(|| load_obj(endless, &ObjOptions::default()).map(drop));
+    let (result, bytes) = peak_bytes_of(|| load_obj(endless, &ObjOptions::default()).map(drop));
     refused(result, "binary");
     assert!(bytes <= 4 << 20, "{bytes} bytes");
     refused(load_clip(endless, 44_100).map(drop), "no WAV");
@@ -203,7 +203,7 @@ fn builders() -> usize {
 }
 
 #[test]
-fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
+fn abandoned_scenes_are_freed_and_do_not_accumulate() {
     let _turn = TURN.lock();
     let mut settings = EngineSettings::default();
     settings.affinity = AffinityPolicy::None;
@@ -225,18 +225,18 @@ fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
     };
     let one = {
         let settings = SceneSettings::default();
-        let (scene, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
+        let (scene, bytes) = peak_bytes_of(|| Scene::commit(&mesh, &table, &settings));
         drop(scene.expect("a scene"));
         bytes
     };
     build(&mut controller, small.clone());
     quiet(&mut controller);
     let before = LIVE.load(Ordering::Relaxed);
-    let ((), most) = weighed(|| {
+    let ((), most) = peak_bytes_of(|| {
         for _ in 0..40 {
             build(&mut controller, mesh.clone());
             assert!(builders() <= 1, "{} builders", builders());
-            controller.tick(listener, &[]).expect("goes on");
+            controller.tick(listener, &[]).expect("a valid pose");
         }
         build(&mut controller, small.clone());
         quiet(&mut controller);
@@ -254,7 +254,7 @@ fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
 
 /// Every bound of an engine's buffers is a setting with a range, and values beyond are refused by name.
 #[test]
-fn bounds_are_settings() {
+fn bounds_are_settings_with_ranges() {
     let _turn = TURN.lock();
     let good = EngineSettings::default();
     let with = |change: &dyn Fn(&mut EngineSettings)| {

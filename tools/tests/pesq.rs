@@ -117,7 +117,7 @@ fn degraded(x: &[f64], name: &str) -> Vec<f64> {
 }
 
 #[test]
-fn scores_are_those_of_the_standards_program() {
+fn scores_equal_those_of_the_standard_s_program() {
     for (voice, name, score) in SCORES {
         let file = format!(
             "{}/../assets/speech/{voice}.wav",
@@ -141,7 +141,7 @@ fn scores_are_those_of_the_standards_program() {
 }
 
 #[test]
-fn nothing_scores_above_identity() {
+fn identity_has_the_highest_score() {
     let file = format!(
         "{}/../assets/speech/voice02.wav",
         env!("CARGO_MANIFEST_DIR")

@@ -243,7 +243,7 @@ pub(crate) fn within(
     ))
 }
 
-/// A clip of one of the sixteen voices; numbers beyond them begin anew.
+/// A clip of one of the sixteen voices; higher numbers wrap around.
 pub(crate) fn voice(number: usize, rate_hz: u32) -> Result<Clip> {
     let file = asset(&format!("speech/voice{:02}.wav", number % 16 + 1))?;
     load_sound(&file, rate_hz)

@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let position = parse_position("--source", &arguments.source)?;
-    let listener = ListenerPath::Standing(parse_position("--listener", &arguments.listener)?);
+    let listener = ListenerPath::AtRest(parse_position("--listener", &arguments.listener)?);
     within("--seconds", arguments.seconds, 0.1..=60.0, " s")?;
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;

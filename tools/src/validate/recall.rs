@@ -6,7 +6,7 @@
 mod oracle;
 #[path = "../../../tests/reference/visibility.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
-#[allow(dead_code, reason = "the oracle answers more than is asked here")]
+#[allow(dead_code, reason = "only part of the oracle is used here")]
 mod visibility;
 
 use std::collections::HashMap;
@@ -152,7 +152,7 @@ fn recall(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Vec<Row>> {
     }
     // One in a thousand is nearer to an edge than single precision resolves.
     let invented = percent(wrong as f64, compared as f64);
-    case.at_most("paths that are none", invented, 0.1, "% of paths");
+    case.at_most("false paths", invented, 0.1, "% of paths");
     Ok(case.rows)
 }
 

@@ -22,7 +22,7 @@ use foresound::scene::Scene;
 const PAIRS: u64 = 12;
 
 /// Updates after which recall is measured.
-const LOOKS: [u32; 3] = [1, 8, 16];
+const MEASURED_UPDATES: [u32; 3] = [1, 8, 16];
 
 /// Sample rate of arrival errors.
 const RATE_HZ: f64 = 48_000.0;
@@ -99,9 +99,9 @@ fn measure_pair(
         tally.expected[image.order as usize] += 1;
     }
     let mut probe = Probe::new(scene, source.into(), PropagationSettings::default())?;
-    for update in 1..=LOOKS[LOOKS.len() - 1] {
+    for update in 1..=MEASURED_UPDATES[MEASURED_UPDATES.len() - 1] {
         probe.update(listener.into());
-        if LOOKS.contains(&update) {
+        if MEASURED_UPDATES.contains(&update) {
             compare(scene, room, &truth, &probe.set.paths, update, tally);
         }
     }
@@ -162,7 +162,7 @@ impl Tally {
     fn rows(&self, name: &str) -> Vec<Row> {
         let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
         let mut case = super::Case::new(name.to_owned());
-        for (update, bound) in LOOKS.into_iter().zip([99.5, 100.0, 100.0]) {
+        for (update, bound) in MEASURED_UPDATES.into_iter().zip([99.5, 100.0, 100.0]) {
             let found = self.found.get(&update).copied().unwrap_or_default();
             let all = share(found.iter().sum(), self.expected.iter().sum());
             case.at_least(&format!("recall after {update} updates"), all, bound, "%");

@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_bit_counts() {
+    fn every_bit_is_compared() {
         assert_eq!(differing_bits(&[1, 6, 0], &[1, 5, 0]), 2);
         assert_eq!(differing_bits(&[1], &[1, 5]), 32);
     }

@@ -28,7 +28,7 @@ pub(crate) fn small() -> EngineSettings {
 }
 
 fn hrtf() -> Arc<Hrtf> {
-    Arc::new(Hrtf::omnidirectional(16_000).expect("a head"))
+    Arc::new(Hrtf::omnidirectional(16_000).expect("an HRTF set"))
 }
 
 pub(crate) fn make(errors: &mut Errors) {
@@ -47,12 +47,12 @@ fn settings(errors: &mut Errors) {
     with("no voices", &|s| s.generation.max_voices = 0);
     with("no distance", &|s| s.propagation.min_distance_m = 0.0);
     with("nine seconds", &|s| s.frame_time = FrameTime::Fixed(9.0));
-    with("another head", &|s| s.generation.rate_hz = 48_000);
+    with("another HRTF set", &|s| s.generation.rate_hz = 48_000);
     with("a ceiling", &|s| s.generation.ceiling_db = 3.0);
     with("no limit of time", &|s| {
         s.budget.update_s = Some(f64::NAN);
     });
-    with("no tier", &|s| {
+    with("no quality level", &|s| {
         s.budget = {
             let mut budget = Budget::default();
             budget.quality = QualityChoice::AtLeast(QualityLevel(200));
@@ -63,12 +63,12 @@ fn settings(errors: &mut Errors) {
         "a limiter",
         foresound::generation::Limiter::new(16_000, 3.0),
     );
-    errors.of("no such head", Hrtf::builtin(8000));
-    errors.of("no head", Hrtf::parse(b"no head", "a head"));
+    errors.of("no such HRTF set", Hrtf::builtin(8000));
+    errors.of("no HRTF set", Hrtf::parse(b"no head", "an HRTF set"));
     errors.of("a rate of 1 Hz", Hrtf::omnidirectional(1));
     errors.of("no threads", Threads::start(0));
     let device = NullDevice::start(0, 0, AffinityPolicy::None, |_| ());
-    errors.of("a device of nothing", device);
+    errors.of("a device without frames", device);
 }
 
 fn offline(errors: &mut Errors) {
@@ -102,7 +102,7 @@ fn at_work(errors: &mut Errors) {
     let stale = SourceId::new(7, 7);
     errors.of("a stale source", controller.remove_source(stale));
     errors.of("a gain", controller.set_source_gain(id, -1.0));
-    errors.of("no place", controller.move_source(id, Vec3::NAN));
+    errors.of("not finite", controller.move_source(id, Vec3::NAN));
     errors.of("an empty stream", controller.stream(id, 0).map(drop));
     let flat = ListenerPose {
         orientation: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),

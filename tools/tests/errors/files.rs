@@ -113,5 +113,5 @@ fn sounds(errors: &mut Errors, folder: &Path) {
     let mut writer = hound::WavWriter::create(&odd, spec).expect("a file");
     writer.write_sample(f32::NAN).expect("written");
     writer.finalize().expect("written");
-    errors.of("a sample that is none", load_clip(odd, 44_100));
+    errors.of("a non-finite sample", load_clip(odd, 44_100));
 }

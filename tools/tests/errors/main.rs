@@ -1,6 +1,6 @@
 //! `ERRORS.md` lists every error, and every row of it is a real error: each is caused here through the command line or
 //! the library and its text compared; and every advice in the sources is in the table.
-#![expect(clippy::panic, reason = "a test says what is missing")]
+#![expect(clippy::panic, reason = "a test reports the missing row")]
 
 mod engine;
 mod files;

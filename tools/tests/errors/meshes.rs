@@ -85,7 +85,7 @@ fn parts(errors: &mut Errors) {
         InstancePose::from_matrix(id, scaled.to_cols_array_2d()),
     );
     let nowhere = InstancePose::at(id, DVec3::NAN);
-    errors.of("no place", scene.set_instance_pose(&nowhere));
+    errors.of("not finite", scene.set_instance_pose(&nowhere));
     let turned = InstancePose {
         rotation: Quat::from_xyzw(0.0, 0.0, 0.0, 2.0),
         ..InstancePose::at(id, DVec3::ONE)

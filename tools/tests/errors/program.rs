@@ -38,7 +38,7 @@ pub(crate) fn make(errors: &mut Errors) {
     std::fs::write(&one, "v 0 0 0\nv 6 0 0\nv 0 6 0\nf 1 2 3\n").expect("written");
     let voice = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/fuzz/seeds/wav/mono");
     let heard = format!("1,1,1={voice}");
-    let unknown = format!("nobody={voice}");
+    let unknown = format!("unknown={voice}");
     let render = |scene: &str, source: &str, more: &[&str]| {
         let first = [
             "render",

@@ -66,7 +66,7 @@ pub(crate) fn row_of<'a>(rows: &'a [Row], line: &str) -> Option<&'a Row> {
 }
 
 #[test]
-fn patterns_are_told_apart() {
+fn patterns_match_their_own_lines_only() {
     assert!(fits("a … of …", "a piece of cake"));
     assert!(fits("…", "anything"));
     assert!(!fits("a … of …", "the piece of cake"));

@@ -29,13 +29,13 @@ pub(crate) fn make(errors: &mut Errors) {
         .output()
         .expect("this program runs");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let said: Vec<&str> = text
+    let lines: Vec<&str> = text
         .lines()
         .filter_map(|l| l.split_once(MARK))
-        .map(|(_, said)| said)
+        .map(|(_, line)| line)
         .collect();
-    assert_eq!(said.len(), 6, "{output:?}");
-    for line in said {
+    assert_eq!(lines.len(), 6, "{output:?}");
+    for line in lines {
         errors.line(line);
     }
 }

@@ -196,7 +196,7 @@ pub(super) fn with_instances(
 }
 
 /// Moves each source farther from its last position, and from the sixteen before, than the cells of the ray cache are
-/// wide: all rays are cast anew.
+/// wide: all rays are cast again.
 pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
     for (moved, source) in moved.iter_mut().zip(sources) {
         moved.position.x = source.position.x + 0.6 * (1 + step % 3) as f32;

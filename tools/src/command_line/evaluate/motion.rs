@@ -57,7 +57,7 @@ mod tests {
     use super::yaw_rad;
 
     #[test]
-    fn the_head_turns_half_a_turn_a_second() {
+    fn the_yaw_turns_by_half_a_turn_a_second() {
         for step in 0..4000 {
             let time_s = f64::from(step) / 1000.0;
             assert!(yaw_rad(time_s).abs() <= std::f64::consts::FRAC_PI_2 + 1e-9);
