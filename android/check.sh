@@ -13,7 +13,7 @@ for argument in "$@"; do
     case $argument in
     --all) all=1 ;;
     --json) json=1 ;;
-    -*) echo "unknown option $argument; see the head of $0" >&2 && exit 2 ;;
+    -*) echo "unknown option $argument; see the first lines of $0" >&2 && exit 2 ;;
     *) only+=("$argument") ;;
     esac
 done
@@ -110,7 +110,7 @@ prove_c_abuse() {
 
 classes=$work/classes
 natives=$(echo android/foresound/src/main/java/dev/foresound/*.java)
-# The heap is touched at once, so that what grows is not Java's.
+# The heap is touched at once: later growth is not Java's.
 java_run() { # part, arguments
     java -Xcheck:jni -XX:+UseSerialGC -Xms32m -Xmx32m -XX:+AlwaysPreTouch -Djava.library.path="$host/release" -cp "$classes" dev.foresound.Bridge "$@" \
         >"$work/java-$1.out" 2>&1
@@ -186,7 +186,7 @@ prove_kotlin() {
     python3 -c 'import json, sys; assert len(json.load(open(sys.argv[1]))["rows"]) == 4' "$work/demo.json" || return 1
     echo "library module and demo compile without warnings; every Kotlin function and the benchmark run; $(tail -n 1 "$work/api.out")"
 }
-# The build scripts in stand-ins' words, and the command they make.
+# The build scripts compiled against stand-ins, and the command they make.
 prove_scripts() {
     find_kotlin
     rm -rf "$work/scripts" "$work/script-classes"
@@ -232,7 +232,7 @@ prove_android() {
 
 # --- APK ------------------------------------------------------------------------------------------------------------
 
-# Manifest, assets and the library in a signed APK. Without classes.dex: no dexer is to be had on the build machines.
+# Manifest, assets and the library in a signed APK. Without classes.dex: the build machines have no dexer.
 prove_apk() {
     need aapt apksigner zipalign keytool python3
     local frame=/usr/share/android-framework-res/framework-res.apk apk=$work/apk
@@ -240,7 +240,7 @@ prove_apk() {
     [ -f "$work/libforesound-arm64.so" ] || { echo "no library for Android; the proof android was skipped or failed" && exit 77; }
     rm -rf "$apk"
     mkdir -p "$apk"
-    # What Gradle puts into the manifest: package and API levels.
+    # Gradle's additions to the manifest: package and API levels.
     local name library
     name=$(sed -n 's/^ *applicationId = "\(.*\)"/\1/p' android/app/build.gradle.kts)
     library=$(sed -n 's/^ *namespace = "\(.*\)"/\1/p' android/foresound/build.gradle.kts)
@@ -276,7 +276,7 @@ prove_apk() {
 
 # --- aarch64-unknown-linux-gnu, emulated ----------------------------------------------------------------------------
 
-# Sets cross, and what cargo needs for it.
+# Sets cross, and cargo's settings for it.
 for_arm64() {
     need qemu-aarch64 aarch64-linux-gnu-gcc python3
     debian_rust
@@ -285,7 +285,7 @@ for_arm64() {
     export CARGO_TARGET_DIR=$work/arm64
     export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc
     local runner=qemu-aarch64
-    # With the cross package alone qemu has to be told where the C library is; with the real one it must not be.
+    # With the cross package alone qemu needs the path of the C library; with the real one it must not have it.
     [ -e /lib/ld-linux-aarch64.so.1 ] || runner="qemu-aarch64 -L /usr/aarch64-linux-gnu"
     export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=$runner
     cross=(--release --locked --target aarch64-unknown-linux-gnu --no-default-features --features builtin-hrtf,capi)
@@ -306,7 +306,7 @@ prove_arm64() {
         >"$work/doorway-compared.txt" || { cat "$work/doorway-compared.txt" && return 1; }
     echo "doorway: $(cat "$work/doorway-compared.txt"); hall: $(cat "$work/hall-compared.txt")"
 }
-# The same laws, by NEON; an hour and more, as emulated as it is.
+# The same laws, by NEON; emulated, an hour and more.
 prove_arm64_tests() {
     for_arm64
     cross=(--release --locked --target aarch64-unknown-linux-gnu)

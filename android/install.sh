@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what check.sh uses from Debian, as root. check.sh works without any of it and says what it skips.
+# Installs check.sh's packages from Debian, as root. check.sh works without any of them and prints what it skips.
 # Usage: install.sh [--all]; --all adds what `check.sh --all` needs.
 set -euo pipefail
 packages=(gcc g++ libc6-dev openjdk-17-jdk-headless)
@@ -12,12 +12,12 @@ if [ "${1:-}" = --all ]; then
     packages+=(gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user libstd-rust-web-dev:arm64)
 fi
 if [ "$(id -u)" != 0 ]; then
-    echo "not root; ask somebody who is for: ${packages[*]}" >&2
+    echo "not root; install as root: ${packages[*]}" >&2
     exit 1
 fi
 dpkg --add-architecture arm64
 apt-get update -qq
 for package in "${packages[@]}"; do
-    # One at a time: a release that lacks one still gives the others.
+    # One at a time: if a release lacks one, the others are still installed.
     apt-get install -y -qq --no-install-recommends "$package" >/dev/null || echo "not to be had: $package" >&2
 done

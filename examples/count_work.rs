@@ -1,7 +1,7 @@
 //! Fixed amounts of tracing and propagation, for tools that count instructions. No clock, no threads.
 //!
 //! `count_work rays FOLDER SCENE SET PASSES` traces the rays written by `bench rays --dump FOLDER`, `PASSES` times;
-//! `count_work update SCENE SOURCES UPDATES` runs propagation updates for a listener who walks at 1.4 m/s. The difference of
+//! `count_work update SCENE SOURCES UPDATES` runs propagation updates for a listener walking at 1.4 m/s. The difference of
 //! two runs with different counts excludes start-up (`benches/count-aarch64.sh`).
 
 use std::fs;
@@ -9,11 +9,12 @@ use std::sync::Arc;
 
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::geometry::{Bvh, Ray};
-use foresound::propagation::{PathSet, PropagationSettings, Propagator};
-use foresound::scene::{
-    ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
+use foresound::glam::Vec3;
+use foresound::paths::{PathSet, Propagator};
+use foresound::scene::procedural;
+use foresound::{
+    ListenerPose, MaterialTable, PropagationSettings, Scene, SceneSettings, SourceId, SourcePose,
 };
-use glam::Vec3;
 
 /// Metres between two updates, at twenty a second.
 const STEP_M: f32 = 0.07;

@@ -9,11 +9,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings, Statistics};
+use foresound::diagnostics::Statistics;
+use foresound::glam::Vec3;
 use foresound::scene::layout::Walk;
-use foresound::scene::{ListenerPose, MaterialTable, Scene, SceneSettings, procedural};
-use foresound::{Error, Result};
-use glam::Vec3;
+use foresound::scene::procedural;
+use foresound::{
+    AffinityPolicy, Engine, EngineSchedule, EngineSettings, Error, ListenerPose, MaterialTable,
+    Result, Scene, SceneSettings,
+};
 
 /// The paper's figures: scene, sources, frames per second of the synchronous and the asynchronous schedule.
 const PAPER: &str = include_str!("../assets/paper/paper_table_4.csv");
@@ -174,14 +177,14 @@ fn main() -> Result<()> {
         let advice = "give 0.01 to 600, then scenes";
         Error::setting("seconds", "that is no such number", advice)
     })?;
-    let wanted: Vec<String> = arguments.collect();
+    let chosen: Vec<String> = arguments.collect();
     let mut rows = Vec::new();
     let mut last: Option<(&str, Stage)> = None;
-    for name in &wanted {
+    for name in &chosen {
         stage(name)?;
     }
-    let is_wanted = |cell: &Cell| wanted.is_empty() || wanted.iter().any(|name| name == cell.scene);
-    for cell in cells().filter(is_wanted) {
+    let is_chosen = |cell: &Cell| chosen.is_empty() || chosen.iter().any(|name| name == cell.scene);
+    for cell in cells().filter(is_chosen) {
         if last.as_ref().is_none_or(|(name, _)| *name != cell.scene) {
             last = Some((cell.scene, stage(cell.scene)?));
         }

@@ -118,7 +118,7 @@ impl Playing {
         let mesh = procedural::shoebox(Vec3::new(8.0, 3.0, 6.0), "concrete");
         let table = MaterialTable::built_in();
         let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("is a room");
-        controller.set_scene(Arc::new(scene)).expect("is taken");
+        controller.set_scene(Arc::new(scene)).expect("accepted");
         let position = Vec3::new(2.0, 1.5, 1.0);
         controller.add_source(position).expect("a slot");
         SOUND_THREAD.store(this_thread(), Ordering::SeqCst);
@@ -135,7 +135,7 @@ impl Playing {
         let mut block = [0.0; 512];
         // Bounded by work, not by time: two minutes of graphics frames.
         for _ in 0..60_000 {
-            self.controller.tick(listener, &[]).expect("goes on");
+            self.controller.tick(listener, &[]).expect("a valid pose");
             self.renderer.render(&mut block);
             if holds(&self.controller.statistics()) {
                 return true;

@@ -15,21 +15,21 @@ use glam::Vec3;
 
 /// Behaviour of a device for one opening.
 #[derive(Clone, Copy)]
-enum Mood {
-    Refuses,
+enum Behaviour {
+    FailsToOpen,
     /// Plays some blocks of changing size, then reports its loss.
     IsLost,
     /// Plays one block, then stops calling back.
-    FallsSilent,
+    Stalls,
     Plays,
 }
 
-const MOODS: [Mood; 5] = [
-    Mood::Refuses,
-    Mood::IsLost,
-    Mood::Refuses,
-    Mood::FallsSilent,
-    Mood::Plays,
+const BEHAVIOURS: [Behaviour; 5] = [
+    Behaviour::FailsToOpen,
+    Behaviour::IsLost,
+    Behaviour::FailsToOpen,
+    Behaviour::Stalls,
+    Behaviour::Plays,
 ];
 
 #[derive(Default)]
@@ -52,13 +52,18 @@ struct OpenFake {
     thread: Option<JoinHandle<()>>,
 }
 
-fn play(mood: Mood, mut callback: Box<dyn DeviceCallback>, seen: &Seen, stop: &AtomicBool) {
+fn play(
+    behaviour: Behaviour,
+    mut callback: Box<dyn DeviceCallback>,
+    seen: &Seen,
+    stop: &AtomicBool,
+) {
     let sizes = [192, 96, 480, 1, 33];
     let mut block = [0.0f32; 2 * 480];
-    let blocks = match mood {
-        Mood::IsLost => 20,
-        Mood::FallsSilent => 1,
-        Mood::Plays | Mood::Refuses => usize::MAX,
+    let blocks = match behaviour {
+        Behaviour::IsLost => 20,
+        Behaviour::Stalls => 1,
+        Behaviour::Plays | Behaviour::FailsToOpen => usize::MAX,
     };
     for n in 0..blocks {
         if stop.load(Ordering::Acquire) {
@@ -70,7 +75,7 @@ fn play(mood: Mood, mut callback: Box<dyn DeviceCallback>, seen: &Seen, stop: &A
         seen.heard.fetch_add(heard as u64, Ordering::Relaxed);
         thread::park_timeout(Duration::from_millis(2));
     }
-    if let Mood::IsLost = mood {
+    if let Behaviour::IsLost = behaviour {
         callback.lost();
     }
 }
@@ -82,16 +87,16 @@ impl Device for Fake {
         callback: Box<dyn DeviceCallback>,
     ) -> Result<Box<dyn OpenDevice>> {
         let opening = self.seen.openings.fetch_add(1, Ordering::Relaxed) as usize;
-        let mood = MOODS.get(opening).copied().unwrap_or(Mood::Plays);
+        let behaviour = BEHAVIOURS.get(opening).copied().unwrap_or(Behaviour::Plays);
         assert_eq!(rate_hz, 44_100);
-        if let Mood::Refuses = mood {
-            return Err(Error::engine("no device today", "come again"));
+        if let Behaviour::FailsToOpen = behaviour {
+            return Err(Error::engine("no device yet", "try again"));
         }
         let open = 1 + self.seen.open.fetch_add(1, Ordering::Relaxed);
         self.seen.most_open.fetch_max(open, Ordering::Relaxed);
         let (seen, stop) = (Arc::clone(&self.seen), Arc::new(AtomicBool::new(false)));
         let stopped = Arc::clone(&stop);
-        let thread = thread::spawn(move || play(mood, callback, &seen, &stopped));
+        let thread = thread::spawn(move || play(behaviour, callback, &seen, &stopped));
         Ok(Box::new(OpenFake {
             seen: Arc::clone(&self.seen),
             stop,
@@ -125,10 +130,10 @@ impl Drop for OpenFake {
 }
 
 /// Waits until the report meets a condition, without a time limit.
-fn wait_for(output: &DeviceOutput, is_so: impl Fn(&DeviceReport) -> bool) -> DeviceReport {
+fn wait_for(output: &DeviceOutput, condition: impl Fn(&DeviceReport) -> bool) -> DeviceReport {
     loop {
         let report = output.report();
-        if is_so(&report) {
+        if condition(&report) {
             return report;
         }
         thread::park_timeout(Duration::from_millis(10));
@@ -149,7 +154,7 @@ fn sound_continues_when_the_device_fails() {
         .expect("is there");
     controller
         .tick(ListenerPose::default(), &[])
-        .expect("is a place");
+        .expect("a valid pose");
 
     let seen = Arc::new(Seen::default());
     let fake = Fake {
@@ -191,7 +196,7 @@ fn an_engine_without_any_device_keeps_working() {
     struct Never;
     impl Device for Never {
         fn open(&mut self, _: u32, _: Box<dyn DeviceCallback>) -> Result<Box<dyn OpenDevice>> {
-            Err(Error::engine("no device ever", "go home"))
+            Err(Error::engine("no device", "use another system"))
         }
     }
     let (controller, renderer) = Engine::new(EngineSettings::default()).expect("can be");

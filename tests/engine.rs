@@ -64,7 +64,7 @@ fn a_pause_during_a_change_of_all_paths_ends() {
     let at = inside(&scene);
     for frames in 0..5 {
         let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
-        controller.set_scene(Arc::clone(&scene)).expect("taken");
+        controller.set_scene(Arc::clone(&scene)).expect("accepted");
         let mut ids = Vec::new();
         for turn in 0..2 {
             for id in ids.drain(..) {
@@ -96,7 +96,7 @@ fn a_source_is_heard_muted_paused_and_removed() {
     assert!(loud > 0.01, "{loud} in open air");
     let scene = room();
     let at = inside(&scene);
-    controller.set_scene(Arc::clone(&scene)).expect("taken");
+    controller.set_scene(Arc::clone(&scene)).expect("accepted");
     controller
         .move_source(id, at + Vec3::X)
         .expect("a valid position");
@@ -240,7 +240,7 @@ fn propagation_restarts_after_a_panic() {
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let scene = room();
         let at = inside(&scene);
-        controller.set_scene(scene).expect("taken");
+        controller.set_scene(scene).expect("accepted");
         let id = controller.add_source(at + Vec3::X).expect("a slot");
         controller.play(id, hum(), true).expect("is there");
         while controller.statistics().paths < 6 {
@@ -294,7 +294,7 @@ fn the_baseline_is_independent_of_the_number_of_threads() {
         let (mut controller, mut renderer) = Engine::new(settings).expect("an engine");
         let scene = room();
         let at = inside(&scene);
-        controller.set_scene(scene).expect("taken");
+        controller.set_scene(scene).expect("accepted");
         for position in [Vec3::X, Vec3::Z, -Vec3::X] {
             let id = controller.add_source(at + position).expect("a slot");
             controller.play(id, hum(), true).expect("is there");
@@ -319,7 +319,7 @@ fn predictor_schedule_and_rays_change_while_running() {
     let (mut controller, mut renderer) = Engine::new(settings()).expect("an engine");
     let scene = room();
     let at = inside(&scene);
-    controller.set_scene(Arc::clone(&scene)).expect("taken");
+    controller.set_scene(Arc::clone(&scene)).expect("accepted");
     let id = controller.add_source(at + Vec3::X).expect("a slot");
     controller.play(id, hum(), true).expect("is there");
     for round in 0..12 {
@@ -379,7 +379,7 @@ fn too_many_paths_are_trimmed_to_the_loudest() {
     let (mut controller, mut renderer) = Engine::new(limited).expect("an engine");
     let scene = room();
     let at = inside(&scene);
-    controller.set_scene(scene).expect("taken");
+    controller.set_scene(scene).expect("accepted");
     let id = controller.add_source(at + Vec3::X).expect("a slot");
     controller.play(id, hum(), true).expect("is there");
     assert!(run(&mut controller, &mut renderer, at, 30) > 0.01);

@@ -64,7 +64,7 @@ fn tick(controller: &mut Controller) {
 fn a_thousand_sources_are_added_and_removed_between_two_blocks() {
     let engine = Engine::new(settings(EngineSchedule::Synchronous));
     let (mut controller, mut renderer) = engine.expect("an engine");
-    controller.set_scene(rooms()[0].clone()).expect("taken");
+    controller.set_scene(rooms()[0].clone()).expect("accepted");
     let clip = noise();
     let mut here: Vec<SourceId> = Vec::new();
     for round in 0..30u32 {
@@ -96,7 +96,7 @@ fn a_thousand_sources_are_added_and_removed_between_two_blocks() {
     }
     drop(controller);
     drop(renderer);
-    assert_eq!(Arc::strong_count(&clip), 1, "nothing is kept");
+    assert_eq!(Arc::strong_count(&clip), 1, "the clip is freed");
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn scene_and_predictor_change_in_every_frame() {
         for frame in 0..200 {
             controller
                 .set_scene(rooms[frame % 3].clone())
-                .expect("taken");
+                .expect("accepted");
             controller.set_predictor(PredictorKind::ALL[frame % 3]);
             tick(&mut controller);
             loudest = loudest.max(render(&mut renderer));

@@ -60,8 +60,11 @@ fn run(
         controller.tick(listener, &[]).expect("a good pose");
         renderer.render(&mut block);
         for sample in block.iter().step_by(2) {
-            let bend = sample - 2.0 * last[1] + last[0];
-            largest = [largest[0].max(sample.abs()), largest[1].max(bend.abs())];
+            let difference = sample - 2.0 * last[1] + last[0];
+            largest = [
+                largest[0].max(sample.abs()),
+                largest[1].max(difference.abs()),
+            ];
             *last = [last[1], *sample];
         }
     }
@@ -72,7 +75,7 @@ fn run(
 fn forced_quality_levels_drop_paths_without_a_click() {
     let (mut controller, mut renderer) = Engine::new(settings(1)).expect("an engine");
     let (scene, at) = room();
-    controller.set_scene(scene).expect("taken");
+    controller.set_scene(scene).expect("accepted");
     let id = controller
         .add_source(at + Vec3::new(2.0, 0.3, 1.0))
         .expect("a slot");
@@ -134,7 +137,7 @@ impl Crowd {
         settings.max_sources = Some(sources);
         let (mut controller, renderer) = Engine::new(settings).expect("an engine");
         let (scene, middle) = room();
-        controller.set_scene(scene).expect("taken");
+        controller.set_scene(scene).expect("accepted");
         let clip = hum(0.002);
         let here = (0..sources)
             .map(|_| {
@@ -162,7 +165,7 @@ impl Crowd {
     /// Returns the peak, the largest second difference and the greatest number of voices.
     fn run(&mut self, from: usize, frames: usize) -> (f32, f32, u32) {
         let mut block = [0.0; 2 * AUDIO_FRAMES];
-        let (mut loudest, mut bend, mut voices) = (0.0f32, 0.0f32, 0);
+        let (mut loudest, mut difference, mut voices) = (0.0f32, 0.0f32, 0);
         let mut last = [0.0; 2];
         for frame in from..from + frames {
             let time_s = frame as f32 * 0.01;
@@ -175,12 +178,12 @@ impl Crowd {
             for sample in block.iter().step_by(2) {
                 loudest = loudest.max(sample.abs());
                 if frame > from {
-                    bend = bend.max((sample - 2.0 * last[1] + last[0]).abs());
+                    difference = difference.max((sample - 2.0 * last[1] + last[0]).abs());
                 }
                 last = [last[1], *sample];
             }
         }
-        (loudest, bend, voices)
+        (loudest, difference, voices)
     }
 }
 
@@ -190,7 +193,7 @@ fn many_sources_cost_as_much_as_their_slots() {
     few.run(0, 20);
     let mut crowd = Crowd::new(256, 8);
     crowd.run(0, 20);
-    let (loudest, bend, _) = crowd.run(20, 300);
+    let (loudest, difference, _) = crowd.run(20, 300);
     let (one, all) = (few.controller.statistics(), crowd.controller.statistics());
     // The number of rays depends on the positions of sources, not on their number, thirty-two times as large.
     assert!(
@@ -203,8 +206,8 @@ fn many_sources_cost_as_much_as_their_slots() {
     assert!(loudest > 0.01 && loudest < 1.0, "{loudest}");
     // The second difference of a 700 Hz sine is 0.01 of it; a step of eight slots would be far above.
     assert!(
-        bend < 0.02 * loudest,
-        "second difference {bend} at {loudest}"
+        difference < 0.02 * loudest,
+        "second difference {difference} at {loudest}"
     );
     for id in crowd.here.drain(..) {
         crowd.controller.remove_source(id).expect("is there");

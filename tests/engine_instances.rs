@@ -100,7 +100,7 @@ fn a_wall_blocks_sound_moves_away_and_is_removed() {
         Err(Error::Setting { .. })
     ));
     let scene = commit(Vec3::new(400.0, 100.0, 400.0), "acoustic_ceiling");
-    controller.set_scene(scene).expect("taken");
+    controller.set_scene(scene).expect("accepted");
     assert_eq!(controller.scene().instance_count(), 1);
     assert!(run(&mut controller, &mut renderer, at) < 0.1 * free);
 

@@ -110,7 +110,7 @@ fn the_audio_side_neither_allocates_nor_frees() {
             controller.set_instance_pose(&door(id)).expect("rigid");
         }
         if dice.is_multiple_of(17) {
-            controller.set_scene(Arc::clone(scene)).expect("taken");
+            controller.set_scene(Arc::clone(scene)).expect("accepted");
             swaps += 1;
         }
         controller.set_predictor(PredictorKind::ALL[(dice >> 16) as usize % 3]);
@@ -131,7 +131,7 @@ fn the_audio_side_neither_allocates_nor_frees() {
         thread::yield_now();
     }
     done.store(true, Ordering::Relaxed);
-    let (operations, updates) = audio.join().expect("audio goes on");
+    let (operations, updates) = audio.join().expect("no panic");
     assert_eq!(operations, 0, "allocations and frees on the audio side");
     assert!(
         updates >= 50 && swaps > 20 && added > 100 && hung > 10,

@@ -25,7 +25,7 @@ fn doorway() -> Doorway {
     let scene = Arc::new(Scene::commit(&layout.mesh, &table, &settings).expect("commits"));
     let each = layout.sources.iter().take(4).enumerate();
     let sources = each
-        .map(|(slot, (_, place))| SourcePose::at(SourceId::new(slot as u16, 0), *place))
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect();
     Doorway {
         scene,
@@ -70,21 +70,21 @@ impl Doorway {
 
 #[test]
 fn a_frame_in_parts_of_any_size_has_the_same_bits() {
-    let place = doorway();
+    let doorway = doorway();
     for kind in PredictorKind::ALL {
-        let both = [0, 1].map(|_| Extrapolator::new(Arc::clone(&place.scene), kind, 0.3));
+        let both = [0, 1].map(|_| Extrapolator::new(Arc::clone(&doorway.scene), kind, 0.3));
         let mut most_parts = 0;
-        place.walk(
+        doorway.walk(
             both,
             |number, extrapolator, ear, frame| {
                 if number == 0 {
-                    extrapolator.frame(ear, &place.sources, frame);
+                    extrapolator.frame(ear, &doorway.sources, frame);
                     return;
                 }
                 // Parts of all sizes, down to one unit of work.
                 for part in 1.. {
                     let mut budget = WorkBudget::of(1 + (part * part * 7) % 13);
-                    let sources = &place.sources;
+                    let sources = &doorway.sources;
                     let direct = extrapolator.direct_part(ear, sources, &mut budget, frame);
                     if !direct.is_done {
                         continue;
@@ -104,42 +104,42 @@ fn a_frame_in_parts_of_any_size_has_the_same_bits() {
 
 #[test]
 fn an_update_in_the_middle_of_a_frame_restarts_it() {
-    let place = doorway();
+    let doorway = doorway();
     let best = PredictorKind::Geometric(GeometricSettings::FULL);
-    let both = [0, 1].map(|_| Extrapolator::new(Arc::clone(&place.scene), best, 0.3));
+    let both = [0, 1].map(|_| Extrapolator::new(Arc::clone(&doorway.scene), best, 0.3));
     let [mut whole, mut parts] = both;
     let settings = PropagationSettings::default();
-    let mut propagator = Propagator::new(Arc::clone(&place.scene), settings).expect("settings");
-    let ear = place.ear(10);
+    let mut propagator = Propagator::new(Arc::clone(&doorway.scene), settings).expect("settings");
+    let ear = doorway.ear(10);
     let mut update = PathSet::default();
-    propagator.update(&ear, &place.sources, 0.0, &mut update);
+    propagator.update(&ear, &doorway.sources, 0.0, &mut update);
     let mut frames = [FramePaths::default(), FramePaths::default()];
     whole.store_update(update.clone(), 4);
-    whole.frame(&ear, &place.sources, &mut frames[0]);
+    whole.frame(&ear, &doorway.sources, &mut frames[0]);
     let [before, after] = &mut frames;
-    let direct = parts.direct_part(&ear, &place.sources, &mut WorkBudget::of(1), after);
+    let direct = parts.direct_part(&ear, &doorway.sources, &mut WorkBudget::of(1), after);
     assert!(!direct.is_done);
     parts.store_update(update, 4);
-    parts.frame(&ear, &place.sources, after);
+    parts.frame(&ear, &doorway.sources, after);
     assert_eq!(before, after);
 }
 
 #[test]
 fn paths_computed_in_one_frame_of_three_are_extrapolated_between() {
-    let place = doorway();
+    let doorway = doorway();
     let kinds = [1, 3].map(|exact_every| {
         PredictorKind::Geometric(GeometricSettings {
             exact_every,
             ..GeometricSettings::FULL
         })
     });
-    let both = kinds.map(|kind| Extrapolator::new(Arc::clone(&place.scene), kind, 0.3));
+    let both = kinds.map(|kind| Extrapolator::new(Arc::clone(&doorway.scene), kind, 0.3));
     let (mut compared, mut missing) = (0, 0.0);
     let (mut all, mut far) = (0.0, 0);
-    place.walk(
+    doorway.walk(
         both,
         |_, extrapolator, ear, frame| {
-            extrapolator.frame(ear, &place.sources, frame);
+            extrapolator.frame(ear, &doorway.sources, frame);
         },
         |_, [exact, continued]| {
             let energy = |path: &FramePath| path.amplitude.iter().map(|a| a * a).sum::<f32>();

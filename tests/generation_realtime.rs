@@ -13,7 +13,7 @@ use glam::{Quat, Vec3};
 mod reference;
 use reference::synthetic_hrtf;
 
-/// Counts this thread's calls, so that the test harness's own threads do not disturb.
+/// Counts this thread's calls only, not those of the test harness's threads.
 struct Counting;
 
 thread_local! {
@@ -21,7 +21,7 @@ thread_local! {
 }
 
 fn count() {
-    // A thread that is being torn down has no counter any more, and nothing to count.
+    // A thread in destruction has no counter any more, and no calls to count.
     let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
 }
 
@@ -108,7 +108,7 @@ fn audio_side_neither_allocates_nor_frees() {
     for (k, frame) in frames.iter().enumerate() {
         generator.set_frame(frame, 640);
         let count = [640, 32, 4096, 257, 1][k % 5];
-        // Source 2 has no input, source 3 falls silent half way.
+        // Source 2 has no input, source 3 falls silent halfway.
         let inputs: [&[f32]; 4] = [
             &noise[..count],
             &noise[..count],

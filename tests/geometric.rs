@@ -79,7 +79,7 @@ fn render(
         };
         renderer
             .next_frame(&poses, &mut noise, &mut keep)
-            .expect("the sink takes all");
+            .expect("the sink succeeds");
     }
     output
 }

@@ -54,9 +54,9 @@ fn agree_in(scene: procedural::BenchmarkScene) {
     let table = MaterialTable::built_in();
     let committed = Scene::commit(&scene.mesh, &table, &SceneSettings::default()).expect("commits");
     let trees = trees(committed.bvh());
-    let standing = committed.to_local(scene.walk.standing).as_vec3();
+    let origin = committed.to_local(scene.walk.standing).as_vec3();
     for i in 0..20_000u32 {
-        let mut ray = Ray::new(standing, fibonacci_direction(i, 20_000));
+        let mut ray = Ray::new(origin, fibonacci_direction(i, 20_000));
         let mut ignored = [NO_GROUP; 2];
         for _ in 0..4 {
             let expected = trees[0].closest_hit(&ray, ignored);
@@ -77,7 +77,7 @@ fn agree_in(scene: procedural::BenchmarkScene) {
     }
     for i in 0..100u64 {
         let direction = fibonacci_direction(i as u32, 100);
-        let ray = Ray::new(standing + draw(i), direction);
+        let ray = Ray::new(origin + draw(i), direction);
         let expected = specified(&trees[0], &ray, [NO_GROUP; 2]);
         compare(&trees, &ray, [NO_GROUP; 2], expected);
     }

@@ -257,7 +257,7 @@ fn a_thousand_engines_release_their_scene_and_clip() {
     let (scene, clip) = (Arc::new(scene.expect("a room")), hum());
     for number in 0..1000 {
         let (mut controller, mut renderer) = Engine::new(small()).expect("an engine");
-        controller.set_scene(Arc::clone(&scene)).expect("taken");
+        controller.set_scene(Arc::clone(&scene)).expect("accepted");
         let id = controller.add_source(Vec3::ONE).expect("a slot");
         controller.play(id, Arc::clone(&clip), true).expect("there");
         match number % 3 {

@@ -265,7 +265,7 @@ fn a_change_of_any_dependency_has_rays_cast_again() {
         assert!(near <= SHADOW_RAYS as u64, "a step casts shadow rays only");
         let cast = trace(&mut estimator, other);
         let fresh = trace(&mut LateEstimator::default(), other);
-        assert_eq!(cast, fresh, "change {number} is cast anew");
+        assert_eq!(cast, fresh, "change {number} casts all rays");
     }
 }
 

@@ -55,7 +55,7 @@ fn render(settings: OfflineSettings, frames: u32, listener: impl Fn(f64) -> Vec3
                 output.extend_from_slice(block);
                 Ok(())
             })
-            .expect("the sink takes all");
+            .expect("the sink succeeds");
     }
     output
 }
@@ -104,7 +104,7 @@ fn late_updates_begin_with_frame_one() {
         let mut silence = |_: usize, _: u64, samples: &mut [f32]| samples.fill(0.0);
         renderer
             .next_frame(&poses, &mut silence, &mut |_| Ok(()))
-            .expect("the sink takes all");
+            .expect("the sink succeeds");
         let of = match frame {
             0..7 => 0,
             _ => (frame - 7) / 6 * 6 + 1,

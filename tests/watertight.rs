@@ -169,7 +169,7 @@ fn a_shell_of_a_kilometre_holds_rays_along_every_axis() {
     };
     assert_eq!(leaks(&bvh, 200_000, from), [0, 0], "seed {SEED}");
     let trees = trees(&bvh);
-    // From the exact coordinates of vertices, so that axis-parallel rays run into edges and vertices.
+    // From the exact coordinates of vertices, which makes axis-parallel rays hit edges and vertices.
     let mut passed = 0;
     for i in 0..200_000u64 {
         let vertex = vertices[mix(i) as usize % vertices.len()];

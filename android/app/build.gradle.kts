@@ -1,4 +1,4 @@
-// Demo and benchmark. That it runs takes an SDK and a device; ../check.sh compiles it against stand-ins.
+// Demo and benchmark. Running it needs an SDK and a device; ../check.sh compiles it against stand-ins.
 plugins {
     alias(libs.plugins.android.application)
 }

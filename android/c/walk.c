@@ -25,7 +25,7 @@ static void refused(ForesoundStatus status, ForesoundStatus wanted, const char *
     }
 }
 
-/* A panel of 2 m x 2 m that slides through the walk, turned by a quarter and a bit. */
+/* A panel of 2 m x 2 m that slides through the walk, rotated by a constant angle. */
 static const float panel[12] = {0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0};
 static const uint32_t panel_triangles[6] = {0, 1, 2, 0, 2, 3};
 
@@ -104,7 +104,7 @@ int main(int count, char **arguments) {
     if (scene != 0 || foresound_last_error()[0] == 0) return 8;
     options.size = 0;
     refused(foresound_engine_create(&options, NULL, 0, &engine, &renderer), FORESOUND_STATUS_BAD_ARGUMENT, "no size");
-    options.size = 8; /* A caller whose header ends after the rate. */
+    options.size = 8; /* The structure of an older header, which ends after the rate. */
     options.rate_hz = 44100;
     options.guide_rays = 0;
     uint64_t engine2, renderer2;

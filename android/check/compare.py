@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares what bridge_reference wrote on two machines: sounds by scale-invariant signal-to-noise ratio, paths by their
+"""Compares the output of bridge_reference on two machines: sounds by scale-invariant signal-to-noise ratio, paths by their
 sets and amplitudes.
 
 usage: compare.py SOUND OTHER_SOUND LEAST_DB PATHS OTHER_PATHS LARGEST_DIFFERENCE

@@ -8,8 +8,8 @@ import java.util.Arrays;
 import java.util.concurrent.atomic.AtomicInteger;
 
 /**
- * Drives the natives on a host's virtual machine. One argument a part: walk SCENE OUT, abuse, cycles N, threads, tick.
- * Prints lines of figures; anything unexpected ends it with an exception.
+ * Drives the natives on a host's virtual machine. The first argument is the part: walk SCENE OUT, abuse, cycles N, threads,
+ * tick. Prints lines of figures; anything unexpected ends it with an exception.
  */
 final class Bridge {
     static final int RATE_HZ = 48_000;
@@ -74,8 +74,8 @@ final class Bridge {
         return options;
     }
 
-    static void pose(ByteBuffer frame, int place, int source, float x, float y, float z, float turn) {
-        frame.position(place * Native.POSE_BYTES);
+    static void pose(ByteBuffer frame, int index, int source, float x, float y, float z, float turn) {
+        frame.position(index * Native.POSE_BYTES);
         frame.putInt(source).putFloat(x).putFloat(y).putFloat(z);
         frame.putFloat(0).putFloat(turn).putFloat(0).putFloat(1);
     }
@@ -315,7 +315,7 @@ final class Bridge {
         refuses(none, () -> Native.engineHealth(engine, null));
         refuses(argument, () -> Native.engineHealth(engine, new double[1]));
         refuses(none, () -> Native.enginePaths(engine, null));
-        if (Native.enginePaths(engine, new double[Native.ShownPath.LENGTH - 1]) != 0) throw new AssertionError("none was asked for");
+        if (Native.enginePaths(engine, new double[Native.ShownPath.LENGTH - 1]) != 0) throw new AssertionError("a path in a short array");
         // The host's silent device.
         long output = Native.outputStart(renderer, 2);
         refuses(state, () -> Native.render(renderer, block, 1));
@@ -402,7 +402,7 @@ final class Bridge {
                 Native.close(clip);
                 throw new AssertionError("closed twice");
             } catch (IllegalStateException closed) {
-                // As it should be.
+                // Expected.
             }
             if (n % 50 == 0) {
                 Native.close(Native.sceneFromMesh(corners, indices, null, null, null, null));
@@ -417,11 +417,11 @@ final class Bridge {
         }
         long grown = residentKilobytes() - before;
         System.out.printf("cycles clips %d scenes %d engines %d grown_kB %d%n", count, scenes, engines, grown);
-        // A leak of 64 bytes a clip were 5.8 MB. Java's own heap has been touched before.
+        // A leak of 64 bytes a clip is 5.8 MB. Java's own heap has been touched before.
         if (grown > 4_000) throw new AssertionError("memory grows");
     }
 
-    /** Eight threads on one engine, one of them closing it under the others' hands. */
+    /** Eight threads on one engine, one of which closes it during the others' calls. */
     static void threads() throws Exception {
         for (int round = 0; round < 10; round++) {
             double[] options = light();
@@ -467,7 +467,7 @@ final class Bridge {
         }
     }
 
-    /** Sixteen sources a frame: time of a tick, and what Java allocates for it. */
+    /** Sixteen sources a frame: time of a tick, and Java's allocations in it. */
     static void tick() throws Exception {
         double[] options = options();
         options[Native.Options.GUIDE_RAYS] = 64;
@@ -499,7 +499,7 @@ final class Bridge {
                 "tick sources %d p50_us %.2f p95_us %.2f p99_us %.2f worst_us %.1f java_bytes_a_frame %.4f%n",
                 sources, times[count / 2] * 1e-3, times[count * 95 / 100] * 1e-3, times[count * 99 / 100] * 1e-3,
                 times[count - 1] * 1e-3, (double) allocated / count);
-        // The question itself allocates once.
+        // The measurement itself allocates once.
         if (allocated > 2000) throw new AssertionError(allocated + " bytes");
     }
 }

@@ -1,27 +1,26 @@
-//! The walk that the bridges and other machines are compared with, through the Rust interface: writes its sound as raw
-//! floats to one file and the paths of sixteen updates as lines of text to another (update, identity, order, length in
+//! The reference walk for the comparison of the bridges and of other machines, through the Rust interface: writes its sound
+//! as raw floats to one file and the paths of sixteen updates as lines of text to another (update, identity, order, length in
 //! metres, eight amplitudes).
 
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 
-use foresound::Result;
-use foresound::propagation::{PathSet, PropagationSettings, Propagator};
-use foresound::runtime::{AffinityPolicy, Engine, EngineSchedule, EngineSettings, FrameTime};
-use foresound::scene::io::obj::{ObjOptions, load_obj};
-use foresound::scene::{
-    InstanceId, InstancePose, ListenerPose, MaterialTable, Scene, SceneSettings, SourceId,
+use foresound::glam::{Quat, Vec3};
+use foresound::mesh::{ObjOptions, load_obj};
+use foresound::paths::{PathSet, Propagator};
+use foresound::{
+    AffinityPolicy, Engine, EngineSchedule, EngineSettings, FrameTime, InstanceId, InstancePose,
+    ListenerPose, MaterialTable, PropagationSettings, Result, Scene, SceneSettings, SourceId,
     SourcePose, TriangleMesh,
 };
-use glam::{Quat, Vec3};
 
 const RATE_HZ: u32 = 48_000;
 /// Audio frames a graphics frame, at 60 Hz.
 const FRAMES: usize = 800;
 const TICKS: u32 = 90;
 
-/// Two seconds of noise and clicks that every language makes with the same bits.
+/// Two seconds of noise and clicks, with the same bits in every language.
 fn signal() -> Vec<f32> {
     let mut state = 12_345u32;
     let mut sample = |n: u32| {
@@ -51,8 +50,8 @@ fn panel() -> Result<Arc<Scene>> {
     Scene::commit(&mesh, &table, &SceneSettings::default()).map(Arc::new)
 }
 
-/// Where things stand, in metres; the near source moves a metre along z down from its start, the panel a metre up.
-struct Places {
+/// Positions in metres; the near source moves a metre along z down from its start, the panel a metre up.
+struct Stage {
     near: Vec3,
     near_start_z: f32,
     far: Vec3,
@@ -62,7 +61,7 @@ struct Places {
 }
 
 /// The walk of the bridges' programs, through the doorway.
-const DOORWAY: Places = Places {
+const DOORWAY: Stage = Stage {
     near: Vec3::new(5.0, 1.5, 3.2),
     near_start_z: 3.25,
     far: Vec3::new(10.0, 1.5, 2.0),
@@ -71,7 +70,7 @@ const DOORWAY: Places = Places {
     along: Vec3::new(-6.0, 0.0, 4.0),
 };
 /// Down the aisle of the hall, before two of its players.
-const HALL: Places = Places {
+const HALL: Stage = Stage {
     near: Vec3::new(5.2, 2.5, 10.0),
     near_start_z: 10.0,
     far: Vec3::new(4.4, 2.5, 6.0),
@@ -80,14 +79,14 @@ const HALL: Places = Places {
     along: Vec3::new(0.0, 0.0, 14.0),
 };
 
-fn listener_at(places: &Places, part: f32) -> ListenerPose {
+fn listener_at(stage: &Stage, part: f32) -> ListenerPose {
     ListenerPose {
-        position: places.from + places.along * part,
+        position: stage.from + stage.along * part,
         orientation: Quat::from_xyzw(0.0, 0.5 * part, 0.0, 1.0),
     }
 }
 
-fn walk(scene: Arc<Scene>, places: &Places) -> Result<Vec<u8>> {
+fn walk(scene: Arc<Scene>, stage: &Stage) -> Result<Vec<u8>> {
     let mut settings = EngineSettings::default();
     settings.schedule = EngineSchedule::Synchronous;
     settings.frame_time = FrameTime::Fixed(1.0 / 60.0);
@@ -97,14 +96,14 @@ fn walk(scene: Arc<Scene>, places: &Places) -> Result<Vec<u8>> {
     let (mut controller, mut renderer) = Engine::new(settings)?;
     controller.set_scene(scene)?;
     let clip: Arc<[f32]> = signal().into();
-    let near = controller.add_source(places.near)?;
-    let far = controller.add_source(places.far)?;
+    let near = controller.add_source(stage.near)?;
+    let far = controller.add_source(stage.far)?;
     controller.play(near, Arc::clone(&clip), true)?;
     controller.play(far, clip, false)?;
     controller.set_source_gain(far, 0.5)?;
     let swing = |part: f32, id| InstancePose {
         id,
-        position: (places.panel + part * Vec3::Z).as_dvec3(),
+        position: (stage.panel + part * Vec3::Z).as_dvec3(),
         rotation: Quat::from_xyzw(0.0, 0.6, 0.0, 0.8),
     };
     let door = controller.add_instance(panel()?, &swing(0.0, InstanceId::default()))?;
@@ -112,24 +111,24 @@ fn walk(scene: Arc<Scene>, places: &Places) -> Result<Vec<u8>> {
     let mut block = vec![0.0; 2 * FRAMES];
     for tick in 0..TICKS {
         let part = tick as f32 / TICKS as f32;
-        let moving = places.near.with_z(places.near_start_z - part);
+        let moving = stage.near.with_z(stage.near_start_z - part);
         controller.set_instance_pose(&swing(part, door))?;
-        controller.tick(listener_at(places, part), &[SourcePose::at(near, moving)])?;
+        controller.tick(listener_at(stage, part), &[SourcePose::at(near, moving)])?;
         renderer.render(&mut block);
         all.extend(block.iter().flat_map(|sample| sample.to_le_bytes()));
     }
     Ok(all)
 }
 
-fn paths(scene: Arc<Scene>, places: &Places) -> Result<String> {
+fn paths(scene: Arc<Scene>, stage: &Stage) -> Result<String> {
     let mut propagator = Propagator::new(scene, PropagationSettings::default())?;
-    let source = |slot, place| SourcePose::at(SourceId::new(slot, 0), place);
-    let sources = [source(0, places.near), source(1, places.far)];
+    let source = |slot, position| SourcePose::at(SourceId::new(slot, 0), position);
+    let sources = [source(0, stage.near), source(1, stage.far)];
     let (mut set, mut text) = (PathSet::default(), String::new());
     for update in 0..16u32 {
         let part = update as f32 / 16.0;
         let time_s = f64::from(update) / 10.0;
-        propagator.update(&listener_at(places, part), &sources, time_s, &mut set);
+        propagator.update(&listener_at(stage, part), &sources, time_s, &mut set);
         for path in &set.paths {
             let (id, order, length_m) = (path.id.0, path.order, path.length_m);
             let _ = write!(text, "{update} {id:016x} {order} {length_m}");
@@ -153,12 +152,12 @@ fn main() -> Result<()> {
         let advice = "give SCENE.obj SOUND.raw PATHS.txt";
         return Err(foresound::Error::setting("arguments", "not three", advice));
     };
-    let places = if scene.ends_with("concert_hall.obj") {
+    let stage = if scene.ends_with("concert_hall.obj") {
         HALL
     } else {
         DOORWAY
     };
     let scene = load(Path::new(scene))?;
-    write(path_list, paths(Arc::clone(&scene), &places)?.as_bytes())?;
-    write(sound, &walk(scene, &places)?)
+    write(path_list, paths(Arc::clone(&scene), &stage)?.as_bytes())?;
+    write(sound, &walk(scene, &stage)?)
 }

@@ -233,7 +233,7 @@ impl PlainPropagator {
         // Diffracted paths use the library's function; the law `edge` tests its accuracy.
         let spot = Endpoints::of(pose, listener.position, f64::from(settings.min_distance_m));
         let paths = &mut result.paths;
-        let mut give = |path| paths.push(path);
+        let mut emit = |path| paths.push(path);
         let mut near = DiffractingEdges::default();
         let edges = diffraction::update(
             &scene,
@@ -241,7 +241,7 @@ impl PlainPropagator {
             settings.diffraction_order,
             &mut near,
             &mut 0,
-            &mut give,
+            &mut emit,
         );
         let edges = edges.as_slice().iter();
         result

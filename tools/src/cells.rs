@@ -1,4 +1,4 @@
-//! What the cells of the paper's tables differ in: platform, scene, number of sources, motion.
+//! Dimensions of the paper's tables: platform, scene, number of sources, motion.
 
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ impl Platform {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Workstation, Self::Mobile];
 
-    /// The name the command line uses.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Workstation => "workstation",
@@ -39,7 +39,7 @@ pub enum Condition {
     Static,
     /// The listener walks to and fro, as in the paper.
     Dynamic,
-    /// Beyond the paper: the listener runs and turns the head, the sources move, updates are [`STRESS_LEVEL`] + 1 graphics
+    /// Beyond the paper: the listener runs and turns, the sources move, updates are [`STRESS_LEVEL`] + 1 graphics
     /// frames apart.
     Stress,
 }
@@ -48,7 +48,7 @@ impl Condition {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Static, Self::Dynamic, Self::Stress];
 
-    /// The name the command line uses.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Static => "static",
@@ -57,7 +57,7 @@ impl Condition {
         }
     }
 
-    /// What the listener does, in a word.
+    /// One word for the listener's motion.
     pub fn listener(self) -> &'static str {
         match self {
             Self::Static => "standing",

@@ -1,4 +1,4 @@
-//! Pictures drawn with `plotters`, with the fonts, colours and axis texts that all of them share.
+//! Pictures drawn with `plotters`, with shared fonts, colours and axis texts.
 //!
 //! `plotters` draws broad lines with hard edges, so everything is drawn [`FINENESS`] times as large and averaged down.
 //! Drawing coordinates are these finer pixels; [`px`] converts to them.
@@ -36,11 +36,11 @@ pub const LABEL: f32 = 15.0;
 /// Titles.
 pub const TITLE: f32 = 19.0;
 
-/// What a picture is drawn on.
+/// The drawing area of a picture.
 pub type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 /// A chart with its axes.
 pub type Chart<'a> = ChartContext<'a, BitMapBackend<'a>, Cartesian2d<Ticked, RangedCoordf64>>;
-/// What may fail in drawing.
+/// Errors of drawing.
 pub type DrawError = DrawingAreaErrorKind<<BitMapBackend<'static> as DrawingBackend>::ErrorType>;
 /// Result of drawing.
 pub type Drawn = std::result::Result<(), DrawError>;
@@ -66,7 +66,7 @@ fn font_family() -> &'static str {
             (FontStyle::Normal, dejavu::sans::regular()),
             (FontStyle::Bold, dejavu::sans::bold()),
         ] {
-            // Both files are part of the program; a broken one shows as an error of drawing.
+            // Both files are part of the program; a broken one is an error of drawing.
             let _ = register_font("sans-serif", style, font);
         }
     });
@@ -74,7 +74,7 @@ fn font_family() -> &'static str {
 }
 
 impl Picture {
-    /// A white picture of a width and height in pixels, with what `draw` draws on it.
+    /// A white picture of a width and height in pixels, drawn on by `draw`.
     ///
     /// # Errors
     /// [`Error::Setting`] if a side is zero or above 16,384, or if drawing fails.
@@ -162,7 +162,7 @@ pub fn bold_style() -> TextStyle<'static> {
 }
 
 /// Draws the title and the caption at the top of a picture.
-pub fn head(area: &Area<'_>, left: i32, title: &str, caption: &str) -> Drawn {
+pub fn draw_title(area: &Area<'_>, left: i32, title: &str, caption: &str) -> Drawn {
     let style = text_style(TITLE, INK, HPos::Left);
     area.draw(&Text::new(title, (left, px(28.0)), style))?;
     let style = text_style(LABEL, TEXT, HPos::Left);
@@ -252,7 +252,7 @@ pub struct Axes<'a> {
     pub y: Range<f64>,
     /// Text of a value of the vertical axis.
     pub y_text: &'a dyn Fn(&f64) -> String,
-    /// What the axes show.
+    /// Description of the axes.
     pub names: [&'a str; 2],
 }
 
@@ -315,7 +315,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn png_comes_back_pixel_for_pixel() {
+    fn png_round_trip_preserves_every_pixel() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("figures/a.png");
         let disc = RGBColor(200, 30, 90);
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn text_is_drawn_by_the_built_in_fonts() {
+    fn text_is_drawn_with_the_built_in_fonts() {
         for style in [bold_style(), text_style(LABEL, INK, HPos::Left)] {
             let picture = Picture::draw(200, 40, |area| {
                 area.draw(&Text::new("Level 12 dB", (px(10.0), px(20.0)), style))

@@ -26,7 +26,7 @@ struct Channel {
     last: [f32; 4],
     loudest: f32,
     sum: f64,
-    /// Of all whole windows before.
+    /// Over all complete windows before.
     sums: f64,
     quiet_until: u64,
 }
@@ -72,12 +72,12 @@ impl ClickDetector {
             self.frames += 1;
             for (channel, &sample) in self.channels.iter_mut().zip(pair) {
                 let [a, b, c, d] = channel.last;
-                let bend = (sample - 4.0 * d + 6.0 * c - 4.0 * b + a).abs();
+                let difference = (sample - 4.0 * d + 6.0 * c - 4.0 * b + a).abs();
                 channel.last = [b, c, d, sample];
                 channel.loudest = (channel.loudest * self.decay).max(sample.abs());
                 channel.sum += f64::from(sample);
                 self.peak = self.peak.max(sample.abs());
-                let share = bend / channel.loudest.max(QUIETEST / STEP_SHARE);
+                let share = difference / channel.loudest.max(QUIETEST / STEP_SHARE);
                 self.worst = self.worst.max(share);
                 if share > STEP_SHARE && self.frames >= channel.quiet_until {
                     channel.quiet_until = self.frames + self.one_click;
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn smooth_sound_and_ramps_have_no_clicks() {
         assert_eq!(heard(|_, sample| sample).clicks(), 0);
-        // From nothing to full within a graphics frame, and back.
+        // From silence to full within a graphics frame, and back.
         let ramp = |n: usize, sample: f32| {
             let phase = (n % 2940) as f32 / 735.0;
             sample * phase.min(1.0).min((4.0 - phase).min(1.0))

@@ -19,9 +19,9 @@ const RATES_HZ: std::ops::RangeInclusive<u32> = 1_000..=768_000;
 /// Channels of a recording that are mixed down: as many as microphone arrays have.
 pub const MOST_CHANNELS: u16 = 64;
 
-/// Most samples of a file, all channels together, that are read unless [`load_clip_within`] says otherwise: 25 minutes of
-/// one channel at 44.1 kHz, 256 MiB. A longer file is refused by its header, before anything of it is in memory.
-/// Converting another rate takes five times as much for its time.
+/// Most samples of a file, all channels together, unless [`load_clip_within`] sets another limit: 25 minutes of one
+/// channel at 44.1 kHz, 256 MiB. A longer file is refused by its header, before its content is in memory. Converting
+/// another rate takes five times as much memory meanwhile.
 pub const MOST_SAMPLES: usize = 1 << 26;
 
 /// Largest accepted float sample: 32-bit integers written as floats. The resampler turns larger ones into infinity.
@@ -69,12 +69,12 @@ impl Clip {
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be opened, [`Error::Format`] if it is no WAV file, is not mono, has another
-/// sample format, is empty, longer than [`MOST_SAMPLES`], ends early or holds a sample that is not a number. The text says how to convert it.
+/// sample format, is empty, longer than [`MOST_SAMPLES`], ends early or holds a sample that is not finite. The text has advice on conversion.
 pub fn load_clip(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
     load_clip_within(path, rate_hz, MOST_SAMPLES)
 }
 
-/// [`load_clip`] with a limit of one's own instead of [`MOST_SAMPLES`].
+/// [`load_clip`] with another limit than [`MOST_SAMPLES`].
 ///
 /// # Errors
 /// As [`load_clip`].
@@ -88,7 +88,7 @@ pub fn load_clip_within(
     finished(path, rate_hz, spec, samples, Vec::new())
 }
 
-/// [`load_clip`] for a file of up to [`MOST_CHANNELS`] channels, whose mean is taken. A note says so.
+/// [`load_clip`] for a file of up to [`MOST_CHANNELS`] channels; returns their mean, with a note.
 ///
 /// # Errors
 /// As [`load_clip`], more channels instead of one.
@@ -105,7 +105,7 @@ pub fn load_recording(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec
     finished(path, rate_hz, spec, mixed, vec![note])
 }
 
-/// Adds notes on what was read, and resamples it if need be.
+/// Adds notes on the file, and resamples it if necessary.
 fn finished(
     path: &Path,
     rate_hz: u32,
@@ -151,7 +151,7 @@ fn finished(
 /// Resamples by a windowed sinc filter in the frequency domain; the filter's delay is removed. The length is that of the input times the ratio, rounded up.
 ///
 /// # Errors
-/// The resampler's own words; none is known for rates above zero.
+/// Errors of the resampler; none is known for rates above zero.
 pub fn resample(
     samples: &[f32],
     from_hz: u32,
@@ -261,7 +261,7 @@ fn read_error(path: &Path, error: hound::Error) -> Error {
     }
 }
 
-/// The command that makes a readable file of this one.
+/// The command that converts this file into a readable one.
 fn conversion(path: &Path, options: &str) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let bits = if options.contains("-b") { "" } else { " -b 16" };
@@ -360,7 +360,7 @@ mod tests {
         write(&file("empty.wav"), 44_100, 1, &[]);
         write_int(&file("eight.wav"), 8, &[1, 2, 3]);
         std::fs::write(file("text.wav"), "this is no sound at all").unwrap();
-        std::fs::write(file("nothing.wav"), "").unwrap();
+        std::fs::write(file("no_bytes.wav"), "").unwrap();
         write(&file("cut.wav"), 44_100, 1, &[0.1; 1000]);
         let whole = std::fs::read(file("cut.wav")).unwrap();
         std::fs::write(file("cut.wav"), &whole[..whole.len() / 2]).unwrap();
@@ -374,7 +374,7 @@ mod tests {
             ("empty.wav", "no samples"),
             ("eight.wav", "8-bit"),
             ("text.wav", "no WAV"),
-            ("nothing.wav", "too early"),
+            ("no_bytes.wav", "too early"),
             ("cut.wav", "too early"),
             ("nan.wav", "sample 1 is NaN"),
             ("missing.wav", "check the name"),

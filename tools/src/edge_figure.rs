@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use plotters::prelude::*;
 
 use super::chart::{
-    AXIS, Area, Axes, DrawError, INK, Picture, Ticked, head, hz_text, legend, mixed, px,
+    AXIS, Area, Axes, DrawError, INK, Picture, Ticked, draw_title, hz_text, legend, mixed, px,
 };
 use super::validate::edge_scene::EdgeScene;
 use foresound::acoustics::bands::CENTRES_HZ;
@@ -45,7 +45,7 @@ pub fn draw_edge_figure() -> Result<Picture> {
     Picture::draw(1400, 640, |area| {
         let title = "Level behind an edge, source and listener 5 m from it";
         let caption = "broad and pale: exact solution, integrated; dark and thin: sum of all paths of the propagator";
-        head(area, px(76.0), title, caption)?;
+        draw_title(area, px(76.0), title, caption)?;
         let names = DRAWN.map(|(band, colour)| (hz_text(CENTRES_HZ[band].round()), colour));
         legend(area, (px(76.0), px(84.0)), &names)?;
         let (_, below) = area.split_vertically(px(104.0));

@@ -1,5 +1,5 @@
-//! The floor plan of a scene: cut open a little above the ears, surfaces below shaded by height, walls outlined where
-//! the cut meets them.
+//! The floor plan of a scene: cut a little above the ears, surfaces below shaded by height, walls outlined where the
+//! cut intersects them.
 //!
 //! The cut follows the ground, which keeps hills whole. Where all surfaces are above the cut, as on a knoll, the lowest
 //! is shown. The cost is one pass over all triangles.
@@ -14,11 +14,11 @@ use super::plan_ground::{Ground, PlanFrame, rasterise};
 const LEAST_RANGE_M: f32 = 2.5;
 /// A step between neighbouring fine pixels from which an edge is drawn, in metres.
 const EDGE_STEP_M: f32 = 0.12;
-/// Surfaces steeper than this (cosine between normal and up) are outlined where the cut meets them.
+/// Surfaces steeper than this (cosine between normal and up) are outlined where the cut intersects them.
 const WALL_COSINE: f32 = 0.5;
 /// Width of that outline in pixels.
 const WALL_PX: f32 = 1.8;
-/// Where the light comes from: top left, as maps have it.
+/// Direction of the light: top left, as on maps.
 const LIGHT: Vec3 = Vec3::new(-0.45, 0.78, -0.43);
 
 const LOW_COLOUR: RGBColor = RGBColor(240, 242, 245);
@@ -27,7 +27,7 @@ const EDGE_COLOUR: RGBColor = RGBColor(104, 110, 122);
 const WALL_COLOUR: RGBColor = RGBColor(52, 58, 70);
 
 /// Draws the plan. `cut` is a position and the height in metres of the cut there; without it nothing is cut away.
-/// Triangles with a coordinate that is no number are left out.
+/// Triangles with a coordinate that is not finite are left out.
 ///
 /// # Errors
 /// Those of drawing.
@@ -55,7 +55,7 @@ pub fn draw_plan(
     Ok(())
 }
 
-/// The visible surfaces, for each fine pixel: height in metres (NaN where nothing is) and brightness.
+/// The visible surfaces, for each fine pixel: height in metres (NaN where there is none) and brightness.
 struct Surface {
     columns: usize,
     heights_m: Vec<f32>,
@@ -160,7 +160,7 @@ fn normal(corners: &[Vec3; 3]) -> Option<Vec3> {
         .try_normalize()
 }
 
-/// Where a triangle meets the cut, from its corners' heights above the cut.
+/// The segment in which a triangle intersects the cut, from its corners' heights above the cut.
 fn section(corners: &[Vec3; 3], above_m: [f32; 3]) -> Option<[Vec3; 2]> {
     let mut ends = (0..3).filter_map(|k| {
         let next = (k + 1) % 3;
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn the_highest_surface_below_the_cut_is_seen() {
+    fn the_highest_surface_below_the_cut_is_visible() {
         let all = vec2(10.0, 10.0);
         let (floor, table, ceiling) = (
             plate(0.0, Vec2::ZERO, all),
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_cut_follows_the_ground() {
-        // A slope from 0 to 10 m, with a roof 3 m above it: cut 2 m above the ground it is the slope that is seen.
+        // A slope from 0 to 10 m, with a roof 3 m above it: cut 2 m above the ground, the slope is visible.
         let sloped = |t: [Vec3; 3], rise_m: f32| t.map(|c| vec3(c.x, c.x + rise_m, c.z));
         let plates = plate(0.0, Vec2::ZERO, vec2(10.0, 10.0));
         let triangles = [
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_section_is_where_wall_and_level_meet() {
+    fn a_section_is_the_intersection_of_wall_and_level() {
         let wall = [
             vec3(1.0, 0.0, 2.0),
             vec3(5.0, 0.0, 2.0),
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_triangles_are_left_out() {
+    fn non_finite_triangles_are_left_out() {
         let broken = [
             [Vec3::NAN; 3],
             [Vec3::ONE; 3],

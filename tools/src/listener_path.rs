@@ -18,9 +18,9 @@ pub const LARGEST_FILE: u64 = 1 << 26;
 
 /// A listener over time.
 pub enum ListenerPath {
-    /// At rest, looking along −z.
-    Standing(Vec3),
-    /// Walks to and fro, looking along −z.
+    /// At rest, facing −z.
+    AtRest(Vec3),
+    /// Walks to and fro, facing −z.
     Walking(Walk),
     /// Interpolates rows in time; at rest before the first and after the last.
     Recorded(Vec<Row>),
@@ -44,16 +44,16 @@ pub struct Row {
 }
 
 impl ListenerPath {
-    /// `x,y,z` or the name of a CSV file with the columns t,x,y,z and, if wanted, yaw and pitch.
+    /// `x,y,z` or the name of a CSV file with the columns t,x,y,z and optionally yaw and pitch.
     ///
     /// # Errors
-    /// [`Error::Setting`] for three words that are no place, [`Error::File`] for a file that cannot be read or is larger
-    /// than [`LARGEST_FILE`], [`Error::Format`] with the line for rows that are none, out of order, or farther out than
+    /// [`Error::Setting`] for invalid coordinates, [`Error::File`] for a file that cannot be read or is larger than
+    /// [`LARGEST_FILE`], [`Error::Format`] with the line for rows that are invalid, out of order, or farther out than
     /// [`LARGEST_COORDINATE_M`].
     pub fn parse(text: &str) -> Result<Self> {
         let looks_like_place = text.split(',').count() == 3 && !text.ends_with(".csv");
         if looks_like_place {
-            return Ok(Self::Standing(parse_place("--listener", text)?));
+            return Ok(Self::AtRest(parse_position("--listener", text)?));
         }
         read_rows(Path::new(text)).map(Self::Recorded)
     }
@@ -69,7 +69,7 @@ impl ListenerPath {
     /// The pose at a time in seconds.
     pub fn at(&self, time_s: f64) -> ListenerPose {
         match self {
-            Self::Standing(position) => ListenerPose::facing(*position, 0.0),
+            Self::AtRest(position) => ListenerPose::facing(*position, 0.0),
             Self::Walking(walk) => ListenerPose::facing(walk.position_at(time_s, 0.0), 0.0),
             Self::Recorded(rows) => recorded(rows, time_s),
         }
@@ -94,12 +94,12 @@ fn recorded(rows: &[Row], time_s: f64) -> ListenerPose {
     } else {
         0.0
     };
-    let place = |row: &Row| Vec3::new(row.x, row.y, row.z);
+    let position = |row: &Row| Vec3::new(row.x, row.y, row.z);
     let turn = |row: &Row| {
         Quat::from_rotation_y(row.yaw.to_radians()) * Quat::from_rotation_x(row.pitch.to_radians())
     };
     ListenerPose {
-        position: place(&before).lerp(place(&after), share),
+        position: position(&before).lerp(position(&after), share),
         orientation: turn(&before).slerp(turn(&after), share),
     }
 }
@@ -156,8 +156,8 @@ fn parse_rows(file: &Path, text: &[u8]) -> Result<Vec<Row>> {
         if !numbers.iter().all(|n| n.is_finite()) {
             return wrong(line, "a number is not finite".into());
         }
-        let places = [row.x, row.y, row.z];
-        if let Some(far) = places.iter().find(|n| n.abs() > LARGEST_COORDINATE_M) {
+        let coordinates = [row.x, row.y, row.z];
+        if let Some(far) = coordinates.iter().find(|n| n.abs() > LARGEST_COORDINATE_M) {
             return wrong(
                 line,
                 format!("{far:e} lies beyond {LARGEST_COORDINATE_M} m"),
@@ -174,7 +174,7 @@ fn parse_rows(file: &Path, text: &[u8]) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// What a CSV error says, on one line and without the position, which the caller names.
+/// The text of a CSV error, on one line and without the position, which the caller adds.
 fn describe(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::Deserialize { err, .. } => err.kind().to_string(),
@@ -183,23 +183,23 @@ fn describe(error: &csv::Error) -> String {
     }
 }
 
-/// Three numbers with commas between, in metres, +y up. `argument` is the name that an error gives them.
+/// Three numbers with commas between, in metres, +y up. `argument` is the option's name in errors.
 ///
 /// # Errors
 /// [`Error::Setting`] for anything else, and beyond [`LARGEST_COORDINATE_M`].
-pub fn parse_place(argument: &str, text: &str) -> Result<Vec3> {
+pub fn parse_position(argument: &str, text: &str) -> Result<Vec3> {
     let numbers: Vec<f32> = text
         .split(',')
         .filter_map(|n| n.trim().parse().ok())
         .collect();
     match numbers[..] {
         [x, y, z] if text.split(',').count() == 3 && numbers.iter().all(|n| n.is_finite()) => {
-            let place = Vec3::new(x, y, z);
-            if place.abs().max_element() > LARGEST_COORDINATE_M {
+            let position = Vec3::new(x, y, z);
+            if position.abs().max_element() > LARGEST_COORDINATE_M {
                 let problem = format!("{text:?} lies beyond {LARGEST_COORDINATE_M} m");
                 return Err(Error::setting(argument, problem, "give metres"));
             }
-            Ok(place)
+            Ok(position)
         }
         _ => Err(Error::setting(
             argument,

@@ -126,7 +126,7 @@ impl MelAnalyser {
                 .zip(&self.window)
                 .map(|(&s, w)| f64::from(s) * w)
                 .collect();
-            // The lengths are the plan's own, the only thing it can refuse.
+            // The lengths are the plan's own, the only source of errors.
             if self.fft.process(&mut frame, &mut spectrum).is_ok() {
                 for (sum, bin) in power.iter_mut().zip(&spectrum) {
                     *sum += bin.norm_sqr() / channels.len() as f64;
@@ -175,8 +175,8 @@ pub(super) mod tests {
             .collect()
     }
 
-    /// The pair of sounds the oracle was given: three swelling tones in noise, and the same tones, wavering, in
-    /// more noise.
+    /// The oracle's pair of sounds: three swelling tones in noise, and the same tones, wavering, in more
+    /// noise.
     pub(crate) fn oracle_pair(rate_hz: u32, length: usize) -> [Vec<f32>; 2] {
         let (quiet, loud) = (noise(1, length), noise(2, length));
         let tone = |hz: f64, t: f64| (TAU * hz * t).sin();
@@ -200,7 +200,7 @@ pub(super) mod tests {
     // the reference, the sum over the estimate.
     #[test]
     fn agrees_with_the_oracle() {
-        let places = [(0, 0), (3, 10), (17, 5), (60, 20), (127, 40)];
+        let cells = [(0, 0), (3, 10), (17, 5), (60, 20), (127, 40)];
         let cases = [
             (
                 (44_100, 44_100, 83),
@@ -230,7 +230,7 @@ pub(super) mod tests {
             let analyser = MelAnalyser::new(rate_hz);
             let mel = analyser.analyse(&[&reference]);
             assert_eq!(mel.columns, columns);
-            for ((band, column), db) in places.iter().zip(points) {
+            for ((band, column), db) in cells.iter().zip(points) {
                 assert!(
                     (mel.at(*band, *column) - db).abs() < 1e-6,
                     "{band} {column}"

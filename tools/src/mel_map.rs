@@ -106,7 +106,7 @@ impl MelMap<'_> {
     #[expect(clippy::manual_clamp, reason = "`clamp` keeps NaN")]
     fn colour(&self, value: f64) -> RGBColor {
         let share = (value - self.range.start) / (self.range.end - self.range.start);
-        // A value that is no number counts as the range's start.
+        // A value that is not finite counts as the range's start.
         self.colours.get_color(share.max(0.0).min(1.0))
     }
 }

@@ -1,6 +1,6 @@
 //! A walk for the listener and positions for sources in a mesh without a layout, in open space above floors.
 //!
-//! Own method: vertical rays on a grid find floors with head room; the walk is the longest free straight line near their
+//! Own method: vertical rays on a grid find floors with headroom; the walk is the longest free straight line near their
 //! middle, and sources are spread over the floors that it reaches. The result depends on the mesh only.
 
 use glam::{Vec2, Vec3};
@@ -14,10 +14,10 @@ use foresound::{Error, Result};
 /// Grid squares along the longer side of the floor plan.
 const SQUARES: f32 = 40.0;
 /// Height of ears and mouths above the floor, in metres.
-const HEAD_M: f32 = 1.6;
+const EAR_HEIGHT_M: f32 = 1.6;
 /// Least clear height above a floor, in metres.
 const HEADROOM_M: f32 = 1.9;
-/// Least distance from whatever is beside a head, in metres.
+/// Minimum horizontal distance to any surface, in metres.
 const CLEARANCE_M: f32 = 0.35;
 /// Shortest and longest walk, in metres.
 const WALK_M: [f32; 2] = [1.5, 10.0];
@@ -43,7 +43,7 @@ pub struct OpenSpace {
 
 /// A position at ear height above a floor.
 #[derive(Debug, Clone, Copy)]
-struct Endpoints {
+struct FloorPosition {
     square: [i32; 2],
     at: Vec3,
 }
@@ -56,13 +56,13 @@ pub fn open_space(scene: &Scene, most_sources: usize) -> Result<OpenSpace> {
     let none = || {
         Error::setting(
             "scene",
-            "no floor with room to walk 1.5 m and 1.9 m of head room was found",
+            "no floor with room to walk 1.5 m and 1.9 m of headroom was found",
             "check --scale and --up, or put a TOML file with sources and a listener beside the mesh",
         )
     };
-    let spots = spots(scene);
-    let walk = longest_walk(scene, &spots).ok_or_else(none)?;
-    let reached = reached(scene, &spots, walk.standing);
+    let candidates = candidates(scene);
+    let walk = longest_walk(scene, &candidates).ok_or_else(none)?;
+    let reached = reached(scene, &candidates, walk.standing);
     let sources = spread(&reached, &walk, most_sources);
     if sources.is_empty() {
         return Err(none());
@@ -91,7 +91,7 @@ fn bounds(scene: &Scene) -> [Vec3; 2] {
     })
 }
 
-/// Whether nothing is nearer than [`CLEARANCE_M`] in eight horizontal directions.
+/// Whether no surface is nearer than [`CLEARANCE_M`] in eight horizontal directions.
 fn is_clear(scene: &Scene, at: Vec3) -> bool {
     (0..8).all(|k| {
         let (sine, cosine) = (std::f32::consts::TAU * k as f32 / 8.0).sin_cos();
@@ -100,7 +100,7 @@ fn is_clear(scene: &Scene, at: Vec3) -> bool {
 }
 
 /// Heights of the surfaces at a point of the floor plan, the highest first. The highest is left out as a roof if there is
-/// head room below it.
+/// headroom below it.
 fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
     let mut floors = Vec::new();
     let mut top = high + 1.0;
@@ -120,34 +120,34 @@ fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
     floors
 }
 
-/// Positions with a floor below and head room above, in the grid's order.
-fn spots(scene: &Scene) -> Vec<Endpoints> {
+/// Positions with a floor below and headroom above, in the grid's order.
+fn candidates(scene: &Scene) -> Vec<FloorPosition> {
     let [low, high] = bounds(scene);
     let extent = high - low;
     let pitch = (extent.x.max(extent.z) / SQUARES).max(0.1);
     let count = |length: f32| (length / pitch).ceil().max(1.0) as i32;
-    let mut spots = Vec::new();
+    let mut candidates = Vec::new();
     for x in 0..count(extent.x) {
         for z in 0..count(extent.z) {
-            // Off the squares' middles by uncommon fractions: rays then miss the mesh's edges.
+            // Off the squares' middles by irregular fractions: rays then miss the mesh's edges.
             let at = low + pitch * Vec3::new(x as f32 + 0.4871, 0.0, z as f32 + 0.5127);
             for floor in floors(scene, at.x, at.z, [low.y, high.y]) {
                 let ground = Vec3::new(at.x, floor + 0.05, at.z);
-                let head = Vec3::new(at.x, floor + HEAD_M, at.z);
+                let ear = Vec3::new(at.x, floor + EAR_HEIGHT_M, at.z);
                 let has_room = !hits(scene, ground, ground + Vec3::Y * (HEADROOM_M - 0.05));
-                if has_room && is_clear(scene, head) {
-                    spots.push(Endpoints {
+                if has_room && is_clear(scene, ear) {
+                    candidates.push(FloorPosition {
                         square: [x, z],
-                        at: head,
+                        at: ear,
                     });
                 }
             }
         }
     }
-    spots
+    candidates
 }
 
-/// Whether a straight walk is free: nothing between its ends, a floor below all of it.
+/// Whether a straight walk is free: no surface between its ends, a floor below all of it.
 fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     if hits(scene, from, to) {
         return false;
@@ -155,34 +155,42 @@ fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     let steps = (from.distance(to) / 0.5).ceil().max(1.0);
     (0..=steps as u32).all(|k| {
         let at = from.lerp(to, k as f32 / steps);
-        let depth = clear_m(scene, at, Vec3::NEG_Y * (HEAD_M + STEP_M));
-        (HEAD_M - STEP_M..HEAD_M + STEP_M).contains(&depth) && is_clear(scene, at)
+        let depth = clear_m(scene, at, Vec3::NEG_Y * (EAR_HEIGHT_M + STEP_M));
+        (EAR_HEIGHT_M - STEP_M..EAR_HEIGHT_M + STEP_M).contains(&depth) && is_clear(scene, at)
     })
 }
 
-/// The longest free line through a spot; of equal ones the nearest to the middle of all spots.
-fn longest_walk(scene: &Scene, spots: &[Endpoints]) -> Option<Walk> {
-    let middle = spots.iter().map(|s| s.at).sum::<Vec3>() / spots.len().max(1) as f32;
+/// The longest free line through a position; of equal ones the nearest to the middle of all positions.
+fn longest_walk(scene: &Scene, candidates: &[FloorPosition]) -> Option<Walk> {
+    let middle = candidates.iter().map(|s| s.at).sum::<Vec3>() / candidates.len().max(1) as f32;
     let mut best: Option<(f32, Walk)> = None;
-    // At most some two hundred spots are tried, evenly over the list.
-    for spot in spots.iter().step_by(spots.len().div_ceil(200).max(1)) {
+    // At most some two hundred candidates are tried, evenly over the list.
+    for candidate in candidates
+        .iter()
+        .step_by(candidates.len().div_ceil(200).max(1))
+    {
         for k in 0..4 {
             let (sine, cosine) = (std::f32::consts::PI * k as f32 / 4.0).sin_cos();
             let ahead_dir = Vec3::new(cosine, 0.0, sine);
             let room = |direction: Vec3| {
-                let room = clear_m(scene, spot.at, direction * (0.5 * WALK_M[1] + CLEARANCE_M));
+                let room = clear_m(
+                    scene,
+                    candidate.at,
+                    direction * (0.5 * WALK_M[1] + CLEARANCE_M),
+                );
                 (room - CLEARANCE_M).max(0.0)
             };
             let [mut ahead, mut behind] = [room(ahead_dir), room(-ahead_dir)];
-            while ahead > 0.0 && !can_walk(scene, spot.at, spot.at + ahead_dir * ahead) {
+            while ahead > 0.0 && !can_walk(scene, candidate.at, candidate.at + ahead_dir * ahead) {
                 ahead -= 0.5;
             }
-            while behind > 0.0 && !can_walk(scene, spot.at, spot.at - ahead_dir * behind) {
+            while behind > 0.0 && !can_walk(scene, candidate.at, candidate.at - ahead_dir * behind)
+            {
                 behind -= 0.5;
             }
             let (from, to) = (
-                spot.at - ahead_dir * behind.max(0.0),
-                spot.at + ahead_dir * ahead.max(0.0),
+                candidate.at - ahead_dir * behind.max(0.0),
+                candidate.at + ahead_dir * ahead.max(0.0),
             );
             let length = from.distance(to);
             if length < WALK_M[0] {
@@ -203,36 +211,36 @@ fn longest_walk(scene: &Scene, spots: &[Endpoints]) -> Option<Walk> {
     best.map(|(_, walk)| walk)
 }
 
-/// Positions that can be reached from a start over neighbouring squares, through doors too.
-fn reached(scene: &Scene, spots: &[Endpoints], start: Vec3) -> Vec<Vec3> {
-    let near = |a: &Endpoints, b: &Endpoints| {
+/// Positions reachable from a start over neighbouring squares, also through doors.
+fn reached(scene: &Scene, candidates: &[FloorPosition], start: Vec3) -> Vec<Vec3> {
+    let near = |a: &FloorPosition, b: &FloorPosition| {
         let apart = [0, 1].map(|i| (a.square[i] - b.square[i]).abs());
         apart[0] <= 1 && apart[1] <= 1 && (a.at.y - b.at.y).abs() <= STEP_M
     };
-    let nearest = (0..spots.len())
-        .filter(|&i| !hits(scene, start, spots[i].at))
+    let nearest = (0..candidates.len())
+        .filter(|&i| !hits(scene, start, candidates[i].at))
         .min_by(|&a, &b| {
-            let far = |i: usize| spots[i].at.distance_squared(start);
+            let far = |i: usize| candidates[i].at.distance_squared(start);
             far(a).total_cmp(&far(b))
         });
-    let mut is_reached = vec![false; spots.len()];
+    let mut is_reached = vec![false; candidates.len()];
     let mut waiting: Vec<usize> = nearest.into_iter().collect();
     for &first in &waiting {
         is_reached[first] = true;
     }
     while let Some(here) = waiting.pop() {
-        for there in 0..spots.len() {
+        for there in 0..candidates.len() {
             if !is_reached[there]
-                && near(&spots[here], &spots[there])
-                && !hits(scene, spots[here].at, spots[there].at)
+                && near(&candidates[here], &candidates[there])
+                && !hits(scene, candidates[here].at, candidates[there].at)
             {
                 is_reached[there] = true;
                 waiting.push(there);
             }
         }
     }
-    let kept = spots.iter().zip(is_reached);
-    kept.filter_map(|(spot, kept)| kept.then_some(spot.at))
+    let kept = candidates.iter().zip(is_reached);
+    kept.filter_map(|(candidate, kept)| kept.then_some(candidate.at))
         .collect()
 }
 
@@ -281,18 +289,18 @@ mod tests {
     }
 
     #[test]
-    fn a_room_is_walked_along_and_its_sources_stand_apart() {
+    fn a_room_has_a_walk_along_it_and_sources_apart() {
         let size = Vec3::new(9.0, 3.0, 6.0);
         let scene = scene_of(&procedural::shoebox(size, "concrete"));
         let found = open_space(&scene, 16).unwrap();
         let walk = found.walk;
         assert!(walk.from.distance(walk.to) > 6.0, "{walk:?}");
         assert_eq!(found.sources.len(), 16);
-        let places = found.sources.iter().chain([&walk.from, &walk.to]);
-        for place in places {
-            assert!((place.y - HEAD_M).abs() < 0.01, "{place}");
-            let inside = place.cmpgt(Vec3::splat(0.3)) & place.cmplt(size - 0.3);
-            assert!(inside.all(), "{place}");
+        let positions = found.sources.iter().chain([&walk.from, &walk.to]);
+        for position in positions {
+            assert!((position.y - EAR_HEIGHT_M).abs() < 0.01, "{position}");
+            let inside = position.cmpgt(Vec3::splat(0.3)) & position.cmplt(size - 0.3);
+            assert!(inside.all(), "{position}");
         }
         for (i, one) in found.sources.iter().enumerate() {
             for other in &found.sources[..i] {
@@ -316,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_too_low_to_stand_in_is_refused_with_advice() {
+    fn a_box_without_headroom_is_refused_with_advice() {
         let mesh = procedural::shoebox(Vec3::new(9.0, 1.0, 6.0), "concrete");
         // Its lid is a floor too, under the open sky; half a metre across it is too narrow to walk on.
         let narrow = procedural::shoebox(Vec3::new(0.9, 1.0, 0.5), "concrete");

@@ -1,4 +1,4 @@
-//! What the paper printed in Tables 3 to 6, as data to compare with.
+//! The printed figures of the paper's Tables 3 to 6, as data for comparison.
 //!
 //! Typed from the tables literally: a mean, a ± and a standard deviation where one is printed, "> 40" where the ratio is
 //! beyond the paper's cap.
@@ -75,7 +75,7 @@ pub fn table_six(scene: &str, sources: usize) -> Option<&'static str> {
     cell(WINS, &format!("{scene},{sources},"))?.next()
 }
 
-/// How fast a cell runs.
+/// Speed of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Pace {
     /// Graphics frames a second: the paper's "Proposed".
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_cell_is_there_and_the_extremes_are_the_papers() {
+    fn every_cell_is_present_with_the_paper_s_extremes() {
         let mut pesq = Vec::new();
         for platform in Platform::ALL {
             for condition in [Condition::Static, Condition::Dynamic] {
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_follow_from_the_speedups() {
+    fn levels_are_implied_by_the_speedups() {
         let levels =
             |platform, scene| SOURCE_COUNTS.map(|count| pace(platform, scene, count).level);
         assert_eq!(
@@ -178,7 +178,7 @@ mod tests {
         let mut count = 0;
         for line in lines.skip(1) {
             let words: Vec<&str> = line.split(',').collect();
-            let number = |place: usize| words[place].parse::<f64>().unwrap();
+            let number = |column: usize| words[column].parse::<f64>().unwrap();
             let cell = printed_speed(Platform::Mobile, words[0], number(1) as usize).unwrap();
             assert_eq!(
                 [number(2), number(3)],
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn other_scenes_and_counts_have_a_pace_too() {
+    fn other_scenes_and_counts_have_a_pace() {
         assert_eq!(pace(Platform::Workstation, "doorway", 16).level, 12);
         assert_eq!(
             pace(Platform::Mobile, "bootcamp", 3),

@@ -1,9 +1,9 @@
-//! Perceptual evaluation of speech quality, wideband: how alike two sounds are to an ear that listens for speech.
+//! Perceptual evaluation of speech quality, wideband: similarity of two sounds for a listener to speech.
 //!
-//! The model of P.862.2 is the crate `pesq`'s (MIT or Apache-2.0, a clean-room implementation). This file prepares what
-//! it takes: 16 kHz, one ear at a time, the reference's peak at `PEAK`.
+//! The model of P.862.2 is the crate `pesq`'s (MIT or Apache-2.0, a clean-room implementation). This file prepares its
+//! input: 16 kHz, one ear at a time, the reference's peak at `PEAK`.
 //!
-//! Where it departs from the standard's own program (ITU-T's C code as PyPI pesq 0.0.4):
+//! Deviations from the standard's own program (ITU-T's C code as PyPI pesq 0.0.4):
 //! - noise, filters, clipping, coarse steps, loss, echo, a fixed delay: by less than 0.01 (`tests/pesq.rs` holds it to 0.02);
 //! - a delay that varies slowly within the sound: by up to 0.13 (held to 0.15);
 //! - `evaluate`'s own pairs, three predictors in four scenes with four sources: by 0.0009 at most;
@@ -15,13 +15,13 @@ use foresound::{Error, Result};
 /// Rate of the wideband model in Hz.
 const MODEL_RATE_HZ: u32 = 16_000;
 
-/// Where the reference's peak is put, of full scale; the estimate gets the same gain.
+/// Level of the reference's peak, of full scale; the estimate is scaled by the same gain.
 const PEAK: f32 = 0.8;
 
 /// Peak below which a reference is silence: −180 dB of full scale.
 const SILENCE: f32 = 1e-9;
 
-/// What two identical sounds score: the end of P.862.2's scale.
+/// Score of two identical sounds: the end of P.862.2's scale.
 pub const HIGHEST: f64 = 4.644;
 
 /// Wideband PESQ (MOS-LQO, about 1.04 to [`HIGHEST`]) of one channel. The longer sound is cut to the shorter one's length.

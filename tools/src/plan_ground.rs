@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec3, vec2};
 
-/// Cells of the ground grid along the longer side, at most, and their least size in metres: wider than a wall, so
-/// that the ground beside a wall is found under it too.
+/// Cells of the ground grid along the longer side, at most, and their least size in metres: wider than a wall, to find
+/// the ground beside a wall under it too.
 const GROUND_CELLS: f32 = 256.0;
 const GROUND_CELL_M: f32 = 1.0;
 
@@ -33,7 +33,7 @@ pub(super) struct Ground {
     cell_m: f32,
     columns: usize,
     rows: usize,
-    /// Infinite where there is nothing.
+    /// Infinite where there is no ground.
     lowest_m: Vec<f32>,
 }
 
@@ -48,7 +48,7 @@ impl Ground {
         let to_cells = |c: Vec3| ((vec2(c.x, c.z) - frame.corner_m) / cell_m).extend(c.y);
         for corners in triangles {
             let corners = corners.map(to_cells);
-            // Centres of cells see the large triangles, corners the small ones.
+            // Centres of cells cover the large triangles, corners the small ones.
             rasterise(&corners, columns, rows, |cell, height_m| {
                 here[cell] = height_m.min(here[cell]);
             });
@@ -77,7 +77,7 @@ impl Ground {
         }
     }
 
-    /// Height at a world (x, z) in metres, interpolated between cell centres; none where nothing is near.
+    /// Height at a world (x, z) in metres, interpolated between cell centres; none without ground nearby.
     pub(super) fn at(&self, at_m: Vec2) -> Option<f32> {
         let last = vec2((self.columns - 1) as f32, (self.rows - 1) as f32);
         let cell = ((at_m - self.corner_m) / self.cell_m - 0.5).clamp(Vec2::ZERO, last);
@@ -97,7 +97,7 @@ impl Ground {
 }
 
 /// Calls `seen` with index and height of every cell whose centre lies under a triangle. Corners are (column, row,
-/// height); a triangle that is seen edge-on covers nothing.
+/// height); a triangle seen edge-on covers no cell.
 pub(super) fn rasterise(
     corners: &[Vec3; 3],
     columns: usize,
@@ -140,7 +140,7 @@ mod tests {
     };
 
     #[test]
-    fn the_lowest_surface_is_the_ground_under_walls_too() {
+    fn the_ground_is_the_lowest_surface_also_under_walls() {
         // A floor with a slit, a wall in the slit that begins above the floor, a ceiling.
         let plate = |height_m: f32, low: f32, high: f32| {
             let at = |x: f32, z: f32| vec3(x, height_m, z);
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_ground() {
+    fn an_empty_scene_has_no_ground() {
         assert_eq!(Ground::below(&FRAME, &[]).at(vec2(1.0, 1.0)), None);
     }
 

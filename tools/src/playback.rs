@@ -1,4 +1,4 @@
-//! Playback when graphics frames take longer than their time: the paper's Figure 8, on a virtual clock.
+//! Playback with overlong graphics frames: the paper's Figure 8, on a virtual clock.
 //!
 //! Own model, without randomness. A graphics frame makes one block of sound, one frame time long. The device takes one
 //! block a frame time from a queue; when the queue is empty it repeats the last block, as drivers do. A late loop continues
@@ -7,7 +7,7 @@
 /// Blocks in the queue before playback starts.
 pub const AHEAD: usize = 2;
 
-/// What was played.
+/// The sequence of played blocks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Playback {
     /// For each block time the block that was played; `None` for the silence before the first.
@@ -32,7 +32,7 @@ pub fn play(cost: &[f64]) -> Playback {
         arrivals.push((now, frame));
         playback.made += 1;
         playback.late += usize::from(*cost > 1.0);
-        // What is due when this frame is done; no frame is made twice.
+        // The frame due when this one is done; no frame is made twice.
         frame = (frame + 1).max(now as usize);
     }
     playback.dropped = cost.len() - playback.made;
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_in_time_are_played_once() {
+    fn punctual_frames_are_played_once() {
         let playback = play(&[0.9; 50]);
         let all: Vec<_> = (0..50).map(Some).collect();
         assert_eq!(playback.played, all);
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn sound_is_cut_where_blocks_are() {
+    fn sound_is_cut_at_block_boundaries() {
         let channel: Vec<f32> = (0..10).map(|n| n as f32).collect();
         let playback = Playback {
             played: vec![None, Some(0), Some(0), Some(2)],

@@ -45,7 +45,7 @@ pub fn room_parameters(response: &[f32], rate_hz: u32) -> [BandParameters; BANDS
     })
 }
 
-/// The response in one octave band, as long as it was.
+/// The response in one octave band, of unchanged length.
 fn octave(response: &[f32], rate_hz: u32, band: usize) -> Vec<f64> {
     let length = (2 * response.len()).next_power_of_two().max(2);
     let mut planner = RealFftPlanner::<f64>::new();
@@ -61,7 +61,7 @@ fn octave(response: &[f32], rate_hz: u32, band: usize) -> Vec<f64> {
         let hz = bin as f64 * f64::from(rate_hz) / length as f64;
         *value *= mask(hz, CENTRES_HZ[band]) / length as f64;
     }
-    // The first and last bins of a real spectrum are real; the mask keeps them so.
+    // The first and last bins of a real spectrum are real; the mask preserves this.
     let back = inverse.process(&mut spectrum, &mut samples);
     debug_assert!(
         transformed.is_ok() && back.is_ok(),
@@ -140,7 +140,7 @@ mod tests {
     use foresound::propagation::rays::directions::{mix, unit};
 
     #[test]
-    fn an_exponential_decay_has_its_time() {
+    fn an_exponential_decay_has_its_reverberation_time() {
         let rate_hz = 44_100;
         let t60_s = 0.8;
         let response: Vec<f32> = (0..2 * rate_hz)
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn octaves_share_all_energy() {
+    fn octave_bands_sum_to_the_total_energy() {
         for hz in [70.0, 90.0, 500.0, 1412.0, 5000.0] {
             let sum: f64 = CENTRES_HZ.iter().map(|c| mask(hz, *c).powi(2)).sum();
             // Bands of the base-ten rule lie 0.3 % closer than an octave.

@@ -1,7 +1,7 @@
 //! Scale-invariant signal-to-noise ratio of an estimate against a reference.
 //!
 //! Literal after Eq. 5 and 6 of the paper: the mean of each channel is removed, the estimate is projected onto the
-//! reference, what is left is noise. Accumulated in f64.
+//! reference, the remainder is noise. Accumulated in f64.
 
 /// Highest printed ratio in dB; the paper prints "> 40" above.
 pub const CAP_DB: f64 = 40.0;
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn known_noise_gives_its_own_ratio() {
+    fn known_noise_has_its_own_ratio() {
         // Noise orthogonal to the reference with a tenth of its amplitude: 20 dB, exactly.
         let reference: Vec<f32> = (0..400).map(|i| [1.0, 1.0, -1.0, -1.0][i % 4]).collect();
         let estimate: Vec<f32> = (0..400)

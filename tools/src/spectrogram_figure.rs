@@ -1,6 +1,6 @@
 //! A picture of two sounds: log-mel spectrograms of the reference and the estimate, and their difference.
 
-use super::chart::{Picture, diverging, head, px, sequential};
+use super::chart::{Picture, diverging, draw_title, px, sequential};
 use super::mel::{FFT_LENGTH, HOP_LENGTH, LogMel, MEL_BANDS, MelAnalyser, RANGE_DB, mel_of_hz};
 use super::mel_map::{ABOVE_PX, BELOW_PX, LEFT_PX, MelMap};
 use foresound::{Error, Result};
@@ -14,7 +14,7 @@ const PITCH_PX: f32 = ABOVE_PX + MAP_PX + BELOW_PX;
 /// Ranges of the difference panel in dB; the narrowest that holds 99 points of 100 is taken.
 const DIFFERENCE_RANGES_DB: [f64; 5] = [4.0, 8.0, 16.0, 32.0, 64.0];
 
-/// What the picture shows. Powers of several channels are averaged.
+/// Input of the picture. Powers of several channels are averaged.
 pub struct SpectrogramFigure<'a> {
     /// Title of the whole.
     pub title: &'a str,
@@ -22,9 +22,9 @@ pub struct SpectrogramFigure<'a> {
     pub caption: &'a str,
     /// Sample rate of both sounds in Hz.
     pub rate_hz: u32,
-    /// What the reference is called, e.g. "synchronous".
+    /// Name of the reference, e.g. "synchronous".
     pub reference_label: &'a str,
-    /// What the estimate is called, e.g. "asynchronous".
+    /// Name of the estimate, e.g. "asynchronous".
     pub estimate_label: &'a str,
     /// Channels of the reference.
     pub reference: &'a [&'a [f32]],
@@ -85,7 +85,7 @@ impl SpectrogramFigure<'_> {
         let top_mel = mel_of_hz(rate_hz / 2.0);
         let height = TOP_PX + 3.0 * PITCH_PX;
         Picture::draw(WIDTH_PX, height as usize, |area| {
-            head(area, px(LEFT_PX), self.title, self.caption)?;
+            draw_title(area, px(LEFT_PX), self.title, self.caption)?;
             let (_, below) = area.split_vertically(px(TOP_PX));
             for (area, (label, values, range, colours)) in
                 below.split_evenly((3, 1)).iter().zip(panels)
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_difference_shows_where_the_sounds_differ() {
+    fn the_difference_panel_is_coloured_where_the_sounds_differ() {
         let rate_hz = 44_100;
         let [reference, estimate] = sounds(rate_hz);
         let figure = SpectrogramFigure {

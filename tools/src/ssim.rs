@@ -12,7 +12,7 @@ const SIGMA: f64 = 1.5;
 const RADIUS: usize = 5;
 /// Least width and height of a picture, in pixels: one window.
 pub const LEAST_SIZE: usize = 2 * RADIUS + 1;
-/// (0.01 × range)² and (0.03 × range)² keep the ratios finite in flat places; the range is 1.
+/// (0.01 × range)² and (0.03 × range)² keep the ratios finite in flat regions; the range is 1.
 const C1: f64 = 1e-4;
 const C2: f64 = 9e-4;
 
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_is_most_like_itself() {
+    fn similarity_is_highest_for_identical_pictures() {
         let [reference, estimate] = oracle_pair(44_100, 22_050);
         let analyser = MelAnalyser::new(44_100);
         let same = mel_ssim(&analyser, &reference, &reference).unwrap();

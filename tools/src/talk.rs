@@ -1,7 +1,7 @@
 //! Speech with pauses: all voices speak at the same times and pause at the same times.
 //!
 //! P.862 separates speech from pauses by level and finds no utterance if sixteen voices in a hall never pause; P.862.3
-//! requires 40 to 80 % of activity. The paper does not say how its voices pause.
+//! requires 40 to 80 % of activity. The paper does not specify the pauses of its voices.
 
 use super::clip::Clip;
 
@@ -22,14 +22,14 @@ pub fn spoken(clip: &Clip, from: u64, samples: &mut [f32]) {
     let mut done = 0;
     while done < samples.len() {
         let at = from + done as u64;
-        let (turns, place) = (at / turn, at % turn);
+        let (turns, offset) = (at / turn, at % turn);
         let left = (samples.len() - done) as u64;
-        let end = if place < talk { talk } else { turn };
-        let part = left.min(end - place) as usize;
+        let end = if offset < talk { talk } else { turn };
+        let part = left.min(end - offset) as usize;
         let part = &mut samples[done..done + part];
-        if place < talk {
-            clip.looped((turns * talk + place) as usize, part);
-            fade(part, place, talk, count(FADE_S).max(1));
+        if offset < talk {
+            clip.looped((turns * talk + offset) as usize, part);
+            fade(part, offset, talk, count(FADE_S).max(1));
         } else {
             part.fill(0.0);
         }
@@ -37,10 +37,10 @@ pub fn spoken(clip: &Clip, from: u64, samples: &mut [f32]) {
     }
 }
 
-/// Fades samples that begin `place` samples into a stretch of `talk` samples in and out.
-fn fade(samples: &mut [f32], place: u64, talk: u64, length: u64) {
+/// Fades samples that begin `offset` samples into a stretch of `talk` samples in and out.
+fn fade(samples: &mut [f32], offset: u64, talk: u64, length: u64) {
     for (n, sample) in samples.iter_mut().enumerate() {
-        let from_start = place + n as u64;
+        let from_start = offset + n as u64;
         let from_end = talk - 1 - from_start;
         let near = from_start.min(from_end);
         if near < length {
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn voices_speak_and_pause_and_lose_no_word() {
+    fn voices_pause_without_losing_samples() {
         let clip = Clip {
             rate_hz: 1000,
             samples: (1..=7000).map(|n| n as f32).collect(),
@@ -64,7 +64,7 @@ mod tests {
         assert!(whole[2400..3600].iter().all(|s| *s == 0.0));
         assert!(whole[6000..7200].iter().all(|s| *s == 0.0));
         assert_eq!((whole[0], whole[100], whole[2399]), (0.0, 101.0, 0.0));
-        // After the pause the clip goes on where it was cut.
+        // After the pause the clip continues from the cut.
         assert_eq!(whole[3700], 2501.0);
         // The clip's end is followed by its beginning.
         assert_eq!(whole[2 * 3600 + 2300], (4800 + 2300 - 7000 + 1) as f32);

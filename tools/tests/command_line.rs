@@ -1,5 +1,5 @@
-//! What a user can get wrong ends in one line that names the place and says what to do, with exit code 2, and leaves no
-//! partial output.
+//! Every user error ends in one line with its location and advice, with exit code 2, and leaves no partial
+//! output.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ impl Folder {
         path
     }
 
-    /// A tetrahedron, around the place 0.5, 0.5, 0.5.
+    /// A tetrahedron, around the point (0.5, 0.5, 0.5).
     fn room(&self) -> PathBuf {
         let text = "usemtl plaster\nv 0 0 0\nv 6 0 0\nv 0 6 0\nv 0 0 6\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n";
         self.write("room.obj", text)
@@ -83,7 +83,7 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn a_scene_that_is_none_is_refused_with_its_place() {
+fn an_invalid_scene_is_refused_with_its_location() {
     let folder = Folder::new();
     refused(
         &["inspect", text(&folder.path("gone.obj"))],
@@ -94,7 +94,7 @@ fn a_scene_that_is_none_is_refused_with_its_place() {
         &[text(folder.0.path()), ";"],
     );
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
-    for (name, body, place) in [
+    for (name, body, location) in [
         ("broken.obj", "v 0 zero 0\nf 1 2 3\n", "broken.obj:1"),
         (
             "index.obj",
@@ -118,7 +118,7 @@ fn a_scene_that_is_none_is_refused_with_its_place() {
         ("binary.obj", "\0\u{1}\u{2}v 1", "binary.obj"),
     ] {
         let path = folder.write(name, body);
-        refused(&["inspect", text(&path)], &[place, ";"]);
+        refused(&["inspect", text(&path)], &[location, ";"]);
     }
     let room = folder.room();
     for (option, value) in [
@@ -132,10 +132,10 @@ fn a_scene_that_is_none_is_refused_with_its_place() {
 }
 
 #[test]
-fn materials_that_are_none_are_refused_with_their_line() {
+fn invalid_materials_are_refused_with_their_line() {
     let folder = Folder::new();
     let room = folder.room();
-    for (name, body, place) in [
+    for (name, body, location) in [
         ("syntax.toml", "[materials.plaster\n", "syntax.toml:1"),
         (
             "seven.toml",
@@ -161,7 +161,7 @@ fn materials_that_are_none_are_refused_with_their_line() {
         let path = folder.write(name, body);
         refused(
             &["inspect", text(&room), "--materials", text(&path)],
-            &[place, ";"],
+            &[location, ";"],
         );
     }
     refused(
@@ -176,7 +176,7 @@ fn materials_that_are_none_are_refused_with_their_line() {
 }
 
 #[test]
-fn sounds_listeners_and_outputs_that_are_none_are_refused() {
+fn invalid_sounds_listeners_and_outputs_are_refused() {
     let folder = Folder::new();
     let room = folder.room();
     let voice = folder.wav("voice.wav", 1, 16);
@@ -231,7 +231,7 @@ fn sounds_listeners_and_outputs_that_are_none_are_refused() {
     );
     render(&good, "1,1", &[], &[";"]);
     render(&good, "1,inf,1", &[], &["--listener", ";"]);
-    for (name, body, place) in [
+    for (name, body, location) in [
         ("columns.csv", "a,b\n1,2\n", "columns.csv:2"),
         ("order.csv", "t,x,y,z\n0,1,1,1\n0,1,1,1\n", "order.csv:3"),
         ("word.csv", "t,x,y,z\n0,1,1,one\n", "word.csv:2"),
@@ -239,7 +239,7 @@ fn sounds_listeners_and_outputs_that_are_none_are_refused() {
         ("none.csv", "t,x,y,z\n", "none.csv"),
     ] {
         let path = folder.write(name, body);
-        render(&good, text(&path), &[], &[place, ";"]);
+        render(&good, text(&path), &[], &[location, ";"]);
     }
     for (option, value) in [
         ("--schedule", "later"),
@@ -275,7 +275,7 @@ fn sounds_listeners_and_outputs_that_are_none_are_refused() {
 }
 
 #[test]
-fn a_users_files_become_a_sound() {
+fn user_files_are_rendered() {
     let folder = Folder::new();
     let (room, voice, out) = (
         folder.room(),
@@ -346,7 +346,7 @@ fn unknown_materials_are_reported() {
 }
 
 #[test]
-fn a_soak_tells_what_it_found() {
+fn a_soak_reports_its_findings() {
     let output = foresound(&["soak", "--minutes", "0.02", "--sources", "2", "--json"]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{output:?}");
@@ -370,7 +370,7 @@ fn a_soak_tells_what_it_found() {
 }
 
 #[test]
-fn a_bench_of_speed_tells_all_its_keys_and_a_trace_opens() {
+fn a_speed_bench_prints_all_keys_and_writes_a_valid_trace() {
     let folder = Folder::new();
     let trace = folder.path("trace.json");
     let output = foresound(&[

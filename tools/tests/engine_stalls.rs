@@ -90,14 +90,14 @@ fn hear(slots: usize, sources: usize) -> ClickDetector {
 }
 
 #[test]
-fn a_slots_next_source_waits_for_a_device_that_stalls() {
+fn the_next_source_of_a_slot_waits_for_a_stalled_device() {
     let heard = hear(8, 8);
     assert!(heard.peak() > 0.02, "{}", heard.peak());
     assert_eq!(heard.clicks(), 0, "worst step {}", heard.worst());
 }
 
 #[test]
-fn sources_that_share_slots_wait_for_a_device_that_stalls() {
+fn sources_sharing_slots_wait_for_a_stalled_device() {
     let heard = hear(8, 40);
     assert!(heard.peak() > 0.02, "{}", heard.peak());
     assert_eq!(heard.clicks(), 0, "worst step {}", heard.worst());

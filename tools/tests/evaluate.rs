@@ -1,4 +1,4 @@
-//! `evaluate` on a cell small enough for a test: keys, files, and results that are not made twice.
+//! `evaluate` on a cell small enough for a test: keys, files, and reuse of results.
 
 use std::path::Path;
 use std::process::Command;
@@ -27,7 +27,7 @@ fn evaluate(out: &Path, more: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn a_standing_listener_scores_as_identical_and_once() {
+fn a_listener_at_rest_scores_as_identical_and_results_are_reused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let arguments = ["--condition", "static", "--predictor", "best"];
     let (code, first) = evaluate(folder.path(), &arguments);
@@ -75,7 +75,7 @@ fn a_standing_listener_scores_as_identical_and_once() {
 }
 
 #[test]
-fn a_choice_that_is_none_is_refused() {
+fn an_invalid_choice_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for wrong in [
         ["--predictor", "guess"],
@@ -118,7 +118,7 @@ fn room(file: &Path) {
 }
 
 #[test]
-fn anybodys_mesh_and_recordings_are_run_past_the_paper() {
+fn any_mesh_and_recordings_can_be_evaluated() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (mesh, speech) = (
         folder.path().join("my room.obj"),
@@ -164,13 +164,13 @@ fn anybodys_mesh_and_recordings_are_run_past_the_paper() {
         assert_eq!(row["scene"], "my_room");
         assert_eq!(row["condition"], "stress");
         assert_eq!(row["level"], 24);
-        // Held for a quarter of a second at 5 m/s, nothing is as it was.
+        // Held for a quarter of a second at 5 m/s, every path has changed.
         let ratio = row["si_snr_db"].as_f64().expect("a number");
         assert!(ratio.is_finite() && ratio < 20.0, "{row}");
         assert!(row["paper_pesq"].is_null(), "{row}");
     }
-    // Late results are worse than none late, if anything.
-    let ssim = |place: usize| rows[place]["ssim"].as_f64().expect("a number");
+    // Late results score no better than immediate ones.
+    let ssim = |index: usize| rows[index]["ssim"].as_f64().expect("a number");
     assert!(ssim(0) < ssim(1) + 0.05, "{} {}", ssim(0), ssim(1));
     for name in ["reference", "hold", "hold-at-once"] {
         let file = format!("wav/mobile-my_room-stress-1-{name}.wav");

@@ -1,6 +1,6 @@
-//! The fuzz targets without a fuzzer: their seeds, every input that ever broke one, and seeds with damage, in every test run.
-//! `.ci/fuzz` runs the same targets under libFuzzer where the tools are there.
-#![expect(clippy::panic, reason = "a test says what broke")]
+//! The fuzz targets without a fuzzer: their seeds, every input that ever broke one, and damaged seeds, in every test run.
+//! `.ci/fuzz` runs the same targets under libFuzzer if the tools are installed.
+#![expect(clippy::panic, reason = "a test reports the failing input")]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 #[path = "../../tests/fuzz/drivers/mod.rs"]
 mod drivers;
 
-/// Damaged inputs a target, unless FUZZ_INPUTS says how many.
+/// Damaged inputs a target, unless FUZZ_INPUTS sets another number.
 const DAMAGED: u64 = 300;
 
-/// Numbers without end from a seed (the mixer of SplitMix64).
+/// An endless sequence of numbers from a seed (the mixer of SplitMix64).
 struct Dice(u64);
 
 impl Dice {
@@ -28,7 +28,7 @@ impl Dice {
     }
 }
 
-/// Words that readers of these formats stumble over.
+/// Words that are difficult for readers of these formats.
 const WORDS: [&[u8]; 18] = [
     b"nan",
     b"inf",
@@ -63,7 +63,7 @@ fn inputs(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     files.into_iter().map(read).collect()
 }
 
-/// A seed with some bytes changed, words put in, parts doubled or cut off; or bytes without a seed.
+/// A seed with some bytes changed, words inserted, parts doubled or cut off; or bytes without a seed.
 fn damaged(seeds: &[(PathBuf, Vec<u8>)], dice: &mut Dice) -> Vec<u8> {
     let mut bytes = match dice.below(5) {
         0 => (0..dice.below(600)).map(|_| dice.next() as u8).collect(),
@@ -90,7 +90,7 @@ fn damaged(seeds: &[(PathBuf, Vec<u8>)], dice: &mut Dice) -> Vec<u8> {
     bytes
 }
 
-/// Runs a target; what broke it is kept beside the test program, to become a seed.
+/// Runs a target; an input that breaks it is kept beside the test program, to become a seed.
 fn run((name, target): drivers::Target, what: &str, bytes: &[u8]) {
     if catch_unwind(AssertUnwindSafe(|| target(bytes))).is_err() {
         let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("broke-{name}"));
@@ -106,8 +106,8 @@ fn twin(target: drivers::Target) {
     for (path, bytes) in &seeds {
         run(target, &path.display().to_string(), bytes);
     }
-    let asked = std::env::var("FUZZ_INPUTS").ok();
-    let count = asked.map_or(DAMAGED, |text| text.parse().expect("a number of inputs"));
+    let setting = std::env::var("FUZZ_INPUTS").ok();
+    let count = setting.map_or(DAMAGED, |text| text.parse().expect("a number of inputs"));
     let mut dice = Dice(0x5eed);
     for number in 0..count {
         let bytes = damaged(&seeds, &mut dice);
@@ -116,10 +116,10 @@ fn twin(target: drivers::Target) {
 }
 
 macro_rules! twins {
-    ($($name:ident $place:literal),*) => {
+    ($($name:ident $index:literal),*) => {
         $(#[test]
         fn $name() {
-            let target = drivers::TARGETS[$place];
+            let target = drivers::TARGETS[$index];
             assert_eq!(target.0, stringify!($name));
             twin(target);
         })*

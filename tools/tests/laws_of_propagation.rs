@@ -20,8 +20,8 @@ fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
 }
 
 fn poses(scene: &procedural::BenchmarkScene, count: usize) -> Vec<SourcePose> {
-    let places = scene.sources.iter().take(count).enumerate();
-    places
+    let positions = scene.sources.iter().take(count).enumerate();
+    positions
         .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot as u16, 0), *position))
         .collect()
 }
@@ -40,7 +40,7 @@ fn update(scene: &Arc<Scene>, listener: Vec3, sources: &[SourcePose], updates: u
     set
 }
 
-/// One test a law, and one that no law is without.
+/// One test a law, and a test that every law has one.
 macro_rules! laws {
     ($($law:ident $name:literal)*) => {
         mod laws {
@@ -82,7 +82,7 @@ fn holds(law: &str) {
 }
 
 #[test]
-fn the_shoebox_oracle_has_the_images_that_pyroomacoustics_has() {
+fn the_shoebox_oracle_has_the_images_of_pyroomacoustics() {
     // Written by pyroomacoustics 0.10.1 for this room, source and order; one image a line: x, y, z, order.
     let text = include_str!("../../tests/reference/pyroomacoustics_images.csv");
     let theirs: Vec<[f64; 4]> = text
@@ -123,7 +123,7 @@ fn the_shoebox_oracle_has_the_images_that_pyroomacoustics_has() {
 }
 
 #[test]
-fn every_path_can_be_seen_from_end_to_end() {
+fn no_path_is_occluded() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let triangles: Vec<[Vec3; 3]> = scene.triangles().collect();
@@ -131,7 +131,7 @@ fn every_path_can_be_seen_from_end_to_end() {
     let set = update(&scene, doorway.walk.standing, &sources, 1);
     assert!(
         set.paths.iter().filter(|p| p.order > 0).count() > 20,
-        "the oracle has something to look at"
+        "the oracle has paths to test"
     );
     for path in set.paths.iter().filter(|p| p.order > 0) {
         let source = sources[path.source.slot()].position;
@@ -158,7 +158,7 @@ fn every_path_can_be_seen_from_end_to_end() {
 }
 
 #[test]
-fn paths_are_sorted_and_differ() {
+fn paths_are_sorted_and_distinct() {
     let hall = procedural::concert_hall();
     let scene = commit(&hall);
     let set = update(&scene, hall.walk.standing, &poses(&hall, 4), 3);
@@ -178,8 +178,8 @@ fn the_same_input_gives_the_same_bits() {
 }
 
 #[test]
-fn a_step_changes_no_path_that_stays() {
-    // A listener who moves by a centimetre keeps nearly every path under its name: canonical sequences do not flicker.
+fn a_step_preserves_the_identities_of_paths() {
+    // A listener who moves by a centimetre keeps nearly every path under its identity: canonical sequences are stable.
     let room = procedural::shoebox(Vec3::new(30.0, 20.0, 10.0), "concrete");
     let settings = SceneSettings::default();
     let scene =
@@ -204,7 +204,7 @@ fn a_step_changes_no_path_that_stays() {
 }
 
 #[test]
-fn awkward_places_give_finite_paths() {
+fn degenerate_positions_give_finite_paths() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let bounds = scene.report();
@@ -236,7 +236,7 @@ fn awkward_places_give_finite_paths() {
             );
         }
     }
-    // Two of the five pairs see each other at least, each with first-order reflections.
+    // At least two of the five pairs are mutually visible, each with first-order reflections.
     assert!(found > 10, "{found} paths show little");
 }
 
@@ -272,17 +272,17 @@ fn settings_out_of_range_are_refused_by_name() {
 }
 
 #[test]
-fn a_plain_source_is_as_if_it_had_no_settings() {
-    // A pattern of weight 0 and any order, turned anywhere, and the default radius said aloud.
+fn neutral_source_settings_change_no_bit() {
+    // A pattern of weight 0 and any order, turned anywhere, and the default radius set explicitly.
     let hall = procedural::concert_hall();
     let scene = commit(&hall);
     let plain = poses(&hall, 1);
-    let mut said = plain.clone();
-    said[0].orientation = glam::Quat::from_rotation_y(1.0);
-    said[0].settings.directivity = Directivity::even(0.0, 3.0);
-    said[0].settings.radius_m = Some(0.3);
+    let mut explicit = plain.clone();
+    explicit[0].orientation = glam::Quat::from_rotation_y(1.0);
+    explicit[0].settings.directivity = Directivity::even(0.0, 3.0);
+    explicit[0].settings.radius_m = Some(0.3);
     let first = update(&scene, hall.walk.standing, &plain, 3);
-    let second = update(&scene, hall.walk.standing, &said, 3);
+    let second = update(&scene, hall.walk.standing, &explicit, 3);
     assert_eq!((first.paths, first.late), (second.paths, second.late));
 }
 
@@ -296,7 +296,7 @@ fn directivity_weighs_each_path_by_its_departure() {
     let ear = Vec3::new(5.0, 1.5, 3.0);
     let mut dipole = omni;
     dipole.settings.directivity = Directivity::even(1.0, 1.0);
-    // The front is −z: the listener at +x stands in the null.
+    // The front is −z: the listener at +x is in the null.
     let (before, after) = (
         update(&scene, ear, &[omni], 16),
         update(&scene, ear, &[dipole], 16),
@@ -316,17 +316,17 @@ fn directivity_weighs_each_path_by_its_departure() {
     }
     let direct = after.paths.iter().find(|p| p.is_direct()).expect("seen");
     assert!(direct.amplitude.iter().all(|a| a.abs() < 1e-6));
-    // A dipole sends a third of an omnidirectional source's power, and the tail has no direction.
+    // A dipole emits a third of an omnidirectional source's power, and the late reverb has no direction.
     let level = |set: &PathSet, b: usize| set.late[0].energy[3][b];
     for b in 0..8 {
         let share = level(&after, b) / level(&before, b);
-        // Rays are 128 beyond the fourth bounce, and concrete hardly scatters: 1 dB for what they remember.
+        // Rays are 128 beyond the fourth bounce, and concrete hardly scatters: 1 dB for the remaining dependence on them.
         assert!((10.0 * (3.0 * share).log10()).abs() < 1.0, "{share}");
     }
 }
 
 #[test]
-fn an_effect_that_is_off_is_not_there() {
+fn a_disabled_effect_is_absent() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let listener = doorway.walk.standing;
@@ -360,7 +360,7 @@ fn an_effect_that_is_off_is_not_there() {
 }
 
 #[test]
-fn the_tail_of_a_scene_at_rest_does_not_depend_on_when_it_is_looked_at() {
+fn the_late_reverb_of_a_scene_at_rest_does_not_depend_on_the_update() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let sources = poses(&doorway, 2);

@@ -1,5 +1,5 @@
-//! Bounds of memory: whatever comes, a stated number of bytes is not passed, what goes beyond is refused or counted, and
-//! what is no longer wanted is freed. Bytes in use are counted by the allocator, of all threads.
+//! Bounds of memory: at any input a stated number of bytes is not exceeded, excess is refused or counted, and unused
+//! memory is freed. Bytes in use are counted by the allocator, of all threads.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{BufWriter, Write};
@@ -19,7 +19,7 @@ use glam::Vec3;
 static LIVE: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(0);
 
-/// The system's allocator, with the bytes in use and the most there ever were.
+/// The system's allocator, with the current and the maximum number of bytes in use.
 struct Weighing;
 
 fn came(bytes: usize) {
@@ -35,22 +35,22 @@ unsafe impl GlobalAlloc for Weighing {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
-        unsafe { System.dealloc(place, layout) }
+        // SAFETY: `pointer` came from `System` through this allocator with this layout, as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
     }
 }
 
 #[global_allocator]
 static ALLOCATOR: Weighing = Weighing;
 
-/// Bytes belong to the whole process: tests that weigh take turns.
+/// Bytes belong to the whole process: measuring tests take turns.
 #[expect(clippy::disallowed_types, reason = "tests that weigh take turns")]
 static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
-/// Does something; gives its result and the most bytes that were in use beyond those before.
-fn weighed<T>(act: impl FnOnce() -> T) -> (T, usize) {
+/// Runs `act`; returns its result and the maximum of bytes in use beyond those before.
+fn peak_bytes_of<T>(act: impl FnOnce() -> T) -> (T, usize) {
     let before = LIVE.load(Ordering::Relaxed);
     MOST.store(before, Ordering::Relaxed);
     let result = act();
@@ -81,12 +81,12 @@ fn a_mesh_file_beyond_the_limit_is_refused_in_little_memory() {
     let path = folder.path().join("large.obj");
     write_obj(&path, 100_000);
     let options = ObjOptions::default().with_most_triangles(5000);
-    let (result, bytes) = weighed(|| load_obj(&path, &options));
+    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &options));
     refused(result, "more than 5000 triangles");
     assert!(bytes < 5000 * 200 + (1 << 20), "{bytes} bytes");
     // Below the limit it is read, within the bytes a triangle that the setting states.
     let options = ObjOptions::default().with_most_triangles(100_000);
-    let (result, bytes) = weighed(|| load_obj(&path, &options));
+    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &options));
     let mesh = result.expect("is read").mesh;
     assert_eq!(mesh.triangles.len(), 100_000);
     assert!(bytes < 100_000 * 200 + (1 << 20), "{bytes} bytes");
@@ -119,7 +119,7 @@ fn more_triangles_than_the_default_are_refused() {
         file.write_all(face.as_bytes()).expect("written");
     }
     drop(file);
-    let (result, bytes) = weighed(|| load_obj(&path, &ObjOptions::default()));
+    let (result, bytes) = peak_bytes_of(|| load_obj(&path, &ObjOptions::default()));
     refused(result, &format!("more than {MOST_TRIANGLES} triangles"));
     assert!(bytes < MOST_TRIANGLES * 200, "{bytes} bytes");
 }
@@ -131,7 +131,7 @@ fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
     let table = MaterialTable::built_in();
     let mut settings = SceneSettings::default();
     settings.most_triangles = mesh.triangles.len() - 1;
-    let (result, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
+    let (result, bytes) = peak_bytes_of(|| Scene::commit(&mesh, &table, &settings));
     refused(result, "most_triangles");
     assert!(bytes < 4096, "{bytes} bytes");
 }
@@ -155,13 +155,13 @@ fn four_gigabytes_of_sound_are_refused_by_their_header() {
     let path = folder.path().join("huge.wav");
     let bytes = 0xffff_ff00;
     std::fs::write(&path, wav_header(bytes)).expect("written");
-    // Without content on the disk, if the file system knows such files.
+    // Sparse on the disk, if the file system supports it.
     let file = std::fs::File::options()
         .write(true)
         .open(&path)
         .expect("opens");
     file.set_len(44 + u64::from(bytes)).expect("a sparse file");
-    let (result, used) = weighed(|| load_clip(&path, 44_100));
+    let (result, used) = peak_bytes_of(|| load_clip(&path, 44_100));
     refused(result, &format!("more than {MOST_SAMPLES}"));
     assert!(used < 1 << 16, "{used} bytes");
     std::fs::write(&path, [wav_header(2000), vec![1; 2000]].concat()).expect("written");
@@ -171,26 +171,26 @@ fn four_gigabytes_of_sound_are_refused_by_their_header() {
 
 #[cfg(unix)]
 #[test]
-fn files_without_end_are_refused() {
+fn endless_files_are_refused() {
     let _turn = TURN.lock();
     let endless = Path::new("/dev/zero");
-    let (result, bytes) = weighed(|| ListenerPath::parse("/dev/zero").map(drop));
+    let (result, bytes) = peak_bytes_of(|| ListenerPath::parse("/dev/zero").map(drop));
     refused(result, "64 MiB");
-    // A list that doubles holds the old half while it grows.
+    // A growing list holds the old half while it doubles.
     assert!(
         bytes as u64 <= 3 * LARGEST_FILE + (1 << 20),
         "{bytes} bytes"
     );
-    let (result, bytes) = weighed(|| MaterialTable::load(endless).map(drop));
+    let (result, bytes) = peak_bytes_of(|| MaterialTable::load(endless).map(drop));
     refused(result, "16 MiB");
     assert!(bytes <= 3 << 24, "{bytes} bytes");
-    let (result, bytes) = weighed(|| load_obj(endless, &ObjOptions::default()).map(drop));
+    let (result, bytes) = peak_bytes_of(|| load_obj(endless, &ObjOptions::default()).map(drop));
     refused(result, "binary");
     assert!(bytes <= 4 << 20, "{bytes} bytes");
     refused(load_clip(endless, 44_100).map(drop), "no WAV");
 }
 
-/// Threads of this process that build scenes, where the system tells.
+/// Threads of this process that build scenes, where the system lists them.
 fn builders() -> usize {
     let Ok(tasks) = std::fs::read_dir("/proc/self/task") else {
         return 0;
@@ -203,7 +203,7 @@ fn builders() -> usize {
 }
 
 #[test]
-fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
+fn abandoned_scenes_are_freed_and_do_not_accumulate() {
     let _turn = TURN.lock();
     let mut settings = EngineSettings::default();
     settings.affinity = AffinityPolicy::None;
@@ -217,7 +217,7 @@ fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
             std::thread::yield_now();
         }
     };
-    // A scene at rest, as it is when all is over.
+    // A scene at rest, as at the end.
     let small = procedural::shoebox(Vec3::new(4.0, 3.0, 5.0), "concrete");
     let build = |controller: &mut foresound::runtime::Controller, mesh| {
         let built = controller.build_scene(mesh, table.clone(), SceneSettings::default());
@@ -225,23 +225,23 @@ fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
     };
     let one = {
         let settings = SceneSettings::default();
-        let (scene, bytes) = weighed(|| Scene::commit(&mesh, &table, &settings));
+        let (scene, bytes) = peak_bytes_of(|| Scene::commit(&mesh, &table, &settings));
         drop(scene.expect("a scene"));
         bytes
     };
     build(&mut controller, small.clone());
     quiet(&mut controller);
     let before = LIVE.load(Ordering::Relaxed);
-    let ((), most) = weighed(|| {
+    let ((), most) = peak_bytes_of(|| {
         for _ in 0..40 {
             build(&mut controller, mesh.clone());
             assert!(builders() <= 1, "{} builders", builders());
-            controller.tick(listener, &[]).expect("goes on");
+            controller.tick(listener, &[]).expect("a valid pose");
         }
         build(&mut controller, small.clone());
         quiet(&mut controller);
     });
-    // One build and two meshes, with room for what else an engine does.
+    // One build and two meshes, plus the engine's other memory.
     assert!(
         most < 2 * one + (8 << 20),
         "{most} bytes; a build takes {one}"
@@ -252,9 +252,9 @@ fn scenes_that_nobody_waits_for_are_freed_and_never_pile_up() {
     assert!(after <= before, "{after} bytes from {before}");
 }
 
-/// Every bound of an engine's buffers is a setting with a range, and what is beyond is refused by its name.
+/// Every bound of an engine's buffers is a setting with a range, and values beyond are refused by name.
 #[test]
-fn bounds_are_settings() {
+fn bounds_are_settings_with_ranges() {
     let _turn = TURN.lock();
     let good = EngineSettings::default();
     let with = |change: &dyn Fn(&mut EngineSettings)| {

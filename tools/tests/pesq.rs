@@ -1,6 +1,6 @@
 //! Wideband PESQ against the ITU's own program, on degradations that both sides compute alike.
 //!
-//! `tests/reference/pesq_scores.py` made the figures (PyPI pesq 0.0.4, scipy's resampler).
+//! `tests/reference/pesq_scores.py` computed the figures (PyPI pesq 0.0.4, scipy's resampler).
 
 use foresound_tools::clip::load_clip;
 use foresound_tools::pesq::{HIGHEST, pesq_wideband};
@@ -37,10 +37,10 @@ const SCORES: [(&str, &str, f64); 26] = [
     ("voice05", "slow_delay", 4.5729),
 ];
 
-/// Largest departure: resamplers differ above 7 kHz, which the model hears little of.
+/// Largest deviation: resamplers differ above 7 kHz, where the model has little weight.
 const LIMIT: f64 = 0.02;
 
-/// Largest departure where the delay varies slowly, which the crate aligns less finely.
+/// Largest deviation with a slowly varying delay, which the crate aligns less finely.
 const SLOW_DELAY_LIMIT: f64 = 0.15;
 
 fn noise(count: usize) -> Vec<f64> {
@@ -117,7 +117,7 @@ fn degraded(x: &[f64], name: &str) -> Vec<f64> {
 }
 
 #[test]
-fn scores_are_those_of_the_standards_program() {
+fn scores_equal_those_of_the_standard_s_program() {
     for (voice, name, score) in SCORES {
         let file = format!(
             "{}/../assets/speech/{voice}.wav",
@@ -141,7 +141,7 @@ fn scores_are_those_of_the_standards_program() {
 }
 
 #[test]
-fn nothing_scores_above_identity() {
+fn identity_has_the_highest_score() {
     let file = format!(
         "{}/../assets/speech/voice02.wav",
         env!("CARGO_MANIFEST_DIR")

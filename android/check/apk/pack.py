@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Packs an APK as Android wants it, and looks whether one is.
+"""Packs an APK in Android's layout, and checks the layout of one.
 
 usage: pack.py BASE.apk OUT.apk NAME=FILE...    BASE's entries and files under their names
        pack.py --check APK                      the last line says how libraries and resources lie

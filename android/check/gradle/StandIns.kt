@@ -1,6 +1,6 @@
-// As much of Gradle's and the Android plugin's language as our build scripts speak. Neither can be had on the build
-// machines: this checks the scripts' syntax, types as far as they are told here, the version catalog's names, and runs
-// them, so that the cargo command they make can be looked at. It says nothing of Gradle itself.
+// The part of Gradle's and the Android plugin's language that our build scripts use. Neither is available on the build
+// machines: this checks the scripts' syntax, the types declared here, the version catalog's names, and runs the scripts
+// to inspect the cargo command they make. It does not test Gradle itself.
 @file:Suppress("UNUSED_PARAMETER", "unused", "PropertyName")
 
 import java.io.File

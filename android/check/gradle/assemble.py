@@ -17,10 +17,10 @@ def tree(entries):
     nodes = {}
     for key, value in entries.items():
         *folders, last = key.replace("_", "-").split("-")
-        place = nodes
+        node = nodes
         for folder in folders:
-            place = place.setdefault(folder, {})
-        place[last] = value
+            node = node.setdefault(folder, {})
+        node[last] = value
     return nodes
 
 
@@ -49,7 +49,7 @@ lines = ["object libs {", *kotlin(tree(libraries)), "object versions {", *kotlin
 lines += ["object plugins {", *kotlin(tree(plugins)), "}", "}"]
 scripts = ["settings.gradle.kts", "build.gradle.kts", "foresound/build.gradle.kts", "app/build.gradle.kts"]
 for number, name in enumerate(scripts):
-    # Gradle makes a class of each script, so what it declares is seen below only; it imports this package by itself.
+    # Gradle makes a class of each script: its declarations are visible below only. It imports this package by itself.
     (out / f"Script{number}.kt").write_text(f"import java.io.*\n\nfun script{number}() {{\n{(root / name).read_text()}\n}}\n")
 lines += ["fun main() {", *(f"script{n}()" for n in range(len(scripts)))]
 lines += ['println(executed.single().command.joinToString(" "))', "}"]

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# What can be said of an Android library without a device: machine, pages, relocations, needed libraries, size.
+# Checks of an Android library without a device: machine, pages, relocations, needed libraries, size.
 # Usage: check-library.sh LIBRARY; the last line is the figures.
 set -euo pipefail
 library=${1:?library}
-# Head-related sets are data of this many bytes; the limit is for the code.
+# HRTF sets are data of this many bytes; the limit is for the code.
 most_bytes=$((3 * 1024 * 1024))
 here=$(cd "$(dirname "$0")" && pwd)
-heads=$(cat "$here"/../../../assets/hrtf/*.hrtf | wc -c)
+hrtf_bytes=$(cat "$here"/../../../assets/hrtf/*.hrtf | wc -c)
 bad=0
 fail() { echo "FAIL $*" && bad=1; }
 
@@ -24,14 +24,14 @@ needed=$(sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p' <<<"$dynamic" | sort)
 for name in $needed; do
     case $name in
     libc.so | libm.so | libdl.so | liblog.so | libandroid.so | libaaudio.so | libOpenSLES.so) ;;
-    *) fail "needs $name, which API 26 does not promise" ;;
+    *) fail "needs $name, which API 26 does not have" ;;
     esac
 done
 stripped=$(mktemp)
 trap 'rm -f "$stripped"' EXIT
 llvm-strip-22 --strip-unneeded -o "$stripped" "$library"
 bytes=$(stat -c %s "$stripped")
-code=$((bytes - heads))
+code=$((bytes - hrtf_bytes))
 [ "$code" -le "$most_bytes" ] || fail "$code bytes without HRTF sets, more than $most_bytes"
-echo "stripped $bytes bytes, $code without heads; 16 KiB segments; no text relocations; needs $(xargs <<<"$needed")"
+echo "stripped $bytes bytes, $code without HRTF sets; 16 KiB segments; no text relocations; needs $(xargs <<<"$needed")"
 exit $bad

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Makes a folder that stands in for the NDK's compilers and system libraries, for CHECK BUILDS ONLY: what it links has
-# never met bionic. Usage: make-toolchain.sh FOLDER
+# Makes a folder that replaces the NDK's compilers and system libraries, for CHECK BUILDS ONLY: its output has never run
+# with bionic. Usage: make-toolchain.sh FOLDER
 #
-# Libraries are stubs, one for every name in bionic.sym: what Android offers at API 26. With `-z defs` anything that is
-# not in that list fails the link. C++ (Oboe) is compiled against Debian's libc++ and musl headers and the few stand-ins
+# Libraries are stubs, one for every name in bionic.sym: the symbols of Android at API 26. With `-z defs` any symbol
+# outside that list fails the link. C++ (Oboe) is compiled against Debian's libc++ and musl headers and the few stand-ins
 # of `standin/`.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)

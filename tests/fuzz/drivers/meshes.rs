@@ -30,8 +30,7 @@ pub(crate) fn commit(data: &[u8]) {
     let scale = [1.0, 1e-3, 300.0, 1.0][bytes.below(4)];
     let vertices = 3 + bytes.below(30);
     let count = 3 * bytes.below(40) + bytes.below(8) / 7;
-    let listener_and_sources: [Vec3; 3] =
-        std::array::from_fn(|_| Vec3::from_array(bytes.numbers()) * scale);
+    let points: [Vec3; 3] = std::array::from_fn(|_| Vec3::from_array(bytes.numbers()) * scale);
     let positions: Vec<[f32; 3]> = (0..vertices)
         .map(|_| bytes.numbers::<3>().map(|n| n * scale))
         .collect();
@@ -51,7 +50,7 @@ pub(crate) fn commit(data: &[u8]) {
         Err(error) => return assert_eq!(error.to_string().lines().count(), 1),
     };
     let mut propagator = Propagator::new(Arc::new(scene), SETTINGS).expect("settings");
-    let [ear, a, b] = listener_and_sources;
+    let [ear, a, b] = points;
     // One of the sources may lie at a corner.
     let corner = Vec3::from_array(positions[0]);
     let sources: Vec<SourcePose> = (0..)

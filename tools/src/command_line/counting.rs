@@ -7,7 +7,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::atomic::{AtomicIsize, Ordering};
 
-/// Bytes that the whole program has allocated and not freed.
+/// Allocated bytes of the whole program that are not freed.
 pub(crate) static LIVE: AtomicIsize = AtomicIsize::new(0);
 
 thread_local! {
@@ -22,7 +22,7 @@ pub(crate) fn operations() -> u64 {
 /// Counts an operation that allocates so many bytes, or frees them.
 fn count(bytes: isize) {
     LIVE.fetch_add(bytes, Ordering::Relaxed);
-    // A thread that is ending has no count any more.
+    // A thread in destruction has no count any more.
     let _ = OPERATIONS.try_with(|operations| operations.set(operations.get() + 1));
 }
 
@@ -37,10 +37,10 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         count(-layout.size().cast_signed());
-        // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
-        unsafe { System.dealloc(place, layout) }
+        // SAFETY: `pointer` came from `System` through this allocator with this layout, as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
@@ -49,9 +49,9 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc_zeroed(layout) }
     }
 
-    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         count(size.cast_signed() - layout.size().cast_signed());
-        // SAFETY: `place` came from `System` through this allocator with this layout, as the caller promises.
-        unsafe { System.realloc(place, layout, size) }
+        // SAFETY: `pointer` came from `System` through this allocator with this layout, as the caller promises.
+        unsafe { System.realloc(pointer, layout, size) }
     }
 }

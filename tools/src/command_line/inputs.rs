@@ -1,4 +1,4 @@
-//! Inputs that a command line names: scenes, materials, positions, sounds.
+//! Inputs of a command line: scenes, materials, positions, sounds.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use foresound::scene::layout::{SceneLayout, Walk};
 use foresound::scene::{MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural};
 use foresound::{Error, Result};
 use foresound_tools::clip::{Clip, load_clip};
-use foresound_tools::listener_path::parse_place;
+use foresound_tools::listener_path::parse_position;
 use glam::Vec3;
 
-/// How to read a mesh.
+/// Options of reading a mesh.
 #[derive(clap::Args, Clone, Default)]
 pub(crate) struct SceneArguments {
     /// Materials by name (TOML), in addition to the built-in table and the scene's own.
@@ -135,7 +135,7 @@ fn scene_file(named: &Path) -> Result<PathBuf> {
     Ok(named.to_owned())
 }
 
-/// A file of the repository's `assets`: from the working folder, or else from where the program was built.
+/// A file of the repository's `assets`: from the working folder, or else from the folder of the build.
 pub(crate) fn asset(name: &str) -> Result<PathBuf> {
     let here = Path::new("assets").join(name);
     let built = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -155,12 +155,12 @@ pub(crate) fn asset(name: &str) -> Result<PathBuf> {
 
 /// A source and its sound.
 pub(crate) struct SourceArgument {
-    pub(crate) place: SourcePlace,
+    pub(crate) position: SourcePosition,
     pub(crate) file: PathBuf,
 }
 
 /// Position of a source.
-pub(crate) enum SourcePlace {
+pub(crate) enum SourcePosition {
     /// A position in metres.
     At(Vec3),
     /// A source of the scene's layout, with all its settings.
@@ -169,7 +169,7 @@ pub(crate) enum SourcePlace {
 
 /// `x,y,z=voice.wav` or `NAME=voice.wav`.
 pub(crate) fn parse_source(text: &str) -> Result<SourceArgument> {
-    let Some((place, file)) = text.split_once('=').filter(|(_, file)| !file.is_empty()) else {
+    let Some((position, file)) = text.split_once('=').filter(|(_, file)| !file.is_empty()) else {
         let advice = "write x,y,z=voice.wav";
         return Err(Error::setting(
             "--source",
@@ -178,18 +178,18 @@ pub(crate) fn parse_source(text: &str) -> Result<SourceArgument> {
         ));
     };
     let starts_as_name = |text: &str| text.starts_with(|c: char| c.is_alphabetic() || c == '_');
-    let place = if starts_as_name(place) && !place.contains(',') {
-        SourcePlace::Named(place.to_owned())
+    let position = if starts_as_name(position) && !position.contains(',') {
+        SourcePosition::Named(position.to_owned())
     } else {
-        SourcePlace::At(parse_place("--source", place)?)
+        SourcePosition::At(parse_position("--source", position)?)
     };
     Ok(SourceArgument {
-        place,
+        position,
         file: file.into(),
     })
 }
 
-impl SourcePlace {
+impl SourcePosition {
     /// The source itself, under the handle of its slot.
     pub(crate) fn pose(&self, slot: usize, layout: Option<&SceneLayout>) -> Result<SourcePose> {
         let id = SourceId::new(slot as u16, 0);
@@ -243,7 +243,7 @@ pub(crate) fn within(
     ))
 }
 
-/// A clip of one of the sixteen voices; numbers beyond them begin anew.
+/// A clip of one of the sixteen voices; higher numbers wrap around.
 pub(crate) fn voice(number: usize, rate_hz: u32) -> Result<Clip> {
     let file = asset(&format!("speech/voice{:02}.wav", number % 16 + 1))?;
     load_sound(&file, rate_hz)

@@ -2,7 +2,7 @@
 //! `scenes`, and with the feature `play` also `play`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file gives one line with advice
-//! and exit code 2; a law that does not hold gives exit code 1.
+//! and exit code 2; a violated law gives exit code 1.
 
 #![expect(
     clippy::print_stdout,

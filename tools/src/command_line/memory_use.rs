@@ -56,7 +56,7 @@ fn live_mb() -> f64 {
     counting::LIVE.load(Ordering::Relaxed) as f64 / 1_048_576.0
 }
 
-/// Memory in use in MB; 0 where the system does not say.
+/// Memory in use in MB; 0 where the system does not report it.
 pub(crate) fn resident_mb() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

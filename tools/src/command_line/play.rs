@@ -169,7 +169,7 @@ impl Session {
             if self.controller.state() == EngineState::PropagationFailed {
                 self.controller.restart()?;
             }
-            self.look_after_device(time_s);
+            self.poll_device(time_s);
             if arguments.trace.is_some() {
                 self.controller.collect_spans(&mut self.log);
             }
@@ -187,7 +187,7 @@ impl Session {
     }
 
     /// Reports when the device is lost or found.
-    fn look_after_device(&mut self, time_s: f64) {
+    fn poll_device(&mut self, time_s: f64) {
         let state = self.device.poll(time_s);
         let same = std::mem::discriminant(&state) == std::mem::discriminant(&self.heard);
         match &state {

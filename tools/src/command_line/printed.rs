@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// Columns that a line of text has at most.
+/// Maximum columns of a line of text.
 const COLUMNS: usize = 110;
 
 /// Prints the keys and values of an object in paragraphs; nested keys are joined by dots.

@@ -10,7 +10,7 @@ const BIN: f64 = 0.001;
 /// Up to four periods; longer blocks share the last bin.
 const BINS: usize = 4001;
 
-/// Blocks by the share of the period that they worked.
+/// Blocks by the share of the period that they took.
 pub(crate) struct ProcessorShares {
     period_s: f64,
     bins: Box<[AtomicU64]>,
@@ -61,9 +61,9 @@ mod tests {
             shares.record(Duration::from_micros(1005));
         }
         shares.record(Duration::from_secs(1));
-        for (share, wanted) in [(0.5, 0.101), (0.999, 0.101), (1.0, 4.001)] {
+        for (share, expected) in [(0.5, 0.101), (0.999, 0.101), (1.0, 4.001)] {
             let found = shares.percentile(share).unwrap_or_default();
-            assert!((found - wanted).abs() < 1e-9, "{share}: {found}");
+            assert!((found - expected).abs() < 1e-9, "{share}: {found}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A progress bar for what takes longer than a second, on standard error.
+//! A progress bar for work longer than a second, on standard error.
 
 use std::time::{Duration, Instant};
 
@@ -42,7 +42,7 @@ impl Progress {
         self.advance(1, false);
     }
 
-    /// Adds to the work done; kept results cost nothing and leave the whole instead.
+    /// Adds to the work done; cached results cost nothing and reduce the total instead.
     pub(crate) fn advance(&mut self, steps: u64, kept: bool) {
         if kept {
             self.bar.dec_length(steps);

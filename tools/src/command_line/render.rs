@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// Position of the listener, or a CSV file with the columns t,x,y,z and optionally yaw and pitch in degrees.
     #[arg(long, value_name = "PATH.csv|x,y,z", allow_hyphen_values = true)]
     listener: String,
-    /// A moving part: an OBJ file in coordinates of its own, and the path of its origin as for the listener; may be given
+    /// A moving part: an OBJ file in its own coordinates, and the path of its origin as for the listener; may be given
     /// many times.
     #[arg(
         long = "part",
@@ -152,7 +152,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .collect::<Result<_>>()?;
     let mut sounds = Vec::with_capacity(sources.len());
     for (slot, source) in sources.iter().enumerate() {
-        let pose = source.place.pose(slot, loaded.layout.as_ref())?;
+        let pose = source.position.pose(slot, loaded.layout.as_ref())?;
         let clip = load_sound(&source.file, arguments.rate)?;
         sounds.push(Sound {
             source: pose,

@@ -73,7 +73,7 @@ impl Restless {
         falls && self.changes.contains(&change)
     }
 
-    /// One graphics frame: something may come, go, change; everything moves.
+    /// One graphics frame: random additions, removals and changes; everything moves.
     pub(crate) fn frame(&mut self, time_s: f64) -> Result<()> {
         let is_fixed = !self.changes.contains(&Change::Sources);
         // Without that change all sources are added at the start.

@@ -11,7 +11,7 @@ use foresound::output::wav::WavSink;
 use foresound::runtime::{OfflineSettings, Schedule};
 use foresound::scene::{SourceId, SourcePose};
 use foresound_tools::clip::Clip;
-use foresound_tools::listener_path::{ListenerPath, parse_place};
+use foresound_tools::listener_path::{ListenerPath, parse_position};
 use foresound_tools::room_parameters::{BandParameters, room_parameters};
 use serde_json::json;
 
@@ -52,8 +52,8 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let position = parse_place("--source", &arguments.source)?;
-    let listener = ListenerPath::Standing(parse_place("--listener", &arguments.listener)?);
+    let position = parse_position("--source", &arguments.source)?;
+    let listener = ListenerPath::AtRest(parse_position("--listener", &arguments.listener)?);
     within("--seconds", arguments.seconds, 0.1..=60.0, " s")?;
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;

@@ -1,4 +1,4 @@
-//! `scenes`: writes the benchmark scenes as they are committed.
+//! `scenes`: writes the benchmark scenes as committed.
 
 use std::path::PathBuf;
 

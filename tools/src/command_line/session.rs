@@ -20,7 +20,7 @@ pub(crate) struct Sound {
     pub(crate) looped: bool,
 }
 
-/// A moving part of the scene, in coordinates of its own.
+/// A moving part of the scene, in its own coordinates.
 pub(crate) struct MovingPart {
     pub(crate) part: Arc<Scene>,
     /// Position of its origin and its rotation.
@@ -38,7 +38,7 @@ impl MovingPart {
     }
 }
 
-/// What to render.
+/// Inputs of a rendering.
 pub(crate) struct Session<'a> {
     pub(crate) what: &'static str,
     pub(crate) scene: &'a Arc<Scene>,

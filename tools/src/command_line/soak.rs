@@ -31,7 +31,7 @@ use crate::traces::write_trace;
 const GRAPHICS_FRAME: Duration = Duration::from_micros(16_667);
 /// Seconds until memory has settled: by then every scene, source and ring has been used.
 const SETTLED_S: f64 = 60.0;
-/// Slots of the generator: more sources than that share them.
+/// Slots of the generator: more sources share them.
 const SLOTS: usize = 16;
 /// Scenes that are swapped.
 const SCENES: [&str; 2] = ["concert_hall", "doorway"];

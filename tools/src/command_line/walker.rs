@@ -15,10 +15,10 @@ const HELD_S: f32 = 0.15;
 /// Walking speed in m/s and turning speed in rad/s.
 const WALK_M_S: f32 = 1.4;
 const TURN_PER_S: f32 = 1.5;
-/// Nearest to a wall, in metres.
+/// Minimum distance to a wall, in metres.
 const CLEARANCE_M: f32 = 0.3;
 
-/// A direction that a key stands for.
+/// The direction of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pressed {
     Ahead,
@@ -40,7 +40,7 @@ pub(crate) struct Walker {
 }
 
 impl Walker {
-    /// At the standing position of the scene's walk.
+    /// At the initial position of the scene's walk.
     pub(crate) fn new(loaded: &LoadedScene) -> Self {
         let walk = loaded.walk();
         let report = loaded.scene.report();
@@ -75,7 +75,7 @@ impl Walker {
         ListenerPose::facing(self.position, self.yaw)
     }
 
-    /// A step, unless a wall is in the way.
+    /// A step, unless a wall blocks it.
     fn go(&mut self, step: Vec3) {
         let Some(ahead) = step.try_normalize() else {
             return;

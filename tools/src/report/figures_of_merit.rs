@@ -5,7 +5,7 @@ use crate::cells::Condition;
 use crate::scores::Spread;
 use crate::si_snr::{CAP_DB, capped_text};
 
-/// Targets of `best` with a standing and a walking listener: PESQ, SSIM, SI-SNR.
+/// Targets of `best` with a listener at rest and a walking one: PESQ, SSIM, SI-SNR.
 const TARGETS: [[f64; 3]; 2] = [[4.63, 0.9995, 40.0], [4.50, 0.990, 25.0]];
 
 /// The predictors in the order of the tables.

@@ -64,7 +64,7 @@ pub struct Row {
     pub wav_stem: String,
 }
 
-/// A picture with what it shows.
+/// A picture with a title and a caption.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Title; figures of one title are grouped.

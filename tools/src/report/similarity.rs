@@ -1,4 +1,4 @@
-//! Table 5 in the paper's own shape: a column a number of sources, ours and the printed figure below each other.
+//! Table 5 in the paper's own layout: a column a number of sources, ours and the printed figure below each other.
 
 use super::Row;
 use super::figures_of_merit::{PLAIN, figures};

@@ -1,12 +1,12 @@
-//! A picture of where two sounds differ: structural similarity over time and frequency (the paper's Figure 6).
+//! A picture of the differences of two sounds: structural similarity over time and frequency (the paper's Figure 6).
 
-use crate::chart::{Picture, head, px, sequential};
+use crate::chart::{Picture, draw_title, px, sequential};
 use crate::mel::{HOP_LENGTH, MEL_BANDS, MelAnalyser, mel_of_hz};
 use crate::mel_map::{LEFT_PX, MelMap};
 use crate::ssim::{LEAST_SIZE, ssim_map};
 use foresound::Result;
 
-/// What the picture shows: both ears' powers averaged.
+/// Input of the picture: both ears' powers averaged.
 pub struct SimilarityMap<'a> {
     /// One line above the map.
     pub title: &'a str,
@@ -41,7 +41,7 @@ impl SimilarityMap<'_> {
         };
         Picture::draw(1400, 400, |area| {
             let caption = format!("SSIM {mean:.4}");
-            head(area, px(LEFT_PX), self.title, &caption)?;
+            draw_title(area, px(LEFT_PX), self.title, &caption)?;
             let (_, below) = area.split_vertically(px(70.0));
             MelMap {
                 label: "",

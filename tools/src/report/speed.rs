@@ -1,4 +1,4 @@
-//! Tables 3 and 4: the rows of `bench speed --json` beside what the paper printed.
+//! Tables 3 and 4: the rows of `bench speed --json` beside the paper's figures.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! Marks on a plan: sources, the listener's head, labels, the scale. All lengths and positions are fine pixels.
+//! Marks on a plan: sources, the listener, labels, the scale. All lengths and positions are fine pixels.
 
 use glam::{Vec2, Vec3, vec2};
 use plotters::element::DashedPathElement;
@@ -32,7 +32,7 @@ pub(super) fn draw_listener(area: &Area<'_>, frame: &PlanFrame, listener: &Liste
     draw_head(area, frame.pixel(listener.position), ahead)
 }
 
-/// A head with a nose.
+/// The listener: a head with a nose.
 pub(super) fn draw_head(area: &Area<'_>, at: Vec2, ahead: Vec2) -> Drawn {
     for (grow, colour) in [(4.0, WHITE), (0.0, INK)] {
         let radius = LISTENER_RADIUS + grow;

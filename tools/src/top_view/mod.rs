@@ -11,7 +11,8 @@ use self::marks::{
     label_centre, point,
 };
 use super::chart::{
-    AXIS, Area, Drawn, FINENESS, INK, LABEL, Picture, SMALL, TEXT, head, legend, px, text_style,
+    AXIS, Area, Drawn, FINENESS, INK, LABEL, Picture, SMALL, TEXT, draw_title, legend, px,
+    text_style,
 };
 use super::floor_plan::draw_plan;
 use super::plan_ground::PlanFrame;
@@ -28,7 +29,7 @@ const HEAD_PX: f32 = 84.0;
 const LEAST_WIDTH_PX: f32 = 1000.0;
 /// Height of a line of the legend, in pixels.
 const LEGEND_LINE_PX: f32 = 30.0;
-/// The cut above the listener's ears, in metres: below the head of a door, above whatever one looks over.
+/// The cut above the listener's ears, in metres: below a door's lintel, above furniture of eye height.
 const CUT_ABOVE_EARS_M: f32 = 0.3;
 
 /// Kinds of paths: by reflection order, and last all diffracted ones.
@@ -84,7 +85,7 @@ pub fn path_lines(set: &PathSet) -> Vec<PathLine> {
     set.paths.iter().filter_map(line).collect()
 }
 
-/// What the picture shows. World coordinates in metres, +y up; +x is to the right, +z down the picture.
+/// Content of the picture. World coordinates in metres, +y up; +x is to the right, +z down the picture.
 #[derive(Default)]
 pub struct TopView<'a> {
     /// Title of the whole.
@@ -110,7 +111,7 @@ impl TopView<'_> {
     /// Draws the picture, 1400 pixels wide unless the scene is much deeper than wide.
     ///
     /// # Errors
-    /// [`Error::Setting`] if there is nothing to draw.
+    /// [`Error::Setting`] if the scene is empty.
     pub fn draw(&self) -> Result<Picture> {
         let plan = self.plan()?;
         let lines = if self.paths.is_empty() { 2.0 } else { 3.0 };
@@ -118,7 +119,7 @@ impl TopView<'_> {
         let width = (size.x + 2.0 * MARGIN_PX).max(LEAST_WIDTH_PX);
         let height = HEAD_PX + size.y + lines * LEGEND_LINE_PX + 28.0;
         Picture::draw(width as usize, height as usize, |area| {
-            head(area, px(MARGIN_PX), self.title, self.caption)?;
+            draw_title(area, px(MARGIN_PX), self.title, self.caption)?;
             draw_plan(area, &plan, self.triangles, self.cut())?;
             self.draw_paths(area, &plan)?;
             if let Some(ends) = self.walk {
@@ -149,7 +150,7 @@ impl TopView<'_> {
         }
     }
 
-    /// The largest plan that holds everything.
+    /// The largest plan with all content.
     fn plan(&self) -> Result<PlanFrame> {
         let marks = self.sources.iter().map(|s| s.0);
         let marks = marks
@@ -167,7 +168,7 @@ impl TopView<'_> {
                 "give a scene with triangles",
             ));
         };
-        // A hair of floor around, and at least a metre.
+        // A small margin of floor around, and at least a metre.
         let border = ((high - low) * 0.02).max(Vec2::splat(0.5));
         let (low, high) = (low - border, high + border);
         let size_m = high - low;

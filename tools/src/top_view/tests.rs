@@ -1,4 +1,4 @@
-//! Made-up scenes, drawn. With FORESOUND_FIGURES set to a folder the pictures are kept there to be looked at.
+//! Synthetic scenes, drawn. With FORESOUND_FIGURES set to a folder the pictures are written there for inspection.
 
 use super::*;
 use glam::vec3;
@@ -159,7 +159,7 @@ fn terrain() -> Vec<[Vec3; 3]> {
     triangles
 }
 
-/// Lines that look like paths: over points on the bounds of a box.
+/// Synthetic paths: lines over points on the bounds of a box.
 fn lines(
     sources: &[(Vec3, String)],
     listener: Vec3,
@@ -241,7 +241,7 @@ fn rooms_are_cut_open_below_the_lintels() {
 }
 
 #[test]
-fn hills_and_crowds_of_paths_stay_readable() {
+fn hills_and_many_paths_are_drawn() {
     let triangles = terrain();
     assert!(triangles.len() > 100_000);
     let mut dice = Dice(8);
@@ -283,7 +283,7 @@ fn hills_and_crowds_of_paths_stay_readable() {
 }
 
 #[test]
-fn deep_scenes_and_lone_marks_are_drawn() {
+fn deep_scenes_and_single_marks_are_drawn() {
     let mut corridor = Vec::new();
     push_box(&mut corridor, vec3(0.0, -0.1, 0.0), vec3(3.0, 0.0, 60.0), 2);
     push_box(&mut corridor, vec3(1.0, 0.0, 20.0), vec3(2.0, 3.0, 21.0), 2);
@@ -345,7 +345,7 @@ fn labels_avoid_marks_and_each_other() {
 }
 
 #[test]
-fn bent_paths_are_told_from_direct_ones() {
+fn diffracted_paths_are_counted_apart_from_direct_ones() {
     let line = |order, diffraction_order| PathLine {
         points: vec![Vec3::ZERO, Vec3::X],
         order,

@@ -8,7 +8,7 @@ use foresound::error::Result;
 use foresound::propagation::transmission::direct_path;
 use foresound::scene::SourceId;
 
-/// Printed values in dB/km, computed by others from the standard's formula.
+/// Published values in dB/km from the standard's formula.
 const DB_PER_KM: [f64; 8] = [0.123, 0.445, 1.318, 2.733, 4.665, 9.855, 29.419, 103.912];
 
 /// Loss over a kilometre against the table.

@@ -10,7 +10,7 @@ use foresound::propagation::diffraction::complex::Complex;
 use foresound::propagation::diffraction::utd::wedge_field;
 use foresound::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles};
 
-/// Speed of sound in m/s of the kernel's cases; any other would do.
+/// Speed of sound in m/s of the kernel's cases; its value does not matter.
 const SPEED_M_S: f64 = 343.4;
 
 /// All figures of the law.

@@ -20,13 +20,13 @@ use foresound::scene::{ListenerPose, SourceId, SourcePose};
 /// Width of the windows that energy is counted in, in seconds.
 pub const WINDOW_S: f64 = 0.04;
 
-/// How many there are; all of them are the total.
+/// Number of windows; all of them are the total.
 pub const WINDOWS: usize = 16;
 
 /// Particles of the oracle: some 10,000 fly through the ball, 1 % of a window's energy.
 const PARTICLES: u32 = 50_000;
 
-/// Windows that a bound holds for: 0 to 80 ms, 80 to 160 ms, 160 to 320 ms after emission.
+/// Windows with a bound: 0 to 80 ms, 80 to 160 ms, 160 to 320 ms after emission.
 const SPANS: [(usize, usize); 3] = [(0, 2), (2, 4), (4, 8)];
 
 /// Level below the loudest window at which a window no longer belongs to the join, an energy ratio: 30 dB.
@@ -87,8 +87,8 @@ pub fn measure(size: [f64; 3], scattering: f32) -> Result<Case> {
             ..wall.clone()
         }),
     )?;
-    let place = |share: [f64; 3]| std::array::from_fn::<f64, 3, _>(|a| share[a] * size[a]);
-    let (source, listener) = (place([0.3, 0.4, 0.4]), place([0.68, 0.61, 0.55]));
+    let position = |share: [f64; 3]| std::array::from_fn::<f64, 3, _>(|a| share[a] * size[a]);
+    let (source, listener) = (position([0.3, 0.4, 0.4]), position([0.68, 0.61, 0.55]));
     let narrow = |p: [f64; 3]| Vec3::from(p.map(|v| v as f32));
     let pose = SourcePose::at(SourceId::new(0, 0), narrow(source));
     let ear = ListenerPose::facing(narrow(listener), 0.0);

@@ -1,4 +1,4 @@
-//! Pictures of the late field's laws: reverberation time by band beside Eyring's, and the energy in time of discrete
+//! Pictures of the late field's laws: reverberation time by band beside Eyring's, and the energy over time of discrete
 //! paths and late reverb beside the exact response.
 
 use std::path::{Path, PathBuf};
@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use plotters::prelude::*;
 
 use super::{decay, joining};
-use crate::chart::{Area, Axes, Drawn, Picture, Ticked, head, hz_text, legend, px};
+use crate::chart::{Area, Axes, Drawn, Picture, Ticked, draw_title, hz_text, legend, px};
 use foresound::acoustics::BANDS;
 use foresound::error::Result;
 
-/// Colours that stay apart in grey and for the colour-blind (\[OKABE08\]).
+/// Colours that are distinct in grey and for the colour-blind (\[OKABE08\]).
 const OURS: RGBColor = RGBColor(0, 114, 178);
 const EXACT: RGBColor = RGBColor(28, 32, 40);
 const PATHS: RGBColor = RGBColor(230, 159, 0);
@@ -50,7 +50,7 @@ fn sheet<C>(
 ) -> Result<Picture> {
     let rows = cases.len().div_ceil(3);
     Picture::draw(1380, 96 + rows * 320, |area| {
-        head(area, px(24.0), title, "")?;
+        draw_title(area, px(24.0), title, "")?;
         let entries: Vec<_> = entries
             .iter()
             .map(|(text, colour)| ((*text).to_owned(), *colour))

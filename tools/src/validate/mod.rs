@@ -25,13 +25,13 @@ use foresound::error::{Error, Result};
 pub struct Row {
     /// The law, and behind a colon the case.
     pub law: String,
-    /// What was measured.
+    /// The measured quantity.
     pub figure: f64,
-    /// What it is held against.
+    /// The bound.
     pub bound: f64,
     /// Unit of both.
     pub unit: &'static str,
-    /// Whether the figure keeps to the bound.
+    /// Whether the figure is within the bound.
     pub pass: bool,
 }
 
@@ -57,7 +57,7 @@ impl Row {
     }
 }
 
-/// Rows of one case: its name, a comma and what is measured.
+/// Rows of one case: its name, a comma and the measured quantity.
 struct Case {
     name: String,
     rows: Vec<Row>,

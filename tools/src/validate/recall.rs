@@ -1,12 +1,12 @@
-//! Law *recall*: the share of all paths to order 4 that propagation finds in rooms that are no boxes, after one update
-//! and after sixteen, and how many it invents or loses while a listener walks. The oracle enumerates all paths.
+//! Law *recall*: the share of all paths to order 4 that propagation finds in non-rectangular rooms, after one update and
+//! after sixteen, and the share of false births and deaths while a listener walks. The oracle enumerates all paths.
 
 #[path = "../../../tests/reference/full_enumeration.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 mod oracle;
 #[path = "../../../tests/reference/visibility.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
-#[allow(dead_code, reason = "the oracle answers more than is asked here")]
+#[allow(dead_code, reason = "only part of the oracle is used here")]
 mod visibility;
 
 use std::collections::HashMap;
@@ -22,7 +22,7 @@ use foresound::propagation::{MAX_ORDER, PathSet, PropagationSettings};
 /// Source and listener pairs in each room.
 const PAIRS: u64 = 24;
 
-/// Updates that a walk has, and metres between two of them: 1.4 m/s at 20 updates a second.
+/// Updates of a walk, and metres between two of them: 1.4 m/s at 20 updates a second.
 const WALK: (u32, f32) = (40, 0.07);
 
 /// Walks in each room.
@@ -48,7 +48,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// A room as the oracle sees it.
+/// A room in the oracle's representation.
 struct OracleRoom {
     triangles: Vec<[Vec3; 3]>,
     planes: Vec<oracle::Plane>,
@@ -127,15 +127,15 @@ fn recall(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Vec<Row>> {
         let mut pair = Probe::new(&room.scene, source, PropagationSettings::default())?;
         for update in 1..=16 {
             pair.update(listener);
-            let Some(look) = [1, 16].iter().position(|&at| at == update) else {
+            let Some(index) = [1, 16].iter().position(|&at| at == update) else {
                 continue;
             };
             for planes in oracle_room.found(&pair.set) {
                 compared += 1;
                 match truth.get(&planes) {
                     Some(energy) => {
-                        found[look] += 1;
-                        energy_found[look] += energy;
+                        found[index] += 1;
+                        energy_found[index] += energy;
                     }
                     None => wrong += 1,
                 }
@@ -144,19 +144,19 @@ fn recall(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Vec<Row>> {
     }
     let percent = |share: f64, whole: f64| 100.0 * share / whole.max(f64::MIN_POSITIVE);
     let mut case = super::Case::new(format!("recall: {}", room.name));
-    for (look, after) in ["one update", "sixteen updates"].into_iter().enumerate() {
-        let paths = percent(found[look] as f64, expected as f64);
-        case.at_least(after, paths, room.bounds[look], "% of paths");
-        let energy = percent(energy_found[look], energy_expected);
+    for (index, after) in ["one update", "sixteen updates"].into_iter().enumerate() {
+        let paths = percent(found[index] as f64, expected as f64);
+        case.at_least(after, paths, room.bounds[index], "% of paths");
+        let energy = percent(energy_found[index], energy_expected);
         case.at_least(after, energy, ENERGY, "% of energy");
     }
     // One in a thousand is nearer to an edge than single precision resolves.
     let invented = percent(wrong as f64, compared as f64);
-    case.at_most("paths that are none", invented, 0.1, "% of paths");
+    case.at_most("false paths", invented, 0.1, "% of paths");
     Ok(case.rows)
 }
 
-/// Changes of the path set that the truth does not have, while a listener walks.
+/// Changes of the path set that the true set does not have, while a listener walks.
 fn walks(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Row> {
     let (mut spurious, mut paths) = (0usize, 0usize);
     for number in 0..WALKS {
@@ -190,7 +190,7 @@ fn walks(room: &RecallRoom, oracle_room: &OracleRoom) -> Result<Row> {
     Ok(Row::at_most(law, share, SPURIOUS, "% an update"))
 }
 
-/// A start and a level direction that stays free of walls for a distance.
+/// A start and a horizontal direction free of walls for a distance.
 fn free_line(room: &RecallRoom, seed: u64, distance_m: f32) -> (Vec3, Vec3) {
     for attempt in 0u64..1000 {
         let (start, towards) = (

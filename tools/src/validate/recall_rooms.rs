@@ -1,4 +1,4 @@
-//! Rooms that recall is measured in: an L, two rooms with a door, a room with boxes, a corridor.
+//! Rooms of the law *recall*: an L, two rooms with a door, a room with boxes, a corridor.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use foresound::error::Result;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::scene::{Scene, TriangleMesh};
 
-/// Nearest that sources and listeners come to a wall, in metres.
+/// Minimum distance of sources and listeners from a wall, in metres.
 const CLEARANCE_M: f32 = 0.2;
 
 /// Energy that every wall absorbs.
@@ -58,7 +58,7 @@ pub(super) fn all() -> Result<Vec<RecallRoom>> {
     Ok(vec![l_room()?, two_rooms()?, boxes()?, corridor()?])
 }
 
-/// Collects rectangles that lie across an axis.
+/// Collects rectangles perpendicular to an axis.
 #[derive(Default)]
 struct Rectangles {
     mesh: TriangleMesh,

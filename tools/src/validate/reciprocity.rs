@@ -62,7 +62,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
             100.0,
             "paths",
         ),
-        Row::at_most("reciprocity: paths missing the other way", lost, 0.0, "%"),
+        Row::at_most("reciprocity: paths missing in reverse", lost, 0.0, "%"),
         Row::at_most("reciprocity: amplitude", worst, 1e-5, "relative"),
     ])
 }

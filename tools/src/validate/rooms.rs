@@ -1,4 +1,4 @@
-//! Rooms that laws are measured in, and a propagator with one source.
+//! Rooms of the laws, and a propagator with one source.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use foresound::scene::{
     procedural,
 };
 
-/// A material of even absorption and scattering that lets nothing through.
+/// A material of even absorption and scattering, without transmission.
 pub fn even(name: &str, absorption: f32, scattering: f32) -> Material {
     Material {
         name: name.to_owned(),

@@ -22,7 +22,7 @@ use foresound::scene::Scene;
 const PAIRS: u64 = 12;
 
 /// Updates after which recall is measured.
-const LOOKS: [u32; 3] = [1, 8, 16];
+const MEASURED_UPDATES: [u32; 3] = [1, 8, 16];
 
 /// Sample rate of arrival errors.
 const RATE_HZ: f64 = 48_000.0;
@@ -70,13 +70,13 @@ fn room_rows(size: [f64; 3]) -> Result<Vec<Row>> {
     let mut tally = Tally::default();
     for pair in 0..PAIRS {
         // Anywhere but within 0.2 m of a wall.
-        let place = |side: u64| {
+        let position = |side: u64| {
             std::array::from_fn::<f32, 3, _>(|axis| {
                 let draw = unit(mix(pair << 8 | side << 4 | axis as u64));
                 0.2 + draw * (size[axis] as f32 - 0.4)
             })
         };
-        measure_pair(&scene, &room, place(0), place(1), &mut tally)?;
+        measure_pair(&scene, &room, position(0), position(1), &mut tally)?;
     }
     let name = format!("shoebox: {} x {} x {} m", size[0], size[1], size[2]);
     Ok(tally.rows(&name))
@@ -99,9 +99,9 @@ fn measure_pair(
         tally.expected[image.order as usize] += 1;
     }
     let mut probe = Probe::new(scene, source.into(), PropagationSettings::default())?;
-    for update in 1..=LOOKS[LOOKS.len() - 1] {
+    for update in 1..=MEASURED_UPDATES[MEASURED_UPDATES.len() - 1] {
         probe.update(listener.into());
-        if LOOKS.contains(&update) {
+        if MEASURED_UPDATES.contains(&update) {
             compare(scene, room, &truth, &probe.set.paths, update, tally);
         }
     }
@@ -131,9 +131,9 @@ fn compare(
         for &surface in path.surfaces() {
             counts[wall_of(scene, room, surface)] += 1;
         }
-        let place = path.image.to_array().map(f64::from);
+        let position = path.image.to_array().map(f64::from);
         let near =
-            |image: &oracle::Image| (0..3).all(|a| (image.position[a] - place[a]).abs() < 1e-3);
+            |image: &oracle::Image| (0..3).all(|a| (image.position[a] - position[a]).abs() < 1e-3);
         let found = truth
             .iter()
             .position(|image| image.wall_counts == counts && near(image))
@@ -149,7 +149,7 @@ fn compare(
         let off_samples = off_m / scene.speed_of_sound_m_s() * RATE_HZ;
         tally.worst_arrival_samples = tally.worst_arrival_samples.max(off_samples);
         for b in 0..BANDS {
-            // A factor that passes through zero has no level; below −120 dB it has none either.
+            // A factor that passes through zero has no level, nor one below −120 dB.
             let nearest = image.amplitude[b].abs().max(1e-6);
             let off = f64::from(path.amplitude[b]) - image.amplitude[b];
             let off_db = 20.0 * (1.0 + off.abs() / nearest).log10();
@@ -162,7 +162,7 @@ impl Tally {
     fn rows(&self, name: &str) -> Vec<Row> {
         let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
         let mut case = super::Case::new(name.to_owned());
-        for (update, bound) in LOOKS.into_iter().zip([99.5, 100.0, 100.0]) {
+        for (update, bound) in MEASURED_UPDATES.into_iter().zip([99.5, 100.0, 100.0]) {
             let found = self.found.get(&update).copied().unwrap_or_default();
             let all = share(found.iter().sum(), self.expected.iter().sum());
             case.at_least(&format!("recall after {update} updates"), all, bound, "%");

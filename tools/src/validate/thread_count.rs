@@ -10,7 +10,7 @@ use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourceId, SourcePose, procedural,
 };
 
-/// Numbers of threads that are held against one.
+/// Numbers of threads compared with one.
 const THREADS: [usize; 3] = [2, 3, 5];
 
 /// Updates of a walk that are compared, and metres between two of them.
@@ -50,9 +50,9 @@ fn walk(
 ) -> Result<Vec<u32>> {
     let threads = Threads::start(threads)?;
     let mut propagator = Propagator::new(Arc::clone(scene), PropagationSettings::default())?;
-    let places = (0..).zip(benchmark.sources.iter().take(SOURCES));
-    let sources: Vec<_> = places
-        .map(|(slot, (_, place))| SourcePose::at(SourceId::new(slot, 0), *place))
+    let positions = (0..).zip(benchmark.sources.iter().take(SOURCES));
+    let sources: Vec<_> = positions
+        .map(|(slot, (_, position))| SourcePose::at(SourceId::new(slot, 0), *position))
         .collect();
     let onward = (benchmark.walk.to - benchmark.walk.from).normalize_or_zero();
     let mut set = PathSet::default();
@@ -94,7 +94,7 @@ fn put_words(set: &PathSet, words: &mut Vec<u32>) {
     }
 }
 
-/// Bits that differ; words that only one has differ in all.
+/// Number of different bits; words present on one side only differ in all bits.
 fn differing_bits(a: &[u32], b: &[u32]) -> u64 {
     let shared: u64 = a
         .iter()
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_bit_counts() {
+    fn every_bit_is_compared() {
         assert_eq!(differing_bits(&[1, 6, 0], &[1, 5, 0]), 2);
         assert_eq!(differing_bits(&[1], &[1, 5]), 32);
     }

@@ -1,4 +1,4 @@
-//! Law *transmission*: a wall's loss in each band is what its material says, as a sheet and as a solid.
+//! Law *transmission*: a wall's loss in each band equals its material's, as a sheet and as a solid.
 
 use glam::Vec3;
 
@@ -41,7 +41,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Squares across the x axis; they face away from each other in pairs, as the two faces of a wall do.
+/// Squares perpendicular to the x axis; they face away from each other in pairs, as the two faces of a wall do.
 fn parallel_faces(positions_m: &[f32]) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let material = mesh.material("wall");

@@ -1,4 +1,4 @@
-//! Settings out of range, and an engine that is asked for what it has not.
+//! Settings out of range, and engine calls with invalid handles, poses and samples.
 
 use std::sync::Arc;
 
@@ -22,13 +22,13 @@ pub(crate) fn small() -> EngineSettings {
     settings.generation.rate_hz = 16_000;
     settings.generation.max_sources = 1;
     settings.generation.max_delay_s = 0.05;
-    settings.hrtf = Some(head());
+    settings.hrtf = Some(hrtf());
     settings.affinity = AffinityPolicy::None;
     settings
 }
 
-fn head() -> Arc<Hrtf> {
-    Arc::new(Hrtf::omnidirectional(16_000).expect("a head"))
+fn hrtf() -> Arc<Hrtf> {
+    Arc::new(Hrtf::omnidirectional(16_000).expect("an HRTF set"))
 }
 
 pub(crate) fn make(errors: &mut Errors) {
@@ -47,12 +47,12 @@ fn settings(errors: &mut Errors) {
     with("no voices", &|s| s.generation.max_voices = 0);
     with("no distance", &|s| s.propagation.min_distance_m = 0.0);
     with("nine seconds", &|s| s.frame_time = FrameTime::Fixed(9.0));
-    with("another head", &|s| s.generation.rate_hz = 48_000);
+    with("another HRTF set", &|s| s.generation.rate_hz = 48_000);
     with("a ceiling", &|s| s.generation.ceiling_db = 3.0);
     with("no limit of time", &|s| {
         s.budget.update_s = Some(f64::NAN);
     });
-    with("no tier", &|s| {
+    with("no quality level", &|s| {
         s.budget = {
             let mut budget = Budget::default();
             budget.quality = QualityChoice::AtLeast(QualityLevel(200));
@@ -63,12 +63,12 @@ fn settings(errors: &mut Errors) {
         "a limiter",
         foresound::generation::Limiter::new(16_000, 3.0),
     );
-    errors.of("no such head", Hrtf::builtin(8000));
-    errors.of("no head", Hrtf::parse(b"no head", "a head"));
+    errors.of("no such HRTF set", Hrtf::builtin(8000));
+    errors.of("no HRTF set", Hrtf::parse(b"no head", "an HRTF set"));
     errors.of("a rate of 1 Hz", Hrtf::omnidirectional(1));
     errors.of("no threads", Threads::start(0));
     let device = NullDevice::start(0, 0, AffinityPolicy::None, |_| ());
-    errors.of("a device of nothing", device);
+    errors.of("a device without frames", device);
 }
 
 fn offline(errors: &mut Errors) {
@@ -81,7 +81,7 @@ fn offline(errors: &mut Errors) {
     let mut with = |what: &str, change: &dyn Fn(&mut OfflineSettings)| {
         let mut settings = good.clone();
         change(&mut settings);
-        let renderer = OfflineRenderer::new(committed(&room()), head(), settings);
+        let renderer = OfflineRenderer::new(committed(&room()), hrtf(), settings);
         errors.of(what, renderer.map(drop));
     };
     with("no frames", &|s| s.graphics_rate_hz = 0.0);
@@ -102,7 +102,7 @@ fn at_work(errors: &mut Errors) {
     let stale = SourceId::new(7, 7);
     errors.of("a stale source", controller.remove_source(stale));
     errors.of("a gain", controller.set_source_gain(id, -1.0));
-    errors.of("no place", controller.move_source(id, Vec3::NAN));
+    errors.of("not finite", controller.move_source(id, Vec3::NAN));
     errors.of("an empty stream", controller.stream(id, 0).map(drop));
     let flat = ListenerPose {
         orientation: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),

@@ -1,4 +1,4 @@
-//! Files that are not there, of the wrong kind or cannot be written, and sounds.
+//! Files that are missing, of the wrong kind or cannot be written, and sounds.
 
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ fn read(errors: &mut Errors, folder: &Path) {
     let endless = Path::new("/dev/zero");
     errors.of("endless materials", MaterialTable::load(endless));
     errors.of("an endless walk", ListenerPath::parse("/dev/zero"));
-    // Nothing is mapped where a process' memory begins: its file opens and cannot be read.
+    // The start of a process' memory is not mapped: its file opens and cannot be read.
     let unreadable = load_obj(Path::new("/proc/self/mem"), &options);
     errors.of("an unreadable file", unreadable);
 }
@@ -44,7 +44,7 @@ fn written(errors: &mut Errors, folder: &Path) {
     errors.of("below a file", WholeFile::create(file.join("below")));
     let long = folder.join("x".repeat(300));
     errors.of("a long name", WholeFile::create(long));
-    // What a disk would say, said by the content: tests may be root's, whom no folder refuses.
+    // A full disk's error, simulated by the content: tests may run as root, for whom no folder is read-only.
     for kind in [
         ErrorKind::PermissionDenied,
         ErrorKind::StorageFull,
@@ -113,5 +113,5 @@ fn sounds(errors: &mut Errors, folder: &Path) {
     let mut writer = hound::WavWriter::create(&odd, spec).expect("a file");
     writer.write_sample(f32::NAN).expect("written");
     writer.finalize().expect("written");
-    errors.of("a sample that is none", load_clip(odd, 44_100));
+    errors.of("a non-finite sample", load_clip(odd, 44_100));
 }

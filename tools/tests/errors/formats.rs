@@ -1,4 +1,4 @@
-//! Texts that are no mesh, no materials, no layout and no walk.
+//! Invalid meshes, materials, layouts and walks.
 
 use std::path::Path;
 
@@ -44,7 +44,7 @@ fn meshes(errors: &mut Errors) {
         errors.of(&text[..text.len().min(200)], load_obj(&path, &options));
     }
     let options = ObjOptions::default().with_scale(0.0);
-    errors.of("a scale of nothing", load_obj(&path, &options));
+    errors.of("a scale of zero", load_obj(&path, &options));
 }
 
 fn materials(errors: &mut Errors) {

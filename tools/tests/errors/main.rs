@@ -1,6 +1,6 @@
-//! `ERRORS.md` knows every error, and every row of it is an error that can be had: each is made here through the command
-//! line or the library and its text compared; and every advice that stands in the sources stands there too.
-#![expect(clippy::panic, reason = "a test says what is missing")]
+//! `ERRORS.md` lists every error, and every row of it is a real error: each is caused here through the command line or
+//! the library and its text compared; and every advice in the sources is in the table.
+#![expect(clippy::panic, reason = "a test reports the missing row")]
 
 mod engine;
 mod files;
@@ -15,12 +15,12 @@ use foresound::Error;
 
 use table::{row_of, table};
 
-/// The texts of errors that were made.
+/// The texts of the caused errors.
 #[derive(Default)]
 pub(crate) struct Errors(Vec<String>);
 
 impl Errors {
-    /// What has to fail, and does.
+    /// Records a result that must be an error.
     pub(crate) fn of<T>(&mut self, what: &str, result: Result<T, Error>) {
         match result {
             Ok(_) => panic!("{what} is no error"),
@@ -28,15 +28,15 @@ impl Errors {
         }
     }
 
-    /// A line that a program has printed.
+    /// Records a line that a program has printed.
     pub(crate) fn line(&mut self, line: &str) {
         self.0.push(line.to_owned());
     }
 }
 
-/// Rows that no test makes, and why.
+/// Rows that no test causes, and the reason for each.
 const NOT_MADE: [(&str, &str); 7] = [
-    // What a real device's backend says. Tests open none, since a machine may have one or not.
+    // Texts of a real device's backend. Tests open none, since a machine may lack one.
     (
         "there is no sound device",
         "plug one in, or start the sound system",
@@ -63,7 +63,7 @@ const NOT_MADE: [(&str, &str); 7] = [
         "… triangles, more than …",
         "simplify the model; sound needs walls, not ornaments",
     ),
-    // A defect of the library. Whoever finds one mends it.
+    // A defect of the library, to be fixed when found.
     (
         "building the scene panicked",
         "the scene before is kept; report the mesh",
@@ -90,12 +90,12 @@ fn every_row_is_an_error_and_every_error_has_a_row() {
             *made |= row == found;
         }
     }
-    for (says, advises) in NOT_MADE {
+    for (problem, advice) in NOT_MADE {
         let listed = rows
             .iter()
             .zip(&mut made)
-            .find(|(row, _)| row.says == says && row.advises == advises);
-        let (row, made) = listed.unwrap_or_else(|| panic!("{says}; {advises}: is no row"));
+            .find(|(row, _)| row.problem == problem && row.advice == advice);
+        let (row, made) = listed.unwrap_or_else(|| panic!("{problem}; {advice}: is no row"));
         assert!(!*made, "is made after all: {}", row.pattern());
         *made = true;
     }

@@ -1,4 +1,4 @@
-//! Meshes of an engine's arrays, and parts that move.
+//! Meshes of an engine's arrays, and moving parts.
 
 use std::sync::Arc;
 
@@ -48,7 +48,7 @@ pub(crate) fn make(errors: &mut Errors) {
     parts(errors);
 }
 
-/// Squares in one plane, cut in two: so many triangles and no edge within.
+/// Squares in one plane, cut in two: `triangles` triangles and no diffracting edge.
 fn tiles(triangles: usize) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let material = mesh.material("concrete");
@@ -74,7 +74,7 @@ fn parts(errors: &mut Errors) {
     let at = InstancePose::at(InstanceId::default(), DVec3::ONE);
     let mut scene = Arc::unwrap_or_clone(committed(&room()));
     let id = scene.add_instance(Arc::clone(&part), &at);
-    let id = id.expect("a place for one");
+    let id = id.expect("a slot");
     let nested = Arc::new(scene.clone());
     errors.of("a part with parts", scene.add_instance(nested, &at));
     let fine = committed(&tiles(MOST_IN_A_PART + 1));
@@ -85,7 +85,7 @@ fn parts(errors: &mut Errors) {
         InstancePose::from_matrix(id, scaled.to_cols_array_2d()),
     );
     let nowhere = InstancePose::at(id, DVec3::NAN);
-    errors.of("no place", scene.set_instance_pose(&nowhere));
+    errors.of("not finite", scene.set_instance_pose(&nowhere));
     let turned = InstancePose {
         rotation: Quat::from_xyzw(0.0, 0.0, 0.0, 2.0),
         ..InstancePose::at(id, DVec3::ONE)

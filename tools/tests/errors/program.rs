@@ -1,11 +1,11 @@
-//! What the command line says, on standard error with exit code 2.
+//! Texts of the command line, on standard error with exit code 2.
 
 use std::io::Write;
 use std::process::{Command, Stdio};
 
 use crate::Errors;
 
-/// Runs the program with something on its standard input; gives its last line.
+/// Runs the program with the given standard input; returns its last line.
 fn line(arguments: &[&str], input: &str) -> String {
     let mut program = Command::new(env!("CARGO_BIN_EXE_foresound"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
@@ -16,7 +16,7 @@ fn line(arguments: &[&str], input: &str) -> String {
         .spawn()
         .expect("the program runs");
     let mut pipe = program.stdin.take().expect("a pipe");
-    // It may have seen enough before the end.
+    // The program may end before it has read everything.
     let _ = pipe.write_all(input.as_bytes());
     drop(pipe);
     let output = program.wait_with_output().expect("the program ends");
@@ -38,7 +38,7 @@ pub(crate) fn make(errors: &mut Errors) {
     std::fs::write(&one, "v 0 0 0\nv 6 0 0\nv 0 6 0\nf 1 2 3\n").expect("written");
     let voice = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/fuzz/seeds/wav/mono");
     let heard = format!("1,1,1={voice}");
-    let nobody = format!("nobody={voice}");
+    let unknown = format!("unknown={voice}");
     let render = |scene: &str, source: &str, more: &[&str]| {
         let first = [
             "render",
@@ -65,8 +65,8 @@ pub(crate) fn make(errors: &mut Errors) {
         line(&["validate", "--law", "murphy"], ""),
         render("doorway", "1,2,3", &[]),
         render("doorway", "1,2,x=a.wav", &[]),
-        render("doorway", &nobody, &[]),
-        render(&bare, &nobody, &[]),
+        render("doorway", &unknown, &[]),
+        render(&bare, &unknown, &[]),
         render("doorway", "1,1,1=gone.wav", &[]),
         render("doorway", &heard, &["--schedule", "later"]),
         render("doorway", &heard, &["--predictor", "oracle"]),

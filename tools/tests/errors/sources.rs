@@ -42,9 +42,9 @@ const VERBS: [&str; 34] = [
     "start ",
 ];
 
-/// Sources whose advice a user of the library may meet. The command line's own arguments explain themselves; pictures and
+/// Sources with advice for a user of the library. The command line's own arguments are self-explanatory; pictures and
 /// scores are evaluation's.
-const PLACES: [&str; 8] = [
+const FOLDERS: [&str; 8] = [
     "src/scene/",
     "src/propagation/",
     "src/generation/",
@@ -55,7 +55,7 @@ const PLACES: [&str; 8] = [
     "src/output/oboe.rs",
 ];
 
-/// A literal of the sources as the table has it.
+/// A literal of the sources in the table's notation.
 fn as_pattern(literal: &str) -> String {
     let mut pattern = String::new();
     let mut depth = 0;
@@ -93,8 +93,8 @@ fn every_advice_of_the_sources_is_in_the_table() {
                 open.push(path);
                 continue;
             }
-            let wanted = PLACES.iter().any(|place| name.starts_with(place));
-            if !wanted
+            let included = FOLDERS.iter().any(|folder| name.starts_with(folder));
+            if !included
                 || name.contains("tests")
                 || name.contains("procedural")
                 || !name.ends_with(".rs")
@@ -108,7 +108,7 @@ fn every_advice_of_the_sources_is_in_the_table() {
                 .filter(|line| !line.trim_start().starts_with("//"))
                 .collect::<Vec<_>>()
                 .join("\n");
-            // Literals are every second piece between quotes that no backslash escapes.
+            // Every second piece between unescaped quotes is a literal.
             let marked = code.replace("\\\"", "\u{1}").replace("'\"'", "''");
             for literal in marked.split('"').skip(1).step_by(2) {
                 let literal = literal.replace('\u{1}', "\"");
@@ -117,8 +117,8 @@ fn every_advice_of_the_sources_is_in_the_table() {
                 }
                 seen += 1;
                 let pattern = as_pattern(&literal);
-                let known = |row: &Row| fits(&row.advises, &pattern) || row.advises == pattern;
-                if !rows.iter().any(known) {
+                let matches = |row: &Row| fits(&row.advice, &pattern) || row.advice == pattern;
+                if !rows.iter().any(matches) {
                     missing.push(format!("{name}: {literal}"));
                 }
             }

@@ -1,16 +1,16 @@
-//! The table of `ERRORS.md`, and which of its rows a line is of.
+//! The table of `ERRORS.md`, and the row of a line.
 
-/// A row: what is said and what is advised, with `…` for what varies.
+/// A row: problem and advice, with `…` for the variable parts.
 #[derive(PartialEq)]
 pub(crate) struct Row {
-    pub(crate) says: String,
-    pub(crate) advises: String,
+    pub(crate) problem: String,
+    pub(crate) advice: String,
 }
 
 impl Row {
-    /// Both, as an error has them.
+    /// Both, as in an error.
     pub(crate) fn pattern(&self) -> String {
-        format!("{}; {}", self.says, self.advises)
+        format!("{}; {}", self.problem, self.advice)
     }
 }
 
@@ -18,11 +18,11 @@ pub(crate) fn table() -> Vec<Row> {
     let text = include_str!("../../../ERRORS.md");
     let cells = |line: &str| -> Option<Row> {
         let inner = line.strip_prefix("| ")?.strip_suffix(" |")?;
-        let [says, _because, advises] =
+        let [problem, _because, advice] =
             inner.split(" | ").collect::<Vec<_>>()[..].try_into().ok()?;
-        (says != "It says").then(|| Row {
-            says: says.to_owned(),
-            advises: advises.to_owned(),
+        (problem != "It says").then(|| Row {
+            problem: problem.to_owned(),
+            advice: advice.to_owned(),
         })
     };
     let rows: Vec<Row> = text.lines().filter_map(cells).collect();
@@ -30,7 +30,7 @@ pub(crate) fn table() -> Vec<Row> {
     rows
 }
 
-/// Whether a text is a pattern's, of which each `…` is anything.
+/// Whether a text matches a pattern, in which each `…` is any text.
 pub(crate) fn fits(pattern: &str, text: &str) -> bool {
     let parts: Vec<&str> = pattern.split('…').collect();
     let (Some(first), Some(last)) = (parts.first(), parts.last()) else {
@@ -51,9 +51,9 @@ pub(crate) fn fits(pattern: &str, text: &str) -> bool {
     rest.ends_with(last)
 }
 
-/// The row of a line of the form `thing: problem; advice`: of those that fit the one with the most letters of its own.
+/// The row of a line of the form `thing: problem; advice`: among matching rows the one with the most letters of its own.
 pub(crate) fn row_of<'a>(rows: &'a [Row], line: &str) -> Option<&'a Row> {
-    // Before what it says stand the file and line, the setting or the handle.
+    // Before the problem come the file and line, the setting or the handle.
     let texts: Vec<&str> = line
         .match_indices(": ")
         .map(|(at, colon)| &line[at + colon.len()..])
@@ -66,7 +66,7 @@ pub(crate) fn row_of<'a>(rows: &'a [Row], line: &str) -> Option<&'a Row> {
 }
 
 #[test]
-fn patterns_are_told_apart() {
+fn patterns_match_their_own_lines_only() {
     assert!(fits("a … of …", "a piece of cake"));
     assert!(fits("…", "anything"));
     assert!(!fits("a … of …", "the piece of cake"));

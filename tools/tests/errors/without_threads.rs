@@ -1,4 +1,4 @@
-//! What is said where the system has no thread left: in a process of its own, whose threads want more stack than there are
+//! Errors of a system without free threads: in a separate process, whose threads request more stack than there are
 //! addresses.
 
 use std::process::Command;
@@ -12,10 +12,10 @@ use crate::Errors;
 use crate::engine::small;
 use crate::meshes::room;
 
-/// The test that is run in a process without threads; in any other it has nothing to do.
+/// The test of the process without threads; in any other process it does nothing.
 const WITHIN: &str = "without_threads::is_run_without_threads";
 
-/// What its lines begin with.
+/// Prefix of its lines.
 const MARK: &str = "said: ";
 
 /// Bytes of stack: all that a process can address.
@@ -29,13 +29,13 @@ pub(crate) fn make(errors: &mut Errors) {
         .output()
         .expect("this program runs");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let said: Vec<&str> = text
+    let lines: Vec<&str> = text
         .lines()
         .filter_map(|l| l.split_once(MARK))
-        .map(|(_, said)| said)
+        .map(|(_, line)| line)
         .collect();
-    assert_eq!(said.len(), 6, "{output:?}");
-    for line in said {
+    assert_eq!(lines.len(), 6, "{output:?}");
+    for line in lines {
         errors.line(line);
     }
 }
@@ -56,8 +56,8 @@ fn is_run_without_threads() {
     let device = NullDevice::start(16_000, 64, AffinityPolicy::None, |_| ());
     errors.of("a device", device.map(drop));
     errors.of("a sound thread", SoundThread::start(renderer, 2).map(drop));
-    let asked = controller.set_schedule(EngineSchedule::Asynchronous);
-    errors.of("propagation", asked);
+    let result = controller.set_schedule(EngineSchedule::Asynchronous);
+    errors.of("propagation", result);
     errors.of("propagation again", controller.restart());
     for line in errors.0 {
         println!("{MARK}{line}");

@@ -174,7 +174,7 @@ impl Walked {
     #[inline(never)]
     fn generate(&self, generator: &mut Generator, block: usize) -> (Vec<f64>, u32) {
         let frame_frames = f64::from(self.settings.rate_hz) / self.graphics_rate_hz;
-        // As the engine does it.
+        // As in the engine.
         let ramp = ramp_frames(1.0 / self.graphics_rate_hz, self.settings.rate_hz, block);
         let blocks = self.sounds.first().map_or(0, Vec::len) / block;
         let mut output = vec![0.0; 2 * block];
@@ -186,7 +186,7 @@ impl Walked {
                 .iter()
                 .map(|sound| &sound[start..start + block])
                 .collect();
-            // The newest graphics frame, as the engine takes it.
+            // The newest graphics frame, as in the engine.
             let newest = ((start as f64 / frame_frames) as usize).min(self.frames.len() - 1);
             let time = Instant::now();
             if taken != Some(newest) {
@@ -202,7 +202,7 @@ impl Walked {
 }
 
 fn row(arguments: &Arguments, walked: &Walked, us: &[f64], most_voices: u32) -> Value {
-    // The first blocks find every path new.
+    // The first blocks have new paths only.
     let us = &us[us.len().min(4)..];
     let period_us = 1e6 * arguments.block as f64 / f64::from(arguments.rate);
     let paths: Vec<f64> = walked.frames.iter().map(|f| f.paths.len() as f64).collect();

@@ -57,7 +57,7 @@ impl Boxes {
         Ok(result)
     }
 
-    /// Puts all of them where they are at an update.
+    /// Sets all poses of an update.
     pub(super) fn move_on(&mut self, of: &mut Propagator, step: usize) {
         if self.instances.is_empty() {
             return;
@@ -71,7 +71,7 @@ impl Boxes {
     }
 }
 
-/// Open places away from the sources.
+/// Open positions away from the sources.
 fn positions(walk: &Walk, poses: &[SourcePose], count: usize) -> Result<Vec<Vec3>> {
     let own: Vec<_> = walk.benchmark.sources.iter().map(|(_, at)| *at).collect();
     let open = sources(&walk.scene, &own, 2 * own.len() + 4 * count);

@@ -16,7 +16,7 @@ pub(super) struct TracedRay {
 }
 
 impl TracedRay {
-    /// Traces the ray again; whether it hits something.
+    /// Traces the ray again; returns whether it hits.
     #[inline(always)]
     pub(super) fn repeat(&self, tree: &Bvh) -> bool {
         match self.any {

@@ -62,7 +62,7 @@ impl LevelOf {
     }
 }
 
-/// What is measured.
+/// The measured configuration.
 pub(super) struct Cell<'a> {
     pub(super) scene: &'a Arc<Scene>,
     pub(super) walk: Walk,
@@ -154,7 +154,7 @@ impl Cell<'_> {
         Ok(row(&synchronous, &asynchronous, load))
     }
 
-    /// Measures both schedules at the load that gives one of them a level L, `most` at most. A measurement with another
+    /// Measures both schedules at the load at which one of them has a level L, `most` at most. A measurement with another
     /// median level is repeated with a load in proportion.
     pub(super) fn measure_at(
         &self,
@@ -181,7 +181,7 @@ impl Cell<'_> {
         Ok(row)
     }
 
-    /// The load at which the asynchronous schedule has a level L, by halving.
+    /// The load at which the asynchronous schedule has a level L, by bisection.
     fn load_for(&self, level: u32, most: f64) -> Result<f64> {
         let (mut low, mut high) = (LEAST_LOAD, most);
         let mut best = (f64::MAX, 1.0);
@@ -193,14 +193,14 @@ impl Cell<'_> {
             }
             let found = side.ratio();
             // The middle of the level's range.
-            let wanted = f64::from(level) + 0.5;
-            if (found - wanted).abs() < best.0 {
-                best = ((found - wanted).abs(), load);
+            let target = f64::from(level) + 0.5;
+            if (found - target).abs() < best.0 {
+                best = ((found - target).abs(), load);
             }
             if best.0 < NEAR {
                 break;
             }
-            if found > wanted {
+            if found > target {
                 high = load;
             } else {
                 low = load;
@@ -266,7 +266,7 @@ impl Side {
     }
 }
 
-/// Processor time of this thread in seconds; 0 where the system does not say.
+/// Processor time of this thread in seconds; 0 where the system does not report it.
 fn processor_s() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let nanoseconds = text.split_whitespace().next().map(str::parse::<f64>);

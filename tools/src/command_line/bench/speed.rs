@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
     /// Predictor of the asynchronous schedule: hold, linear or best.
     #[arg(long, default_value = "linear")]
     predictor: String,
-    /// Tier of detail, 0 (everything) to 5.
+    /// Quality level, 0 (everything) to 5.
     #[arg(long, default_value_t = 0)]
     tier: u8,
     /// Measure the schedules only, not single updates.
@@ -67,7 +67,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// The fastest update of a row, for what grows out of it.
+/// The fastest update of a row, for later ratios.
 struct Fastest {
     sources: usize,
     ms: f64,
@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 seconds: arguments.seconds,
                 trace: arguments.trace.is_some(),
             };
-            let engine = match wanted_level(arguments, name, count)? {
+            let engine = match requested_level(arguments, name, count)? {
                 Some(level) => cell.measure_at(level, arguments.level_of, 64.0, &mut log)?,
                 None => cell.measure(arguments.load, &mut log)?,
             };
@@ -217,7 +217,7 @@ fn summary(rows: &[Value], of: LevelOf) -> Option<Value> {
 }
 
 /// The level of a cell by `--level`.
-fn wanted_level(arguments: &Arguments, scene: &str, sources: usize) -> Result<Option<u32>> {
+fn requested_level(arguments: &Arguments, scene: &str, sources: usize) -> Result<Option<u32>> {
     let Some(text) = &arguments.level else {
         return Ok(None);
     };

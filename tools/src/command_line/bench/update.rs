@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     /// Threads that share an update.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Move the sources in every update, farther than the cells in which rays are remembered.
+    /// Move the sources in every update, farther than the cells of the ray cache.
     #[arg(long)]
     moving_sources: bool,
     /// Number of moving instances: one is a door, more are boxes.

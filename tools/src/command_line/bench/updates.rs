@@ -1,9 +1,9 @@
-//! Of `bench speed`: propagation updates by themselves, on one thread and on two, beside their own rays, and with
+//! Part of `bench speed`: propagation updates by themselves, on one thread and on two, beside their own rays, and with
 //! moving instances beside none.
 //!
 //! The listener walks at 1.4 m/s, 20 updates a second. Resting sources have the rays of a rotation cast once and
-//! remembered; sources that move farther than the cells of that memory have all rays cast in every update. What is
-//! compared alternates update by update, which spreads the machine's other load evenly.
+//! cached; sources that move farther than the cells of that cache have all rays cast in every update. Compared
+//! configurations alternate update by update, which spreads the machine's other load evenly.
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
@@ -21,7 +21,7 @@ use super::recorded_rays::Record;
 use super::share;
 use super::walk::Walk;
 
-/// Fewest updates of a row, however long they take.
+/// Fewest updates of a row, at any duration.
 const FEWEST: usize = 20;
 
 /// One propagator and its updates.
@@ -195,8 +195,8 @@ pub(super) fn with_instances(
     Ok(row)
 }
 
-/// Moves each source farther from where it was in the last update, and in the sixteen before, than the cells are wide in
-/// which rays are remembered: all rays are cast anew.
+/// Moves each source farther from its last position, and from the sixteen before, than the cells of the ray cache are
+/// wide: all rays are cast again.
 pub(super) fn step_aside(moved: &mut [SourcePose], sources: &[SourcePose], step: usize) {
     for (moved, source) in moved.iter_mut().zip(sources) {
         moved.position.x = source.position.x + 0.6 * (1 + step % 3) as f32;

@@ -71,7 +71,7 @@ fn listening(out: &Path, unit: &Unit) -> Listening {
     }
 }
 
-/// Spectrograms and similarity of `linear` and `best`, or of the only predictor there is.
+/// Spectrograms and similarity of `linear` and `best`, or of the only predictor present.
 fn pictures(out: &Path, unit: &Unit, rows: &[Row]) -> Result<Vec<Figure>> {
     let latency = unit.latencies[0];
     let read = |name: &str| read_ears(&wav_file(out, unit, name));
@@ -241,7 +241,7 @@ pub(super) fn conditions(
         ("Reference", "the synchronous schedule of the same engine: a whole propagation every graphics frame".to_owned()),
         ("Late reverb", if arguments.no_late { "left out of all renderings" } else { "heard in all renderings" }.to_owned()),
         ("Latency", "modelled: a result is used L + 1 graphics frames after its poses, unless a row says \"at once\"".to_owned()),
-        ("Stress", "a listener at 5 m/s whose head turns at 180 degrees a second, sources that sway at up to 2 m/s, L = 24".to_owned()),
+        ("Stress", "a listener at 5 m/s who turns at 180 degrees a second, sources that sway at up to 2 m/s, L = 24".to_owned()),
         ("SI-SNR", "both ears averaged; means above 40 dB are written \"> 40\" as in the paper".to_owned()),
         ("PESQ", "wideband, crate pesq 0.2, an ear that has no utterance left out; within 0.02 of the ITU's program on ordinary degradations, up to 0.15 off where a delay varies slowly within the sound, within 0.001 on cells of this report (tools/src/pesq.rs)".to_owned()),
         ("Recall", "of the reference, in the table above: paths that it misses are missing in both renderings".to_owned()),

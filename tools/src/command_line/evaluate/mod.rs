@@ -22,7 +22,7 @@ use self::stage::Stage;
 use self::tables::Found;
 use crate::inputs::{SceneArguments, print_notes, within};
 
-/// What `bench speed --json` printed, if nothing else is named.
+/// Default file with the output of `bench speed --json`.
 const SPEED_FILE: &str = "out/speed.json";
 
 #[derive(clap::Args)]
@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value = "both")]
     platform: String,
     /// One scene instead of the paper's three: a name, or an OBJ file. Without a layout beside it (FILE.toml), sources and
-    /// a walk are placed in open space.
+    /// a walk are put in open space.
     #[arg(long)]
     scene: Option<String>,
     #[command(flatten)]
@@ -170,7 +170,7 @@ fn keep_possible(
     Ok(())
 }
 
-/// The speed table of a file: the one that was named, or the usual one if it is there.
+/// The speed table of the named file, or of the default one if it exists.
 fn speed(named: Option<&Path>) -> Result<Value> {
     let file = named.unwrap_or(Path::new(SPEED_FILE));
     if named.is_none() && !file.is_file() {

@@ -11,7 +11,7 @@ use super::stage::Stage;
 /// Speed of the running listener of the stress condition, in m/s.
 const RUN_M_S: f64 = 5.0;
 
-/// Speed of the same listener's turning head, in rad/s: 180 degrees a second, to and fro between both sides.
+/// Angular speed of the same listener in rad/s: 180 degrees a second, to and fro between both sides.
 const TURN_RAD_S: f64 = std::f64::consts::PI;
 
 /// Highest speed of a swaying source in m/s, and of its phase in rad/s.
@@ -19,7 +19,7 @@ const SWAY_M_S: f64 = 2.0;
 const SWAY_RAD_S: f64 = std::f64::consts::PI;
 
 /// Sets the poses at a time. `start_m` is the start along the walk.
-pub(super) fn place(unit: &Unit, stage: &Stage, time_s: f64, start_m: f64, poses: &mut Poses) {
+pub(super) fn set_poses(unit: &Unit, stage: &Stage, time_s: f64, start_m: f64, poses: &mut Poses) {
     poses.listener = match unit.condition {
         Condition::Static => ListenerPose::facing(stage.walk.standing, 0.0),
         Condition::Dynamic => ListenerPose::facing(stage.walk.position_at(time_s, start_m), 0.0),
@@ -45,7 +45,7 @@ pub(super) fn place(unit: &Unit, stage: &Stage, time_s: f64, start_m: f64, poses
     }
 }
 
-/// The turning head: a quarter turn to one side, half a turn back, and so on, at constant speed.
+/// The yaw: a quarter turn to one side, half a turn back, and so on, at constant speed.
 fn yaw_rad(time_s: f64) -> f64 {
     let half = std::f64::consts::FRAC_PI_2;
     let phase = (TURN_RAD_S * time_s + half).rem_euclid(4.0 * half);
@@ -57,7 +57,7 @@ mod tests {
     use super::yaw_rad;
 
     #[test]
-    fn the_head_turns_half_a_turn_a_second() {
+    fn the_yaw_turns_by_half_a_turn_a_second() {
         for step in 0..4000 {
             let time_s = f64::from(step) / 1000.0;
             assert!(yaw_rad(time_s).abs() <= std::f64::consts::FRAC_PI_2 + 1e-9);

@@ -1,4 +1,4 @@
-//! Playback on a machine that is too slow: the paper's Figure 8, on the virtual clock.
+//! Playback on an overloaded machine: the paper's Figure 8, on the virtual clock.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ use super::stage::RATE_HZ;
 use super::unit::{UnitResult, both, heard_as, wav_file};
 use crate::session::median;
 
-/// The paper's scene and number of sources; fewer are taken where a run has no more.
+/// The paper's scene and number of sources; fewer if a run has no more.
 const SCENE: &str = "concert_hall";
 const SOURCES: usize = 8;
 
@@ -41,7 +41,7 @@ pub(super) struct Overload {
     pub(super) listening: Option<Listening>,
 }
 
-/// Plays the cell's reference and `best` as a slow machine would.
+/// Plays the cell's reference and `best` as on a slow machine.
 ///
 /// Cost model: all rays take the same time, and the median update takes a load's share of a graphics frame. The
 /// synchronous loop casts all of an update's rays within a frame; `best` casts its own few, while the update has another

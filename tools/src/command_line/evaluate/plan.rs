@@ -37,7 +37,7 @@ pub(super) struct Unit {
     pub(super) repeat: u64,
     pub(super) latencies: Vec<Latency>,
     pub(super) signal: String,
-    /// Whether the late reverb is heard.
+    /// Whether the late reverb is rendered.
     pub(super) late: bool,
     pub(super) duration_s: f64,
     /// Each is rendered at each latency.
@@ -61,13 +61,13 @@ impl Unit {
         )
     }
 
-    /// Everything that is rendered beside the reference.
+    /// All renderings besides the reference.
     pub(super) fn estimates(&self) -> impl Iterator<Item = (PredictorKind, Latency)> + '_ {
         let latencies = self.latencies.iter();
         latencies.flat_map(|&late| self.predictors.iter().map(move |&kind| (kind, late)))
     }
 
-    /// Everything that a result depends on besides program, scene and sounds.
+    /// All inputs of a result besides program, scene and sounds.
     pub(super) fn key(&self) -> String {
         let estimates: Vec<_> = self
             .estimates()
@@ -94,7 +94,7 @@ impl Unit {
     }
 }
 
-/// The choices that a word names: one of them, or a group.
+/// The choices of a word: one of them, or a group.
 fn chosen<T: Copy>(
     argument: &str,
     text: &str,

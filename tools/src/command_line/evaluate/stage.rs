@@ -1,4 +1,4 @@
-//! What units share: a scene with its sources and walk, and the sounds.
+//! Data that units share: a scene with its sources and walk, and the sounds.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use glam::Vec3;
 use super::Arguments;
 use crate::inputs::{SceneArguments, asset, load_scene, print_notes};
 
-/// Sample rate of everything.
+/// Sample rate of all sounds.
 pub(super) const RATE_HZ: u32 = 44_100;
 
 /// Most sources of a cell.
@@ -24,7 +24,7 @@ const MAX_SOURCES: usize = 16;
 /// Largest sway of a source to each side in the stress condition, in metres.
 const SWAY_M: f32 = 1.5;
 
-/// A scene ready to be rendered in.
+/// A scene ready for rendering.
 pub(super) struct Stage {
     pub(super) scene: Arc<Scene>,
     pub(super) sources: Vec<Vec3>,
@@ -49,7 +49,7 @@ pub(super) fn label(named: &str) -> String {
     stem.chars().map(plain).collect()
 }
 
-/// Loads a scene by name or file. Sources or a walk that its layout lacks are placed in open space.
+/// Loads a scene by name or file. Sources or a walk that its layout lacks are put in open space.
 pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
     let loaded = load_scene(Path::new(named), intake)?;
     print_notes(&loaded.notes);

@@ -1,4 +1,4 @@
-//! Rows of the tables: means over repeats, beside what the paper printed; CSV, JSON and text.
+//! Rows of the tables: means over repeats, beside the paper's figures; CSV, JSON and text.
 
 use std::io::Write;
 use std::path::Path;
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::plan::{Part, Unit};
 use super::unit::{Estimate, UnitResult, latency_name};
 
-/// Rows by where they go.
+/// Rows by destination.
 pub(super) struct Found {
     pub(super) rows: Vec<Row>,
     pub(super) doorway: Vec<Row>,

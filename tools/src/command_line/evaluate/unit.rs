@@ -40,7 +40,7 @@ pub(super) struct UnitResult {
     pub(super) reference_rays: Vec<u64>,
     /// Files of the first repeat, the reference's first, by name and FNV-1a of their bytes.
     files: Vec<(String, String)>,
-    /// Seconds that all of it took.
+    /// Duration of all of it in seconds.
     pub(super) seconds: f64,
     pub(super) estimates: Vec<Estimate>,
 }
@@ -82,7 +82,7 @@ pub(super) fn result(unit: &Unit, stage: &Stage, props: &Props) -> Result<(UnitR
     let file = props.out.join("cells").join(name);
     let kept = std::fs::read(&file).ok();
     let kept = kept.and_then(|text| serde_json::from_slice::<UnitResult>(&text).ok());
-    if let Some(kept) = kept.filter(|kept| kept.key == key && are_there(&kept.files, props)) {
+    if let Some(kept) = kept.filter(|kept| kept.key == key && are_unchanged(&kept.files, props)) {
         return Ok((kept, true));
     }
     let made = make(unit, stage, props, key)?;
@@ -96,7 +96,7 @@ pub(super) fn result(unit: &Unit, stage: &Stage, props: &Props) -> Result<(UnitR
 }
 
 /// Whether a result's sound files are unchanged; a run with other sounds overwrites them.
-fn are_there(files: &[(String, String)], props: &Props) -> bool {
+fn are_unchanged(files: &[(String, String)], props: &Props) -> bool {
     files.iter().all(|(name, checksum)| {
         let bytes = std::fs::read(props.out.join("wav").join(name));
         bytes.is_ok_and(|bytes| *checksum == format!("{:016x}", fnv(bytes)))
@@ -105,7 +105,7 @@ fn are_there(files: &[(String, String)], props: &Props) -> bool {
 
 #[expect(
     clippy::disallowed_methods,
-    reason = "measures the time of the work; nothing depends on it"
+    reason = "measures the time of the work; no result depends on it"
 )]
 fn make(unit: &Unit, stage: &Stage, props: &Props, key: String) -> Result<UnitResult> {
     let started = Instant::now();
@@ -207,7 +207,7 @@ fn render(
         }
     };
     for frame in 0..frames {
-        motion::place(unit, stage, renderer.time_s(), start_m, &mut poses);
+        motion::set_poses(unit, stage, renderer.time_s(), start_m, &mut poses);
         renderer.next_frame(&poses, &mut signal, &mut |block| {
             for stereo in block.chunks_exact(2) {
                 ears[0].push(stereo[0]);

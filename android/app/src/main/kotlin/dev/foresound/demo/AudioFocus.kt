@@ -7,8 +7,8 @@ import android.media.AudioManager
 import dev.foresound.Engine
 
 /**
- * Pauses an engine when another app takes the sound or nobody sees ours, and goes on after. To be copied: focus and
- * lifecycle are the app's. Main thread.
+ * Pauses an engine while another app has the audio focus or the app is not visible, and resumes it afterwards. Meant to be
+ * copied: focus and lifecycle belong to the app. Main thread.
  */
 class AudioFocus(context: Context, private val engine: () -> Engine?) {
     private val audio: AudioManager = context.getSystemService(AudioManager::class.java)
@@ -28,37 +28,37 @@ class AudioFocus(context: Context, private val engine: () -> Engine?) {
         }
         .build()
 
-    /** The device's own rate where the built-in heads have it, so that nothing is converted on the way. */
+    /** The device's own rate if a built-in HRTF set has it, which avoids conversion. */
     val rateHz: Int
         get() {
             val own = audio.getProperty(AudioManager.PROPERTY_OUTPUT_SAMPLE_RATE)?.toIntOrNull()
             return if (own == 44_100) 44_100 else 48_000
         }
 
-    /** Once an engine is there. */
+    /** Call after creating an engine. */
     fun begin() {
         if (visible) onStart()
     }
 
-    /** Of `onStart`. */
+    /** Call from `onStart`. */
     fun onStart() {
         visible = true
         if (!focused) focused = audio.requestAudioFocus(request) == AudioManager.AUDIOFOCUS_REQUEST_GRANTED
         settle()
     }
 
-    /** Of `onStop`: in the background Android may mute us without a word. */
+    /** Call from `onStop`: in the background Android may mute the app without notice. */
     fun onStop() {
         visible = false
         settle()
     }
 
-    /** Of `onDestroy`. */
+    /** Call from `onDestroy`. */
     fun close() {
         audio.abandonAudioFocusRequest(request)
     }
 
-    /** Forgets an engine that is closed. */
+    /** Forgets a closed engine. */
     fun forget() {
         started = false
     }

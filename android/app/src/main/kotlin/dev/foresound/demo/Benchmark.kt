@@ -14,7 +14,7 @@ import java.util.Locale
 import kotlinx.coroutines.ensureActive
 import kotlin.coroutines.coroutineContext
 
-/** How a pass is run: with the threads on the fastest cores or not, with a finger on the screen or not. */
+/** Configuration of a pass: threads pinned to the fastest cores or not, screen touched or not. */
 class Pass(val pinned: Boolean, val touched: Boolean) {
     override fun toString() = (if (pinned) "pinned" else "unpinned") + (if (touched) ", touched" else ", untouched")
 
@@ -23,7 +23,7 @@ class Pass(val pinned: Boolean, val touched: Boolean) {
     }
 }
 
-/** What a schedule made of a cell. */
+/** Result of one schedule in a cell. */
 class Measured(val fps: Double, val statistics: Statistics, val health: Health)
 
 /** A cell, measured by both schedules. */
@@ -31,12 +31,12 @@ class Row(val pass: Pass, val paper: PaperCell, val touches: Int, val baseline: 
     val speedup get() = ours.fps / baseline.fps
 }
 
-/** What a cell plays. */
+/** Contents of a cell. */
 class Stage(val scene: Scene, val layout: SceneLayout, val clip: Clip)
 
 /**
- * Measures cells of Table 4. A graphics frame is a tick and 1/60 s of sound, one after the other as fast as it goes, on
- * the thread that calls; so the figure is what propagation and sound leave of a graphics thread.
+ * Measures cells of Table 4. A graphics frame is a tick and 1/60 s of sound, one after the other as fast as possible, on
+ * the calling thread: the figure is the frame rate that propagation and sound leave to a graphics thread.
  */
 class Benchmark(private val secondsEach: Double, private val touches: () -> Int = { 0 }) {
     private val block: ByteBuffer = ByteBuffer.allocateDirect(2 * FRAMES * 4).order(ByteOrder.nativeOrder())
@@ -58,8 +58,8 @@ class Benchmark(private val secondsEach: Double, private val touches: () -> Int 
         )
         return Engine(options).use { engine ->
             engine.setScene(stage.scene)
-            for (place in stage.layout.sources.take(sources)) {
-                engine.addSource(place[0], place[1], place[2]).play(stage.clip, looped = true)
+            for (position in stage.layout.sources.take(sources)) {
+                engine.addSource(position[0], position[1], position[2]).play(stage.clip, looped = true)
             }
             var frame = 0
             while (frame < WARM_UP || engine.statistics().updates < WARM_UPDATES) next(engine, stage, frame++)

@@ -27,20 +27,20 @@ import kotlinx.coroutines.withContext
 
 /**
  * The cells of Table 4: both schedules, threads pinned and not, screen touched and not. Shows the table beside the
- * paper's and writes JSON, to be shared and in `files/benchmark.json`. Extras: `seconds` a schedule and cell, `passes` how
- * many of the four passes (the first two need no finger).
+ * paper's and writes JSON, to be shared and in `files/benchmark.json`. Extras: `seconds` a schedule and cell, `passes` the
+ * number of the four passes to run (the first two need no touch).
  */
 class BenchmarkActivity : Activity() {
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Main)
     private val touches = AtomicInteger()
-    private lateinit var head: TextView
+    private lateinit var heading: TextView
     private lateinit var body: TextView
     private var result = ""
 
     override fun onCreate(state: Bundle?) {
         super.onCreate(state)
         window.addFlags(WindowManager.LayoutParams.FLAG_KEEP_SCREEN_ON)
-        head = TextView(this)
+        heading = TextView(this)
         body = TextView(this)
         body.typeface = Typeface.MONOSPACE
         body.textSize = 9f
@@ -52,16 +52,16 @@ class BenchmarkActivity : Activity() {
         val column = LinearLayout(this)
         column.orientation = LinearLayout.VERTICAL
         column.addView(share)
-        column.addView(head)
+        column.addView(heading)
         column.addView(scroll)
         setContentView(column)
         scope.launch {
             try {
                 run()
             } catch (missing: IOException) {
-                head.text = missing.message
+                heading.text = missing.message
             } catch (missing: UnavailableException) {
-                head.text = missing.message
+                heading.text = missing.message
             }
         }
     }
@@ -74,7 +74,7 @@ class BenchmarkActivity : Activity() {
         val rows = mutableListOf<Row>()
         for (pass in passes) {
             for ((name, cells) in table.groupBy { it.scene }) {
-                head.text = "$pass: $name" + if (pass.touched) "; keep a finger moving here" else "; hands off"
+                heading.text = "$pass: $name" + if (pass.touched) "; keep a finger moving here" else "; hands off"
                 val layout = SceneLayout(withContext(Dispatchers.IO) { read("$name.toml") })
                 Scene.fromAsset(this, "$name.obj").use { scene ->
                     Clip.fromAsset(this, "voice01.wav", Benchmark.RATE_HZ).use { clip ->
@@ -88,7 +88,7 @@ class BenchmarkActivity : Activity() {
                 withContext(Dispatchers.IO) { File(filesDir, "benchmark.json").writeText(result) }
             }
         }
-        head.text = "done: ${rows.size} cells"
+        heading.text = "done: ${rows.size} cells"
         Log.i("foresound", "benchmark done")
     }
 

@@ -26,7 +26,7 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.withContext
 
 /**
- * Walks through the benchmark scenes with voices and shows the paths and what the engine says of itself. Extras: `scene`
+ * Walks through the benchmark scenes with voices and shows the paths and the engine's statistics. Extras: `scene`
  * NAME, `sources` 1 to 16, `affinity fastest`.
  */
 class MainActivity : Activity(), Choreographer.FrameCallback {
@@ -82,7 +82,7 @@ class MainActivity : Activity(), Choreographer.FrameCallback {
     }
 
     private suspend fun play(name: String) {
-        val places = SceneLayout(withContext(Dispatchers.IO) { assets.open("$name.toml").use { it.reader().readText() } })
+        val sceneLayout = SceneLayout(withContext(Dispatchers.IO) { assets.open("$name.toml").use { it.reader().readText() } })
         val options = EngineOptions(
             rateHz = focus.rateHz,
             affinity = if (intent.getStringExtra("affinity") == "fastest") Affinity.FASTEST_CORES else Affinity.SYSTEM,
@@ -90,18 +90,18 @@ class MainActivity : Activity(), Choreographer.FrameCallback {
         )
         val made = withContext(Dispatchers.Default) { Engine(options) }
         engine = made
-        val count = intent.getIntExtra("sources", 4).coerceIn(1, places.sources.size)
+        val count = intent.getIntExtra("sources", 4).coerceIn(1, sceneLayout.sources.size)
         Scene.fromAsset(this, "$name.obj").use {
             made.setScene(it)
-            view.show(it.info, places.sources.take(count))
+            view.show(it.info, sceneLayout.sources.take(count))
         }
-        for ((number, place) in places.sources.take(count).withIndex()) {
+        for ((number, position) in sceneLayout.sources.take(count).withIndex()) {
             val voice = String.format(Locale.ROOT, "voice%02d.wav", number + 1)
             Clip.fromAsset(this, voice, made.rateHz).use {
-                made.addSource(place[0], place[1], place[2]).play(it, looped = true)
+                made.addSource(position[0], position[1], position[2]).play(it, looped = true)
             }
         }
-        layout = places
+        layout = sceneLayout
         beganNanos = 0L
         focus.begin()
         made.statisticsFlow().collect { report(made) }
@@ -144,7 +144,7 @@ class MainActivity : Activity(), Choreographer.FrameCallback {
 
     private fun one(number: Double) = String.format(Locale.ROOT, "%.1f", number)
 
-    /** Closing waits for an update; a thread of its own does not hold the window up. */
+    /** Closing waits for an update; a separate thread keeps the window responsive. */
     private fun close() {
         engine?.let { closing -> Thread { closing.close() }.start() }
         engine = null

@@ -17,10 +17,10 @@ class PathView(context: Context) : View(context) {
     private var sources: List<FloatArray> = emptyList()
     private var listener = floatArrayOf(0f, 0f, 0f)
 
-    fun show(info: SceneInfo, places: List<FloatArray>) {
+    fun show(info: SceneInfo, positions: List<FloatArray>) {
         low = floatArrayOf(info.boundsMinM[0].toFloat(), info.boundsMinM[2].toFloat())
         high = floatArrayOf(info.boundsMaxM[0].toFloat(), info.boundsMaxM[2].toFloat())
-        sources = places
+        sources = positions
         paths = emptyList()
     }
 
@@ -63,7 +63,7 @@ class PathView(context: Context) : View(context) {
         }
         paint.style = Paint.Style.FILL
         paint.color = Color.RED
-        for (place in sources) canvas.drawCircle(x(place[0]), y(place[2]), 8f, paint)
+        for (position in sources) canvas.drawCircle(x(position[0]), y(position[2]), 8f, paint)
         paint.color = Color.WHITE
         canvas.drawCircle(x(listener[0]), y(listener[2]), 10f, paint)
     }
