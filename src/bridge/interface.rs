@@ -11,6 +11,7 @@
 use std::ffi::c_char;
 use std::marker::PhantomData;
 
+#[cfg(any(feature = "capi", feature = "jni"))]
 use super::error::CallError;
 use super::pose::Pose;
 use super::record::Record;
