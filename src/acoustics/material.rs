@@ -10,7 +10,7 @@ use super::bands::{BANDS, BandArray, amplitude_of_energy};
 /// A surface material. All values are energy ratios from 0 to 1, one per band.
 ///
 /// ```
-/// use foresound::acoustics::{BANDS, Material};
+/// use foresound::{BANDS, Material};
 /// let curtain = Material {
 ///     name: "curtain".to_owned(),
 ///     absorption: [0.5; BANDS],

@@ -72,7 +72,7 @@ pub struct Scene {
 
 impl Scene {
     /// Checks a mesh (metres, +y up) and builds a scene of it. Material names missing from the table get
-    /// `GENERIC_MATERIAL`](super::materials::GENERIC_MATERIAL) and are listed in [`defaulted_materials`. Control
+    /// `GENERIC_MATERIAL` and are listed in [`Self::defaulted_materials`]. Control
     /// side; takes seconds for a million triangles.
     ///
     /// # Errors

@@ -113,7 +113,7 @@ pub struct ObjFile {
 ///
 /// # Examples
 /// ```
-/// use foresound::scene::{ObjOptions, load_obj};
+/// use foresound::mesh::{ObjOptions, load_obj};
 ///
 /// let path = std::env::temp_dir().join("foresound_load_obj_example.obj");
 /// std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 1 0 1\nusemtl wood_floor\nf 1 2 3\n")?;
