@@ -44,6 +44,7 @@ fn frame(step: u32) -> FramePaths {
                     0.3 * (seed * 0.9).sin() as f32,
                     -azimuth.cos() as f32,
                 ),
+                departure: Vec3::ZERO,
             });
         }
     }

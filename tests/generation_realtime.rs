@@ -66,6 +66,7 @@ fn frames() -> Vec<FramePaths> {
                     amplitude: [0.01 + 0.001 * i as f32; 8],
                     delay_s: 0.001 + 0.004 * ((i * i + k / 5 * 17) % 91) as f64,
                     arrival: Vec3::new((i as f32).sin(), 0.1, (k as f32).cos()),
+                    departure: Vec3::ZERO,
                 })
                 .collect(),
             late: (0..4)

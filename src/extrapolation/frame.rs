@@ -23,16 +23,23 @@ pub struct FramePath {
     pub delay_s: f64,
     /// Unit vector in world coordinates from the listener towards the last image source, edge or source.
     pub arrival: Vec3,
+    /// Unit vector in world coordinates from the source along the path; zero if its length is zero.
+    pub departure: Vec3,
 }
 
 impl FramePath {
-    /// A path unchanged from its update, for a listener at `listener`.
-    pub(super) fn of(path: &Path, listener: &ListenerPose, scene: &Scene) -> Self {
-        Self::from_image(path.image, path.length_m, path, listener, scene)
+    /// A path unchanged from its update, for a source at `from` and a listener at `listener`.
+    pub(super) fn of(path: &Path, from: Vec3, listener: &ListenerPose, scene: &Scene) -> Self {
+        let first = path.points().first().copied();
+        let departure = first.unwrap_or(listener.position) - from;
+        Self {
+            departure: departure.normalize_or_zero(),
+            ..Self::from_image(path.image, path.length_m, path, listener, scene)
+        }
     }
 
-    /// A path of an update with its image source moved to `image` and this length in metres. The direction is straight
-    /// ahead if image and listener coincide.
+    /// A path of an update with its image source moved to `image` and this length in metres, without its departure. The
+    /// direction is straight ahead if image and listener coincide.
     #[inline]
     pub(super) fn from_image(
         image: Vec3,
@@ -51,6 +58,7 @@ impl FramePath {
             arrival: (image - listener.position)
                 .try_normalize()
                 .unwrap_or_else(ahead),
+            departure: Vec3::ZERO,
         }
     }
 

@@ -48,6 +48,7 @@ pub fn path(id: u64, amplitude: f32, delay_s: f64, arrival: Vec3) -> FramePath {
         amplitude: [amplitude; 8],
         delay_s,
         arrival,
+        departure: Vec3::ZERO,
     }
 }
 

@@ -174,7 +174,12 @@ impl Candidate {
         }
         let sequence = match &self.geometry {
             PathGeometry::Unknown => {
-                return arena.push_held(FramePath::of(&self.path, &self.listener, scene));
+                return arena.push_held(FramePath::of(
+                    &self.path,
+                    source.endpoints.from,
+                    &self.listener,
+                    scene,
+                ));
             }
             // Updates omit diffracted paths if the direct path is visible.
             PathGeometry::Diffraction(_) if !source.is_occluded => return FrameGeometry::Invalid,
@@ -214,7 +219,8 @@ impl Candidate {
             FrameGeometry::Diffracted(index) => {
                 let diffracted = arena.diffracted(index);
                 let path = diffracted.path(inputs.scene, &source.endpoints)?;
-                Some(FramePath::of(&path, inputs.listener, inputs.scene))
+                let from = source.endpoints.from;
+                Some(FramePath::of(&path, from, inputs.listener, inputs.scene))
             }
         }
     }
@@ -235,6 +241,7 @@ impl Candidate {
         let (position, length_m) = (scene.to_world(image.image), image.length_m as f32);
         FramePath {
             amplitude,
+            departure: departure.normalize_or_zero(),
             ..FramePath::from_image(position, length_m, &self.path, inputs.listener, scene)
         }
     }

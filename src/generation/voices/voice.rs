@@ -18,11 +18,11 @@ use crate::generation::ramp::{ChunkSpan, LinearRamp};
 use crate::generation::render_context::SlotOwner;
 use crate::generation::voices::frame_plan::VoiceRequest;
 
-/// Largest growth of a delay in frames per frame: 85 m/s. Above it the path cross-fades. Determines [`MAX_FRESH`].
-pub(crate) const MAX_DELAY_GROWTH: f64 = 0.25;
+/// Largest change of a delay in frames per frame: a source that approaches at 114 m/s. Above it the path cross-fades. Determines [`MAX_FRESH`].
+pub(crate) const MAX_DELAY_GROWTH: f64 = 0.5;
 
 /// Most positions that a voice mixes in a chunk, with room for rounding and whole tiles.
-pub(crate) const MAX_FRESH: usize = CHUNK + CHUNK / 4 + 3 * TILE;
+pub(crate) const MAX_FRESH: usize = CHUNK + CHUNK / 2 + 3 * TILE;
 
 /// Bits of a voice index.
 pub(crate) const INDEX_BITS: u32 = 16;

@@ -1,9 +1,6 @@
 //! A small value behind a lock, written and read by control threads.
 
-#![expect(
-    clippy::disallowed_types,
-    reason = "control threads only"
-)]
+#![expect(clippy::disallowed_types, reason = "control threads only")]
 
 use std::sync::{Mutex, PoisonError};
 

@@ -3,6 +3,7 @@
 
 pub mod air;
 pub mod decay;
+pub mod doppler;
 pub mod edge;
 pub(crate) mod edge_scene;
 pub mod joining;
@@ -85,13 +86,14 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 9] = [
+const LAWS: [(&str, Law); 10] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
     ("joining", joining::rows),
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
+    ("doppler", doppler::rows),
     ("edge", edge::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
