@@ -77,6 +77,7 @@ fn frames() -> Vec<FramePaths> {
                 })
                 .collect(),
             decay_time_s: [0.4 + 0.1 * (k % 5) as f32; 8],
+            high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
         })
         .collect()
 }

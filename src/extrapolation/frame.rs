@@ -2,6 +2,7 @@
 
 use glam::{Quat, Vec3};
 
+use crate::acoustics::medium::HIGH_AIR_HZ;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::{Path, PathId};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -109,6 +110,8 @@ pub struct FramePaths {
     pub late: Vec<LateSend>,
     /// Reverberation time T60 of the late reverb in seconds per band.
     pub decay_time_s: BandArray,
+    /// Absorption of air in Np per second of delay at 9, 12, 14 and 16 kHz, which the bands do not cover; 0 for none.
+    pub high_air_np_per_s: [f32; HIGH_AIR_HZ.len()],
 }
 
 impl Default for FramePaths {
@@ -118,6 +121,7 @@ impl Default for FramePaths {
             paths: Vec::new(),
             late: Vec::new(),
             decay_time_s: [0.0; BANDS],
+            high_air_np_per_s: Default::default(),
         }
     }
 }

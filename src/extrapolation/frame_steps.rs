@@ -110,6 +110,7 @@ impl Extrapolator {
         budget.spend(result.paths.len() / cost::SORTED + cost::LATE * self.current.late.len());
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
+        result.high_air_np_per_s = self.scenes.current().high_air_np_per_s();
         progress.rays += self.update_late(listener, sources);
         let decay_time_s = common_decay(&self.late);
         for (present, new) in self.decay_time_s.iter_mut().zip(decay_time_s) {

@@ -9,16 +9,14 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::{Row, rooms};
+use super::free_field::GRAPHICS_HZ;
+use super::{Row, free_field, rooms};
 use foresound::acoustics::Medium;
 use foresound::error::Result;
-use foresound::generation::{GeneratorSettings, Hrtf};
-use foresound::offline::{OfflineRenderer, OfflineSettings, Poses};
-use foresound::propagation::PropagationSettings;
+use foresound::offline::Poses;
 use foresound::scene::{Scene, SourceId, SourcePose};
 
 const RATE_HZ: u32 = 48_000;
-const GRAPHICS_HZ: f64 = 60.0;
 const TONE_HZ: f64 = 1000.0;
 
 /// Length of the motion and of a window of analysis, in seconds.
@@ -72,7 +70,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
 fn reflection(scene: &Arc<Scene>, ear: Motion) -> Result<Row> {
     let source = Motion(ear.0 + DVec3::new(20.0, -95.0, -30.0), DVec3::Z * 60.0);
     let image = Motion(source.0 * DVec3::new(1.0, -1.0, 1.0), source.1);
-    let mut renderer = renderer(scene, 1)?;
+    let mut renderer = free_field::renderer(scene, RATE_HZ, 1)?;
     let mut cents = 0.0f64;
     let mut last: Option<[f64; 2]> = None;
     for frame in 0..(LASTS_S * GRAPHICS_HZ) as u32 {
@@ -147,26 +145,6 @@ fn push(
     Ok(())
 }
 
-/// A renderer for one source, with reflections up to this order and without late reverb.
-fn renderer(scene: &Arc<Scene>, depth: usize) -> Result<OfflineRenderer> {
-    let mut settings = OfflineSettings::default();
-    settings.graphics_rate_hz = GRAPHICS_HZ;
-    settings.propagation = PropagationSettings {
-        guide_rays: 1,
-        source_rays: 1,
-        depth,
-        ..PropagationSettings::default()
-    };
-    settings.generation = GeneratorSettings {
-        rate_hz: RATE_HZ,
-        late: false,
-        limiter: false,
-        ..GeneratorSettings::default()
-    };
-    let hrtf = Arc::new(Hrtf::omnidirectional(RATE_HZ)?);
-    OfflineRenderer::new(Arc::clone(scene), hrtf, settings)
-}
-
 /// The poses of a graphics frame.
 fn poses(source: Motion, ear: Motion, time_s: f64) -> Poses {
     let mut poses = Poses::default();
@@ -178,7 +156,7 @@ fn poses(source: Motion, ear: Motion, time_s: f64) -> Poses {
 
 /// The direct sound of a tone at the left ear, and the latency of the renderer in seconds.
 fn render(scene: &Arc<Scene>, source: Motion, ear: Motion) -> Result<(Vec<f64>, f64)> {
-    let mut renderer = renderer(scene, 0)?;
+    let mut renderer = free_field::renderer(scene, RATE_HZ, 0)?;
     let mut sound = Vec::new();
     let mut signal = |_slot: usize, from: u64, samples: &mut [f32]| {
         for (index, sample) in samples.iter_mut().enumerate() {

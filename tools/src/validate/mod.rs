@@ -6,6 +6,7 @@ pub mod decay;
 pub mod doppler;
 pub mod edge;
 pub(crate) mod edge_scene;
+mod free_field;
 pub mod joining;
 pub mod late_figures;
 pub mod recall;
