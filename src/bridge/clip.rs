@@ -150,6 +150,7 @@ fn bessel_i0(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Cursor;
 
     fn sine(rate_hz: u32, frequency_hz: f64, count: usize) -> Vec<f32> {
         let phase = 2.0 * PI * frequency_hz / f64::from(rate_hz);

@@ -13,6 +13,8 @@ use foresound::{Error, Result};
 
 /// Grid squares along the longer side of the floor plan.
 const SQUARES: f32 = 40.0;
+/// Widest squares around the walk, in metres: a room has some.
+const NEAR_SQUARE_M: f32 = 0.75;
 /// Height of ears and mouths above the floor, in metres.
 const EAR_HEIGHT_M: f32 = 1.6;
 /// Least clear height above a floor, in metres.
@@ -108,8 +110,11 @@ impl Squares {
         let reach = Vec3::new(FAR_M, 0.0, FAR_M);
         let middle = Vec3::new(middle.x, 0.0, middle.z);
         let heights = [low, high].map(|corner| Vec3::Y * corner.y);
-        let square = [middle - reach + heights[0], middle + reach + heights[1]];
-        Self::over([square[0].max(low), square[1].min(high)])
+        Self {
+            low: low.max(middle - reach + heights[0]),
+            high: high.min(middle + reach + heights[1]),
+            pitch_m: NEAR_SQUARE_M,
+        }
     }
 }
 
@@ -426,6 +431,6 @@ mod tests {
         assert!(open_space(&scene_of(&mesh), 4).is_ok());
         let text = open_space(&scene_of(&narrow), 4).unwrap_err().to_string();
         assert!(text.contains("TOML"), "{text}");
-        assert!(text.contains("1.9 m of headroom"), "{text}");
+        assert!(text.contains("room to walk 1.5 m"), "{text}");
     }
 }
