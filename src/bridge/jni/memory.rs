@@ -263,8 +263,10 @@ fn is_read_only(env: &Env<'_>, buffer: &JByteBuffer<'_>) -> Result<bool, CallErr
         .get()
         .ok_or_else(|| CallError::null("isReadOnly"))?;
     let raw = env.get_raw();
-    // SAFETY: the interface of the virtual machine that made the call.
-    let functions = unsafe { &**raw };
+    // SAFETY: the environment of the virtual machine that made the call.
+    let interface = unsafe { *raw };
+    // SAFETY: its table of functions, which lives as long as the virtual machine.
+    let functions = unsafe { &*interface };
     // SAFETY: a function of every version of the interface.
     let call = unsafe { functions.v1_1.CallBooleanMethodA };
     // SAFETY: a buffer that is not null, its class's own method, which takes no argument and returns a boolean. No local
