@@ -61,7 +61,7 @@ fn frames() -> Vec<FramePaths> {
             paths: (0..60 + k % 30)
                 .map(|i| FramePath {
                     id: PathId(i * 7 + k / 4 % 3),
-                    source: SourceId::new((i % 5) as u16, (k / 13) as u16),
+                    source: SourceId::new((i % 5) as u16, (k / 13) as u32),
                     order: 0,
                     amplitude: [0.01 + 0.001 * i as f32; 8],
                     delay_s: 0.001 + 0.004 * ((i * i + k / 5 * 17) % 91) as f64,

@@ -4,13 +4,13 @@
 //! crossings a side, evaluated directly, whose pass band ends at 0.93 of the lower Nyquist frequency.
 
 use std::f64::consts::PI;
-use std::io::Cursor;
 use std::sync::Arc;
 
 use hound::{SampleFormat, WavReader};
 
 use super::error::{CallError, Status};
 use super::handles::{HandleTable, Kind};
+use crate::output::wav_chunks;
 
 /// A clip's samples.
 pub struct Clip {
@@ -78,7 +78,10 @@ pub fn from_wav(bytes: &[u8], engine_rate_hz: u32) -> Result<u64, CallError> {
         let text = format!("WAV: {error}; pass a file of PCM or float samples");
         CallError::new(Status::Format, text)
     };
-    let mut reader = WavReader::new(Cursor::new(bytes)).map_err(wrong)?;
+    let mut reader = wav_chunks(bytes)
+        .map_err(hound::Error::IoError)
+        .and_then(WavReader::new)
+        .map_err(wrong)?;
     let spec = reader.spec();
     let samples: Vec<f32> = match spec.sample_format {
         SampleFormat::Float => reader.samples::<f32>().collect::<Result<_, _>>(),
@@ -147,6 +150,7 @@ fn bessel_i0(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Cursor;
 
     fn sine(rate_hz: u32, frequency_hz: f64, count: usize) -> Vec<f32> {
         let phase = 2.0 * PI * frequency_hz / f64::from(rate_hz);

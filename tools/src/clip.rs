@@ -11,6 +11,7 @@ use hound::{SampleFormat, WavReader, WavSpec};
 use rubato::audioadapter_buffers::direct::InterleavedSlice;
 use rubato::{Fft, FixedSync, Resampler};
 
+use foresound::output::wav_chunks;
 use foresound::{Error, Result};
 
 /// Accepted sample rates in Hz.
@@ -194,7 +195,10 @@ fn read_samples(
     let wrong = |problem: String, advice: &str| Error::format(path, None, problem, advice);
     let file = File::open(path)
         .map_err(|e| Error::file(path, e, "check the name and that the file may be read"))?;
-    let mut reader = WavReader::new(BufReader::new(file)).map_err(|e| read_error(path, e))?;
+    let mut reader = wav_chunks(file)
+        .map_err(hound::Error::IoError)
+        .and_then(|chunks| WavReader::new(BufReader::new(chunks)))
+        .map_err(|e| read_error(path, e))?;
     let spec = reader.spec();
     if !(1..=most_channels).contains(&spec.channels) {
         let problem = match most_channels {

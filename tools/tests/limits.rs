@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use foresound::Error;
+use foresound::extrapolation::PredictorKind;
 use foresound::runtime::{AffinityPolicy, Engine, EngineSettings};
 use foresound::scene::mesh::MOST_TRIANGLES;
 use foresound::scene::{
@@ -281,4 +282,63 @@ fn bounds_are_settings_with_ranges() {
         "cache_capacity",
     );
     refused(with(&|s| s.propagation.guide_rays = u32::MAX), "guide_rays");
+}
+
+/// An engine's memory is what its settings state before it is made.
+#[test]
+fn an_engines_memory_is_stated_before_it_is_made() {
+    let _turn = TURN.lock();
+    let with = |change: &dyn Fn(&mut EngineSettings)| {
+        let mut settings = EngineSettings::default();
+        settings.affinity = AffinityPolicy::None;
+        change(&mut settings);
+        settings
+    };
+    let geometric = PredictorKind::ALL[2];
+    for settings in [
+        with(&|_| ()),
+        with(&|s| s.generation.max_sources = 1),
+        with(&|s| {
+            s.generation.max_sources = 64;
+            s.generation.max_delay_s = 5.0;
+        }),
+        with(&|s| s.generation.max_voices = 1),
+        with(&|s| s.generation.max_voices = 16_384),
+        with(&|s| s.max_paths = 16_384),
+        with(&|s| {
+            s.max_paths = 16_384;
+            s.predictor = geometric;
+        }),
+        with(&|s| s.max_sources = Some(4096)),
+        with(&|s| s.trace_spans = 1 << 20),
+        with(&|s| s.block_frames = 4096),
+        with(&|s| s.max_snapshot_paths = 16_384),
+    ] {
+        let stated = settings.memory_bytes();
+        let (engine, bytes) = peak_bytes_of(|| Engine::new(settings.clone()));
+        drop(engine.expect("an engine"));
+        let ratio = bytes as f64 / stated as f64;
+        assert!(
+            (0.75..1.1).contains(&ratio),
+            "{bytes} of {stated}: {settings:?}"
+        );
+    }
+}
+
+/// The largest engine of the ranges is refused in words and in little memory, unless it is asked for.
+#[test]
+fn an_engine_of_gigabytes_is_refused_in_words() {
+    let _turn = TURN.lock();
+    let mut settings = EngineSettings::default();
+    settings.affinity = AffinityPolicy::None;
+    settings.generation.rate_hz = 48_000;
+    settings.generation.max_sources = 256;
+    settings.generation.max_delay_s = 10.0;
+    let (result, bytes) = peak_bytes_of(|| Engine::new(settings.clone()).map(drop));
+    refused(result, "max_memory_bytes");
+    assert!(bytes < 1 << 16, "{bytes} bytes");
+    assert!(settings.memory_bytes() > 3_800_000_000);
+    settings.generation.max_delay_s = 1.0;
+    settings.max_memory_bytes = 1 << 20;
+    refused(Engine::new(settings).map(drop), "max_memory_bytes");
 }
