@@ -510,6 +510,29 @@ fn unknown_materials_are_reported() {
 }
 
 #[test]
+fn a_wall_with_two_doors_has_the_area_of_its_outline() {
+    let folder = Folder::new();
+    // 6 by 3 m without two doors of 0.9 by 2.1 m.
+    let outline = "v 1 0 0\nv 1 2.1 0\nv 1.9 2.1 0\nv 1.9 0 0\nv 4 0 0\nv 4 2.1 0\nv 4.9 2.1 0\nv 4.9 0 0\n\
+                   v 6 0 0\nv 6 3 0\nv 0 3 0\nv 0 0 0\n";
+    let corners: Vec<usize> = (1..=12).collect();
+    for first in 0..12 {
+        let mut face = corners.clone();
+        face.rotate_left(first);
+        let face: Vec<String> = face.iter().map(usize::to_string).collect();
+        let path = folder.write("wall.obj", &format!("{outline}f {}\n", face.join(" ")));
+        let output = foresound(&["inspect", text(&path), "--json"]);
+        let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let area_m2 = value["area_m2"].as_f64().expect("an area");
+        let expected_m2 = 6.0 * 3.0 - 2.0 * 0.9 * 2.1;
+        assert!(
+            (area_m2 - expected_m2).abs() < 1e-5,
+            "{area_m2} m²: {face:?}"
+        );
+    }
+}
+
+#[test]
 fn a_soak_reports_its_findings() {
     let output = foresound(&["soak", "--minutes", "0.02", "--sources", "2", "--json"]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use foresound::Error;
+use foresound::bridge::clip;
 use foresound::extrapolation::PredictorKind;
 use foresound::runtime::{AffinityPolicy, Engine, EngineSettings};
 use foresound::scene::mesh::MOST_TRIANGLES;
@@ -139,11 +140,15 @@ fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
 
 /// The header of a mono WAV file of 16 bits and so many bytes of sound.
 fn wav_header(bytes: u32) -> Vec<u8> {
+    wav_header_at(44_100, bytes)
+}
+
+fn wav_header_at(rate_hz: u32, bytes: u32) -> Vec<u8> {
     let mut header = b"RIFF".to_vec();
     header.extend(bytes.saturating_add(36).to_le_bytes());
     header.extend(b"WAVEfmt \x10\0\0\0\x01\0\x01\0");
-    header.extend(44_100u32.to_le_bytes());
-    header.extend(88_200u32.to_le_bytes());
+    header.extend(rate_hz.to_le_bytes());
+    header.extend((2 * rate_hz).to_le_bytes());
     header.extend(b"\x02\0\x10\0data");
     header.extend(bytes.to_le_bytes());
     header
@@ -168,6 +173,57 @@ fn four_gigabytes_of_sound_are_refused_by_their_header() {
     std::fs::write(&path, [wav_header(2000), vec![1; 2000]].concat()).expect("written");
     refused(load_clip_within(&path, 44_100, 999), "more than 999");
     assert!(load_clip_within(&path, 44_100, 1000).is_ok());
+}
+
+/// Bytes of samples and of their conversion, at four bytes each, besides which a conversion takes a fixed amount.
+fn converted_bytes(from_hz: u32, to_hz: u32, count: usize) -> usize {
+    4 * count + 4 * (count * to_hz as usize).div_ceil(from_hz as usize)
+}
+
+#[test]
+fn converting_a_sound_takes_the_memory_of_both_rates() {
+    let _turn = TURN.lock();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("sound.wav");
+    for (from_hz, to_hz, count) in [
+        (48_000, 44_100, 1 << 22),
+        (44_100, 48_000, 1 << 22),
+        (44_101, 48_000, 1 << 21),
+        (1000, 48_000, 200_000),
+        (384_000, 44_100, 1 << 22),
+    ] {
+        let samples = vec![1u8; 2 * count];
+        let file = [wav_header_at(from_hz, 2 * count as u32), samples].concat();
+        let expected = converted_bytes(from_hz, to_hz, count);
+        // The table of the kernel, the handle.
+        let (result, used) = peak_bytes_of(|| clip::from_wav(&file, to_hz));
+        let handle = result.expect("is a sound");
+        assert!(used < expected + (1 << 21), "{used} of {expected} bytes");
+        foresound::bridge::close(handle).expect("is open");
+        std::fs::write(&path, &file).expect("written");
+        // Transforms of up to 2 ^ 18 numbers of 16 bytes, and their tables.
+        let (result, used) = peak_bytes_of(|| load_clip(&path, to_hz));
+        result.expect("is a sound");
+        assert!(used < expected + (1 << 25), "{used} of {expected} bytes");
+    }
+}
+
+#[test]
+fn sound_that_its_conversion_would_blow_up_is_refused() {
+    let _turn = TURN.lock();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("slow.wav");
+    for bytes in [8 << 20, 32 << 20] {
+        let file = [wav_header_at(1000, bytes), vec![1; bytes as usize]].concat();
+        std::fs::write(&path, &file).expect("written");
+        let (result, used) = peak_bytes_of(|| load_clip(&path, 48_000));
+        refused(result, &format!("{} samples at 48000 Hz", 24 * bytes));
+        assert!(used < 1 << 16, "{used} bytes");
+        let (result, used) = peak_bytes_of(|| clip::from_wav(&file, 48_000));
+        let text = result.expect_err("too long").to_string();
+        assert!(text.contains(&format!("{} samples", 24 * bytes)), "{text}");
+        assert!(used < 1 << 16, "{used} bytes");
+    }
 }
 
 #[cfg(unix)]

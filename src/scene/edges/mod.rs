@@ -7,6 +7,7 @@ mod boundaries;
 mod edge;
 mod find;
 mod mirrors;
+mod search_budget;
 mod tree;
 mod visibility_graph;
 

@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Bvh, Ray};
 use crate::scene::edges::edge::Edge;
+use crate::scene::edges::search_budget::SearchBudget;
 use crate::scene::edges::tree::EdgeTree;
 
 /// Most neighbours of one edge.
@@ -19,10 +20,6 @@ const CLEARANCE_M: f64 = 1e-3;
 /// Candidates of one edge that are tested, nearest first.
 const MOST_TESTED: usize = 32;
 
-/// Edges compared with one edge, in the tree's order: bounds the time where thousands of edges lie within reach of each
-/// other. The benchmark scenes stay below a quarter of it.
-const MOST_COMPARED: usize = 4096;
-
 /// Neighbour lists of all edges, end to end.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EdgeVisibilityGraph {
@@ -36,19 +33,21 @@ impl EdgeVisibilityGraph {
             first: vec![0],
             list: Vec::new(),
         };
+        let budget = SearchBudget::new(edges.len(), bvh.crossed_boxes());
         let mut near: Vec<(f64, u32)> = Vec::new();
         for (index, edge) in edges.iter().enumerate() {
             near.clear();
             let (a, b) = (edge.at(0.0), edge.at(edge.length_m));
             let (low, high) = (a.min(b), a.max(b));
             let mut compared = 0;
-            tree.walk(|min, max, leaf| {
-                let gap_m = (min - high).max(low - max).max(DVec3::ZERO).length();
+            let gap_m =
+                |min: DVec3, max: DVec3| (min - high).max(low - max).max(DVec3::ZERO).length();
+            tree.walk_nearest(gap_m, |gap_m, leaf| {
                 let bound_m = match near.get(MOST_TESTED - 1) {
                     Some((farthest_m, _)) => *farthest_m,
                     None => REACH_M,
                 };
-                if compared >= MOST_COMPARED || gap_m - tree.slack_m() > bound_m {
+                if compared >= budget.compared || gap_m - tree.slack_m() > bound_m {
                     return false;
                 }
                 for &other in leaf.iter().filter(|&&o| o as usize != index) {
@@ -70,6 +69,7 @@ impl EdgeVisibilityGraph {
             });
             let seen = near
                 .iter()
+                .take(budget.tested)
                 .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh))
                 .take(MOST_NEIGHBOURS);
             result.list.extend(seen.map(|(_, other)| *other));
@@ -118,19 +118,23 @@ fn is_unoccluded(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use glam::Vec3;
 
     use super::*;
+    use crate::geometry::bvh::RayObserver;
     use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
 
-    /// Loose triangles within reach of each other.
-    fn heap(count: u32) -> TriangleMesh {
+    /// Loose triangles in a box of a given size.
+    fn heap(count: u32, size: Vec3) -> TriangleMesh {
         let mut mesh = TriangleMesh::default();
         let material = mesh.material("concrete");
         let random = |n: u32| (n.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
         for n in 0..3 * count {
             let at = Vec3::new(random(3 * n), random(3 * n + 1), random(3 * n + 2));
-            mesh.vertices.push(8.0 * at);
+            mesh.vertices.push(size * at);
         }
         for n in 0..count {
             mesh.triangles.push([3 * n, 3 * n + 1, 3 * n + 2]);
@@ -142,11 +146,11 @@ mod tests {
     #[test]
     fn neighbours_equal_an_exhaustive_search() {
         let doorway = procedural::by_name("doorway").expect("a scene").mesh;
-        for mesh in [doorway, heap(120)] {
+        for mesh in [doorway, heap(120, Vec3::splat(8.0))] {
             let table = MaterialTable::built_in();
             let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
             let edges = scene.edges().as_slice();
-            assert!(edges.len() > 40 && edges.len() < MOST_COMPARED);
+            assert!(edges.len() > 40 && edges.len() < 4096);
             for (index, edge) in edges.iter().enumerate() {
                 let mut near: Vec<(f64, u32)> = Vec::new();
                 for (other, candidate) in edges.iter().enumerate() {
@@ -165,6 +169,42 @@ mod tests {
                 let expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
                 assert_eq!(scene.edges().neighbours(index as u32), expected);
             }
+        }
+    }
+
+    #[derive(Debug, Default)]
+    struct RayCount(AtomicUsize);
+
+    impl RayObserver for RayCount {
+        fn on_ray(&self, _: &Ray, _: [u32; 2], _: bool) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    #[test]
+    fn sight_lines_through_heaps_of_triangles_are_bounded() {
+        let flat = Vec3::new(50.0, 0.0, 50.0);
+        for (count, size) in [
+            (1000, flat),
+            (5000, flat),
+            (20_000, flat),
+            (10_000, Vec3::splat(50.0)),
+        ] {
+            let mesh = heap(count, size);
+            let vertices = &mesh.vertices;
+            let groups: Vec<u32> = (0..count).collect();
+            let rays = Arc::new(RayCount::default());
+            let bvh = Bvh::build(vertices, &mesh.triangles, &groups).with_observer(rays.clone());
+            let table = MaterialTable::built_in();
+            let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
+            let edges = scene.edges().as_slice();
+            EdgeVisibilityGraph::build(edges, &EdgeTree::build(edges), &bvh);
+            let boxes = rays.0.load(Ordering::Relaxed) as f64 * bvh.crossed_boxes();
+            // Two nanoseconds a box: half a second.
+            assert!(
+                boxes <= f64::from(1 << 28),
+                "{boxes} boxes of {count} triangles"
+            );
         }
     }
 }

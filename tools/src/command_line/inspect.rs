@@ -1,4 +1,4 @@
-//! `inspect`: triangles, surfaces, materials, edges and bounds of a mesh.
+//! `inspect`: triangles, surfaces, area, materials, edges and bounds of a mesh.
 
 use std::path::PathBuf;
 
@@ -37,11 +37,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let scene = &loaded.scene;
     let report = scene.report();
     let names: Vec<&str> = scene.materials().iter().map(|m| m.name.as_str()).collect();
+    let area_m2: f64 = scene.surfaces().iter().map(|s| s.area_m2).sum();
     let (min, max) = (report.bounds_min, report.bounds_max);
     if arguments.json {
         let value = json!({
             "triangles": report.triangles,
             "surfaces": scene.surfaces().len(),
+            "area_m2": area_m2,
             "materials": names,
             "defaulted_materials": scene.defaulted_materials(),
             "edges": report.edges,
@@ -68,6 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         report.triangles_in
     );
     outln!("  surfaces    {}", scene.surfaces().len());
+    outln!("  area        {area_m2:.3} m²");
     outln!("  materials   {}", names.join(", "));
     let watertight = if report.watertight {
         "watertight"
