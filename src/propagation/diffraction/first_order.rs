@@ -92,7 +92,7 @@ impl FirstOrderPath {
 
     fn is_unoccluded(&self, scene: &Scene, endpoints: &Endpoints, rays: &mut u64) -> bool {
         let edge = scene.edge(self.edge);
-        let sight_point = edge_wave::sight_point(self.crossing.apex, edge.outward());
+        let sight_point = edge_wave::sight_point(&edge, self.crossing.apex, edge.outward());
         let (from, to) = local_positions(scene, endpoints);
         let mut sees = |end| is_unoccluded(scene, end, sight_point, edge.faces, rays);
         sees(to) && sees(from)

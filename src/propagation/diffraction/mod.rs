@@ -27,6 +27,7 @@ mod ranked_list;
 pub mod revalidate;
 pub mod second_order;
 pub mod transition;
+mod truncation;
 pub mod two_edge_path;
 pub mod utd;
 pub mod wedge_geometry;

@@ -125,7 +125,7 @@ impl TwoEdgePath {
         let (from, to) = local_positions(scene, endpoints);
         let [a, b] = &self.edges.map(|edge| scene.edge(edge));
         let [first, second] = [(a, 0), (b, 1)]
-            .map(|(edge, i)| edge_wave::sight_point(self.crossings[i].apex, edge.outward()));
+            .map(|(edge, i)| edge_wave::sight_point(edge, self.crossings[i].apex, edge.outward()));
         // The leg between may lie in a face of both.
         let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
         let between = shared.map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
@@ -314,6 +314,7 @@ mod tests {
             normal,
             n: 2.0,
             faces: [0; 2],
+            free_ends: [false; 2],
         }
     }
 

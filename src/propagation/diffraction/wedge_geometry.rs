@@ -73,6 +73,14 @@ impl WedgeAngles {
         2.0 * wavenumber * distance_m * sine_squared(beta).min(sine_squared(-beta))
     }
 
+    /// Arguments of the transition function, over kL, at the nearest boundary of the incident wave and at those of the
+    /// faces' reflections.
+    pub(crate) fn transition_arguments(&self) -> [f64; 3] {
+        let [a, b, first, second] =
+            (self.deviations()).map(|deviation| 2.0 * (0.5 * deviation).sin().powi(2));
+        [a.min(b), first, second]
+    }
+
     /// Share of the incident wave in the field at the edge: ½ at grazing incidence, where it includes its reflection.
     pub(crate) fn grazing_factor(&self) -> f64 {
         match is_on_face(self.n, self.incoming) || is_on_face(self.n, self.outgoing) {

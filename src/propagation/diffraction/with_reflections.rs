@@ -129,10 +129,10 @@ impl CandidateEdge {
     /// needs no angles and excludes most candidates.
     fn may_cross(&self, scene: &Scene, ends: &[ImagePoint; 2]) -> bool {
         let along_m = self.edge.apex_m(ends[0].image, ends[1].image);
-        if !(0.0..=self.edge.length_m).contains(&along_m) {
+        let Some(along_m) = self.edge.clamped(along_m) else {
             return false;
-        }
-        let sight_point = edge_wave::sight_point(self.edge.at(along_m), self.outward);
+        };
+        let sight_point = edge_wave::sight_point(&self.edge, self.edge.at(along_m), self.outward);
         ends.iter().all(|end| {
             end.surface.is_none_or(|surface| {
                 let plane = scene.surface(surface);
@@ -163,7 +163,7 @@ impl CandidateEdge {
             let factor = scene.reflectance(surface).factor(RANKING_COSINE)[RANKING_BAND];
             gain *= f64::from(factor.abs());
         }
-        let sight_point = edge_wave::sight_point(crossing.apex, self.outward);
+        let sight_point = edge_wave::sight_point(&self.edge, crossing.apex, self.outward);
         if gain < MIN_RANKING_GAIN
             || ranked[MAX_TESTED - 1].is_some_and(|last| last.gain >= gain)
             || reflection_points(scene, &ends, sight_point).is_none()
@@ -216,7 +216,7 @@ impl ReflectedEdgePath {
         ];
         let line = &scene.edge(edge);
         let crossing = line.crossing(ends[0].image, ends[1].image)?;
-        let sight_point = edge_wave::sight_point(crossing.apex, line.outward());
+        let sight_point = edge_wave::sight_point(line, crossing.apex, line.outward());
         let hits = reflection_points(scene, &ends, sight_point)?;
         let fade = fade_out(crossing.length_m() - ends[0].image.distance(ends[1].image));
         (fade > 0.0).then_some(Self {

@@ -6,6 +6,7 @@
 mod boundaries;
 mod edge;
 mod find;
+mod free_ends;
 mod mirrors;
 mod tree;
 mod visibility_graph;
@@ -92,7 +93,8 @@ impl EdgeSet {
         centre: DVec3,
         bvh: &Bvh,
     ) -> Self {
-        let edges = find::find(vertices, triangles, surfaces, centre);
+        let mut edges = find::find(vertices, triangles, surfaces, centre);
+        free_ends::mark(&mut edges, bvh);
         let tree = EdgeTree::build(&edges);
         let graph = visibility_graph::EdgeVisibilityGraph::build(&edges, &tree, bvh);
         let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)

@@ -38,6 +38,7 @@ const NO_EDGE: Edge = Edge {
     normal: DVec3::Z,
     n: 2.0,
     faces: [NO_GROUP; 2],
+    free_ends: [false; 2],
 };
 
 impl Scene {
