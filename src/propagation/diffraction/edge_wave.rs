@@ -93,12 +93,16 @@ pub fn diffracted_field(
     let wavenumbers = wavenumbers(scene);
     let kl = wavenumbers.map(|wavenumber| wavenumber * spread.distance_m);
     let mut fields = wedge_field(&angles, spread, &kl);
+    let continued = fields.map(|field| {
+        let waves = [field.first_face, field.second_face];
+        std::array::from_fn::<_, 2, _>(|i| continuation_factor(waves[i], fading[i]))
+    });
     truncate(&mut fields, &angles, crossing, &wavenumbers, &kl);
     for (b, field) in fields.iter().enumerate() {
         incident[b] = field.incident * f64::from(loss[b]);
         let face = |i: usize, wave: Complex| {
             let factor = spherical_reflection_factor(faces[i], b, cosines[i], kl[b]);
-            wave * (factor * continuation_factor(wave, fading[i]))
+            wave * (factor * continued[b][i])
         };
         reflected[b] = face(0, field.first_face) + face(1, field.second_face);
     }
@@ -141,11 +145,14 @@ fn continuation_factor(part: Complex, is_fading: bool) -> f64 {
     }
 }
 
-/// Which of an edge's faces are small panels at a point of it: single reflections in them fade towards the edge
-/// ([`crate::propagation::image_source::finite_panel`]).
+/// Which of an edge's faces have no reflection at a point of it that the edge's wave continues: those without panels, and
+/// small panels, whose single reflections fade towards the edge ([`crate::propagation::image_source::finite_panel`]).
 pub fn finite_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
+    let is_dull = edge
+        .faces
+        .map(|face| scene.surface(face).panel_triangle_count == 0);
     if !scene.has_finite_panels() {
-        return [false; 2];
+        return is_dull;
     }
     let normals = edge.faces.map(|face| scene.surface(face).normal);
     let first = edge.normal.dot(normals[0]) > 0.0;
@@ -156,8 +163,8 @@ pub fn finite_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] 
     };
     let is_free = |face, in_front| scene.finite_panel_at(face, apex, in_front).is_some();
     [
-        is_free(edge.faces[0], first),
-        is_free(edge.faces[1], second),
+        is_dull[0] || is_free(edge.faces[0], first),
+        is_dull[1] || is_free(edge.faces[1], second),
     ]
 }
 

@@ -12,6 +12,7 @@ use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::edge_wave::{
     self, ComplexBands, EdgePath, is_unoccluded, local_positions,
 };
+use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
@@ -138,6 +139,23 @@ impl FirstOrderField {
     }
 }
 
+/// The path over two edges, both visible from both ends, along a narrow face between them: their waves over one edge alone
+/// suppose that the face has no other end.
+pub(crate) fn along_common_face(
+    scene: &Scene,
+    endpoints: &Endpoints,
+    edges: [u32; 2],
+) -> Option<TwoEdgePath> {
+    let lines = edges.map(|edge| scene.edge(edge));
+    if !two_edge_path::bound_narrow_face([&lines[0], &lines[1]]) {
+        return None;
+    }
+    let (from, _) = local_positions(scene, endpoints);
+    let [a, b] = lines.map(|line| line.line_distance_m(from));
+    let ordered = if a <= b { edges } else { [edges[1], edges[0]] };
+    TwoEdgePath::over(scene, ordered, endpoints)
+}
+
 /// Emits the straight path, direct or transmitted, and the paths over one of `edges`. The edges come in the order of the
 /// paths' lengths; the first [`MAX_DIRECT_EDGES`] that are visible from both ends and audible count. Adds the rays cast to
 /// `rays`.
@@ -195,6 +213,14 @@ pub fn direct_field(
         if !field.is_audible(spreading) {
             continue;
         }
+        let along_face = result.edges.as_slice().iter().find_map(|&other| {
+            let path = along_common_face(scene, endpoints, [edge, other])?;
+            let fade = fade_out(path.length_m() - straight_m);
+            Some((
+                path.length_m(),
+                path.field(scene, endpoints).map(|wave| wave * fade),
+            ))
+        });
         result.edges.push(edge);
         let (mut merged, mut separate) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
@@ -205,6 +231,12 @@ pub fn direct_field(
             let faces = share * field.face_share(b);
             merged[b] = field.incident[b] * share + field.reflected[b] * faces;
             separate[b] = field.incident[b] * (1.0 - share) + field.reflected[b] * (1.0 - faces);
+            if let Some((over_both_m, waves)) = &along_face {
+                let later = Complex::cis(-wavenumber * (over_both_m - length_m));
+                let wave = waves[b] * later * (length_m / over_both_m);
+                merged[b] += wave * share;
+                separate[b] += wave * (1.0 - share);
+            }
         }
         let gains: BandArray = separate.map(|wave| edge_wave::real_gain(wave) as f32);
         let is_path = edge_wave::is_audible(&gains, spreading);

@@ -89,7 +89,7 @@ pub fn update(
         with_reflections::find(scene, endpoints, &near, rays, emit);
     }
     if diffraction_order > 1 {
-        second_order::find(scene, endpoints, &near, rays, emit);
+        second_order::find(scene, endpoints, &near, &edges, rays, emit);
     }
     edges
 }

@@ -127,6 +127,12 @@ impl Edge {
         (along * along + across * across).sqrt() * (1.0 - LENGTH_ROUNDING)
     }
 
+    /// Distance in metres of a point from the edge's line.
+    pub fn line_distance_m(&self, point: DVec3) -> f64 {
+        let out = point - self.origin;
+        (out - out.dot(self.direction) * self.direction).length()
+    }
+
     /// Whether a point has an angle around the edge ([`Self::angle_of`]), mostly without computing it.
     pub fn is_outside(&self, point: DVec3) -> bool {
         let out = point - self.origin;
