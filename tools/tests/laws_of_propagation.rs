@@ -65,6 +65,7 @@ laws! {
     reciprocity "reciprocity"
     air "air"
     edge "edge"
+    flush "flush"
     transmission "transmission"
     thread_count "thread count"
 }

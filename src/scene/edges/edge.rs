@@ -4,6 +4,12 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+/// Shortest edge in metres: shorter ones cast no shadow below 1 kHz.
+pub const LEAST_LENGTH_M: f64 = 0.3;
+
+/// Least angle in degrees by which the air around an edge exceeds a half-turn.
+pub const LEAST_TURN_DEG: f64 = 5.0;
+
 /// Distance from an edge's line below which a point has no angle around it, in metres.
 const ON_EDGE_M: f64 = 1e-4;
 

@@ -14,13 +14,8 @@ use super::super::surface::SurfaceSet;
 use super::super::surface::key::{distinct, edge_key};
 use super::super::surface::panel::DisjointSets;
 use super::super::weld::sorted_edges;
-use super::edge::Edge;
-
-/// Shortest edge in metres: shorter ones cast no shadow below 1 kHz.
-pub const LEAST_LENGTH_M: f64 = 0.3;
-
-/// Least angle in degrees by which the air around an edge exceeds a half-turn.
-pub const LEAST_TURN_DEG: f64 = 5.0;
+use super::edge::{Edge, LEAST_LENGTH_M, LEAST_TURN_DEG};
+use super::flush;
 
 /// Largest angle between collinear segments, in degrees.
 const SAME_LINE_DEG: f64 = 0.2;
@@ -61,6 +56,9 @@ pub(super) fn find(
     }
     let mut edges = join(&segments, position);
     edges.retain(|edge| edge.length_m > LEAST_LENGTH_M);
+    edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
+    edges.truncate(MOST_EDGES);
+    let mut edges = flush::cut(edges, vertices, triangles, surfaces);
     edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
     edges.truncate(MOST_EDGES);
     for edge in &mut edges {

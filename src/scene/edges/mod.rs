@@ -6,6 +6,7 @@
 mod boundaries;
 mod edge;
 mod find;
+mod flush;
 mod mirrors;
 mod tree;
 mod visibility_graph;
@@ -13,8 +14,8 @@ mod visibility_graph;
 use glam::{DVec3, Vec3};
 
 pub use crate::scene::edges::visibility_graph::{MOST_NEIGHBOURS, REACH_M};
-pub use edge::{Edge, EdgeCrossing};
-pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
+pub use edge::{Edge, EdgeCrossing, LEAST_LENGTH_M, LEAST_TURN_DEG};
+pub use flush::FLUSH_M;
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 

@@ -5,6 +5,7 @@ pub mod air;
 pub mod decay;
 pub mod edge;
 pub(crate) mod edge_scene;
+mod flush;
 pub mod joining;
 pub mod late_figures;
 pub mod recall;
@@ -12,6 +13,7 @@ mod recall_rooms;
 pub mod reciprocity;
 pub mod rooms;
 pub mod shoebox;
+mod solids;
 pub mod thread_count;
 pub mod transmission;
 #[path = "../../../tests/reference/wedge.rs"]
@@ -85,7 +87,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 9] = [
+const LAWS: [(&str, Law); 10] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -93,6 +95,7 @@ const LAWS: [(&str, Law); 9] = [
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
     ("edge", edge::rows),
+    ("flush", flush::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
 ];
