@@ -10,6 +10,7 @@ pub mod late_figures;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
+mod rims;
 pub mod rooms;
 pub mod shoebox;
 pub mod thread_count;
@@ -85,7 +86,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 9] = [
+const LAWS: [(&str, Law); 10] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -93,6 +94,7 @@ const LAWS: [(&str, Law); 9] = [
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
     ("edge", edge::rows),
+    ("rims", rims::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
 ];
