@@ -66,6 +66,9 @@ laws! {
     air "air"
     edge "edge"
     flush "flush"
+    thick "thick"
+    invariance "invariance"
+    rims "rims"
     transmission "transmission"
     thread_count "thread count"
 }

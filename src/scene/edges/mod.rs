@@ -104,7 +104,7 @@ impl EdgeSet {
         mirrors.truncate(MOST_MIRRORS);
         Self {
             mirrors: mirrors::EdgeMirrorLists::build(&edges, &surfaces.surfaces, &mirrors),
-            boundaries: boundaries::SurfaceBoundaries::build(&edges, surfaces.surfaces.len()),
+            boundaries: boundaries::SurfaceBoundaries::build(&edges, surfaces, bvh),
             edges,
             tree,
             graph,
@@ -141,10 +141,17 @@ impl EdgeSet {
         self.graph.of(index)
     }
 
-    /// Distance in metres from a point of a surface to the nearest edge that the surface ends at, if that is below
-    /// `within_m`.
-    pub fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
-        self.boundaries.distance_m(surface, point, within_m)
+    /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`.
+    /// Edges at which another surface continues it on the normal's side (`in_front`) or on the other do not count there.
+    pub fn distance_m(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        within_m: f64,
+    ) -> Option<f64> {
+        self.boundaries
+            .distance_m(surface, point, in_front, within_m)
     }
 
     /// Surfaces of large solid angle from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: candidates for

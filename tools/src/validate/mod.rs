@@ -6,14 +6,17 @@ pub mod decay;
 pub mod edge;
 pub(crate) mod edge_scene;
 mod flush;
+mod invariance;
 pub mod joining;
 pub mod late_figures;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
+mod rims;
 pub mod rooms;
 pub mod shoebox;
 mod solids;
+mod thick;
 pub mod thread_count;
 pub mod transmission;
 #[path = "../../../tests/reference/wedge.rs"]
@@ -87,7 +90,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 10] = [
+const LAWS: [(&str, Law); 13] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -96,6 +99,9 @@ const LAWS: [(&str, Law); 10] = [
     ("air", air::rows),
     ("edge", edge::rows),
     ("flush", flush::rows),
+    ("thick", thick::rows),
+    ("invariance", invariance::rows),
+    ("rims", rims::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
 ];

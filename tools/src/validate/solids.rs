@@ -54,6 +54,11 @@ impl Solids {
         }
     }
 
+    /// The material of all triangles.
+    pub(crate) fn material(&self) -> &Material {
+        &self.material
+    }
+
     /// Commits the mesh.
     pub(crate) fn commit(&self) -> Result<Arc<Scene>> {
         rooms::commit(&self.mesh, vec![self.material.clone()])
