@@ -330,6 +330,13 @@ impl Scene {
         })
     }
 
+    #[inline(never)]
+    pub(crate) fn instance_is_in_closed_part(&self, triangle: u32) -> bool {
+        self.instances.of(triangle).is_some_and(|(placed, local)| {
+            placed.part.has_triangle(local) && placed.part.is_in_closed_part(local)
+        })
+    }
+
     /// The surface of an instance's triangle, or [`NO_GROUP`].
     #[inline(never)]
     pub(crate) fn instance_surface_of(&self, triangle: u32) -> u32 {
