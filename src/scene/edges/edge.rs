@@ -189,6 +189,15 @@ impl Edge {
         self.at(s).distance(other.at(t))
     }
 
+    /// Unit normal of the first face (0) or the second one (1) on the air's side.
+    pub fn face_normal(&self, face: usize) -> DVec3 {
+        if face == 0 {
+            return self.normal;
+        }
+        let (sin, cos) = (self.n * PI).sin_cos();
+        (self.tangent * cos + self.normal * sin).cross(self.direction)
+    }
+
     /// Unit vector from the edge along the bisector of the exterior wedge.
     pub fn outward(&self) -> DVec3 {
         let (sin, cos) = (0.5 * self.n * PI).sin_cos();

@@ -13,7 +13,7 @@ mod visibility_graph;
 
 use glam::{DVec3, Vec3};
 
-pub use crate::scene::edges::visibility_graph::{MOST_NEIGHBOURS, REACH_M};
+pub use crate::scene::edges::visibility_graph::{FACE_REACH_M, MOST_NEIGHBOURS, REACH_M};
 pub use edge::{Edge, EdgeCrossing, LEAST_LENGTH_M, LEAST_TURN_DEG};
 pub use flush::FLUSH_M;
 pub(super) use mirrors::choose;
@@ -136,7 +136,8 @@ impl EdgeSet {
         &self.edges[index as usize]
     }
 
-    /// Edges visible from an edge, at most [`MOST_NEIGHBOURS`], nearest first.
+    /// Edges visible from an edge: at most [`MOST_NEIGHBOURS`] within [`REACH_M`], nearest first, then some beyond it that
+    /// share a face with the edge.
     pub fn neighbours(&self, index: u32) -> &[u32] {
         self.graph.of(index)
     }
