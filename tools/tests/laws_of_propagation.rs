@@ -65,6 +65,10 @@ laws! {
     reciprocity "reciprocity"
     air "air"
     edge "edge"
+    flush "flush"
+    thick "thick"
+    invariance "invariance"
+    rims "rims"
     transmission "transmission"
     thread_count "thread count"
 }

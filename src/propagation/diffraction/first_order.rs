@@ -139,21 +139,38 @@ impl FirstOrderField {
     }
 }
 
-/// The path over two edges, both visible from both ends, along a narrow face between them: their waves over one edge alone
-/// suppose that the face has no other end.
-pub(crate) fn along_common_face(
+/// Lengths of paths over two edges along a narrow face, and the field along them.
+type AlongFaces = [Option<(f64, ComplexBands)>; 2];
+
+/// The paths over an edge and another one along a narrow face between them, but those over an edge that is `done`. Without
+/// them the wave over the edge alone supposes that the face has no other end.
+fn along_faces(
     scene: &Scene,
     endpoints: &Endpoints,
-    edges: [u32; 2],
-) -> Option<TwoEdgePath> {
-    let lines = edges.map(|edge| scene.edge(edge));
-    if !two_edge_path::bound_narrow_face([&lines[0], &lines[1]]) {
-        return None;
-    }
-    let (from, _) = local_positions(scene, endpoints);
-    let [a, b] = lines.map(|line| line.line_distance_m(from));
-    let ordered = if a <= b { edges } else { [edges[1], edges[0]] };
-    TwoEdgePath::over(scene, ordered, endpoints)
+    edge: u32,
+    done: &DirectEdges,
+    rays: &mut u64,
+) -> AlongFaces {
+    let (from, to) = local_positions(scene, endpoints);
+    let line = &scene.edge(edge);
+    let mut found = scene.edge_neighbours(edge).filter_map(|other| {
+        let other_line = &scene.edge(other);
+        if done.as_slice().contains(&other) || !two_edge_path::bound_narrow_face([line, other_line])
+        {
+            return None;
+        }
+        let edges = match line.line_distance_m(from) < other_line.line_distance_m(from) {
+            true => [edge, other],
+            false => [other, edge],
+        };
+        let path = TwoEdgePath::over(scene, edges, endpoints)?;
+        let fade = fade_out(path.length_m() - from.distance(to));
+        path.is_unoccluded(scene, endpoints, rays).then(|| {
+            let field = path.field(scene, endpoints).map(|wave| wave * fade);
+            (path.length_m(), field)
+        })
+    });
+    [found.next(), found.next()]
 }
 
 /// Emits the straight path, direct or transmitted, and the paths over one of `edges`. The edges come in the order of the
@@ -213,14 +230,7 @@ pub fn direct_field(
         if !field.is_audible(spreading) {
             continue;
         }
-        let along_face = result.edges.as_slice().iter().find_map(|&other| {
-            let path = along_common_face(scene, endpoints, [edge, other])?;
-            let fade = fade_out(path.length_m() - straight_m);
-            Some((
-                path.length_m(),
-                path.field(scene, endpoints).map(|wave| wave * fade),
-            ))
-        });
+        let along_faces = along_faces(scene, endpoints, edge, &result.edges, rays);
         result.edges.push(edge);
         let (mut merged, mut separate) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
@@ -231,7 +241,7 @@ pub fn direct_field(
             let faces = share * field.face_share(b);
             merged[b] = field.incident[b] * share + field.reflected[b] * faces;
             separate[b] = field.incident[b] * (1.0 - share) + field.reflected[b] * (1.0 - faces);
-            if let Some((over_both_m, waves)) = &along_face {
+            for (over_both_m, waves) in along_faces.iter().flatten() {
                 let later = Complex::cis(-wavenumber * (over_both_m - length_m));
                 let wave = waves[b] * later * (length_m / over_both_m);
                 merged[b] += wave * share;

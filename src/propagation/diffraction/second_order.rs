@@ -65,9 +65,7 @@ pub fn find(
     loudest.for_each(|(_, path)| emit(path));
 }
 
-/// Whether waves over one edge include that over two: at a common face
-/// ([`along_common_face`](crate::propagation::diffraction::first_order::along_common_face)), and at a corner, where the
-/// edges' ends do.
+/// Whether waves over one edge include that over two: along a narrow face, and at a corner, where the edge's end does.
 fn is_in_direct_field(scene: &Scene, direct: &DirectEdges, edges: [u32; 2]) -> bool {
     let is_direct = edges.map(|edge| direct.as_slice().contains(&edge));
     if !(is_direct[0] || is_direct[1]) {
@@ -75,5 +73,5 @@ fn is_in_direct_field(scene: &Scene, direct: &DirectEdges, edges: [u32; 2]) -> b
     }
     let lines = edges.map(|edge| scene.edge(edge));
     let lines = [&lines[0], &lines[1]];
-    meet_at_corner(lines) || (is_direct[0] && is_direct[1] && bound_narrow_face(lines))
+    meet_at_corner(lines) || bound_narrow_face(lines)
 }

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::acoustics::{BANDS, BandArray};
+use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::diffraction::edge_wave::{
     self, ComplexBands, EdgePath, is_unoccluded, local_positions,
 };
@@ -17,7 +17,7 @@ use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, EdgeCrossing};
+use crate::scene::edges::{Edge, EdgeCrossing, FACE_REACH_M};
 
 /// Newton steps on the two crossings, and the step in metres at which they have converged.
 const MAX_NEWTON_STEPS: usize = 12;
@@ -94,10 +94,11 @@ impl TwoEdgePath {
             return None;
         }
         let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
-        if share_face([a, b]) {
-            // The leg lies in the face except for rounding.
-            crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing);
-            crossings[1].incoming = snapped_to_face(b, crossings[1].incoming);
+        if let Some(face) = shared_face([a, b]) {
+            // The leg lies in the face except for rounding, on one side of it.
+            let air = air_side([a, b], face, from);
+            crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing, air);
+            crossings[1].incoming = snapped_to_face(b, crossings[1].incoming, air);
         }
         let shortest_m = from.distance(first) + leg_m + second.distance(to);
         let mut excess_m = [f64::INFINITY; 2];
@@ -140,7 +141,10 @@ impl TwoEdgePath {
     pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
         let (from, to) = local_positions(scene, endpoints);
         let straight_m = from.distance(to);
-        let gains = self.gains(scene, endpoints, fade_out(self.length_m - straight_m));
+        let leg_m = self.crossings[1].before_m;
+        let fade =
+            fade_out(self.length_m - straight_m) * smoothstep(4.0 * (1.0 - leg_m / FACE_REACH_M));
+        let gains = self.gains(scene, endpoints, fade);
         let spreading = straight_m.max(endpoints.min_distance_m) / self.length_m;
         edge_wave::is_audible(&gains, spreading).then(|| {
             let path = EdgePath {
@@ -160,8 +164,7 @@ impl TwoEdgePath {
         let [first, second] = [(a, 0), (b, 1)]
             .map(|(edge, i)| edge_wave::sight_point(edge, self.crossings[i].apex, edge.outward()));
         // The leg between may lie in a face of both.
-        let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
-        let between = shared.map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
+        let between = shared_face([a, b]).map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
         is_unoccluded(scene, second, to, b.faces, rays)
             && is_unoccluded(scene, from, first, a.faces, rays)
             && is_unoccluded(scene, first, second, between, rays)
@@ -199,7 +202,7 @@ impl TwoEdgePath {
         };
         // One wall's transmission loss is applied once.
         let transmission = endpoints.source.settings.effects.transmission;
-        let shares_face = share_face([&edges[0], &edges[1]]);
+        let shares_face = shared_face([&edges[0], &edges[1]]).is_some();
         let beside_transmission = [transmission, transmission && !shares_face];
         let [first, second] = [0, 1].map(|i| {
             let crossing = EdgeCrossing {
@@ -337,9 +340,15 @@ const NARROW_M: f64 = 0.6;
 
 /// Whether two edges are both sides of a narrow face, such as a door's jamb.
 pub(crate) fn bound_narrow_face([a, b]: [&Edge; 2]) -> bool {
-    share_face([a, b])
-        && a.direction.dot(b.direction).abs() > PARALLEL
-        && b.line_distance_m(a.origin) < NARROW_M
+    let across = b.origin - a.origin;
+    let across = across - across.dot(a.direction) * a.direction;
+    let is_near = a.direction.dot(b.direction).abs() > PARALLEL
+        && across.length_squared() < NARROW_M * NARROW_M;
+    is_near
+        && shared_face([a, b]).is_some_and(|face| {
+            let into_face = a.face_tangent(usize::from(a.faces[0] != face));
+            into_face.dot(across) > 0.0
+        })
 }
 
 /// Whether two edges nearly meet at a corner.
@@ -357,7 +366,7 @@ struct CommonEnd {
 /// Both ends of two parallel edges of one face, such as those of a door's jamb.
 fn common_ends([a, b]: [&Edge; 2]) -> Option<[CommonEnd; 2]> {
     let cosine = a.direction.dot(b.direction);
-    if !share_face([a, b])
+    if shared_face([a, b]).is_none()
         || cosine.abs() < PARALLEL
         || (a.length_m - b.length_m).abs() > 0.01 * a.length_m
     {
@@ -373,18 +382,33 @@ fn common_ends([a, b]: [&Edge; 2]) -> Option<[CommonEnd; 2]> {
     }))
 }
 
-fn share_face([a, b]: [&Edge; 2]) -> bool {
-    a.faces.iter().any(|face| b.faces.contains(face))
+fn shared_face([a, b]: [&Edge; 2]) -> Option<u32> {
+    a.faces.into_iter().find(|face| b.faces.contains(face))
 }
 
-/// An angle, or that of a face which it is within [`IN_FACE`] of.
-fn snapped_to_face(edge: &Edge, angle: f64) -> f64 {
-    let far = edge.n * std::f64::consts::PI;
-    match angle {
-        angle if angle < IN_FACE => 0.0,
-        angle if far - angle < IN_FACE => far,
-        angle => angle,
+/// Normal of a face that two edges share, on the side of the leg between them. At the rim of a sheet both sides are air: the
+/// other edge has the side. Between two rims of one sheet both sides give the same product of fields; it is the side of
+/// `from`.
+fn air_side([a, b]: [&Edge; 2], face: u32, from: DVec3) -> DVec3 {
+    let one_sided = |edge: &&Edge| edge.faces[0] != edge.faces[1];
+    match [a, b].into_iter().find(one_sided) {
+        Some(edge) => edge.face_normal(usize::from(edge.faces[0] != face)),
+        None => a.normal * 1f64.copysign(a.normal.dot(from - a.origin)),
     }
+}
+
+/// An angle, or that of a face which it is within [`IN_FACE`] of. At the rim of a sheet, whose faces share a plane, the face
+/// is that of the side with the normal `air`.
+fn snapped_to_face(edge: &Edge, angle: f64, air: DVec3) -> f64 {
+    let far = edge.n * std::f64::consts::PI;
+    if angle >= IN_FACE && far - angle >= IN_FACE {
+        return angle;
+    }
+    let is_first = match edge.faces[0] == edge.faces[1] {
+        true => edge.normal.dot(air) > 0.0,
+        false => angle < IN_FACE,
+    };
+    if is_first { 0.0 } else { far }
 }
 
 #[cfg(test)]

@@ -6,6 +6,12 @@ use glam::DVec3;
 
 use crate::acoustics::smoothstep;
 
+/// Shortest edge in metres: shorter ones cast no shadow below 1 kHz.
+pub const LEAST_LENGTH_M: f64 = 0.3;
+
+/// Least angle in degrees by which the air around an edge exceeds a half-turn.
+pub const LEAST_TURN_DEG: f64 = 5.0;
+
 /// Distance from an edge's line below which a point has no angle around it, in metres.
 const ON_EDGE_M: f64 = 1e-4;
 
@@ -232,6 +238,25 @@ impl Edge {
     pub fn distance_m(&self, other: &Self) -> f64 {
         let (s, t) = self.closest(other);
         self.at(s).distance(other.at(t))
+    }
+
+    /// Unit vector from the edge into the first face (0) or the second one (1).
+    pub fn face_tangent(&self, face: usize) -> DVec3 {
+        match face {
+            0 => self.tangent,
+            _ => {
+                let (sin, cos) = (self.n * PI).sin_cos();
+                self.tangent * cos + self.normal * sin
+            }
+        }
+    }
+
+    /// Unit normal of the first face (0) or the second one (1) on the air's side.
+    pub fn face_normal(&self, face: usize) -> DVec3 {
+        if face == 0 {
+            return self.normal;
+        }
+        self.face_tangent(1).cross(self.direction)
     }
 
     /// Unit vector from the edge along the bisector of the exterior wedge.

@@ -1,10 +1,8 @@
 //! Finds the diffracting edges of a mesh.
 //!
 //! The faces at a line of the mesh are sorted by angle. The widest gap between neighbours is the exterior wedge; the line
-//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding determines the solid
-//! side only in connected parts of the mesh without boundary edges: there a gap behind both faces is solid and no edge. In other
-//! parts (sheets, furniture without a bottom) both sides count as air. A superfluous edge costs time; a missing edge causes
-//! a hard shadow.
+//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding has no effect: the gap
+//! outside of a closed room is an edge as well. A superfluous edge costs time; a missing edge causes a hard shadow.
 
 use std::f64::consts::PI;
 
@@ -14,13 +12,8 @@ use super::super::surface::SurfaceSet;
 use super::super::surface::key::{distinct, edge_key};
 use super::super::surface::panel::DisjointSets;
 use super::super::weld::sorted_edges;
-use super::edge::Edge;
-
-/// Shortest edge in metres: shorter ones cast no shadow below 1 kHz.
-pub const LEAST_LENGTH_M: f64 = 0.3;
-
-/// Least angle in degrees by which the air around an edge exceeds a half-turn.
-pub const LEAST_TURN_DEG: f64 = 5.0;
+use super::edge::{Edge, LEAST_LENGTH_M, LEAST_TURN_DEG};
+use super::flush;
 
 /// Largest angle between collinear segments, in degrees.
 const SAME_LINE_DEG: f64 = 0.2;
@@ -45,7 +38,6 @@ pub(super) fn find(
     centre: DVec3,
 ) -> Vec<Edge> {
     let sides = sorted_edges(triangles);
-    let watertight = watertight_triangles(&sides, triangles.len());
     let position = |v: u32| vertices[v as usize].as_dvec3();
     let mut segments = Vec::new();
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
@@ -55,12 +47,15 @@ pub(super) fn find(
             continue;
         }
         let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
-        if let Some(segment) = segment(ends, same, triangles, surfaces, &watertight, position) {
+        if let Some(segment) = segment(ends, same, triangles, surfaces, position) {
             segments.push(segment);
         }
     }
     let mut edges = join(&segments, position);
     edges.retain(|edge| edge.length_m > LEAST_LENGTH_M);
+    edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
+    edges.truncate(MOST_EDGES);
+    let mut edges = flush::cut(edges, vertices, triangles, surfaces);
     edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
     edges.truncate(MOST_EDGES);
     for edge in &mut edges {
@@ -79,25 +74,6 @@ pub(super) fn find(
     edges
 }
 
-/// Whether each triangle belongs to a connected part of the mesh without boundary edges.
-fn watertight_triangles(sides: &[(u64, u32)], count: usize) -> Vec<bool> {
-    let mut sets = DisjointSets::new(count);
-    for same in sides.chunk_by(|a, b| a.0 == b.0) {
-        for (_, side) in &same[1..] {
-            sets.union(same[0].1 / 3, side / 3);
-        }
-    }
-    let mut has_boundary = vec![false; count];
-    for same in sides.chunk_by(|a, b| a.0 == b.0) {
-        if same.len() == 1 {
-            has_boundary[sets.root(same[0].1 / 3) as usize] = true;
-        }
-    }
-    (0..count as u32)
-        .map(|triangle| !has_boundary[sets.root(triangle) as usize])
-        .collect()
-}
-
 /// One face at an edge.
 #[derive(Clone, Copy)]
 struct Face {
@@ -105,8 +81,6 @@ struct Face {
     angle: f64,
     /// From the edge into the face.
     tangent: DVec3,
-    /// Normal by the triangle's winding.
-    normal: DVec3,
     surface: u32,
     triangle: u32,
 }
@@ -116,7 +90,6 @@ fn segment(
     sides: &[(u64, u32)],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
-    watertight: &[bool],
     position: impl Fn(u32) -> DVec3,
 ) -> Option<Segment> {
     let along = position(ends[1]) - position(ends[0]);
@@ -125,7 +98,6 @@ fn segment(
     for &(_, side) in sides {
         let triangle = side / 3;
         let corners = triangles[triangle as usize].map(&position);
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let surface = surfaces.triangle_surface[triangle as usize];
         // The surface's plane is more accurate than a small triangle's.
         let across = surfaces.surfaces[surface as usize].normal.cross(direction);
@@ -134,7 +106,6 @@ fn segment(
         faces.push(Face {
             angle: 0.0,
             tangent,
-            normal,
             surface,
             triangle,
         });
@@ -159,11 +130,7 @@ fn segment(
     }
     // One large face suffices for a shadow: the other may be narrow, such as a door jamb.
     let panels = surfaces.is_panel(first.triangle) || surfaces.is_panel(second.triangle);
-    // The air's side of the first face is where angles grow, of the second where they fall.
-    let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
-    let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
-    let rock = watertight[first.triangle as usize] && first_looks_away && second_looks_away;
-    (panels && !rock).then_some(Segment {
+    panels.then_some(Segment {
         vertices: ends,
         direction,
         tangent: first.tangent,

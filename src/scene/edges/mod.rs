@@ -6,6 +6,7 @@
 mod boundaries;
 mod edge;
 mod find;
+mod flush;
 mod free_ends;
 mod mirrors;
 mod tree;
@@ -13,9 +14,9 @@ mod visibility_graph;
 
 use glam::{DVec3, Vec3};
 
-pub use crate::scene::edges::visibility_graph::{MOST_NEIGHBOURS, REACH_M};
-pub use edge::{Edge, EdgeCrossing};
-pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
+pub use crate::scene::edges::visibility_graph::{FACE_REACH_M, MOST_NEIGHBOURS, REACH_M};
+pub use edge::{Edge, EdgeCrossing, LEAST_LENGTH_M, LEAST_TURN_DEG};
+pub use flush::FLUSH_M;
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 
@@ -105,7 +106,7 @@ impl EdgeSet {
         mirrors.truncate(MOST_MIRRORS);
         Self {
             mirrors: mirrors::EdgeMirrorLists::build(&edges, &surfaces.surfaces, &mirrors),
-            boundaries: boundaries::SurfaceBoundaries::build(&edges, surfaces.surfaces.len()),
+            boundaries: boundaries::SurfaceBoundaries::build(&edges, surfaces, bvh),
             edges,
             tree,
             graph,
@@ -137,15 +138,23 @@ impl EdgeSet {
         &self.edges[index as usize]
     }
 
-    /// Edges visible from an edge, at most [`MOST_NEIGHBOURS`], nearest first.
+    /// Edges visible from an edge: at most [`MOST_NEIGHBOURS`] within [`REACH_M`], nearest first, then some beyond it that
+    /// share a face with the edge.
     pub fn neighbours(&self, index: u32) -> &[u32] {
         self.graph.of(index)
     }
 
-    /// Distance in metres from a point of a surface to the nearest edge that the surface ends at, if that is below
-    /// `within_m`.
-    pub fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
-        self.boundaries.distance_m(surface, point, within_m)
+    /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`.
+    /// Edges at which another surface continues it on the normal's side (`in_front`) or on the other do not count there.
+    pub fn distance_m(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        within_m: f64,
+    ) -> Option<f64> {
+        self.boundaries
+            .distance_m(surface, point, in_front, within_m)
     }
 
     /// Surfaces of large solid angle from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: candidates for

@@ -13,6 +13,13 @@ pub const MOST_NEIGHBOURS: usize = 12;
 /// Largest distance in metres of two edges of a second-order path: beyond it the path is inaudible.
 pub const REACH_M: f64 = 6.0;
 
+/// The same of two edges of one face: the wave along the face spreads in two dimensions only. Paths fade from three quarters
+/// of it on.
+pub const FACE_REACH_M: f64 = 60.0;
+
+/// Most neighbours of one edge beyond [`REACH_M`].
+const MOST_FAR_NEIGHBOURS: usize = 6;
+
 /// Distance in metres of the ends of sight lines from the edge, along the middle of the exterior wedge.
 const CLEARANCE_M: f64 = 1e-3;
 
@@ -22,6 +29,9 @@ const MOST_TESTED: usize = 32;
 /// Edges compared with one edge, in the tree's order: bounds the time where thousands of edges lie within reach of each
 /// other. The benchmark scenes stay below a quarter of it.
 const MOST_COMPARED: usize = 4096;
+
+/// The same among the edges of one face.
+const MOST_COMPARED_IN_FACE: usize = 1024;
 
 /// Neighbour lists of all edges, end to end.
 #[derive(Debug, Clone, Default)]
@@ -36,6 +46,7 @@ impl EdgeVisibilityGraph {
             first: vec![0],
             list: Vec::new(),
         };
+        let by_face = EdgesByFace::build(edges);
         let mut near: Vec<(f64, u32)> = Vec::new();
         for (index, edge) in edges.iter().enumerate() {
             near.clear();
@@ -73,6 +84,12 @@ impl EdgeVisibilityGraph {
                 .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh))
                 .take(MOST_NEIGHBOURS);
             result.list.extend(seen.map(|(_, other)| *other));
+            by_face.far(edges, index as u32, &mut near);
+            let seen = near
+                .iter()
+                .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh))
+                .take(MOST_FAR_NEIGHBOURS);
+            result.list.extend(seen.map(|(_, other)| *other));
             result.first.push(result.list.len() as u32);
         }
         result
@@ -85,6 +102,44 @@ impl EdgeVisibilityGraph {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(self.first.as_slice()) + size_of_val(self.list.as_slice())
+    }
+}
+
+/// Edges by face, for pairs across a wide one.
+struct EdgesByFace(Vec<(u32, u32)>);
+
+impl EdgesByFace {
+    fn build(edges: &[Edge]) -> Self {
+        let both = |(index, edge): (u32, &Edge)| edge.faces.map(|face| (face, index));
+        let mut list: Vec<(u32, u32)> = (0..).zip(edges).flat_map(both).collect();
+        list.sort_unstable();
+        list.dedup();
+        Self(list)
+    }
+
+    /// Sets `far` to the edges between [`REACH_M`] and [`FACE_REACH_M`] from one that share a face with it, nearest first,
+    /// [`MOST_TESTED`] at most.
+    fn far(&self, edges: &[Edge], index: u32, far: &mut Vec<(f64, u32)>) {
+        far.clear();
+        let edge = &edges[index as usize];
+        for (number, face) in edge.faces.into_iter().enumerate() {
+            if number == 1 && face == edge.faces[0] {
+                continue;
+            }
+            let first = self.0.partition_point(|entry| entry.0 < face);
+            let own = self.0[first..].iter().take_while(|entry| entry.0 == face);
+            for &(_, other) in own.take(MOST_COMPARED_IN_FACE) {
+                let candidate = &edges[other as usize];
+                let (s, t) = edge.closest(candidate);
+                let apart_m = edge.at(s).distance(candidate.at(t));
+                if (REACH_M..FACE_REACH_M).contains(&apart_m) && outside(edge, candidate) {
+                    far.push((apart_m, other));
+                }
+            }
+        }
+        far.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        far.dedup();
+        far.truncate(MOST_TESTED);
     }
 }
 
@@ -162,7 +217,23 @@ mod tests {
                     .take(MOST_TESTED)
                     .map(|(_, other)| *other)
                     .filter(|&other| is_unoccluded(edge, &edges[other as usize], scene.bvh()));
-                let expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
+                let mut expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
+                let mut far: Vec<(f64, u32)> = Vec::new();
+                for (other, candidate) in (0..).zip(edges) {
+                    let apart_m = edge.distance_m(candidate);
+                    let shares = candidate.faces.iter().any(|face| edge.faces.contains(face));
+                    let in_reach = (REACH_M..FACE_REACH_M).contains(&apart_m);
+                    if shares && in_reach && outside(edge, candidate) {
+                        far.push((apart_m, other));
+                    }
+                }
+                far.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                let seen = far
+                    .iter()
+                    .take(MOST_TESTED)
+                    .map(|(_, other)| *other)
+                    .filter(|&other| is_unoccluded(edge, &edges[other as usize], scene.bvh()));
+                expected.extend(seen.take(MOST_FAR_NEIGHBOURS));
                 assert_eq!(scene.edges().neighbours(index as u32), expected);
             }
         }

@@ -5,13 +5,18 @@ pub mod air;
 pub mod decay;
 pub mod edge;
 pub(crate) mod edge_scene;
+mod flush;
+mod invariance;
 pub mod joining;
 pub mod late_figures;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
+mod rims;
 pub mod rooms;
 pub mod shoebox;
+mod solids;
+mod thick;
 pub mod thread_count;
 pub mod transmission;
 #[path = "../../../tests/reference/wedge.rs"]
@@ -85,7 +90,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 9] = [
+const LAWS: [(&str, Law); 13] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -93,6 +98,10 @@ const LAWS: [(&str, Law); 9] = [
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
     ("edge", edge::rows),
+    ("flush", flush::rows),
+    ("thick", thick::rows),
+    ("invariance", invariance::rows),
+    ("rims", rims::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
 ];

@@ -248,13 +248,20 @@ impl Scene {
         choose(&self.edge(index), named)
     }
 
-    /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`.
+    /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`. Edges
+    /// at which another surface continues it on the normal's side (`in_front`) or on the other do not count there.
     #[inline]
-    pub fn edge_distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+    pub fn edge_distance_m(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        within_m: f64,
+    ) -> Option<f64> {
         if numbering::is_instance(surface) {
-            return self.instance_edge_distance_m(surface, point, within_m);
+            return self.instance_edge_distance_m(surface, point, in_front, within_m);
         }
-        self.edges().distance_m(surface, point, within_m)
+        self.edges().distance_m(surface, point, in_front, within_m)
     }
 
     /// Whether the scene has edges.
@@ -265,10 +272,16 @@ impl Scene {
     }
 
     #[inline(never)]
-    fn instance_edge_distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+    fn instance_edge_distance_m(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        within_m: f64,
+    ) -> Option<f64> {
         let (placed, local) = self.instances.of(surface)?;
-        let point = placed.point(point);
-        placed.part.edges().distance_m(local, point, within_m)
+        let (edges, point) = (placed.part.edges(), placed.point(point));
+        edges.distance_m(local, point, in_front, within_m)
     }
 
     /// Whether the scene has finite panels.
@@ -315,6 +328,13 @@ impl Scene {
     pub(crate) fn instance_is_panel(&self, triangle: u32) -> bool {
         self.instances.of(triangle).is_some_and(|(placed, local)| {
             placed.part.has_triangle(local) && placed.part.is_panel(local)
+        })
+    }
+
+    #[inline(never)]
+    pub(crate) fn instance_is_in_closed_part(&self, triangle: u32) -> bool {
+        self.instances.of(triangle).is_some_and(|(placed, local)| {
+            placed.part.has_triangle(local) && placed.part.is_in_closed_part(local)
         })
     }
 
