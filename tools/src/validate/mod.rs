@@ -19,6 +19,7 @@ mod solids;
 mod thick;
 pub mod thread_count;
 pub mod transmission;
+pub mod wave_cases;
 #[path = "../../../tests/reference/wedge.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 pub(crate) mod wedge;
