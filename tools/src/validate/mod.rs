@@ -2,6 +2,7 @@
 //! bound.
 
 pub mod air;
+mod corner;
 pub mod decay;
 pub mod edge;
 pub(crate) mod edge_scene;
@@ -86,7 +87,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 10] = [
+const LAWS: [(&str, Law); 11] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -95,6 +96,7 @@ const LAWS: [(&str, Law); 10] = [
     ("air", air::rows),
     ("edge", edge::rows),
     ("rims", rims::rows),
+    ("corner", corner::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
 ];
