@@ -51,7 +51,7 @@ fn two_edge_paths(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec
         .flat_map(|&a| edges.iter().map(move |&b| [a, b]));
     let path_over = |edges: [u32; 2]| {
         let path = DiffractionSequence::TwoEdges(edges).between(scene, &endpoints)?;
-        path.path(scene, &endpoints)
+        path.path(scene, &endpoints, false)
             .filter(|_| path.is_unoccluded(scene, &endpoints, &mut 0))
     };
     let mut paths: Vec<Path> = pairs

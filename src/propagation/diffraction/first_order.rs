@@ -13,6 +13,7 @@ use crate::propagation::diffraction::edge_wave::{
     self, ComplexBands, EdgePath, is_unoccluded, local_positions,
 };
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
+use crate::propagation::diffraction::wedge_geometry::on_side;
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
@@ -99,12 +100,12 @@ impl FirstOrderPath {
         sees(to) && sees(from)
     }
 
-    fn field(self, scene: &Scene, endpoints: &Endpoints) -> FirstOrderField {
+    fn field(self, scene: &Scene, endpoints: &Endpoints, is_lit: bool) -> FirstOrderField {
         let edge = &scene.edge(self.edge);
         let (incident, reflected) = edge_wave::diffracted_field(
             scene,
             edge,
-            &self.crossing,
+            &on_side(edge, &self.crossing, is_lit),
             &edge_wave::spread(&self.crossing),
             endpoints.source.settings.effects.transmission,
             edge_wave::finite_panel_faces(scene, edge, self.crossing.apex),
@@ -115,23 +116,22 @@ impl FirstOrderPath {
             path: self,
         }
     }
+}
 
-    /// Share of the incident part in a band that is added to a visible direct path.
-    fn merged_share(&self, wavenumber: f64) -> f64 {
-        let phase = wavenumber * self.detour_m;
-        1.0 - smoothstep((phase - MERGED_PHASE) / (SEPARATE_PHASE - MERGED_PHASE))
-    }
+/// Share of the incident part that is added to a visible straight path, by the phase of the detour in radians.
+pub(super) fn merged_share(phase: f64) -> f64 {
+    1.0 - smoothstep((phase - MERGED_PHASE) / (SEPARATE_PHASE - MERGED_PHASE))
+}
+
+/// Share of the faces' part that accompanies the incident part: 1 where the incident part is near its own boundary, 0 where
+/// only the faces' is, since it continues a reflection there.
+pub(super) fn face_share(incident: Complex, reflected: Complex) -> f64 {
+    let nearness = |wave: Complex| (2.0 * wave.abs()).min(1.0).powi(2);
+    let incident = nearness(incident);
+    incident + (1.0 - incident) * (1.0 - nearness(reflected))
 }
 
 impl FirstOrderField {
-    /// Share of the faces' part in a band that accompanies the incident part: 1 where the incident part is near its own
-    /// boundary, 0 where only the faces' is, since it continues a reflection there.
-    fn face_share(&self, band: usize) -> f64 {
-        let nearness = |wave: Complex| (2.0 * wave.abs()).min(1.0).powi(2);
-        let incident = nearness(self.incident[band]);
-        incident + (1.0 - incident) * (1.0 - nearness(self.reflected[band]))
-    }
-
     fn is_audible(&self, spreading: f64) -> bool {
         (0..BANDS).any(|b| {
             (self.incident[b].abs() + self.reflected[b].abs()) * spreading > MIN_RELATIVE_AMPLITUDE
@@ -226,7 +226,7 @@ pub fn direct_field(
         }
         let length_m = path.crossing.length_m();
         let spreading = straight_m.max(min_distance_m) / length_m.max(min_distance_m);
-        let field = path.field(scene, endpoints);
+        let field = path.field(scene, endpoints, result.visible);
         if !field.is_audible(spreading) {
             continue;
         }
@@ -235,10 +235,10 @@ pub fn direct_field(
         let (mut merged, mut separate) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let share = match merges {
-                true => field.path.merged_share(wavenumber),
+                true => merged_share(wavenumber * field.path.detour_m),
                 false => 0.0,
             };
-            let faces = share * field.face_share(b);
+            let faces = share * face_share(field.incident[b], field.reflected[b]);
             merged[b] = field.incident[b] * share + field.reflected[b] * faces;
             separate[b] = field.incident[b] * (1.0 - share) + field.reflected[b] * (1.0 - faces);
             for (over_both_m, waves) in along_faces.iter().flatten() {

@@ -202,7 +202,10 @@ impl TwoEdgePath {
         };
         // One wall's transmission loss is applied once.
         let transmission = endpoints.source.settings.effects.transmission;
-        let shares_face = shared_face([&edges[0], &edges[1]]).is_some();
+        let shared = shared_face([&edges[0], &edges[1]]);
+        let shares_face = shared.is_some();
+        // A face too small to reflect continues no reflection, but it carries the wave between its own edges.
+        let is_dull = |face| Some(face) != shared && scene.surface(face).panel_triangle_count == 0;
         let beside_transmission = [transmission, transmission && !shares_face];
         let [first, second] = [0, 1].map(|i| {
             let crossing = EdgeCrossing {
@@ -219,7 +222,7 @@ impl TwoEdgePath {
                 &crossing,
                 &spreads[i],
                 beside_transmission[i],
-                [false; 2],
+                edges[i].faces.map(is_dull),
             );
             std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
         });

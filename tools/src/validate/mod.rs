@@ -2,6 +2,7 @@
 //! bound.
 
 pub mod air;
+mod corner;
 pub mod decay;
 pub mod edge;
 pub(crate) mod edge_scene;
@@ -91,7 +92,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 13] = [
+const LAWS: [(&str, Law); 14] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -103,6 +104,7 @@ const LAWS: [(&str, Law); 13] = [
     ("thick", thick::rows),
     ("invariance", invariance::rows),
     ("rims", rims::rows),
+    ("corner", corner::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
 ];

@@ -73,8 +73,8 @@ pub fn cases() -> Vec<WaveCase> {
     let mut cases = Vec::new();
     let sources = [
         ["axis", "oblique", "near"],
-        ["axis, thick", "oblique, thick", "near, thick"],
-        ["axis, absorbing", "oblique, absorbing", "near, absorbing"],
+        ["axis thick", "oblique thick", "near thick"],
+        ["axis absorbing", "oblique absorbing", "near absorbing"],
     ];
     for (kind, names) in sources.into_iter().enumerate() {
         let positions = [[-2.0, 0.0, 1.2], [-1.5, -1.3, 1.5], [-0.7, 0.7, 0.6]];
@@ -108,7 +108,7 @@ pub fn cases() -> Vec<WaveCase> {
     let ground = [[-INF, -INF, -INF], [INF, INF, 0.0]];
     let screen = [[0.0, -1.5, 0.0], [0.0, 1.5, 1.8]];
     let positions = [[-1.5, 0.0, 1.2], [-1.2, -1.2, 0.6], [-2.0, 1.8, 1.5]];
-    for (name, source) in ["screen, middle", "screen, side", "screen, beside"]
+    for (name, source) in ["screen middle", "screen side", "screen beside"]
         .into_iter()
         .zip(positions)
     {
@@ -127,7 +127,7 @@ pub fn cases() -> Vec<WaveCase> {
     }
     let wall = [[0.0, -INF, -INF], [0.3, INF, 0.0]];
     let positions = [[-1.5, 0.0, -0.6], [-0.6, 0.0, -0.9], [-1.5, 0.0, 0.3]];
-    for (name, source) in ["wall, deep", "wall, near", "wall, high"]
+    for (name, source) in ["wall deep", "wall near", "wall high"]
         .into_iter()
         .zip(positions)
     {
