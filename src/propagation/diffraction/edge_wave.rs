@@ -82,6 +82,19 @@ pub fn diffracted_field(
     beside_transmission: bool,
     fading: [bool; 2],
 ) -> (ComplexBands, ComplexBands) {
+    let weight = |face: usize, wave| continuation_factor(wave, fading[face]);
+    field_of_faces(scene, edge, crossing, spread, beside_transmission, weight)
+}
+
+/// [`diffracted_field`] with a weight for the part of each face, first (0) or second (1).
+pub(super) fn field_of_faces(
+    scene: &Scene,
+    edge: &Edge,
+    crossing: &EdgeCrossing,
+    spread: &Spread,
+    beside_transmission: bool,
+    weight: impl Fn(usize, Complex) -> f64,
+) -> (ComplexBands, ComplexBands) {
     let angles = WedgeAngles::of(edge, crossing);
     let cosines = angles.face_cosines(crossing.sin_edge);
     let faces = edge.faces.map(|face| scene.reflectance(face));
@@ -93,10 +106,7 @@ pub fn diffracted_field(
     let wavenumbers = wavenumbers(scene);
     let kl = wavenumbers.map(|wavenumber| wavenumber * spread.distance_m);
     let mut fields = wedge_field(&angles, spread, &kl);
-    let continued = fields.map(|field| {
-        let waves = [field.first_face, field.second_face];
-        std::array::from_fn::<_, 2, _>(|i| continuation_factor(waves[i], fading[i]))
-    });
+    let continued = fields.map(|field| [weight(0, field.first_face), weight(1, field.second_face)]);
     truncate(&mut fields, &angles, crossing, &wavenumbers, &kl);
     for (b, field) in fields.iter().enumerate() {
         incident[b] = field.incident * f64::from(loss[b]);

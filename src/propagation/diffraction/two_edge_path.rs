@@ -216,13 +216,14 @@ impl TwoEdgePath {
                 },
                 ..crossings[i]
             };
-            let (incident, reflected) = edge_wave::diffracted_field(
+            let dull = edges[i].faces.map(is_dull);
+            let (incident, reflected) = edge_wave::field_of_faces(
                 scene,
                 &edges[i],
                 &crossing,
                 &spreads[i],
                 beside_transmission[i],
-                edges[i].faces.map(is_dull),
+                |face, _| if dull[face] { 0.0 } else { 1.0 },
             );
             std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
         });

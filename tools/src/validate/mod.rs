@@ -4,6 +4,7 @@
 pub mod air;
 mod corner;
 pub mod decay;
+pub mod doorway;
 pub mod edge;
 pub(crate) mod edge_scene;
 mod flush;
@@ -92,7 +93,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 14] = [
+const LAWS: [(&str, Law); 15] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -100,6 +101,7 @@ const LAWS: [(&str, Law); 14] = [
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
     ("edge", edge::rows),
+    ("doorway", doorway::rows),
     ("flush", flush::rows),
     ("thick", thick::rows),
     ("invariance", invariance::rows),
