@@ -43,5 +43,5 @@ pub fn reflection_gain(
             gain[b] += wave * Complex::cis(-wavenumber * detour_m) * ratio;
         }
     }
-    gain.map(|gain| gain.map(|gain| gain.abs() as f32))
+    gain.map(|gain| gain.map(|gain| gain.abs().min(1.0) as f32))
 }

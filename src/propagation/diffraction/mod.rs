@@ -101,11 +101,17 @@ pub fn update(
     if diffraction_order == 0 || visible && !effects.reflections {
         return result;
     }
+    if visible {
+        let edges = edges.as_slice().iter().copied();
+        result.reflections = with_reflections::find(scene, endpoints, edges, true, rays, emit);
+        return result;
+    }
     let near = scene.first_crossings(from, to, longest_m);
     if effects.reflections {
-        result.reflections = with_reflections::find(scene, endpoints, &near, visible, rays, emit);
+        let edges = near.as_slice().iter().map(|found| found.edge);
+        result.reflections = with_reflections::find(scene, endpoints, edges, false, rays, emit);
     }
-    if diffraction_order > 1 && !visible {
+    if diffraction_order > 1 {
         second_order::find(scene, endpoints, &near, rays, emit);
     }
     result
