@@ -37,7 +37,7 @@ pub mod with_reflections;
 pub use crate::propagation::diffraction::first_order::{
     DirectEdges, DirectField, MAX_DIRECT_EDGES, direct_field,
 };
-pub use crate::propagation::diffraction::lit_reflection::reflection_gain;
+pub use crate::propagation::diffraction::lit_reflection::{path_in_shadow, reflection_gain};
 pub use crate::propagation::diffraction::reflection_edges::{
     MAX_REFLECTED_EDGE_PATHS, ReflectionEdges,
 };

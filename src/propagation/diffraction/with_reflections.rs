@@ -115,13 +115,19 @@ pub fn find(
         .flatten()
         .filter_map(|&RankedPath { edge, surfaces, .. }| {
             let path = ReflectedEdgePath::over(scene, edge, surfaces, endpoints)?;
-            let is_unoccluded = path.is_unoccluded(scene, rays);
-            let path = is_unoccluded.then(|| path.path(scene, endpoints, is_lit))??;
+            if !path.is_unoccluded(scene, rays) {
+                return None;
+            }
+            // Where the direct path is visible, most reflections are too, and their paths are not needed.
+            let path = match is_lit {
+                true => None,
+                false => Some(path.path(scene, endpoints, false)?),
+            };
             Some((ReflectionEdge { edge, surfaces }, path))
         })
         .take(MAX_REFLECTED_EDGE_PATHS)
-        .for_each(|(edge, path)| match edge.surfaces {
-            [Some(_), Some(_)] => emit(path),
+        .for_each(|(edge, path)| match (edge.surfaces, path) {
+            ([Some(_), Some(_)], Some(path)) => emit(path),
             _ => result.push(edge, path),
         });
     result
