@@ -344,7 +344,7 @@ fn a_revalidated_path_equals_the_update_s() {
             let revalidated = sequence.between(rooms.scene(), &endpoints).expect("a path");
             assert!(revalidated.is_unoccluded(rooms.scene(), &endpoints, &mut 0));
             assert_eq!(
-                revalidated.path(rooms.scene(), &endpoints).as_ref(),
+                revalidated.path(rooms.scene(), &endpoints, false).as_ref(),
                 Some(now)
             );
             followed += 1;

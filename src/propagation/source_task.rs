@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use super::amplitude;
-use super::diffraction::{self, NearEdges, reflection_gain};
+use super::diffraction::{self, NearEdges, path_in_shadow, reflection_gain};
 use super::endpoints::Endpoints;
 use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
@@ -330,7 +330,7 @@ impl SourceTask {
                 near_edges: &near_edges,
             };
             self.validate_candidates(context, &query, index, scratch);
-            self.add_paths_for_missing_reflections(&near_edges, update.nearby_m.is_some());
+            self.add_paths_for_missing_reflections(&query);
             keep_loudest(&mut self.nearby);
         }
         let max_age = update.settings.cache_updates;
@@ -366,19 +366,22 @@ impl SourceTask {
     }
 
     /// Adds the diffracted paths that continue single reflections which are not valid. The others are nearby paths.
-    fn add_paths_for_missing_reflections(&mut self, edges: &NearEdges, has_nearby: bool) {
-        let Self { paths, nearby, .. } = self;
-        let found = paths.len();
-        for (edge, path) in edges.reflections.iter() {
+    fn add_paths_for_missing_reflections(&mut self, query: &SourceQuery<'_>) {
+        let has_nearby = query.context.nearby_m.is_some();
+        let found = self.paths.len();
+        for near in query.near_edges.reflections.iter() {
             let is_continued = |found: &Path| {
                 found.order == 1
                     && found.diffraction_order == 0
-                    && edge.surface() == Some(found.surfaces[0])
+                    && near.0.surface() == Some(found.surfaces[0])
             };
-            if !paths[..found].iter().any(is_continued) {
-                paths.push(*path);
-            } else if has_nearby {
-                nearby.push(*path);
+            let is_missing = !self.paths[..found].iter().any(is_continued);
+            if is_missing || has_nearby {
+                let path = path_in_shadow(query.context.scene, &query.endpoints, near);
+                match is_missing {
+                    true => self.paths.extend(path),
+                    false => self.nearby.extend(path),
+                }
             }
         }
     }

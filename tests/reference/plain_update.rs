@@ -282,12 +282,11 @@ impl PlainPropagator {
                 amplitude,
             });
         }
-        for (edge, path) in near_edges.reflections.iter() {
-            if !single
-                .iter()
-                .any(|surface| edge.surface() == Some(*surface))
-            {
-                result.paths.push(*path);
+        for near in near_edges.reflections.iter() {
+            let is_continued = |surface: &u32| near.0.surface() == Some(*surface);
+            if !single.iter().any(is_continued) {
+                let path = diffraction::path_in_shadow(&scene, &spot, near);
+                result.paths.extend(path);
             }
         }
         for (sequence, seen) in &state.cache {

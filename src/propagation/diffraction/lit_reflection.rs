@@ -10,7 +10,7 @@ use crate::propagation::diffraction::edge_wave;
 use crate::propagation::diffraction::first_order::{face_share, merged_share};
 use crate::propagation::diffraction::with_reflections::ReflectedEdgePath;
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::path::ReflectionEdge;
+use crate::propagation::path::{Path, ReflectionEdge};
 use crate::scene::Scene;
 
 /// Amplitude factor of a visible reflection in a surface by the waves of the edges beside it; `None` means 1.
@@ -43,5 +43,17 @@ pub fn reflection_gain(
             gain[b] += wave * Complex::cis(-wavenumber * detour_m) * ratio;
         }
     }
-    gain.map(|gain| gain.map(|gain| gain.abs() as f32))
+    gain.map(|gain| gain.map(|gain| gain.abs().min(1.0) as f32))
+}
+
+/// The path of [`crate::propagation::diffraction::ReflectionEdges`] that replaces a reflection which is not valid.
+pub fn path_in_shadow(
+    scene: &Scene,
+    endpoints: &Endpoints,
+    (near, path): &(ReflectionEdge, Option<Path>),
+) -> Option<Path> {
+    path.or_else(|| {
+        let path = ReflectedEdgePath::over(scene, near.edge, near.surfaces, endpoints)?;
+        path.path(scene, endpoints, true)
+    })
 }

@@ -38,7 +38,7 @@ pub mod with_reflections;
 pub use crate::propagation::diffraction::first_order::{
     DirectEdges, DirectField, MAX_DIRECT_EDGES, direct_field,
 };
-pub use crate::propagation::diffraction::lit_reflection::reflection_gain;
+pub use crate::propagation::diffraction::lit_reflection::{path_in_shadow, reflection_gain};
 pub use crate::propagation::diffraction::reflection_edges::{
     MAX_REFLECTED_EDGE_PATHS, ReflectionEdges,
 };
@@ -102,11 +102,17 @@ pub fn update(
     if diffraction_order == 0 || visible && !effects.reflections {
         return result;
     }
+    if visible {
+        let edges = edges.as_slice().iter().copied();
+        result.reflections = with_reflections::find(scene, endpoints, edges, true, rays, emit);
+        return result;
+    }
     let near = scene.first_crossings(from, to, longest_m);
     if effects.reflections {
-        result.reflections = with_reflections::find(scene, endpoints, &near, visible, rays, emit);
+        let edges = near.as_slice().iter().map(|found| found.edge);
+        result.reflections = with_reflections::find(scene, endpoints, edges, false, rays, emit);
     }
-    if diffraction_order > 1 && !visible {
+    if diffraction_order > 1 {
         second_order::find(scene, endpoints, &near, &result.direct, rays, emit);
     }
     result

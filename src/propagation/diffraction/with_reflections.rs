@@ -23,7 +23,7 @@ use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::{Path, ReflectionEdge};
 use crate::scene::Scene;
-use crate::scene::edges::{DiffractingEdges, Edge, EdgeCrossing, MOST_EDGE_MIRRORS};
+use crate::scene::edges::{Edge, EdgeCrossing, MOST_EDGE_MIRRORS};
 
 /// Surfaces around an edge that are combined on both sides of it at once.
 const SURFACES_ON_BOTH_SIDES: usize = 3;
@@ -40,8 +40,8 @@ const RANKING_COSINE: f32 = 0.7;
 const MIN_RANKING_GAIN: f64 = 0.25 * MIN_RELATIVE_AMPLITUDE;
 
 /// Estimated gains up to which the visible direct path masks a path, and from which it does not.
-const MASKED_GAIN: f64 = 0.05;
-const UNMASKED_GAIN: f64 = 0.1;
+const MASKED_GAIN: f64 = 0.1;
+const UNMASKED_GAIN: f64 = 0.2;
 
 /// An end point, or its image in a surface.
 #[derive(Debug, Clone, Copy)]
@@ -69,12 +69,12 @@ struct RankedPath {
     surfaces: [Option<u32>; 2],
 }
 
-/// Emits the paths over an edge of `near` with two reflections and returns those with one, [`MAX_REFLECTED_EDGE_PATHS`] at
+/// Emits the paths over one of `edges` with two reflections and returns those with one, [`MAX_REFLECTED_EDGE_PATHS`] at
 /// most together. `is_lit` is whether the direct path is visible. Adds the rays cast to `rays`.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
-    near: &DiffractingEdges,
+    edges: impl Iterator<Item = u32>,
     is_lit: bool,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
@@ -84,10 +84,11 @@ pub fn find(
         true => MASKED_GAIN,
         false => MIN_RANKING_GAIN,
     };
+    let most_detour_m = longest_detour_m(scene, least_gain);
     let mut ranked = [None; MAX_TESTED];
-    for found in near.as_slice() {
-        let surfaces = scene.edge_mirrors(found.edge);
-        let edge = CandidateEdge::of(scene, found.edge);
+    for index in edges {
+        let surfaces = scene.edge_mirrors(index);
+        let edge = CandidateEdge::of(scene, index, most_detour_m);
         let surfaces = surfaces.as_slice();
         let images = [from, to].map(|end| {
             let mut images = [ImagePoint::of(scene, end, None); MOST_EDGE_MIRRORS + 1];
@@ -114,13 +115,19 @@ pub fn find(
         .flatten()
         .filter_map(|&RankedPath { edge, surfaces, .. }| {
             let path = ReflectedEdgePath::over(scene, edge, surfaces, endpoints)?;
-            let is_unoccluded = path.is_unoccluded(scene, rays);
-            let path = is_unoccluded.then(|| path.path(scene, endpoints, is_lit))??;
+            if !path.is_unoccluded(scene, rays) {
+                return None;
+            }
+            // Where the direct path is visible, most reflections are too, and their paths are not needed.
+            let path = match is_lit {
+                true => None,
+                false => Some(path.path(scene, endpoints, false)?),
+            };
             Some((ReflectionEdge { edge, surfaces }, path))
         })
         .take(MAX_REFLECTED_EDGE_PATHS)
-        .for_each(|(edge, path)| match edge.surfaces {
-            [Some(_), Some(_)] => emit(path),
+        .for_each(|(edge, path)| match (edge.surfaces, path) {
+            ([Some(_), Some(_)], Some(path)) => emit(path),
             _ => result.push(edge, path),
         });
     result
@@ -131,26 +138,33 @@ struct CandidateEdge {
     index: u32,
     edge: Edge,
     outward: DVec3,
+    most_detour_m: f64,
 }
 
 impl CandidateEdge {
-    fn of(scene: &Scene, index: u32) -> Self {
+    fn of(scene: &Scene, index: u32, most_detour_m: f64) -> Self {
         let edge = scene.edge(index);
         Self {
+            most_detour_m,
             outward: edge.outward(),
             index,
             edge,
         }
     }
 
-    /// Whether the crossing is within the edge and both ends are on the reflecting side of their surfaces: a test that
-    /// needs no angles and excludes most candidates.
+    /// Whether the crossing is within the edge, its detour is not too long, and both ends are on the reflecting side of their
+    /// surfaces: a test that needs no angles and excludes most candidates.
     fn may_cross(&self, scene: &Scene, ends: &[ImagePoint; 2]) -> bool {
         let along_m = self.edge.apex_m(ends[0].image, ends[1].image);
         let Some(along_m) = self.edge.clamped(along_m) else {
             return false;
         };
-        let sight_point = edge_wave::sight_point(&self.edge, self.edge.at(along_m), self.outward);
+        let apex = self.edge.at(along_m);
+        let [from, to] = [ends[0].image, ends[1].image];
+        if from.distance(apex) + apex.distance(to) - from.distance(to) > self.most_detour_m {
+            return false;
+        }
+        let sight_point = edge_wave::sight_point(&self.edge, apex, self.outward);
         ends.iter().all(|end| {
             end.surface.is_none_or(|surface| {
                 let plane = scene.surface(surface);
@@ -189,6 +203,13 @@ impl CandidateEdge {
         };
         insert_ranked(ranked, new, |old| old.gain >= gain);
     }
+}
+
+/// Upper bound of the detour in metres of paths with an estimated gain. The argument x of the transition function is at
+/// least half the phase of the detour.
+fn longest_detour_m(scene: &Scene, least_gain: f64) -> f64 {
+    let x = ((0.5 / least_gain).powi(2) - 1.0) / PI;
+    2.0 * x / edge_wave::wavenumbers(scene)[RANKING_BAND]
 }
 
 /// Estimated gain of a path in [`RANKING_BAND`] relative to the free field over the straight distance.
