@@ -83,7 +83,7 @@ pub fn update(
     if visible || diffraction_order == 0 {
         return edges;
     }
-    let near = scene.first_crossings(from, to, longest_m);
+    let near = scene.outer_crossings(from, to, longest_m);
     if effects.reflections {
         with_reflections::find(scene, endpoints, &near, rays, emit);
     }
