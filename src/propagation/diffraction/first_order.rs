@@ -159,7 +159,8 @@ fn along_faces(
         {
             return None;
         }
-        let edges = match line.line_distance_m(from) < other_line.line_distance_m(from) {
+        let [a, b] = [line, other_line].map(|line| [from, to].map(|end| line.line_distance_m(end)));
+        let edges = match a[0] + b[1] < b[0] + a[1] {
             true => [edge, other],
             false => [other, edge],
         };

@@ -107,7 +107,7 @@ pub fn update(
         result.reflections = with_reflections::find(scene, endpoints, edges, true, rays, emit);
         return result;
     }
-    let near = scene.first_crossings(from, to, longest_m);
+    let near = scene.outer_crossings(from, to, longest_m);
     if effects.reflections {
         let edges = near.as_slice().iter().map(|found| found.edge);
         result.reflections = with_reflections::find(scene, endpoints, edges, false, rays, emit);

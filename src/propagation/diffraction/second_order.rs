@@ -18,8 +18,9 @@ pub const MAX_TWO_EDGE_PATHS: usize = 4;
 /// Most paths tested for visibility, shortest first.
 const MAX_TESTED: usize = 16;
 
-/// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. The first edge is one of `near`, or either edge
-/// belongs to an instance ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are left out. Adds the rays cast to `rays`.
+/// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near`, or belongs to an instance
+/// ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are left out. Adds the rays cast to
+/// `rays`.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
@@ -37,13 +38,27 @@ pub fn find(
         if found.length_m > longest_m {
             break;
         }
-        for second in scene.edge_neighbours(found.edge) {
-            let other = scene.edge(second);
+        let edge = scene.edge(found.edge);
+        let (is_first, is_second) = (edge.is_outside(from), edge.is_outside(to));
+        for neighbour in scene.edge_neighbours(found.edge) {
+            let other = scene.edge(neighbour);
             let alone = other.at(other.apex_m(from, to).clamp(0.0, other.length_m));
-            if !is_in_direct_field(scene, direct, [found.edge, second])
-                && from.distance(alone) + alone.distance(to) < longest_m
+            if is_in_direct_field(scene, direct, [found.edge, neighbour])
+                || from.distance(alone) + alone.distance(to) >= longest_m
+            {
+                continue;
+            }
+            if is_first
                 && other.is_outside(to)
-                && let Some(path) = TwoEdgePath::over(scene, [found.edge, second], endpoints)
+                && let Some(path) = TwoEdgePath::over(scene, [found.edge, neighbour], endpoints)
+            {
+                insert_shortest(&mut shortest, path);
+            }
+            // A pair of two near edges is found from its first one.
+            if is_second
+                && other.is_outside(from)
+                && near.as_slice().iter().all(|other| other.edge != neighbour)
+                && let Some(path) = TwoEdgePath::over(scene, [neighbour, found.edge], endpoints)
             {
                 insert_shortest(&mut shortest, path);
             }

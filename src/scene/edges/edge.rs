@@ -75,6 +75,12 @@ impl EdgeCrossing {
         self.before_m + self.after_m + self.beyond_m()
     }
 
+    /// Length by which paths are ranked, in metres: weaker the farther they lie beyond an end, and different for edges that
+    /// meet there.
+    pub fn rank_m(&self) -> f64 {
+        self.length_m() + self.beyond_m()
+    }
+
     /// By how much it exceeds the path over the edge's line, in metres: 0 within the ends.
     pub fn beyond_m(&self) -> f64 {
         self.excess_m
@@ -100,9 +106,9 @@ impl Edge {
         apex_m((a, near), (b, far))
     }
 
-    /// Length of the shortest path between two points over the edge, if it is not above `most_m`, [`Self::crossing`] exists
-    /// and it stays in the air: the length of [`Self::crossing`], without its angles: most are too long.
-    pub fn crossing_length_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
+    /// [`EdgeCrossing::rank_m`] of the shortest path between two points over the edge, if it is not above `most_m` and
+    /// [`Self::crossing`] exists: without its angles, since most are too long.
+    pub fn crossing_rank_m(&self, from: DVec3, to: DVec3, most_m: f64) -> Option<f64> {
         let [(a, near), (b, far)] = [from, to].map(|p| {
             let out = p - self.origin;
             let along = out.dot(self.direction);
@@ -114,7 +120,8 @@ impl Edge {
         if least_m2 * (1.0 - 2.0 * LENGTH_ROUNDING) > most_m * most_m {
             return None;
         }
-        let apex = self.at(self.clamped(apex_m((a, near), (b, far)))?);
+        let along = apex_m((a, near), (b, far));
+        let apex = self.at(self.clamped(along)?);
         let length_m = from.distance(apex) + apex.distance(to);
         let is_near = length_m - least_m2.sqrt() < MAX_BEYOND_M;
         let is_outside =

@@ -1,13 +1,15 @@
 //! Finds the diffracting edges of a mesh.
 //!
 //! The faces at a line of the mesh are sorted by angle. The widest gap between neighbours is the exterior wedge; the line
-//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding has no effect: the gap
-//! outside of a closed room is an edge as well. A superfluous edge costs time; a missing edge causes a hard shadow.
+//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding has no effect on solids
+//! and sheets; only a room's shell around other parts has no edges behind its faces. A superfluous edge costs time; a missing
+//! edge causes a hard shadow.
 
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
+use super::super::closed_parts::room_shell;
 use super::super::surface::SurfaceSet;
 use super::super::surface::key::{distinct, edge_key};
 use super::super::surface::panel::DisjointSets;
@@ -38,6 +40,7 @@ pub(super) fn find(
     centre: DVec3,
 ) -> Vec<Edge> {
     let sides = sorted_edges(triangles);
+    let shell = room_shell(vertices, triangles);
     let position = |v: u32| vertices[v as usize].as_dvec3();
     let mut segments = Vec::new();
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
@@ -47,7 +50,7 @@ pub(super) fn find(
             continue;
         }
         let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
-        if let Some(segment) = segment(ends, same, triangles, surfaces, position) {
+        if let Some(segment) = segment(ends, same, triangles, surfaces, &shell, position) {
             segments.push(segment);
         }
     }
@@ -81,6 +84,8 @@ struct Face {
     angle: f64,
     /// From the edge into the face.
     tangent: DVec3,
+    /// Normal by the triangle's winding.
+    normal: DVec3,
     surface: u32,
     triangle: u32,
 }
@@ -90,6 +95,7 @@ fn segment(
     sides: &[(u64, u32)],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
+    shell: &[bool],
     position: impl Fn(u32) -> DVec3,
 ) -> Option<Segment> {
     let along = position(ends[1]) - position(ends[0]);
@@ -98,6 +104,7 @@ fn segment(
     for &(_, side) in sides {
         let triangle = side / 3;
         let corners = triangles[triangle as usize].map(&position);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let surface = surfaces.triangle_surface[triangle as usize];
         // The surface's plane is more accurate than a small triangle's.
         let across = surfaces.surfaces[surface as usize].normal.cross(direction);
@@ -106,6 +113,7 @@ fn segment(
         faces.push(Face {
             angle: 0.0,
             tangent,
+            normal,
             surface,
             triangle,
         });
@@ -130,7 +138,11 @@ fn segment(
     }
     // One large face suffices for a shadow: the other may be narrow, such as a door jamb.
     let panels = surfaces.is_panel(first.triangle) || surfaces.is_panel(second.triangle);
-    panels.then_some(Segment {
+    // The air's side of the first face is where angles grow, of the second where they fall.
+    let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
+    let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
+    let rock = shell[first.triangle as usize] && first_looks_away && second_looks_away;
+    (panels && !rock).then_some(Segment {
         vertices: ends,
         direction,
         tangent: first.tangent,

@@ -1,4 +1,4 @@
-//! Pairs of edges with a line of sight, for second-order diffraction.
+//! Pairs of edges with a line of sight, for second-order diffraction. The relation is symmetric.
 
 use glam::DVec3;
 
@@ -7,8 +7,14 @@ use crate::geometry::{Bvh, Ray};
 use crate::scene::edges::edge::Edge;
 use crate::scene::edges::tree::EdgeTree;
 
-/// Most neighbours of one edge.
+/// Neighbours that one edge chooses; those at the same distance as the last one count as well.
 pub const MOST_NEIGHBOURS: usize = 12;
+
+/// Most neighbours of one edge, with the edges that have chosen it.
+pub const MOST_LISTED: usize = 32;
+
+/// Distances that differ by less are equal, in metres.
+const SAME_M: f64 = 1e-5;
 
 /// Largest distance in metres of two edges of a second-order path: beyond it the path is inaudible.
 pub const REACH_M: f64 = 6.0;
@@ -26,6 +32,9 @@ const CLEARANCE_M: f64 = 1e-3;
 /// Candidates of one edge that are tested, nearest first.
 const MOST_TESTED: usize = 32;
 
+/// Candidates that may be as near as the last tested one and are tested as well.
+const MOST_EQUAL: usize = 16;
+
 /// Edges compared with one edge, in the tree's order: bounds the time where thousands of edges lie within reach of each
 /// other. The benchmark scenes stay below a quarter of it.
 const MOST_COMPARED: usize = 4096;
@@ -42,10 +51,7 @@ pub(crate) struct EdgeVisibilityGraph {
 
 impl EdgeVisibilityGraph {
     pub(crate) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh) -> Self {
-        let mut result = Self {
-            first: vec![0],
-            list: Vec::new(),
-        };
+        let mut pairs: Vec<(u32, f64, u32)> = Vec::new();
         let by_face = EdgesByFace::build(edges);
         let mut near: Vec<(f64, u32)> = Vec::new();
         for (index, edge) in edges.iter().enumerate() {
@@ -56,7 +62,7 @@ impl EdgeVisibilityGraph {
             tree.walk(|min, max, leaf| {
                 let gap_m = (min - high).max(low - max).max(DVec3::ZERO).length();
                 let bound_m = match near.get(MOST_TESTED - 1) {
-                    Some((farthest_m, _)) => *farthest_m,
+                    Some((farthest_m, _)) => *farthest_m + SAME_M,
                     None => REACH_M,
                 };
                 if compared >= MOST_COMPARED || gap_m - tree.slack_m() > bound_m {
@@ -69,28 +75,48 @@ impl EdgeVisibilityGraph {
                     let rank =
                         |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
                     let rank_index = near.partition_point(rank);
-                    if rank_index < MOST_TESTED
+                    if rank_index < MOST_TESTED + MOST_EQUAL
                         && apart_m < REACH_M
                         && outside(edge, &edges[other as usize])
                     {
-                        near.truncate(MOST_TESTED - 1);
+                        near.truncate(MOST_TESTED + MOST_EQUAL - 1);
                         near.insert(rank_index, (apart_m, other));
                     }
                 }
                 true
             });
-            let seen = near
-                .iter()
-                .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh))
-                .take(MOST_NEIGHBOURS);
-            result.list.extend(seen.map(|(_, other)| *other));
+            let mut choose = |near: &[(f64, u32)], most: usize| {
+                let seen = with_equals(near.iter(), MOST_TESTED)
+                    .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh));
+                for &(apart_m, other) in with_equals(seen, most) {
+                    pairs.push((index as u32, apart_m, other));
+                    pairs.push((other, apart_m, index as u32));
+                }
+            };
+            choose(&near, MOST_NEIGHBOURS);
             by_face.far(edges, index as u32, &mut near);
-            let seen = near
-                .iter()
-                .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh))
-                .take(MOST_FAR_NEIGHBOURS);
-            result.list.extend(seen.map(|(_, other)| *other));
-            result.first.push(result.list.len() as u32);
+            choose(&near, MOST_FAR_NEIGHBOURS);
+        }
+        Self::of_pairs(pairs, edges.len())
+    }
+
+    /// The lists of chosen pairs, each given in both orders, nearest first.
+    fn of_pairs(mut pairs: Vec<(u32, f64, u32)>, edges: usize) -> Self {
+        pairs.sort_by_key(|&(edge, _, other)| (edge, other));
+        pairs.dedup_by_key(|&mut (edge, _, other)| (edge, other));
+        pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let mut result = Self {
+            first: vec![0; edges + 1],
+            list: Vec::with_capacity(pairs.len()),
+        };
+        for own in pairs.chunk_by(|a, b| a.0 == b.0) {
+            result
+                .list
+                .extend(own.iter().take(MOST_LISTED).map(|pair| pair.2));
+            result.first[own[0].0 as usize + 1] = result.list.len() as u32;
+        }
+        for edge in 0..edges {
+            result.first[edge + 1] = result.first[edge + 1].max(result.first[edge]);
         }
         result
     }
@@ -103,6 +129,21 @@ impl EdgeVisibilityGraph {
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(self.first.as_slice()) + size_of_val(self.list.as_slice())
     }
+}
+
+/// The first `most` of edges by distance, and those as near as the last of them: which of equals come first is arbitrary.
+fn with_equals<'a>(
+    near: impl Iterator<Item = &'a (f64, u32)>,
+    most: usize,
+) -> impl Iterator<Item = &'a (f64, u32)> {
+    let (mut count, mut last_m) = (0, 0.0);
+    near.take_while(move |(apart_m, _)| {
+        count += 1;
+        if count <= most {
+            last_m = *apart_m;
+        }
+        count <= most || apart_m - last_m < SAME_M
+    })
 }
 
 /// Edges by face, for pairs across a wide one.
@@ -118,7 +159,7 @@ impl EdgesByFace {
     }
 
     /// Sets `far` to the edges between [`REACH_M`] and [`FACE_REACH_M`] from one that share a face with it, nearest first,
-    /// [`MOST_TESTED`] at most.
+    /// [`MOST_TESTED`] and [`MOST_EQUAL`] at most.
     fn far(&self, edges: &[Edge], index: u32, far: &mut Vec<(f64, u32)>) {
         far.clear();
         let edge = &edges[index as usize];
@@ -139,7 +180,7 @@ impl EdgesByFace {
         }
         far.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         far.dedup();
-        far.truncate(MOST_TESTED);
+        far.truncate(MOST_TESTED + MOST_EQUAL);
     }
 }
 
@@ -202,39 +243,52 @@ mod tests {
             let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
             let edges = scene.edges().as_slice();
             assert!(edges.len() > 40 && edges.len() < MOST_COMPARED);
-            for (index, edge) in edges.iter().enumerate() {
+            // The nearest in a range of distances that are visible.
+            let chosen = |index: usize, reach_m: std::ops::Range<f64>, most: usize| {
+                let edge = &edges[index];
                 let mut near: Vec<(f64, u32)> = Vec::new();
                 for (other, candidate) in edges.iter().enumerate() {
-                    let (s, t) = edge.closest(candidate);
-                    let apart_m = edge.at(s).distance(candidate.at(t));
-                    if other != index && apart_m < REACH_M && outside(edge, candidate) {
+                    let apart_m = edge.distance_m(candidate);
+                    let shares = candidate.faces.iter().any(|face| edge.faces.contains(face));
+                    let counts = reach_m.contains(&apart_m) && (shares || apart_m < REACH_M);
+                    if other != index && counts && outside(edge, candidate) {
                         near.push((apart_m, other as u32));
                     }
                 }
                 near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                let seen = near
-                    .iter()
-                    .take(MOST_TESTED)
-                    .map(|(_, other)| *other)
-                    .filter(|&other| is_unoccluded(edge, &edges[other as usize], scene.bvh()));
-                let mut expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
-                let mut far: Vec<(f64, u32)> = Vec::new();
-                for (other, candidate) in (0..).zip(edges) {
-                    let apart_m = edge.distance_m(candidate);
-                    let shares = candidate.faces.iter().any(|face| edge.faces.contains(face));
-                    let in_reach = (REACH_M..FACE_REACH_M).contains(&apart_m);
-                    if shares && in_reach && outside(edge, candidate) {
-                        far.push((apart_m, other));
-                    }
+                let last_m = near
+                    .get(MOST_TESTED - 1)
+                    .map_or(f64::INFINITY, |last| last.0);
+                near.retain(|(apart_m, _)| *apart_m < last_m + SAME_M);
+                near.truncate(MOST_TESTED + MOST_EQUAL);
+                near.retain(|(_, other)| is_unoccluded(edge, &edges[*other as usize], scene.bvh()));
+                let last_m = near.get(most - 1).map_or(f64::INFINITY, |last| last.0);
+                near.retain(|(apart_m, _)| *apart_m < last_m + SAME_M);
+                near
+            };
+            let all: Vec<Vec<(f64, u32)>> = (0..edges.len())
+                .map(|index| {
+                    let mut own = chosen(index, 0.0..REACH_M, MOST_NEIGHBOURS);
+                    own.extend(chosen(index, REACH_M..FACE_REACH_M, MOST_FAR_NEIGHBOURS));
+                    own
+                })
+                .collect();
+            for (index, own) in all.iter().enumerate() {
+                let has_chosen = |(other, list): (usize, &Vec<(f64, u32)>)| {
+                    let pair = list.iter().find(|pair| pair.1 == index as u32)?;
+                    Some((pair.0, other as u32))
+                };
+                let mut expected = own.clone();
+                let others = all.iter().enumerate().filter_map(has_chosen);
+                expected.extend(others.filter(|(_, other)| own.iter().all(|o| o.1 != *other)));
+                let mut neighbours = scene.edges().neighbours(index as u32).to_vec();
+                neighbours.sort_unstable();
+                let mut names: Vec<u32> = expected.iter().map(|pair| pair.1).collect();
+                names.sort_unstable();
+                match names.len() <= MOST_LISTED {
+                    true => assert_eq!(neighbours, names),
+                    false => assert!(neighbours.iter().all(|other| names.contains(other))),
                 }
-                far.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                let seen = far
-                    .iter()
-                    .take(MOST_TESTED)
-                    .map(|(_, other)| *other)
-                    .filter(|&other| is_unoccluded(edge, &edges[other as usize], scene.bvh()));
-                expected.extend(seen.take(MOST_FAR_NEIGHBOURS));
-                assert_eq!(scene.edges().neighbours(index as u32), expected);
             }
         }
     }

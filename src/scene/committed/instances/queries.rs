@@ -190,21 +190,31 @@ impl Scene {
         for edge in edges {
             let known = near.as_slice().iter().any(|found| found.edge == edge);
             if let Some(crossing) = self.edge(edge).crossing(from, to).filter(|_| !known) {
-                let length_m = crossing.length_m();
+                let length_m = crossing.rank_m();
                 near.insert(DiffractingEdge { edge, length_m });
             }
         }
         near
     }
 
-    /// The same for the first edge of paths of several diffractions, as `first_crossings`.
-    pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
-        let mut near = self.edges().first_crossings(from, to, longest_m);
-        self.add_instances_first_crossings(&mut near, from, to, longest_m);
+    /// The same for edges of paths with several interactions: one end at least lies in the exterior wedge, and a crossing
+    /// beyond an edge's end counts as one at its end.
+    pub fn outer_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
+        let mut near = DiffractingEdges::default();
+        let edges = self.edges();
+        edges.add_outer_crossings(&mut near, (from, to), longest_m, |edge| edge);
+        for placed in self.instances.placed() {
+            if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
+                let ends = (placed.point(from), placed.point(to));
+                let index = |edge| placed.scene_index(edge);
+                let edges = placed.part.edges();
+                edges.add_outer_crossings(&mut near, ends, longest_m, index);
+            }
+        }
         near
     }
 
-    /// The same over edges of instances only.
+    /// The same over edges of instances only; `from` lies in the exterior wedge.
     pub fn first_crossings_of_instances(
         &self,
         from: DVec3,
@@ -212,24 +222,15 @@ impl Scene {
         longest_m: f64,
     ) -> DiffractingEdges {
         let mut near = DiffractingEdges::default();
-        self.add_instances_first_crossings(&mut near, from, to, longest_m);
-        near
-    }
-
-    fn add_instances_first_crossings(
-        &self,
-        near: &mut DiffractingEdges,
-        from: DVec3,
-        to: DVec3,
-        longest_m: f64,
-    ) {
         for placed in self.instances.placed() {
             if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
-                let (from, to) = (placed.point(from), placed.point(to));
-                let set = placed.part.edges();
-                set.add_first_crossings(near, from, to, longest_m, |edge| placed.scene_index(edge));
+                let ends = (placed.point(from), placed.point(to));
+                let index = |edge| placed.scene_index(edge);
+                let edges = placed.part.edges();
+                edges.add_first_crossings(&mut near, ends, longest_m, index);
             }
         }
+        near
     }
 
     /// Whether two surfaces, triangles or edges are of one instance, or both of the fixed part.
