@@ -168,6 +168,7 @@ impl Extrapolator {
                     sources,
                     occluded: &self.occluded,
                     min_distance_m: self.min_distance_m,
+                    reflection_edges: &self.current.reflection_edges,
                 };
                 let is_new = self.updates > 0 && self.frames_since_update == 0;
                 let arrived = is_new.then_some((&self.current, &self.prepared));
@@ -256,6 +257,7 @@ impl Extrapolator {
             sources,
             occluded: &self.occluded,
             min_distance_m: self.min_distance_m,
+            reflection_edges: &self.current.reflection_edges,
         };
         let late = &mut self.late;
         let updates = [&self.current, &self.previous].into_iter();

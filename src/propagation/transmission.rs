@@ -18,6 +18,9 @@ pub const MAX_WALLS: usize = 4;
 /// Thickness of a solid in metres up to which its two faces are one wall with one transmission loss.
 const MAX_THICKNESS_M: f32 = 1.0;
 
+/// Least cosine between the two faces of a wall that is no closed solid: 10 degrees.
+const PARALLEL: f32 = 0.985;
+
 /// Least amplitude relative to the free field: −120 dB.
 const INAUDIBLE: f32 = 1e-6;
 
@@ -84,15 +87,26 @@ pub fn direct_path_of(
 struct Crossing {
     distance_m: f32,
     material: u32,
-    /// Whether the line enters a solid, by the triangle's winding.
-    enters: bool,
+    /// Unit normal of the triangle, on either side.
+    normal: Vec3,
+    /// Whether the triangle is part of a closed solid.
+    is_closed: bool,
+}
+
+impl Crossing {
+    /// Whether two successive crossings are the two faces of one wall. Winding has no effect.
+    fn is_one_wall_with(&self, next: &Self) -> bool {
+        self.material == next.material
+            && next.distance_m - self.distance_m < MAX_THICKNESS_M
+            && (self.is_closed && next.is_closed || self.normal.dot(next.normal).abs() > PARALLEL)
+    }
 }
 
 /// Pressure factor of all walls between two points in local coordinates, per band; `None` behind more than [`MAX_WALLS`] or
 /// below −120 dB. Adds the rays cast to `rays`.
 ///
-/// Two faces of the same material through which the line enters and leaves a solid within 1 m are one wall, and so is a
-/// single sheet.
+/// Two successive faces of the same material within 1 m are one wall if both belong to closed solids or are parallel, and so
+/// is a single sheet. Winding has no effect.
 ///
 /// # Real-time
 /// Allocates nothing; casts at most two rays per wall and one more.
@@ -102,7 +116,7 @@ pub fn transmission(scene: &Scene, from: DVec3, to: DVec3, rays: &mut u64) -> Op
     let length_m = ray.direction.length();
     let mut ignored = NO_GROUP;
     let mut walls = 0;
-    let mut entered: Option<Crossing> = None;
+    let mut unpaired: Option<Crossing> = None;
     loop {
         *rays += 1;
         let Some(hit) = scene.closest_hit(&ray, [ignored, NO_GROUP]) else {
@@ -111,14 +125,11 @@ pub fn transmission(scene: &Scene, from: DVec3, to: DVec3, rays: &mut u64) -> Op
         let crossing = Crossing {
             distance_m: hit.t * length_m,
             material: scene.surface(hit.group).material,
-            enters: scene.triangle_normal(hit.triangle).dot(ray.direction) < 0.0,
+            normal: scene.triangle_normal(hit.triangle).normalize_or_zero(),
+            is_closed: scene.is_in_closed_part(hit.triangle),
         };
-        let leaves_wall = |first: &Crossing| {
-            !crossing.enters
-                && first.material == crossing.material
-                && crossing.distance_m - first.distance_m < MAX_THICKNESS_M
-        };
-        if entered.take_if(|first| leaves_wall(first)).is_none() {
+        let leaves_wall = |first: &mut Crossing| first.is_one_wall_with(&crossing);
+        if unpaired.take_if(leaves_wall).is_none() {
             walls += 1;
             if walls > MAX_WALLS {
                 return None;
@@ -127,7 +138,7 @@ pub fn transmission(scene: &Scene, from: DVec3, to: DVec3, rays: &mut u64) -> Op
             for b in 0..BANDS {
                 factor[b] *= wall[b];
             }
-            entered = crossing.enters.then_some(crossing);
+            unpaired = Some(crossing);
         }
         // The next crossing lies beyond this one, on another plane.
         ray.t_min = hit.t;

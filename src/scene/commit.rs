@@ -4,6 +4,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::closed_parts::closed_parts;
 use super::materials::MaterialTable;
 use super::mesh::TriangleMesh;
 use super::surface::SurfaceSet;
@@ -23,6 +24,8 @@ pub struct CommittedMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Coplanar triangles by surface.
     pub surfaces: SurfaceSet,
+    /// Whether each triangle belongs to a connected part of the mesh without boundary edges.
+    pub in_closed_part: Vec<bool>,
     /// Materials of the surfaces, under the mesh's names.
     pub materials: Vec<Material>,
     /// Material names missing from the table; their material is its generic one.
@@ -36,7 +39,8 @@ impl CommittedMesh {
     pub fn memory_bytes(&self) -> usize {
         let vertices = size_of_val(self.vertices.as_slice());
         let triangles = size_of_val(self.triangles.as_slice());
-        vertices + triangles + self.surfaces.memory_bytes()
+        let flags = self.in_closed_part.len();
+        vertices + triangles + flags + self.surfaces.memory_bytes()
     }
 }
 
@@ -86,6 +90,7 @@ pub fn commit_mesh(
     Ok(CommittedMesh {
         centre,
         vertices,
+        in_closed_part: closed_parts(&clean.triangles),
         triangles: clean.triangles,
         surfaces,
         materials: resolved.materials,

@@ -3,6 +3,7 @@
 //!
 //! Control side. Coordinates are metres, right-handed, +y up.
 
+mod closed_parts;
 pub mod commit;
 pub mod committed;
 pub mod directivity;

@@ -65,6 +65,12 @@ laws! {
     reciprocity "reciprocity"
     air "air"
     edge "edge"
+    doorway "doorway"
+    flush "flush"
+    thick "thick"
+    invariance "invariance"
+    rims "rims"
+    corner "corner"
     transmission "transmission"
     thread_count "thread count"
 }

@@ -1,8 +1,11 @@
 //! Paths of second-order diffraction, such as around a thick wall or through two doorways.
 
 use crate::propagation::diffraction::edge_wave::local_positions;
+use crate::propagation::diffraction::first_order::DirectEdges;
 use crate::propagation::diffraction::ranked_list::insert_ranked;
-use crate::propagation::diffraction::two_edge_path::{TwoEdgePath, insert_shortest};
+use crate::propagation::diffraction::two_edge_path::{
+    TwoEdgePath, bound_narrow_face, insert_shortest, meet_at_corner,
+};
 use crate::propagation::diffraction::{MAX_DETOUR_M, moving_edge_pairs};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::Path;
@@ -15,12 +18,14 @@ pub const MAX_TWO_EDGE_PATHS: usize = 4;
 /// Most paths tested for visibility, shortest first.
 const MAX_TESTED: usize = 16;
 
-/// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. The first edge is one of `near`, or either edge
-/// belongs to an instance ([`moving_edge_pairs`]). Adds the rays cast to `rays`.
+/// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near`, or belongs to an instance
+/// ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are left out. Adds the rays cast to
+/// `rays`.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
     near: &DiffractingEdges,
+    direct: &DirectEdges,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) {
@@ -33,12 +38,27 @@ pub fn find(
         if found.length_m > longest_m {
             break;
         }
-        for second in scene.edge_neighbours(found.edge) {
-            let other = scene.edge(second);
+        let edge = scene.edge(found.edge);
+        let (is_first, is_second) = (edge.is_outside(from), edge.is_outside(to));
+        for neighbour in scene.edge_neighbours(found.edge) {
+            let other = scene.edge(neighbour);
             let alone = other.at(other.apex_m(from, to).clamp(0.0, other.length_m));
-            if from.distance(alone) + alone.distance(to) < longest_m
+            if is_in_direct_field(scene, direct, [found.edge, neighbour])
+                || from.distance(alone) + alone.distance(to) >= longest_m
+            {
+                continue;
+            }
+            if is_first
                 && other.is_outside(to)
-                && let Some(path) = TwoEdgePath::over(scene, [found.edge, second], endpoints)
+                && let Some(path) = TwoEdgePath::over(scene, [found.edge, neighbour], endpoints)
+            {
+                insert_shortest(&mut shortest, path);
+            }
+            // A pair of two near edges is found from its first one.
+            if is_second
+                && other.is_outside(from)
+                && near.as_slice().iter().all(|other| other.edge != neighbour)
+                && let Some(path) = TwoEdgePath::over(scene, [neighbour, found.edge], endpoints)
             {
                 insert_shortest(&mut shortest, path);
             }
@@ -58,4 +78,15 @@ pub fn find(
     }
     let loudest = loudest.into_iter().flatten();
     loudest.for_each(|(_, path)| emit(path));
+}
+
+/// Whether waves over one edge include that over two: along a narrow face, and at a corner, where the edge's end does.
+fn is_in_direct_field(scene: &Scene, direct: &DirectEdges, edges: [u32; 2]) -> bool {
+    let is_direct = edges.map(|edge| direct.as_slice().contains(&edge));
+    if !(is_direct[0] || is_direct[1]) {
+        return false;
+    }
+    let lines = edges.map(|edge| scene.edge(edge));
+    let lines = [&lines[0], &lines[1]];
+    meet_at_corner(lines) || bound_narrow_face(lines)
 }

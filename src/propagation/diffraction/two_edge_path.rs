@@ -6,8 +6,10 @@
 
 use glam::DVec3;
 
-use crate::acoustics::{BANDS, BandArray};
-use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
+use crate::acoustics::{BANDS, BandArray, smoothstep};
+use crate::propagation::diffraction::edge_wave::{
+    self, ComplexBands, EdgePath, is_unoccluded, local_positions,
+};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
 use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};
@@ -15,7 +17,7 @@ use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
-use crate::scene::edges::{Edge, EdgeCrossing};
+use crate::scene::edges::{Edge, EdgeCrossing, FACE_REACH_M};
 
 /// Newton steps on the two crossings, and the step in metres at which they have converged.
 const MAX_NEWTON_STEPS: usize = 12;
@@ -26,6 +28,9 @@ const MAX_HALVINGS: usize = 6;
 
 /// Bisections where Newton's method fails: to a part in 10¹² of an edge.
 const BISECTIONS: usize = 40;
+
+/// Cosine of the angle between edges that count as parallel.
+const PARALLEL: f64 = 0.999;
 
 /// Smallest slope of a length distinguishable from zero.
 const MIN_SLOPE: f64 = 1e-6;
@@ -44,6 +49,8 @@ const IN_FACE: f64 = 1e-2;
 pub struct TwoEdgePath {
     edges: [u32; 2],
     crossings: [EdgeCrossing; 2],
+    /// As [`EdgeCrossing::excess_m`], of the path over both edges' ends.
+    excess_m: [f64; 2],
     length_m: f64,
 }
 
@@ -72,9 +79,11 @@ impl TwoEdgePath {
         if passes_corner([a, b], from, to) || !a.is_outside(from) || !b.is_outside(to) {
             return None;
         }
+        let ends = common_ends([a, b]);
         let guess_m = first_guess([a, b], from, to);
-        if minimum_lies_beyond_end([a, b], guess_m[0], from, to)
-            || minimum_lies_beyond_end([b, a], guess_m[1], to, from)
+        if ends.is_none()
+            && (minimum_lies_beyond_end([a, b], guess_m[0], from, to)
+                || minimum_lies_beyond_end([b, a], guess_m[1], to, from))
         {
             return None;
         }
@@ -85,21 +94,46 @@ impl TwoEdgePath {
             return None;
         }
         let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
-        if share_face([a, b]) {
-            // The leg lies in the face except for rounding.
-            crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing);
-            crossings[1].incoming = snapped_to_face(b, crossings[1].incoming);
+        if let Some(face) = shared_face([a, b]) {
+            // The leg lies in the face except for rounding, on one side of it.
+            let air = air_side([a, b], face, from);
+            crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing, air);
+            crossings[1].incoming = snapped_to_face(b, crossings[1].incoming, air);
         }
-        let length_m = crossings[0].before_m + leg_m + crossings[1].after_m;
+        let shortest_m = from.distance(first) + leg_m + second.distance(to);
+        let mut excess_m = [f64::INFINITY; 2];
+        if let Some(ends) = ends {
+            for (excess, end) in excess_m.iter_mut().zip(ends) {
+                let over_end_m = from.distance(end.points[0])
+                    + end.points[0].distance(end.points[1])
+                    + end.points[1].distance(to);
+                let inside = (end.points[0] - first)
+                    .dot(end.outward)
+                    .min((end.points[1] - second).dot(end.outward));
+                *excess = (over_end_m - shortest_m).max(0.0).copysign(inside);
+                if inside < 0.0 {
+                    (crossings[0].apex, crossings[1].apex) = (end.points[0], end.points[1]);
+                }
+                if !end.is_free {
+                    if inside < 0.0 {
+                        return None;
+                    }
+                    *excess = f64::INFINITY;
+                }
+            }
+        }
+        let beyond_m = excess_m.into_iter().fold(0.0, |most: f64, m| most.max(-m));
+        let length_m = shortest_m + beyond_m;
         (length_m < from.distance(to) + MAX_DETOUR_M).then_some(Self {
             edges,
             crossings,
+            excess_m,
             length_m,
         })
     }
 
     /// Length in metres.
-    pub(crate) fn length_m(&self) -> f64 {
+    pub fn length_m(&self) -> f64 {
         self.length_m
     }
 
@@ -107,7 +141,10 @@ impl TwoEdgePath {
     pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
         let (from, to) = local_positions(scene, endpoints);
         let straight_m = from.distance(to);
-        let gains = self.gains(scene, endpoints, fade_out(self.length_m - straight_m));
+        let leg_m = self.crossings[1].before_m;
+        let fade =
+            fade_out(self.length_m - straight_m) * smoothstep(4.0 * (1.0 - leg_m / FACE_REACH_M));
+        let gains = self.gains(scene, endpoints, fade);
         let spreading = straight_m.max(endpoints.min_distance_m) / self.length_m;
         edge_wave::is_audible(&gains, spreading).then(|| {
             let path = EdgePath {
@@ -125,10 +162,9 @@ impl TwoEdgePath {
         let (from, to) = local_positions(scene, endpoints);
         let [a, b] = &self.edges.map(|edge| scene.edge(edge));
         let [first, second] = [(a, 0), (b, 1)]
-            .map(|(edge, i)| edge_wave::sight_point(self.crossings[i].apex, edge.outward()));
+            .map(|(edge, i)| edge_wave::sight_point(edge, self.crossings[i].apex, edge.outward()));
         // The leg between may lie in a face of both.
-        let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
-        let between = shared.map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
+        let between = shared_face([a, b]).map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
         is_unoccluded(scene, second, to, b.faces, rays)
             && is_unoccluded(scene, from, first, a.faces, rays)
             && is_unoccluded(scene, first, second, between, rays)
@@ -136,6 +172,12 @@ impl TwoEdgePath {
 
     /// Signed band gains relative to the free field over its length, times `fade`.
     fn gains(&self, scene: &Scene, endpoints: &Endpoints, fade: f64) -> BandArray {
+        self.field(scene, endpoints)
+            .map(|wave| (edge_wave::real_gain(wave) * fade) as f32)
+    }
+
+    /// The field relative to the free field over its length.
+    pub fn field(&self, scene: &Scene, endpoints: &Endpoints) -> ComplexBands {
         let edges = &self.edges.map(|edge| scene.edge(edge));
         let crossings = &self.crossings;
         let outer_m = [crossings[0].before_m, crossings[1].after_m];
@@ -153,22 +195,35 @@ impl TwoEdgePath {
         let [first, second] = [0, 1].map(|i| {
             WedgeAngles::of(&edges[i], &crossings[i]).transition_argument(1.0, wide[i].distance_m)
         });
-        let spreads = match first > second {
+        let first_is_wide = first > second;
+        let spreads = match first_is_wide {
             true => [wide[0], narrow[1]],
             false => [narrow[0], wide[1]],
         };
         // One wall's transmission loss is applied once.
         let transmission = endpoints.source.settings.effects.transmission;
-        let shares_face = share_face([&edges[0], &edges[1]]);
+        let shared = shared_face([&edges[0], &edges[1]]);
+        let shares_face = shared.is_some();
+        // A face too small to reflect continues no reflection, but it carries the wave between its own edges.
+        let is_dull = |face| Some(face) != shared && scene.surface(face).panel_triangle_count == 0;
         let beside_transmission = [transmission, transmission && !shares_face];
         let [first, second] = [0, 1].map(|i| {
-            let (incident, reflected) = edge_wave::diffracted_field(
+            let crossing = EdgeCrossing {
+                excess_m: if (i == 0) == first_is_wide {
+                    self.excess_m
+                } else {
+                    [f64::INFINITY; 2]
+                },
+                ..crossings[i]
+            };
+            let dull = edges[i].faces.map(is_dull);
+            let (incident, reflected) = edge_wave::field_of_faces(
                 scene,
                 &edges[i],
-                &crossings[i],
+                &crossing,
                 &spreads[i],
                 beside_transmission[i],
-                [false; 2],
+                |face, _| if dull[face] { 0.0 } else { 1.0 },
             );
             std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
         });
@@ -176,7 +231,7 @@ impl TwoEdgePath {
         let along_face = is_on_face(edges[0].n, crossings[0].outgoing)
             && is_on_face(edges[1].n, crossings[1].incoming);
         let factor = if along_face { 2.0 } else { 1.0 };
-        std::array::from_fn(|b| (edge_wave::real_gain(first[b] * second[b] * factor) * fade) as f32)
+        std::array::from_fn(|b| first[b] * second[b] * factor)
     }
 }
 
@@ -284,18 +339,80 @@ fn bisect(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
     [first, slope_at(lines, first, from, to).1]
 }
 
-fn share_face([a, b]: [&Edge; 2]) -> bool {
-    a.faces.iter().any(|face| b.faces.contains(face))
+/// Largest width in metres of a face between two edges whose waves arrive as one.
+const NARROW_M: f64 = 0.6;
+
+/// Whether two edges are both sides of a narrow face, such as a door's jamb.
+pub(crate) fn bound_narrow_face([a, b]: [&Edge; 2]) -> bool {
+    let across = b.origin - a.origin;
+    let across = across - across.dot(a.direction) * a.direction;
+    let is_near = a.direction.dot(b.direction).abs() > PARALLEL
+        && across.length_squared() < NARROW_M * NARROW_M;
+    is_near
+        && shared_face([a, b]).is_some_and(|face| {
+            let into_face = a.face_tangent(usize::from(a.faces[0] != face));
+            into_face.dot(across) > 0.0
+        })
 }
 
-/// An angle, or that of a face which it is within [`IN_FACE`] of.
-fn snapped_to_face(edge: &Edge, angle: f64) -> f64 {
-    let far = edge.n * std::f64::consts::PI;
-    match angle {
-        angle if angle < IN_FACE => 0.0,
-        angle if far - angle < IN_FACE => far,
-        angle => angle,
+/// Whether two edges nearly meet at a corner.
+pub(crate) fn meet_at_corner([a, b]: [&Edge; 2]) -> bool {
+    a.direction.dot(b.direction).abs() < PARALLEL && a.distance_m(b) < NARROW_M
+}
+
+/// An end that two edges have in common.
+struct CommonEnd {
+    points: [DVec3; 2],
+    outward: DVec3,
+    is_free: bool,
+}
+
+/// Both ends of two parallel edges of one face, such as those of a door's jamb.
+fn common_ends([a, b]: [&Edge; 2]) -> Option<[CommonEnd; 2]> {
+    let cosine = a.direction.dot(b.direction);
+    if shared_face([a, b]).is_none()
+        || cosine.abs() < PARALLEL
+        || (a.length_m - b.length_m).abs() > 0.01 * a.length_m
+    {
+        return None;
     }
+    Some([0, 1].map(|end| {
+        let other = if cosine > 0.0 { end } else { 1 - end };
+        CommonEnd {
+            points: [a.at([0.0, a.length_m][end]), b.at([0.0, b.length_m][other])],
+            outward: a.direction * [-1.0, 1.0][end],
+            is_free: a.free_ends[end] && b.free_ends[other],
+        }
+    }))
+}
+
+fn shared_face([a, b]: [&Edge; 2]) -> Option<u32> {
+    a.faces.into_iter().find(|face| b.faces.contains(face))
+}
+
+/// Normal of a face that two edges share, on the side of the leg between them. At the rim of a sheet both sides are air: the
+/// other edge has the side. Between two rims of one sheet both sides give the same product of fields; it is the side of
+/// `from`.
+fn air_side([a, b]: [&Edge; 2], face: u32, from: DVec3) -> DVec3 {
+    let one_sided = |edge: &&Edge| edge.faces[0] != edge.faces[1];
+    match [a, b].into_iter().find(one_sided) {
+        Some(edge) => edge.face_normal(usize::from(edge.faces[0] != face)),
+        None => a.normal * 1f64.copysign(a.normal.dot(from - a.origin)),
+    }
+}
+
+/// An angle, or that of a face which it is within [`IN_FACE`] of. At the rim of a sheet, whose faces share a plane, the face
+/// is that of the side with the normal `air`.
+fn snapped_to_face(edge: &Edge, angle: f64, air: DVec3) -> f64 {
+    let far = edge.n * std::f64::consts::PI;
+    if angle >= IN_FACE && far - angle >= IN_FACE {
+        return angle;
+    }
+    let is_first = match edge.faces[0] == edge.faces[1] {
+        true => edge.normal.dot(air) > 0.0,
+        false => angle < IN_FACE,
+    };
+    if is_first { 0.0 } else { far }
 }
 
 #[cfg(test)]
@@ -314,6 +431,7 @@ mod tests {
             normal,
             n: 2.0,
             faces: [0; 2],
+            free_ends: [false; 2],
         }
     }
 

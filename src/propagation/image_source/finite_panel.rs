@@ -12,7 +12,6 @@ use crate::acoustics::bands::CENTRES_HZ;
 use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::image_source::image_path::ImagePath;
 use crate::scene::Scene;
-use crate::scene::surface::finite_panel::FinitePanel;
 
 /// Width of the fade at a free edge: a fraction of the shorter side, and its limit in metres.
 const FADE: (f64, f64) = (0.2, 0.3);
@@ -37,8 +36,10 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
         }
         let after_m = (path.length_m - before_m).max(0.0);
         let apart_m = 2.0 * before_m.max(0.0) * after_m / path.length_m.max(1e-6);
+        let surface = path.surfaces[step];
+        let in_front = reflects_in_front(scene, path, step);
         let panel = match has_panels {
-            true => finite_panel(scene, path, step),
+            true => scene.finite_panel_at(surface, point, in_front),
             false => None,
         };
         if let Some(panel) = panel {
@@ -62,7 +63,7 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
                 *value *= (edge * (energy[0] * energy[1]).sqrt()) as f32;
             }
         } else if fades
-            && let Some(to_edge_m) = scene.edge_distance_m(path.surfaces[step], point, FADE.1)
+            && let Some(to_edge_m) = scene.edge_distance_m(surface, point, in_front, FADE.1)
         {
             let cosine = path.cosines[step].max(1e-3);
             let factor = product.get_or_insert([1.0; BANDS]);
@@ -76,14 +77,13 @@ pub fn factor(scene: &Scene, path: &ImagePath) -> Option<BandArray> {
     product
 }
 
-/// The small free panel at reflection number `step` of a path.
-fn finite_panel(scene: &Scene, path: &ImagePath, step: usize) -> Option<FinitePanel> {
+/// Whether reflection number `step` of a path is on the side of its surface's normal. Both legs are on one side.
+fn reflects_in_front(scene: &Scene, path: &ImagePath, step: usize) -> bool {
     let plane = scene.surface(path.surfaces[step]);
-    // Both legs are on one side of the surface. The image source of a first reflection is on the other.
-    let in_front = match step {
+    match step {
+        // The image source of a first reflection is on the other side.
         0 if path.order == 1 => plane.distance_m(path.image) < 0.0,
         0 => plane.distance_m(path.points[1]) > 0.0,
         _ => plane.distance_m(path.points[step - 1]) > 0.0,
-    };
-    scene.finite_panel_at(path.surfaces[step], path.points[step], in_front)
+    }
 }

@@ -249,6 +249,15 @@ impl Scene {
         self.mesh.surfaces.is_panel(triangle)
     }
 
+    /// Whether a triangle belongs to a connected part of the mesh without boundary edges.
+    #[inline]
+    pub fn is_in_closed_part(&self, triangle: u32) -> bool {
+        match self.mesh.in_closed_part.get(triangle as usize) {
+            Some(closed) => *closed,
+            None => self.instance_is_in_closed_part(triangle),
+        }
+    }
+
     /// The surface that a triangle belongs to.
     #[inline]
     pub fn surface_of(&self, triangle: u32) -> u32 {

@@ -1,58 +1,64 @@
-//! Boundary edges of each surface, and the distance of a point from them.
+//! Free boundaries of each surface, and the distance of a point from them.
+//!
+//! A boundary is free on the side on which nothing continues the surface. At a concave edge the other surface continues
+//! a reflected wave, and so does a wall that touches or passes through without common vertices.
 
 use glam::DVec3;
 
+use super::super::surface::finite_panel::is_free;
+use super::super::surface::{Surface, SurfaceSet};
+use crate::geometry::Bvh;
 use crate::scene::edges::edge::Edge;
 
-/// Line of an edge, stored by surface.
+/// Length in metres of the pieces of an edge that are tested for continuations, and their greatest number.
+const PIECE_M: f64 = 0.5;
+const MOST_PIECES: f64 = 32.0;
+
+/// A free boundary, stored by surface.
 #[derive(Debug, Clone, Copy)]
-struct BoundaryEdge {
+struct FreeBoundary {
+    surface: u32,
     origin: DVec3,
     direction: DVec3,
     length_m: f64,
+    /// Whether it is free on the side of the surface's normal and on the other.
+    free: [bool; 2],
 }
 
-/// The edges of every surface of a mesh.
+/// The free boundaries of every surface of a mesh.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SurfaceBoundaries {
-    boundaries: Vec<BoundaryEdge>,
-    /// Start of each surface's edges, and the end of the list.
+    boundaries: Vec<FreeBoundary>,
+    /// Start of each surface's boundaries, and the end of the list.
     first: Vec<u32>,
 }
 
 impl SurfaceBoundaries {
-    pub(crate) fn build(edges: &[Edge], surfaces: usize) -> Self {
-        let mut ends: Vec<(u32, u32)> = Vec::with_capacity(2 * edges.len());
-        for (index, edge) in (0..).zip(edges) {
-            let [a, b] = edge.faces;
-            ends.push((a, index));
-            if a != b {
-                ends.push((b, index));
+    pub(crate) fn build(edges: &[Edge], set: &SurfaceSet, bvh: &Bvh) -> Self {
+        let mut boundaries = Vec::new();
+        for edge in edges {
+            for (surface, inward, may_be_free) in faces(edge, &set.surfaces) {
+                let normal = set.surfaces[surface as usize].normal;
+                let is_free = |at: DVec3, side: usize| {
+                    let up = [normal, -normal][side];
+                    may_be_free[side] && is_free(bvh, at.as_vec3(), -inward.as_vec3(), up.as_vec3())
+                };
+                add_pieces(&mut boundaries, surface, edge, is_free);
             }
         }
-        ends.sort_unstable();
+        boundaries.sort_by_key(|boundary| boundary.surface);
+        let surfaces = set.surfaces.len();
         let mut first = vec![0u32; surfaces + 1];
-        for (surface, _) in &ends {
-            first[*surface as usize + 1] += 1;
+        for boundary in &boundaries {
+            first[boundary.surface as usize + 1] += 1;
         }
         for surface in 0..surfaces {
             first[surface + 1] += first[surface];
         }
-        let boundary = |(_, index): &(u32, u32)| {
-            let edge = &edges[*index as usize];
-            BoundaryEdge {
-                origin: edge.origin,
-                direction: edge.direction,
-                length_m: edge.length_m,
-            }
-        };
-        Self {
-            boundaries: ends.iter().map(boundary).collect(),
-            first,
-        }
+        Self { boundaries, first }
     }
 
-    fn of(&self, surface: u32) -> &[BoundaryEdge] {
+    fn of(&self, surface: u32) -> &[FreeBoundary] {
         let bound = |index: u32| self.first.get(index as usize).map(|&first| first as usize);
         match (bound(surface), bound(surface.saturating_add(1))) {
             (Some(first), Some(end)) => &self.boundaries[first..end],
@@ -60,10 +66,18 @@ impl SurfaceBoundaries {
         }
     }
 
-    /// Distance in metres from a point to the nearest edge of a surface, if that is below `within_m`.
-    pub(crate) fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+    /// Distance in metres from a point of a surface to its nearest boundary that is free on the normal's side (`in_front`)
+    /// or on the other, if that is below `within_m`.
+    pub(crate) fn distance_m(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        within_m: f64,
+    ) -> Option<f64> {
         let mut nearest = within_m * within_m;
-        for boundary in self.of(surface) {
+        let side = usize::from(!in_front);
+        for boundary in self.of(surface).iter().filter(|b| b.free[side]) {
             let out = point - boundary.origin;
             let along = out.dot(boundary.direction);
             let beyond = along - along.clamp(0.0, boundary.length_m);
@@ -76,4 +90,55 @@ impl SurfaceBoundaries {
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(self.boundaries.as_slice()) + size_of_val(self.first.as_slice())
     }
+}
+
+/// The surfaces that end at an edge, each with the direction from the edge into it, and whether the edge's air is on its
+/// normal's side and on the other.
+fn faces(edge: &Edge, surfaces: &[Surface]) -> impl Iterator<Item = (u32, DVec3, [bool; 2])> {
+    let (sin, cos) = (edge.n * std::f64::consts::PI).sin_cos();
+    let second = edge.tangent * cos + edge.normal * sin;
+    let is_rim = edge.faces[0] == edge.faces[1];
+    let face = |surface: u32, inward: DVec3, up: DVec3| {
+        let in_front = surfaces[surface as usize].normal.dot(up) > 0.0;
+        (surface, inward, [is_rim || in_front, is_rim || !in_front])
+    };
+    let first = face(edge.faces[0], edge.tangent, edge.normal);
+    let other = face(edge.faces[1], second, second.cross(edge.direction));
+    std::iter::once(first).chain((!is_rim).then_some(other))
+}
+
+/// Adds the free pieces of an edge of a surface; pieces that are free on the same sides are joined.
+fn add_pieces(
+    boundaries: &mut Vec<FreeBoundary>,
+    surface: u32,
+    edge: &Edge,
+    is_free: impl Fn(DVec3, usize) -> bool,
+) {
+    let pieces = (edge.length_m / PIECE_M).ceil().clamp(1.0, MOST_PIECES);
+    let piece_m = edge.length_m / pieces;
+    let from = boundaries.len();
+    for piece in 0..pieces as u32 {
+        let start_m = piece_m * f64::from(piece);
+        let middle = edge.at(start_m + 0.5 * piece_m);
+        let free = [0, 1].map(|side| is_free(middle, side));
+        let origin = edge.at(start_m);
+        match boundaries[from..].last_mut() {
+            Some(last) if last.free == free => last.length_m += piece_m,
+            _ => boundaries.push(FreeBoundary {
+                surface,
+                origin,
+                direction: edge.direction,
+                length_m: piece_m,
+                free,
+            }),
+        }
+    }
+    let mut kept = from;
+    for index in from..boundaries.len() {
+        if boundaries[index].free != [false; 2] {
+            boundaries.swap(kept, index);
+            kept += 1;
+        }
+    }
+    boundaries.truncate(kept);
 }

@@ -1,26 +1,21 @@
 //! Finds the diffracting edges of a mesh.
 //!
 //! The faces at a line of the mesh are sorted by angle. The widest gap between neighbours is the exterior wedge; the line
-//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding determines the solid
-//! side only in connected parts of the mesh without boundary edges: there a gap behind both faces is solid and no edge. In other
-//! parts (sheets, furniture without a bottom) both sides count as air. A superfluous edge costs time; a missing edge causes
-//! a hard shadow.
+//! is an edge if the gap exceeds a half-turn (a boundary edge has one face and a gap of 2π). Winding has no effect on solids
+//! and sheets; only a room's shell around other parts has no edges behind its faces. A superfluous edge costs time; a missing
+//! edge causes a hard shadow.
 
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
+use super::super::closed_parts::room_shell;
 use super::super::surface::SurfaceSet;
 use super::super::surface::key::{distinct, edge_key};
 use super::super::surface::panel::DisjointSets;
 use super::super::weld::sorted_edges;
-use super::edge::Edge;
-
-/// Shortest edge in metres: shorter ones cast no shadow below 1 kHz.
-pub const LEAST_LENGTH_M: f64 = 0.3;
-
-/// Least angle in degrees by which the air around an edge exceeds a half-turn.
-pub const LEAST_TURN_DEG: f64 = 5.0;
+use super::edge::{Edge, LEAST_LENGTH_M, LEAST_TURN_DEG};
+use super::flush;
 
 /// Largest angle between collinear segments, in degrees.
 const SAME_LINE_DEG: f64 = 0.2;
@@ -45,7 +40,7 @@ pub(super) fn find(
     centre: DVec3,
 ) -> Vec<Edge> {
     let sides = sorted_edges(triangles);
-    let watertight = watertight_triangles(&sides, triangles.len());
+    let shell = room_shell(vertices, triangles);
     let position = |v: u32| vertices[v as usize].as_dvec3();
     let mut segments = Vec::new();
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
@@ -55,12 +50,15 @@ pub(super) fn find(
             continue;
         }
         let ends = [(same[0].0 >> 32) as u32, same[0].0 as u32];
-        if let Some(segment) = segment(ends, same, triangles, surfaces, &watertight, position) {
+        if let Some(segment) = segment(ends, same, triangles, surfaces, &shell, position) {
             segments.push(segment);
         }
     }
     let mut edges = join(&segments, position);
     edges.retain(|edge| edge.length_m > LEAST_LENGTH_M);
+    edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
+    edges.truncate(MOST_EDGES);
+    let mut edges = flush::cut(edges, vertices, triangles, surfaces);
     edges.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
     edges.truncate(MOST_EDGES);
     for edge in &mut edges {
@@ -77,25 +75,6 @@ pub(super) fn find(
     }
     edges.sort_by_key(|edge| edge.key);
     edges
-}
-
-/// Whether each triangle belongs to a connected part of the mesh without boundary edges.
-fn watertight_triangles(sides: &[(u64, u32)], count: usize) -> Vec<bool> {
-    let mut sets = DisjointSets::new(count);
-    for same in sides.chunk_by(|a, b| a.0 == b.0) {
-        for (_, side) in &same[1..] {
-            sets.union(same[0].1 / 3, side / 3);
-        }
-    }
-    let mut has_boundary = vec![false; count];
-    for same in sides.chunk_by(|a, b| a.0 == b.0) {
-        if same.len() == 1 {
-            has_boundary[sets.root(same[0].1 / 3) as usize] = true;
-        }
-    }
-    (0..count as u32)
-        .map(|triangle| !has_boundary[sets.root(triangle) as usize])
-        .collect()
 }
 
 /// One face at an edge.
@@ -116,7 +95,7 @@ fn segment(
     sides: &[(u64, u32)],
     triangles: &[[u32; 3]],
     surfaces: &SurfaceSet,
-    watertight: &[bool],
+    shell: &[bool],
     position: impl Fn(u32) -> DVec3,
 ) -> Option<Segment> {
     let along = position(ends[1]) - position(ends[0]);
@@ -162,7 +141,7 @@ fn segment(
     // The air's side of the first face is where angles grow, of the second where they fall.
     let first_looks_away = first.normal.dot(direction.cross(first.tangent)) < 0.0;
     let second_looks_away = second.normal.dot(second.tangent.cross(direction)) < 0.0;
-    let rock = watertight[first.triangle as usize] && first_looks_away && second_looks_away;
+    let rock = shell[first.triangle as usize] && first_looks_away && second_looks_away;
     (panels && !rock).then_some(Segment {
         vertices: ends,
         direction,
@@ -242,5 +221,6 @@ fn edge(segment: &Segment, low: Option<DVec3>, high: Option<DVec3>) -> Edge {
         normal: direction.cross(tangent),
         n: segment.n,
         faces: segment.faces,
+        free_ends: [true; 2],
     }
 }

@@ -6,6 +6,8 @@
 mod boundaries;
 mod edge;
 mod find;
+mod flush;
+mod free_ends;
 mod mirrors;
 mod search_budget;
 mod tree;
@@ -13,9 +15,11 @@ mod visibility_graph;
 
 use glam::{DVec3, Vec3};
 
-pub use crate::scene::edges::visibility_graph::{MOST_NEIGHBOURS, REACH_M};
-pub use edge::{Edge, EdgeCrossing};
-pub use find::{LEAST_LENGTH_M, LEAST_TURN_DEG};
+pub use crate::scene::edges::visibility_graph::{
+    FACE_REACH_M, MOST_LISTED, MOST_NEIGHBOURS, REACH_M,
+};
+pub use edge::{Edge, EdgeCrossing, LEAST_LENGTH_M, LEAST_TURN_DEG};
+pub use flush::FLUSH_M;
 pub(super) use mirrors::choose;
 pub use mirrors::{EdgeMirrors, MOST_EDGE_MIRRORS};
 
@@ -93,7 +97,8 @@ impl EdgeSet {
         centre: DVec3,
         bvh: &Bvh,
     ) -> Self {
-        let edges = find::find(vertices, triangles, surfaces, centre);
+        let mut edges = find::find(vertices, triangles, surfaces, centre);
+        free_ends::mark(&mut edges, bvh);
         let tree = EdgeTree::build(&edges);
         let graph = visibility_graph::EdgeVisibilityGraph::build(&edges, &tree, bvh);
         let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)
@@ -104,7 +109,7 @@ impl EdgeSet {
         mirrors.truncate(MOST_MIRRORS);
         Self {
             mirrors: mirrors::EdgeMirrorLists::build(&edges, &surfaces.surfaces, &mirrors),
-            boundaries: boundaries::SurfaceBoundaries::build(&edges, surfaces.surfaces.len()),
+            boundaries: boundaries::SurfaceBoundaries::build(&edges, surfaces, bvh),
             edges,
             tree,
             graph,
@@ -136,15 +141,23 @@ impl EdgeSet {
         &self.edges[index as usize]
     }
 
-    /// Edges visible from an edge, at most [`MOST_NEIGHBOURS`], nearest first.
+    /// Edges visible from an edge, nearest first, at most [`MOST_LISTED`]: about [`MOST_NEIGHBOURS`] within [`REACH_M`], some
+    /// beyond it that share a face with the edge, and those whose neighbour the edge is.
     pub fn neighbours(&self, index: u32) -> &[u32] {
         self.graph.of(index)
     }
 
-    /// Distance in metres from a point of a surface to the nearest edge that the surface ends at, if that is below
-    /// `within_m`.
-    pub fn distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
-        self.boundaries.distance_m(surface, point, within_m)
+    /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`.
+    /// Edges at which another surface continues it on the normal's side (`in_front`) or on the other do not count there.
+    pub fn distance_m(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        within_m: f64,
+    ) -> Option<f64> {
+        self.boundaries
+            .distance_m(surface, point, in_front, within_m)
     }
 
     /// Surfaces of large solid angle from an edge, largest first, at most [`MOST_EDGE_MIRRORS`]: candidates for
@@ -168,7 +181,7 @@ impl EdgeSet {
     ) {
         for &DiffractingEdge { edge, .. } in known.as_slice() {
             let found = self.edges.get(edge as usize);
-            if let Some(length_m) = found.and_then(|e| e.crossing_length_m(from, to, longest_m)) {
+            if let Some(length_m) = found.and_then(|e| e.crossing_rank_m(from, to, longest_m)) {
                 near.insert(DiffractingEdge { edge, length_m });
             }
         }
@@ -186,16 +199,16 @@ impl EdgeSet {
     ) {
         self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
             // Most paths are too long for a full list; lengths are cheaper than angles.
-            edge.crossing_length_m(from, to, bound_m)
+            edge.crossing_rank_m(from, to, bound_m)
         });
     }
 
     /// The [`MAX_DIFFRACTING_EDGES`] shortest paths between two points over one edge, up to `longest_m`, for paths of
-    /// several diffractions: only `from` must lie in the exterior wedge, and a crossing beyond an edge's end counts as one
+    /// several interactions: only `from` must lie in the exterior wedge, and a crossing beyond an edge's end counts as one
     /// at its end.
     pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
         let mut near = DiffractingEdges::default();
-        self.add_first_crossings(&mut near, from, to, longest_m, |edge| edge);
+        self.add_first_crossings(&mut near, (from, to), longest_m, |edge| edge);
         near
     }
 
@@ -203,13 +216,36 @@ impl EdgeSet {
     pub(super) fn add_first_crossings(
         &self,
         near: &mut DiffractingEdges,
-        from: DVec3,
-        to: DVec3,
+        ends: (DVec3, DVec3),
         longest_m: f64,
         index: impl Fn(u32) -> u32,
     ) {
+        let counts = |edge: &Edge| edge.is_outside(ends.0);
+        self.add_shortest(near, ends, longest_m, counts, index);
+    }
+
+    /// The same where either end lies in the exterior wedge: the list does not change if they are exchanged.
+    pub(super) fn add_outer_crossings(
+        &self,
+        near: &mut DiffractingEdges,
+        ends: (DVec3, DVec3),
+        longest_m: f64,
+        index: impl Fn(u32) -> u32,
+    ) {
+        let counts = |edge: &Edge| edge.is_outside(ends.0) || edge.is_outside(ends.1);
+        self.add_shortest(near, ends, longest_m, counts, index);
+    }
+
+    fn add_shortest(
+        &self,
+        near: &mut DiffractingEdges,
+        (from, to): (DVec3, DVec3),
+        longest_m: f64,
+        counts: impl Fn(&Edge) -> bool,
+        index: impl Fn(u32) -> u32,
+    ) {
         self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
-            if edge.min_path_length_m(from, to) > bound_m || !edge.is_outside(from) {
+            if edge.min_path_length_m(from, to) > bound_m || !counts(edge) {
                 return None;
             }
             let at = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));

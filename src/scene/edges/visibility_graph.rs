@@ -1,4 +1,4 @@
-//! Pairs of edges with a line of sight, for second-order diffraction.
+//! Pairs of edges with a line of sight, for second-order diffraction. The relation is symmetric.
 
 use glam::DVec3;
 
@@ -8,17 +8,36 @@ use crate::scene::edges::edge::Edge;
 use crate::scene::edges::search_budget::SearchBudget;
 use crate::scene::edges::tree::EdgeTree;
 
-/// Most neighbours of one edge.
+/// Neighbours that one edge chooses; those at the same distance as the last one count as well.
 pub const MOST_NEIGHBOURS: usize = 12;
+
+/// Most neighbours of one edge, with the edges that have chosen it.
+pub const MOST_LISTED: usize = 32;
+
+/// Distances that differ by less are equal, in metres.
+const SAME_M: f64 = 1e-5;
 
 /// Largest distance in metres of two edges of a second-order path: beyond it the path is inaudible.
 pub const REACH_M: f64 = 6.0;
+
+/// The same of two edges of one face: the wave along the face spreads in two dimensions only. Paths fade from three quarters
+/// of it on.
+pub const FACE_REACH_M: f64 = 60.0;
+
+/// Most neighbours of one edge beyond [`REACH_M`].
+const MOST_FAR_NEIGHBOURS: usize = 6;
 
 /// Distance in metres of the ends of sight lines from the edge, along the middle of the exterior wedge.
 const CLEARANCE_M: f64 = 1e-3;
 
 /// Candidates of one edge that are tested, nearest first.
 const MOST_TESTED: usize = 32;
+
+/// Candidates that may be as near as the last tested one and are tested as well.
+const MOST_EQUAL: usize = 16;
+
+/// The same among the edges of one face.
+const MOST_COMPARED_IN_FACE: usize = 1024;
 
 /// Neighbour lists of all edges, end to end.
 #[derive(Debug, Clone, Default)]
@@ -29,11 +48,9 @@ pub(crate) struct EdgeVisibilityGraph {
 
 impl EdgeVisibilityGraph {
     pub(crate) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh) -> Self {
-        let mut result = Self {
-            first: vec![0],
-            list: Vec::new(),
-        };
         let budget = SearchBudget::new(edges.len(), bvh.crossed_boxes());
+        let mut pairs: Vec<(u32, f64, u32)> = Vec::new();
+        let by_face = EdgesByFace::build(edges);
         let mut near: Vec<(f64, u32)> = Vec::new();
         for (index, edge) in edges.iter().enumerate() {
             near.clear();
@@ -44,7 +61,7 @@ impl EdgeVisibilityGraph {
                 |min: DVec3, max: DVec3| (min - high).max(low - max).max(DVec3::ZERO).length();
             tree.walk_nearest(gap_m, |gap_m, leaf| {
                 let bound_m = match near.get(MOST_TESTED - 1) {
-                    Some((farthest_m, _)) => *farthest_m,
+                    Some((farthest_m, _)) => *farthest_m + SAME_M,
                     None => REACH_M,
                 };
                 if compared >= budget.compared || gap_m - tree.slack_m() > bound_m {
@@ -57,23 +74,48 @@ impl EdgeVisibilityGraph {
                     let rank =
                         |&(m, o): &(f64, u32)| m.total_cmp(&apart_m).then(o.cmp(&other)).is_lt();
                     let rank_index = near.partition_point(rank);
-                    if rank_index < MOST_TESTED
+                    if rank_index < MOST_TESTED + MOST_EQUAL
                         && apart_m < REACH_M
                         && outside(edge, &edges[other as usize])
                     {
-                        near.truncate(MOST_TESTED - 1);
+                        near.truncate(MOST_TESTED + MOST_EQUAL - 1);
                         near.insert(rank_index, (apart_m, other));
                     }
                 }
                 true
             });
-            let seen = near
-                .iter()
-                .take(budget.tested)
-                .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh))
-                .take(MOST_NEIGHBOURS);
-            result.list.extend(seen.map(|(_, other)| *other));
-            result.first.push(result.list.len() as u32);
+            let mut choose = |near: &[(f64, u32)], most: usize| {
+                let seen = with_equals(near.iter(), MOST_TESTED.min(budget.tested))
+                    .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh));
+                for &(apart_m, other) in with_equals(seen, most) {
+                    pairs.push((index as u32, apart_m, other));
+                    pairs.push((other, apart_m, index as u32));
+                }
+            };
+            choose(&near, MOST_NEIGHBOURS);
+            by_face.far(edges, index as u32, &mut near);
+            choose(&near, MOST_FAR_NEIGHBOURS);
+        }
+        Self::of_pairs(pairs, edges.len())
+    }
+
+    /// The lists of chosen pairs, each given in both orders, nearest first.
+    fn of_pairs(mut pairs: Vec<(u32, f64, u32)>, edges: usize) -> Self {
+        pairs.sort_by_key(|&(edge, _, other)| (edge, other));
+        pairs.dedup_by_key(|&mut (edge, _, other)| (edge, other));
+        pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let mut result = Self {
+            first: vec![0; edges + 1],
+            list: Vec::with_capacity(pairs.len()),
+        };
+        for own in pairs.chunk_by(|a, b| a.0 == b.0) {
+            result
+                .list
+                .extend(own.iter().take(MOST_LISTED).map(|pair| pair.2));
+            result.first[own[0].0 as usize + 1] = result.list.len() as u32;
+        }
+        for edge in 0..edges {
+            result.first[edge + 1] = result.first[edge + 1].max(result.first[edge]);
         }
         result
     }
@@ -85,6 +127,59 @@ impl EdgeVisibilityGraph {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(self.first.as_slice()) + size_of_val(self.list.as_slice())
+    }
+}
+
+/// The first `most` of edges by distance, and those as near as the last of them: which of equals come first is arbitrary.
+fn with_equals<'a>(
+    near: impl Iterator<Item = &'a (f64, u32)>,
+    most: usize,
+) -> impl Iterator<Item = &'a (f64, u32)> {
+    let (mut count, mut last_m) = (0, 0.0);
+    near.take_while(move |(apart_m, _)| {
+        count += 1;
+        if count <= most {
+            last_m = *apart_m;
+        }
+        count <= most || apart_m - last_m < SAME_M
+    })
+}
+
+/// Edges by face, for pairs across a wide one.
+struct EdgesByFace(Vec<(u32, u32)>);
+
+impl EdgesByFace {
+    fn build(edges: &[Edge]) -> Self {
+        let both = |(index, edge): (u32, &Edge)| edge.faces.map(|face| (face, index));
+        let mut list: Vec<(u32, u32)> = (0..).zip(edges).flat_map(both).collect();
+        list.sort_unstable();
+        list.dedup();
+        Self(list)
+    }
+
+    /// Sets `far` to the edges between [`REACH_M`] and [`FACE_REACH_M`] from one that share a face with it, nearest first,
+    /// [`MOST_TESTED`] and [`MOST_EQUAL`] at most.
+    fn far(&self, edges: &[Edge], index: u32, far: &mut Vec<(f64, u32)>) {
+        far.clear();
+        let edge = &edges[index as usize];
+        for (number, face) in edge.faces.into_iter().enumerate() {
+            if number == 1 && face == edge.faces[0] {
+                continue;
+            }
+            let first = self.0.partition_point(|entry| entry.0 < face);
+            let own = self.0[first..].iter().take_while(|entry| entry.0 == face);
+            for &(_, other) in own.take(MOST_COMPARED_IN_FACE) {
+                let candidate = &edges[other as usize];
+                let (s, t) = edge.closest(candidate);
+                let apart_m = edge.at(s).distance(candidate.at(t));
+                if (REACH_M..FACE_REACH_M).contains(&apart_m) && outside(edge, candidate) {
+                    far.push((apart_m, other));
+                }
+            }
+        }
+        far.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        far.dedup();
+        far.truncate(MOST_TESTED + MOST_EQUAL);
     }
 }
 
@@ -151,23 +246,52 @@ mod tests {
             let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
             let edges = scene.edges().as_slice();
             assert!(edges.len() > 40 && edges.len() < 4096);
-            for (index, edge) in edges.iter().enumerate() {
+            // The nearest in a range of distances that are visible.
+            let chosen = |index: usize, reach_m: std::ops::Range<f64>, most: usize| {
+                let edge = &edges[index];
                 let mut near: Vec<(f64, u32)> = Vec::new();
                 for (other, candidate) in edges.iter().enumerate() {
-                    let (s, t) = edge.closest(candidate);
-                    let apart_m = edge.at(s).distance(candidate.at(t));
-                    if other != index && apart_m < REACH_M && outside(edge, candidate) {
+                    let apart_m = edge.distance_m(candidate);
+                    let shares = candidate.faces.iter().any(|face| edge.faces.contains(face));
+                    let counts = reach_m.contains(&apart_m) && (shares || apart_m < REACH_M);
+                    if other != index && counts && outside(edge, candidate) {
                         near.push((apart_m, other as u32));
                     }
                 }
                 near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                let seen = near
-                    .iter()
-                    .take(MOST_TESTED)
-                    .map(|(_, other)| *other)
-                    .filter(|&other| is_unoccluded(edge, &edges[other as usize], scene.bvh()));
-                let expected: Vec<u32> = seen.take(MOST_NEIGHBOURS).collect();
-                assert_eq!(scene.edges().neighbours(index as u32), expected);
+                let last_m = near
+                    .get(MOST_TESTED - 1)
+                    .map_or(f64::INFINITY, |last| last.0);
+                near.retain(|(apart_m, _)| *apart_m < last_m + SAME_M);
+                near.truncate(MOST_TESTED + MOST_EQUAL);
+                near.retain(|(_, other)| is_unoccluded(edge, &edges[*other as usize], scene.bvh()));
+                let last_m = near.get(most - 1).map_or(f64::INFINITY, |last| last.0);
+                near.retain(|(apart_m, _)| *apart_m < last_m + SAME_M);
+                near
+            };
+            let all: Vec<Vec<(f64, u32)>> = (0..edges.len())
+                .map(|index| {
+                    let mut own = chosen(index, 0.0..REACH_M, MOST_NEIGHBOURS);
+                    own.extend(chosen(index, REACH_M..FACE_REACH_M, MOST_FAR_NEIGHBOURS));
+                    own
+                })
+                .collect();
+            for (index, own) in all.iter().enumerate() {
+                let has_chosen = |(other, list): (usize, &Vec<(f64, u32)>)| {
+                    let pair = list.iter().find(|pair| pair.1 == index as u32)?;
+                    Some((pair.0, other as u32))
+                };
+                let mut expected = own.clone();
+                let others = all.iter().enumerate().filter_map(has_chosen);
+                expected.extend(others.filter(|(_, other)| own.iter().all(|o| o.1 != *other)));
+                let mut neighbours = scene.edges().neighbours(index as u32).to_vec();
+                neighbours.sort_unstable();
+                let mut names: Vec<u32> = expected.iter().map(|pair| pair.1).collect();
+                names.sort_unstable();
+                match names.len() <= MOST_LISTED {
+                    true => assert_eq!(neighbours, names),
+                    false => assert!(neighbours.iter().all(|other| names.contains(other))),
+                }
             }
         }
     }

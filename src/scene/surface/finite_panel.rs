@@ -14,6 +14,9 @@ use crate::geometry::{Bvh, Ray};
 /// Search distance in metres for a continuation of the panel at an edge: the largest gap between a wall and its neighbour.
 const REACH_M: f32 = 0.02;
 
+/// Largest distance in metres by which a surface passes through its continuation.
+const OVERLAP_M: f32 = 0.05;
+
 /// Largest slope of a continuation behind the plane of the panel: 17 degrees, less than between facets of a column.
 const FALL: f32 = 0.3;
 
@@ -218,32 +221,28 @@ impl FinitePanels {
     }
 }
 
-/// Whether an edge is free on the normal's side and on the other: no triangle beyond it lies in the plane or is tilted towards
-/// that side, and none rises at it.
+/// Whether an edge is free on the normal's side and on the other, at most of its samples.
 fn free_sides(bvh: &Bvh, ends: [Vec3; 2], inner: Vec3, normal: Vec3) -> [bool; 2] {
     let along = ends[1] - ends[0];
     let across = normal.cross(along).normalize_or_zero();
     let outward = -across * across.dot(inner - ends[0]).signum();
-    let met = |from: Vec3, to: Vec3| bvh.any_hit(&Ray::between(from, to), [NO_GROUP; 2]);
-    let most = |continued: &dyn Fn(Vec3) -> bool| {
-        let count = SAMPLES
+    [normal, -normal].map(|up| {
+        let free = SAMPLES
             .iter()
-            .filter(|share| continued(ends[0] + along * **share));
-        2 * count.count() > SAMPLES.len()
-    };
-    let up = normal * REACH_M;
-    let out_m = 0.5 * REACH_M;
-    [up, -up].map(|lift| {
-        let beyond = most(&|at| {
-            let at = at + outward * out_m;
-            met(at + lift, at - lift.normalize_or_zero() * (FALL * out_m))
-        });
-        let rises = most(&|at| {
-            let at = at + lift;
-            met(at - outward * REACH_M, at + outward * REACH_M)
-        });
-        !beyond && !rises
+            .filter(|share| is_free(bvh, ends[0] + along * **share, outward, up));
+        2 * free.count() > SAMPLES.len()
     })
+}
+
+/// Whether nothing continues a surface at a point `at` of its boundary, on the side of the unit vector `up`: no triangle
+/// beyond the boundary lies in the plane or is tilted towards that side, and none rises at it. `outward` is the unit vector
+/// in the plane away from the surface.
+pub(in crate::scene) fn is_free(bvh: &Bvh, at: Vec3, outward: Vec3, up: Vec3) -> bool {
+    let met = |from: Vec3, to: Vec3| bvh.any_hit(&Ray::between(from, to), [NO_GROUP; 2]);
+    let out_m = 0.5 * REACH_M;
+    let (beyond, above) = (at + outward * out_m, at + up * REACH_M);
+    !met(beyond + up * REACH_M, beyond - up * (FALL * out_m))
+        && !met(above - outward * OVERLAP_M, above + outward * REACH_M)
 }
 
 /// The sides of a rectangle as long and wide as a piece, but of its area.

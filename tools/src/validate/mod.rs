@@ -2,20 +2,28 @@
 //! bound.
 
 pub mod air;
+mod corner;
 pub mod decay;
+pub mod doorway;
 pub mod doppler;
 pub mod edge;
 pub(crate) mod edge_scene;
+mod flush;
 mod free_field;
+mod invariance;
 pub mod joining;
 pub mod late_figures;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
+mod rims;
 pub mod rooms;
 pub mod shoebox;
+mod solids;
+mod thick;
 pub mod thread_count;
 pub mod transmission;
+pub mod wave_cases;
 #[path = "../../../tests/reference/wedge.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 pub(crate) mod wedge;
@@ -87,7 +95,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 10] = [
+const LAWS: [(&str, Law); 16] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -96,6 +104,12 @@ const LAWS: [(&str, Law); 10] = [
     ("air", air::rows),
     ("doppler", doppler::rows),
     ("edge", edge::rows),
+    ("doorway", doorway::rows),
+    ("flush", flush::rows),
+    ("thick", thick::rows),
+    ("invariance", invariance::rows),
+    ("rims", rims::rows),
+    ("corner", corner::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
 ];

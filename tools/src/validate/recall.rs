@@ -3,7 +3,7 @@
 
 #[path = "../../../tests/reference/full_enumeration.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
-mod oracle;
+pub(super) mod oracle;
 #[path = "../../../tests/reference/visibility.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 #[allow(dead_code, reason = "only part of the oracle is used here")]
@@ -49,7 +49,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
 }
 
 /// A room in the oracle's representation.
-struct OracleRoom {
+pub(super) struct OracleRoom {
     triangles: Vec<[Vec3; 3]>,
     planes: Vec<oracle::Plane>,
     /// The oracle's plane of each surface.
@@ -57,7 +57,7 @@ struct OracleRoom {
 }
 
 impl OracleRoom {
-    fn of(room: &RecallRoom) -> Self {
+    pub(super) fn of(room: &RecallRoom) -> Self {
         let triangles: Vec<[Vec3; 3]> = room.scene.triangles().collect();
         // Small pieces block but do not mirror.
         let panels: Vec<[Vec3; 3]> = (0..)
@@ -87,10 +87,15 @@ impl OracleRoom {
         }
     }
 
-    fn truth(&self, source: Vec3, listener: Vec3) -> TruePaths {
+    /// All reflected paths.
+    pub(super) fn paths(&self, source: Vec3, listener: Vec3) -> Vec<oracle::Reflected> {
         let is_free = |from, to| visibility::is_visible(&self.triangles, from, to, |_| false);
         let (source, listener) = (source.as_dvec3(), listener.as_dvec3());
         oracle::paths(&self.planes, source, listener, MAX_ORDER, is_free)
+    }
+
+    fn truth(&self, source: Vec3, listener: Vec3) -> TruePaths {
+        self.paths(source, listener)
             .into_iter()
             .map(|path| {
                 let kept = f64::from(1.0 - ABSORPTION).powi(path.planes.len() as i32);

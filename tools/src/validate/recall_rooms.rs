@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::rooms::{commit, even};
+use foresound::acoustics::Material;
 use foresound::error::Result;
 use foresound::propagation::rays::directions::{mix, unit};
 use foresound::scene::{Scene, TriangleMesh};
@@ -20,9 +21,9 @@ pub(super) struct RecallRoom {
     pub(super) name: &'static str,
     pub(super) scene: Arc<Scene>,
     /// Boxes of air.
-    air: Vec<[Vec3; 2]>,
+    pub(super) air: Vec<[Vec3; 2]>,
     /// Solid boxes.
-    solid: Vec<[Vec3; 2]>,
+    pub(super) solid: Vec<[Vec3; 2]>,
     /// Recall in per cent after one update and after sixteen.
     pub(super) bounds: [f64; 2],
 }
@@ -60,13 +61,13 @@ pub(super) fn all() -> Result<Vec<RecallRoom>> {
 
 /// Collects rectangles perpendicular to an axis.
 #[derive(Default)]
-struct Rectangles {
-    mesh: TriangleMesh,
+pub(super) struct Rectangles {
+    pub(super) mesh: TriangleMesh,
 }
 
 impl Rectangles {
     /// The rectangle between two corners that agree along one axis.
-    fn add(&mut self, low: [f32; 3], high: [f32; 3]) {
+    pub(super) fn add(&mut self, low: [f32; 3], high: [f32; 3]) {
         let (low, high) = (Vec3::from(low), Vec3::from(high));
         let axis = (high - low).abs().min_position();
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -103,6 +104,11 @@ impl Rectangles {
 }
 
 fn l_room() -> Result<RecallRoom> {
+    l_room_of(even("wall", ABSORPTION, 0.0))
+}
+
+/// An L-shaped room, all walls of one material.
+pub(super) fn l_room_of(wall: Material) -> Result<RecallRoom> {
     let mut b = Rectangles::default();
     for y in [0.0, 3.0] {
         b.add([0.0, y, 0.0], [10.0, y, 4.0]);
@@ -116,7 +122,7 @@ fn l_room() -> Result<RecallRoom> {
     b.add([0.0, 0.0, 0.0], [0.0, 3.0, 9.0]);
     Ok(RecallRoom {
         name: "L-shaped room",
-        scene: b.commit()?,
+        scene: commit(&b.mesh, vec![wall])?,
         air: vec![
             [Vec3::ZERO, Vec3::new(10.0, 3.0, 4.0)],
             [Vec3::ZERO, Vec3::new(4.0, 3.0, 9.0)],

@@ -38,6 +38,7 @@ const NO_EDGE: Edge = Edge {
     normal: DVec3::Z,
     n: 2.0,
     faces: [NO_GROUP; 2],
+    free_ends: [false; 2],
 };
 
 impl Scene {
@@ -189,21 +190,31 @@ impl Scene {
         for edge in edges {
             let known = near.as_slice().iter().any(|found| found.edge == edge);
             if let Some(crossing) = self.edge(edge).crossing(from, to).filter(|_| !known) {
-                let length_m = crossing.length_m();
+                let length_m = crossing.rank_m();
                 near.insert(DiffractingEdge { edge, length_m });
             }
         }
         near
     }
 
-    /// The same for the first edge of paths of several diffractions, as `first_crossings`.
-    pub fn first_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
-        let mut near = self.edges().first_crossings(from, to, longest_m);
-        self.add_instances_first_crossings(&mut near, from, to, longest_m);
+    /// The same for edges of paths with several interactions: one end at least lies in the exterior wedge, and a crossing
+    /// beyond an edge's end counts as one at its end.
+    pub fn outer_crossings(&self, from: DVec3, to: DVec3, longest_m: f64) -> DiffractingEdges {
+        let mut near = DiffractingEdges::default();
+        let edges = self.edges();
+        edges.add_outer_crossings(&mut near, (from, to), longest_m, |edge| edge);
+        for placed in self.instances.placed() {
+            if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
+                let ends = (placed.point(from), placed.point(to));
+                let index = |edge| placed.scene_index(edge);
+                let edges = placed.part.edges();
+                edges.add_outer_crossings(&mut near, ends, longest_m, index);
+            }
+        }
         near
     }
 
-    /// The same over edges of instances only.
+    /// The same over edges of instances only; `from` lies in the exterior wedge.
     pub fn first_crossings_of_instances(
         &self,
         from: DVec3,
@@ -211,24 +222,15 @@ impl Scene {
         longest_m: f64,
     ) -> DiffractingEdges {
         let mut near = DiffractingEdges::default();
-        self.add_instances_first_crossings(&mut near, from, to, longest_m);
-        near
-    }
-
-    fn add_instances_first_crossings(
-        &self,
-        near: &mut DiffractingEdges,
-        from: DVec3,
-        to: DVec3,
-        longest_m: f64,
-    ) {
         for placed in self.instances.placed() {
             if placed.min_path_length_m(from, to) <= near.bound_m(longest_m) {
-                let (from, to) = (placed.point(from), placed.point(to));
-                let set = placed.part.edges();
-                set.add_first_crossings(near, from, to, longest_m, |edge| placed.scene_index(edge));
+                let ends = (placed.point(from), placed.point(to));
+                let index = |edge| placed.scene_index(edge);
+                let edges = placed.part.edges();
+                edges.add_first_crossings(&mut near, ends, longest_m, index);
             }
         }
+        near
     }
 
     /// Whether two surfaces, triangles or edges are of one instance, or both of the fixed part.
@@ -247,13 +249,20 @@ impl Scene {
         choose(&self.edge(index), named)
     }
 
-    /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`.
+    /// Distance in metres from a point of a surface to the nearest edge that it ends at, if that is below `within_m`. Edges
+    /// at which another surface continues it on the normal's side (`in_front`) or on the other do not count there.
     #[inline]
-    pub fn edge_distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+    pub fn edge_distance_m(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        within_m: f64,
+    ) -> Option<f64> {
         if numbering::is_instance(surface) {
-            return self.instance_edge_distance_m(surface, point, within_m);
+            return self.instance_edge_distance_m(surface, point, in_front, within_m);
         }
-        self.edges().distance_m(surface, point, within_m)
+        self.edges().distance_m(surface, point, in_front, within_m)
     }
 
     /// Whether the scene has edges.
@@ -264,10 +273,16 @@ impl Scene {
     }
 
     #[inline(never)]
-    fn instance_edge_distance_m(&self, surface: u32, point: DVec3, within_m: f64) -> Option<f64> {
+    fn instance_edge_distance_m(
+        &self,
+        surface: u32,
+        point: DVec3,
+        in_front: bool,
+        within_m: f64,
+    ) -> Option<f64> {
         let (placed, local) = self.instances.of(surface)?;
-        let point = placed.point(point);
-        placed.part.edges().distance_m(local, point, within_m)
+        let (edges, point) = (placed.part.edges(), placed.point(point));
+        edges.distance_m(local, point, in_front, within_m)
     }
 
     /// Whether the scene has finite panels.
@@ -314,6 +329,13 @@ impl Scene {
     pub(crate) fn instance_is_panel(&self, triangle: u32) -> bool {
         self.instances.of(triangle).is_some_and(|(placed, local)| {
             placed.part.has_triangle(local) && placed.part.is_panel(local)
+        })
+    }
+
+    #[inline(never)]
+    pub(crate) fn instance_is_in_closed_part(&self, triangle: u32) -> bool {
+        self.instances.of(triangle).is_some_and(|(placed, local)| {
+            placed.part.has_triangle(local) && placed.part.is_in_closed_part(local)
         })
     }
 
