@@ -163,7 +163,7 @@ pub(crate) type EarPair = [Vec<f32>; 2];
 /// shortest part mixed in a chunk.
 pub(crate) fn history_frames(hrtf: &Hrtf) -> usize {
     (hrtf.max_delay().ceil() as usize + 12)
-        .max(CHUNK / 4 + 16)
+        .max(CHUNK / 2 + 16)
         .next_multiple_of(8)
 }
 

@@ -6,7 +6,7 @@
 use crate::extrapolation::FramePath;
 use crate::simd::F32x8;
 
-use crate::generation::bands::air_filter::AirTaps;
+use crate::generation::bands::air_filter::PathTaps;
 use crate::generation::binaural::hrtf::Corners;
 use crate::generation::render_context::{Dropped, RenderContext};
 use crate::generation::voices::ranking;
@@ -24,7 +24,7 @@ pub(crate) struct VoiceRequest {
     /// Band gains.
     pub(crate) gain: F32x8,
     /// Taps of the filter of the air above the bands.
-    pub(crate) air: Option<AirTaps>,
+    pub(crate) air: Option<PathTaps>,
     /// Ear delays in frames, without the path delay.
     pub(crate) ears: [f32; 2],
     /// Groups of buses.

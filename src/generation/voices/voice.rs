@@ -28,6 +28,9 @@ pub(crate) const MAX_FRESH: usize = CHUNK + CHUNK / 2 + 3 * TILE;
 /// Bits of a voice index.
 pub(crate) const INDEX_BITS: u32 = 16;
 
+/// Change of a delay in frames, within a graphics frame, below which a path is at rest.
+const RESTING: f64 = 1e-3;
+
 /// State of one path.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Voice {
@@ -65,7 +68,7 @@ pub(crate) struct VoiceScratch<'a> {
     pub(crate) history: &'a mut [f32],
     /// The history, [`MAX_FRESH`] positions and the interpolator's slack.
     pub(crate) mixture: &'a mut [f32],
-    /// [`MAX_FRESH`] positions and twice the delay of the air's filter.
+    /// [`MAX_FRESH`] positions and [`AIR_SCRATCH`](crate::generation::bands::air_filter::AIR_SCRATCH).
     pub(crate) unfiltered: &'a mut [f32],
     pub(crate) intervals: &'a mut Intervals,
     pub(crate) ears: &'a mut EarPair,
@@ -93,7 +96,7 @@ impl Voice {
             ear_delays: request
                 .ears
                 .map(|ear| LinearRamp::at_rest(delay + f64::from(ear))),
-            air: request.air.map(AirState::new),
+            air: request.air.as_ref().map(AirState::new),
             ..Self::default()
         };
         let end = last_position(now - 1 + i64::from(ramp), delay);
@@ -131,10 +134,15 @@ impl Voice {
 
     /// Ramps to new values; `left` frames of the last ramp remain.
     pub(crate) fn retarget(&mut self, request: &VoiceRequest, now: i64, left: u32, ramp: u32) {
-        if let (Some(state), Some(taps)) = (&mut self.air, request.air) {
-            state.taps = taps;
-        }
         let path_delay = filtered_delay(request);
+        if let (Some(state), Some(taps)) = (&mut self.air, &request.air) {
+            let is_resting = (path_delay - self.delay.value(left)).abs() < RESTING;
+            state.taps = if is_resting {
+                taps.resting
+            } else {
+                taps.moving
+            };
+        }
         self.delay.retarget(path_delay, left, ramp);
         for (delay, ear) in self.ear_delays.iter_mut().zip(request.ears) {
             delay.retarget(path_delay + f64::from(ear), left, ramp);

@@ -13,7 +13,7 @@ use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
 
 use crate::generation::Hrtf;
-use crate::generation::bands::air_filter::AIR_DELAY;
+use crate::generation::bands::air_filter::AIR_SCRATCH;
 use crate::generation::binaural::ear_ramps;
 use crate::generation::binaural::ear_ramps::{Arrival, EarPair, RampRate, Weights, history_frames};
 use crate::generation::binaural::filter_bank::{BATCH, Binaural};
@@ -99,7 +99,7 @@ impl VoiceSet {
             pending: PendingVoices::new(max_voices),
             max_sounding: 0,
             mixture: vec![0.0; history + MAX_FRESH + SLACK],
-            unfiltered: vec![0.0; MAX_FRESH + 2 * AIR_DELAY],
+            unfiltered: vec![0.0; MAX_FRESH + AIR_SCRATCH],
             intervals: Intervals::new(),
             ears: std::array::from_fn(|_| ear_ramps::ear_pairs()),
             set: LaneSet::best(),
