@@ -25,29 +25,38 @@ const MOST_VALUES: usize = 1 << 17;
 const ROWS_A_CROSSING: f64 = 1024.0;
 
 /// Products summed side by side.
-const LANES: usize = 8;
+const LANES: usize = 16;
 
 /// The samples at another rate; `samples.len() · to_hz / from_hz` of them, rounded up.
 pub(super) fn resample(samples: &[f32], from_hz: u32, to_hz: u32) -> Arc<[f32]> {
     let kernel = Kernel::new(from_hz, to_hz);
-    let length = (samples.len() as u64 * u64::from(to_hz)).div_ceil(u64::from(from_hz));
+    let divisor = greatest_common_divisor(from_hz, to_hz);
+    let (from, to) = (from_hz / divisor, to_hz / divisor);
+    let length = (samples.len() as u64 * u64::from(to)).div_ceil(u64::from(from));
+    // The centre is `rest` / `to` behind the input sample `whole`.
+    let (mut whole, mut rest) = (0, 0);
     (0..length as usize)
-        .map(|n| kernel.sample(samples, n as u64))
+        .map(|_| {
+            let sample = kernel.sample(samples, whole, rest);
+            rest += from;
+            whole += (rest / to) as usize;
+            rest %= to;
+            sample
+        })
         .collect()
 }
 
 /// A filter for one pair of rates.
 struct Kernel {
-    from_hz: u64,
-    to_hz: u64,
     /// Weights of input samples, `taps` a row: row r for a centre r / `steps` behind an input sample, to r = `steps`.
     values: Vec<f32>,
+    /// A multiple of [`LANES`].
     taps: usize,
     /// Input samples before the one in front of the centre.
     before: usize,
-    steps: u64,
-    /// Whether every centre has a row of its own.
-    is_exact: bool,
+    steps: u32,
+    /// Rows a unit of `rest`: one if every centre has a row of its own.
+    rows_a_unit: f64,
 }
 
 impl Kernel {
@@ -56,17 +65,17 @@ impl Kernel {
         let cutoff = PASS * (f64::from(to_hz) / f64::from(from_hz)).min(1.0);
         let reach = CROSSINGS / cutoff;
         let before = reach as usize;
-        let taps = 2 * before + 2;
+        let taps = (2 * before + 2).next_multiple_of(LANES);
         let fractions = to_hz / greatest_common_divisor(from_hz, to_hz);
         let is_exact = (fractions as usize + 1) * taps <= MOST_VALUES;
         let steps = match is_exact {
-            true => u64::from(fractions),
-            false => (ROWS_A_CROSSING * cutoff).ceil() as u64,
+            true => fractions,
+            false => (ROWS_A_CROSSING * cutoff).ceil() as u32,
         };
         let scale = cutoff / bessel_i0(KAISER_BETA);
         let mut values = Vec::with_capacity((steps as usize + 1) * taps);
         for row in 0..=steps {
-            let centre = before as f64 + row as f64 / steps as f64;
+            let centre = before as f64 + f64::from(row) / f64::from(steps);
             values.extend((0..taps).map(|tap| {
                 let x = tap as f64 - centre;
                 let inside = 1.0 - (x / reach).powi(2);
@@ -77,36 +86,35 @@ impl Kernel {
             }));
         }
         Self {
-            from_hz: u64::from(from_hz),
-            to_hz: u64::from(to_hz),
             values,
             taps,
             before,
             steps,
-            is_exact,
+            rows_a_unit: f64::from(steps) / f64::from(fractions),
         }
     }
 
-    /// Output sample `n`. Beyond its ends the input is silent.
-    fn sample(&self, samples: &[f32], n: u64) -> f32 {
-        let position = n * self.from_hz;
-        let (whole, rest) = (position / self.to_hz, position % self.to_hz);
-        let (row, part) = (
-            rest * self.steps / self.to_hz,
-            rest * self.steps % self.to_hz,
-        );
-        let first = (whole as usize).saturating_sub(self.before);
-        let skipped = first + self.before - whole as usize;
-        let end = (whole as usize + self.taps - self.before).min(samples.len());
+    fn is_exact(&self) -> bool {
+        self.rows_a_unit == 1.0
+    }
+
+    /// The output sample at a centre. Beyond its ends the input is silent.
+    fn sample(&self, samples: &[f32], whole: usize, rest: u32) -> f32 {
+        let first = whole.saturating_sub(self.before);
+        let skipped = first + self.before - whole;
+        let end = (whole + self.taps - self.before).min(samples.len());
         let taken = samples.get(first..end).unwrap_or(&[]);
-        let sum = |row: u64| {
+        let sum = |row: u32| {
             let start = row as usize * self.taps + skipped;
             sum_of_products(taken, &self.values[start..start + taken.len()])
         };
-        if self.is_exact {
-            return sum(row);
+        if self.is_exact() {
+            return sum(rest);
         }
-        let part = part as f32 / self.to_hz as f32;
+        let at = f64::from(rest) * self.rows_a_unit;
+        // Rounding must not pass the last row.
+        let row = (at as u32).min(self.steps - 1);
+        let part = (at - f64::from(row)) as f32;
         (1.0 - part) * sum(row) + part * sum(row + 1)
     }
 }
@@ -120,8 +128,16 @@ fn sum_of_products(a: &[f32], b: &[f32]) -> f32 {
             sums[lane] += a[lane] * b[lane];
         }
     }
-    let rest = a_rest.iter().zip(b_rest).map(|(a, b)| a * b);
-    sums.into_iter().chain(rest).sum()
+    let mut width = LANES / 2;
+    while width > 0 {
+        for lane in 0..width {
+            sums[lane] += sums[lane + width];
+        }
+        width /= 2;
+    }
+    // At the ends of the input only.
+    let rest: f32 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums[0] + rest
 }
 
 fn greatest_common_divisor(a: u32, b: u32) -> u32 {
@@ -249,11 +265,11 @@ mod tests {
                     "{from} to {to}: {}",
                     kernel.values.len()
                 );
-                let products = kernel.taps * if kernel.is_exact { 1 } else { 2 };
-                // 70 a sample of the higher rate.
+                let products = kernel.taps * if kernel.is_exact() { 1 } else { 2 };
+                // 70 a sample of the higher rate, rounded up to lanes, from two rows.
                 let higher = f64::from(from.max(to)) / f64::from(to);
                 assert!(
-                    products as f64 <= 145.0 * higher,
+                    products as f64 <= 160.0 * higher,
                     "{from} to {to}: {products}"
                 );
             }
