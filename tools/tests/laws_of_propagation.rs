@@ -65,6 +65,8 @@ laws! {
     reciprocity "reciprocity"
     air "air"
     edge "edge"
+    rims "rims"
+    corner "corner"
     transmission "transmission"
     thread_count "thread count"
 }
