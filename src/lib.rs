@@ -137,7 +137,7 @@ pub mod paths {
     pub use crate::extrapolation::{FramePath, FramePaths, LateSend};
     pub use crate::propagation::{
         LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
-        Propagator, Serial, Workers,
+        Propagator, ReflectionEdge, Serial, Workers,
     };
     pub use crate::runtime::Threads;
 }

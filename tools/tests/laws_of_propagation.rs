@@ -64,6 +64,7 @@ laws! {
     joining "joining"
     reciprocity "reciprocity"
     air "air"
+    doppler "doppler"
     edge "edge"
     doorway "doorway"
     flush "flush"

@@ -100,7 +100,7 @@ pub(crate) struct GeometricPredictor {
     /// Diffracted paths of this frame.
     diffracted: Vec<(DiffractionSequence, FramePath)>,
     /// Sources and surfaces of the single reflections of this frame.
-    single_reflections: Vec<(SourceId, u32)>,
+    single_reflections: Vec<(u32, u32)>,
     frame: u64,
     step: Step,
 }
@@ -298,7 +298,7 @@ impl GeometricPredictor {
                 }
                 PathGeometry::Reflection(_) | PathGeometry::Unknown => {
                     if let [surface] = candidate.path.surfaces() {
-                        let single = (candidate.path.source, *surface);
+                        let single = (candidate.path.source.bits(), *surface);
                         self.single_reflections.push(single);
                     }
                     paths.push(path);
@@ -311,10 +311,15 @@ impl GeometricPredictor {
     /// Emits the loudest diffracted paths of each source, up to the limits of an update, without those that are part of a
     /// reflection.
     fn emit_loudest_diffracted(&mut self, paths: &mut Vec<FramePath>) {
+        self.single_reflections.sort_unstable();
         let reflections = &self.single_reflections;
         self.diffracted.retain(|(sequence, path)| {
             let surface = sequence.continued_reflection();
-            !surface.is_some_and(|surface| reflections.contains(&(path.source, surface)))
+            let is_part = |surface| {
+                let single = (path.source.bits(), surface);
+                reflections.binary_search(&single).is_ok()
+            };
+            !surface.is_some_and(is_part)
         });
         let group = |(sequence, path): &(DiffractionSequence, FramePath)| {
             (path.source.bits(), sequence.has_two_edges())

@@ -3,7 +3,8 @@
 //! Source: \[RINDEL86\]. With `l` the length of a side as projected along the ray, a panel reflects all energy above the limit
 //! frequency `c a* / (2 l²)` with `a* = 2 a₁ a₂ / (a₁ + a₂)`, and energy in proportion to frequency below it. The product of
 //! both sides makes the amplitude of a small panel proportional to frequency, that of a long strip to its root. Own: towards
-//! a free edge the amplitude falls smoothly to zero, and a path fades where the geometry would end it.
+//! a free edge the amplitude falls smoothly to zero, and a path fades where the geometry would end it. An edge is free on the
+//! side on which no other surface continues the wave.
 //! A single reflection in a large wall is continued over the wall's edges by diffracted waves ([`crate::propagation::diffraction`]); of
 //! reflections of second order and higher there are too many for that: they fade too, over at most the same distance and
 //! within the first Fresnel zone. A diffracted wave leaves out the part of a reflection that fades.

@@ -17,9 +17,6 @@ use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose, TriangleMesh};
 /// Half the width of the ground, and length and height of the walls, in metres: other edges are too far to matter.
 const EXTENT_M: f32 = 60.0;
 
-/// Depth in metres by which the walls stand in the ground.
-const SUNK_M: f32 = 0.02;
-
 /// Horizontal distance of source and listener from the corner, and their heights, in metres.
 const RADIUS_M: f64 = 5.0;
 const HEIGHTS_M: [f64; 2] = [1.5, 1.7];
@@ -59,7 +56,7 @@ impl Corner {
             mesh.triangles.push([first, first + 2, first + 3]);
             mesh.triangle_materials.extend([material; 2]);
         };
-        let (foot, up) = (-SUNK_M * Vec3::Y, (EXTENT_M + SUNK_M) * Vec3::Y);
+        let (foot, up) = (Vec3::ZERO, EXTENT_M * Vec3::Y);
         let wide = 2.0 * EXTENT_M;
         rectangle(
             Vec3::new(-EXTENT_M, 0.0, -EXTENT_M),

@@ -6,11 +6,13 @@ use super::Row;
 use super::rooms::Probe;
 use foresound::acoustics::BANDS;
 use foresound::error::Result;
+use foresound::propagation::diffraction::reflection_gain;
+use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::image_source::image_path::{is_clear, mirror_listener, unfold};
 use foresound::propagation::image_source::sequence::Sequence;
 use foresound::propagation::rays::directions::{mix, unit};
-use foresound::propagation::{PropagationSettings, amplitude};
-use foresound::scene::{MaterialTable, Scene, SceneSettings, procedural};
+use foresound::propagation::{PropagationSettings, ReflectionEdge, amplitude};
+use foresound::scene::{MaterialTable, Scene, SceneSettings, SourcePose, procedural};
 use std::sync::Arc;
 
 /// Every path from source to listener is computed with both exchanged, in the scene with a door.
@@ -47,7 +49,19 @@ pub(super) fn rows() -> Result<Vec<Row>> {
                 missing += 1;
                 continue;
             };
-            let there = amplitude::reflected(&scene, &found, 0.3);
+            let mut there = amplitude::reflected(&scene, &found, 0.3);
+            if let [surface] = *path.surfaces() {
+                let endpoints = Endpoints::of(&SourcePose::at(path.source, to), from, 0.3);
+                let edges = probe.set.reflection_edges.iter();
+                let reversed = edges.map(|(_, near)| ReflectionEdge {
+                    surfaces: [near.surfaces[1], near.surfaces[0]],
+                    ..*near
+                });
+                let gain = reflection_gain(&scene, &endpoints, surface, reversed);
+                for (value, gain) in there.iter_mut().zip(gain.unwrap_or([1.0; BANDS])) {
+                    *value *= gain;
+                }
+            }
             for b in 0..BANDS {
                 let size = f64::from(path.amplitude[b].abs()).max(1e-6);
                 worst = worst.max(f64::from((there[b] - path.amplitude[b]).abs()) / size);
