@@ -68,6 +68,7 @@ laws! {
     flush "flush"
     thick "thick"
     invariance "invariance"
+    leak "leak"
     rims "rims"
     transmission "transmission"
     thread_count "thread count"

@@ -160,26 +160,40 @@ impl TwoEdgePath {
             true => [wide[0], narrow[1]],
             false => [narrow[0], wide[1]],
         };
-        // One wall's transmission loss is applied once.
         let transmission = endpoints.source.settings.effects.transmission;
-        let shares_face = shared_face([&edges[0], &edges[1]]).is_some();
-        let beside_transmission = [transmission, transmission && !shares_face];
-        let [first, second] = [0, 1].map(|i| {
+        // The field of each edge, beside transmission and without.
+        let fields = [0, 1].map(|i| {
             let (incident, reflected) = edge_wave::diffracted_field(
                 scene,
                 &edges[i],
                 &crossings[i],
                 &spreads[i],
-                beside_transmission[i],
+                false,
                 [false; 2],
             );
-            std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
+            let loss = match transmission {
+                true => edge_wave::barrier_loss(scene, &edges[i]),
+                false => [1.0; BANDS],
+            };
+            let beside = |b: usize| incident[b] * f64::from(loss[b]) + reflected[b];
+            let alone = |b: usize| incident[b] + reflected[b];
+            [
+                std::array::from_fn::<_, BANDS, _>(beside),
+                std::array::from_fn(alone),
+            ]
         });
+        // One wall's transmission loss is applied once, at either edge alike.
+        let product = |b: usize| match shared_face([&edges[0], &edges[1]]) {
+            Some(_) => {
+                (fields[0][0][b] * fields[1][1][b] + fields[0][1][b] * fields[1][0][b]) * 0.5
+            }
+            None => fields[0][0][b] * fields[1][0][b],
+        };
         // Both edges halve the wave along a common face; once is correct.
         let along_face = is_on_face(edges[0].n, crossings[0].outgoing)
             && is_on_face(edges[1].n, crossings[1].incoming);
         let factor = if along_face { 2.0 } else { 1.0 };
-        std::array::from_fn(|b| (edge_wave::real_gain(first[b] * second[b] * factor) * fade) as f32)
+        std::array::from_fn(|b| (edge_wave::real_gain(product(b) * factor) * fade) as f32)
     }
 }
 

@@ -14,6 +14,7 @@ use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::wedge_geometry::WedgeAngles;
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::image_path::turning_point;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::Path;
 use crate::scene::Scene;
@@ -269,8 +270,9 @@ impl ReflectedEdgePath {
             let ImagePoint { real, surface, .. } = self.ends[i];
             match (self.hits[i], surface) {
                 (Some(hit), Some(surface)) => {
-                    is_unoccluded(scene, hit, end, [surface, faces[0]], rays)
-                        && is_unoccluded(scene, real, hit, [surface, NO_GROUP], rays)
+                    let turn = turning_point(real, hit, end);
+                    is_unoccluded(scene, turn, end, [surface, faces[0]], rays)
+                        && is_unoccluded(scene, real, turn, [surface, NO_GROUP], rays)
                 }
                 _ => is_unoccluded(scene, real, end, faces, rays),
             }

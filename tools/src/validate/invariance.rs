@@ -296,10 +296,10 @@ fn scale(case: &mut Case, _: &mut Random) {
     each_point(case, |point| point * SCALE);
 }
 
-/// Makes a scene half as large: long detours over edges fade by their length in metres.
+/// Makes a scene smaller: long detours over edges fade by their length in metres.
 fn shrink(case: &mut Case) {
     case.reflects = false;
-    each_point(case, |point| 0.5 * point);
+    each_point(case, |point| 0.4 * point);
 }
 
 fn shuffle(case: &mut Case, random: &mut Random) {

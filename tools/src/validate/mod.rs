@@ -9,6 +9,7 @@ mod flush;
 mod invariance;
 pub mod joining;
 pub mod late_figures;
+mod leak;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
@@ -90,7 +91,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 13] = [
+const LAWS: [(&str, Law); 14] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -101,6 +102,7 @@ const LAWS: [(&str, Law); 13] = [
     ("flush", flush::rows),
     ("thick", thick::rows),
     ("invariance", invariance::rows),
+    ("leak", leak::rows),
     ("rims", rims::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
