@@ -87,7 +87,7 @@ impl TwoEdgePath {
         let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
         if let Some(face) = shared_face([a, b]) {
             // The leg lies in the face except for rounding, on one side of it.
-            let air = air_side([a, b], face, from);
+            let air = air_side([a, b], face, [from, to]);
             crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing, air);
             crossings[1].incoming = snapped_to_face(b, crossings[1].incoming, air);
         }
@@ -130,8 +130,15 @@ impl TwoEdgePath {
         let [a, b] = &self.edges.map(|edge| scene.edge(edge));
         let [first, second] = [(a, 0), (b, 1)]
             .map(|(edge, i)| edge_wave::sight_point(self.crossings[i].apex, edge.outward()));
-        // The leg between may lie in a face of both.
-        let between = shared_face([a, b]).map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
+        // The leg between may lie in a face of both, or along one of each.
+        let along = || {
+            let [first, second] = &self.crossings;
+            [
+                a.face_beside(first.outgoing),
+                b.face_beside(second.incoming),
+            ]
+        };
+        let between = shared_face([a, b]).map_or_else(along, |face| [face; 2]);
         is_unoccluded(scene, second, to, b.faces, rays)
             && is_unoccluded(scene, from, first, a.faces, rays)
             && is_unoccluded(scene, first, second, between, rays)
@@ -306,13 +313,16 @@ fn shared_face([a, b]: [&Edge; 2]) -> Option<u32> {
 }
 
 /// Normal of a face that two edges share, on the side of the leg between them. At the rim of a sheet both sides are air: the
-/// other edge has the side. Between two rims of one sheet both sides give the same product of fields; it is the side of
-/// `from`.
-fn air_side([a, b]: [&Edge; 2], face: u32, from: DVec3) -> DVec3 {
+/// other edge has the side. Between two rims of one sheet both sides give the same product of fields, but for absorption; it
+/// is the side of the end that is farther from the sheet.
+fn air_side([a, b]: [&Edge; 2], face: u32, ends: [DVec3; 2]) -> DVec3 {
     let one_sided = |edge: &&Edge| edge.faces[0] != edge.faces[1];
     match [a, b].into_iter().find(one_sided) {
         Some(edge) => edge.face_normal(usize::from(edge.faces[0] != face)),
-        None => a.normal * 1f64.copysign(a.normal.dot(from - a.origin)),
+        None => {
+            let heights_m = ends.map(|end| a.normal.dot(end - a.origin));
+            a.normal * 1f64.copysign(heights_m[0] + heights_m[1])
+        }
     }
 }
 

@@ -264,17 +264,23 @@ impl ReflectedEdgePath {
 
     /// Whether nothing occludes it. Adds the rays cast, four at most, to `rays`.
     pub fn is_unoccluded(&self, scene: &Scene, rays: &mut u64) -> bool {
-        let faces = scene.edge(self.edge).faces;
+        let edge = scene.edge(self.edge);
+        let angles = [self.crossing.incoming, self.crossing.outgoing];
         let end = self.sight_point;
         (0..2).all(|i| {
             let ImagePoint { real, surface, .. } = self.ends[i];
             match (self.hits[i], surface) {
                 (Some(hit), Some(surface)) => {
                     let turn = turning_point(real, hit, end);
-                    is_unoccluded(scene, turn, end, [surface, faces[0]], rays)
-                        && is_unoccluded(scene, real, turn, [surface, NO_GROUP], rays)
+                    is_unoccluded(
+                        scene,
+                        turn,
+                        end,
+                        [surface, edge.face_beside(angles[i])],
+                        rays,
+                    ) && is_unoccluded(scene, real, turn, [surface, NO_GROUP], rays)
                 }
-                _ => is_unoccluded(scene, real, end, faces, rays),
+                _ => is_unoccluded(scene, real, end, edge.faces, rays),
             }
         })
     }
