@@ -44,6 +44,7 @@ fn frame(step: u32) -> FramePaths {
                     0.3 * (seed * 0.9).sin() as f32,
                     -azimuth.cos() as f32,
                 ),
+                departure: Vec3::ZERO,
             });
         }
     }
@@ -59,6 +60,7 @@ fn frame(step: u32) -> FramePaths {
             })
             .collect(),
         decay_time_s: [2.0, 2.0, 1.9, 1.8, 1.7, 1.5, 1.2, 0.8],
+        high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
     }
 }
 

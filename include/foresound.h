@@ -126,6 +126,9 @@ typedef struct ForesoundOptions {
   uint32_t device_hints;
   // Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.
   uint32_t shown_paths;
+  // Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
+  // 32 bytes x `rate_hz` x `max_delay_s` for each of `max_sources`.
+  uint32_t max_memory_mib;
 } ForesoundOptions;
 
 // Percentiles of durations in seconds; zeros without a measurement.
@@ -448,7 +451,8 @@ ForesoundStatus foresound_scene_from_file(const char *path,
 // Writes the properties of a scene. Control thread.
 ForesoundStatus foresound_scene_info(uint64_t scene, struct ForesoundSceneInfo *info);
 
-// Writes the renderer's latency from geometry to sound in audio frames, without the device's buffer. Control thread.
+// Writes the renderer's latency from geometry to sound in audio frames, without the device's buffer. Does not
+// disturb foresound_render. Any thread.
 ForesoundStatus foresound_renderer_latency(uint64_t renderer, uint32_t *frames);
 
 // Plays a renderer on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
@@ -462,8 +466,8 @@ ForesoundStatus foresound_output_info(uint64_t output, struct ForesoundOutputInf
 // Adds a silent source at a position in metres; `source` receives its id. Control thread.
 ForesoundStatus foresound_source_add(uint64_t engine, float x_m, float y_m, float z_m, uint32_t *source);
 
-// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is not reused.
-// Control thread.
+// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
+// again: an engine has 1,048,576 ids for each of its `max_sources`. Control thread.
 ForesoundStatus foresound_source_remove(uint64_t engine, uint32_t source);
 
 // Writes the default options. Any thread.
@@ -488,7 +492,7 @@ ForesoundStatus foresound_source_play(uint64_t engine, uint32_t source, uint64_t
 ForesoundStatus foresound_source_stop(uint64_t engine, uint32_t source);
 
 // Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
-// the handle for foresound_stream_write. Control thread.
+// the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
 ForesoundStatus foresound_source_stream(uint64_t engine, uint32_t source, size_t capacity, uint64_t *stream);
 
 // Makes a clip of mono samples at `rate_hz` for engines at `engine_rate_hz` (1,000 to 384,000 Hz), copied and

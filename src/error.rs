@@ -67,7 +67,7 @@ pub enum Error {
         /// Slot of the handle.
         slot: usize,
         /// Generation of the handle, different from the slot's.
-        generation: u16,
+        generation: u32,
     },
     /// A handle refers to a removed instance.
     #[error(

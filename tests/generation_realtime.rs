@@ -61,11 +61,12 @@ fn frames() -> Vec<FramePaths> {
             paths: (0..60 + k % 30)
                 .map(|i| FramePath {
                     id: PathId(i * 7 + k / 4 % 3),
-                    source: SourceId::new((i % 5) as u16, (k / 13) as u16),
+                    source: SourceId::new((i % 5) as u16, (k / 13) as u32),
                     order: 0,
                     amplitude: [0.01 + 0.001 * i as f32; 8],
                     delay_s: 0.001 + 0.004 * ((i * i + k / 5 * 17) % 91) as f64,
                     arrival: Vec3::new((i as f32).sin(), 0.1, (k as f32).cos()),
+                    departure: Vec3::ZERO,
                 })
                 .collect(),
             late: (0..4)
@@ -76,6 +77,7 @@ fn frames() -> Vec<FramePaths> {
                 })
                 .collect(),
             decay_time_s: [0.4 + 0.1 * (k % 5) as f32; 8],
+            high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
         })
         .collect()
 }

@@ -51,7 +51,7 @@ fn two_edge_paths(scene: &Scene, source: &SourcePose, ear: &ListenerPose) -> Vec
         .flat_map(|&a| edges.iter().map(move |&b| [a, b]));
     let path_over = |edges: [u32; 2]| {
         let path = DiffractionSequence::TwoEdges(edges).between(scene, &endpoints)?;
-        path.path(scene, &endpoints)
+        path.path(scene, &endpoints, false)
             .filter(|_| path.is_unoccluded(scene, &endpoints, &mut 0))
     };
     let mut paths: Vec<Path> = pairs
@@ -344,7 +344,7 @@ fn a_revalidated_path_equals_the_update_s() {
             let revalidated = sequence.between(rooms.scene(), &endpoints).expect("a path");
             assert!(revalidated.is_unoccluded(rooms.scene(), &endpoints, &mut 0));
             assert_eq!(
-                revalidated.path(rooms.scene(), &endpoints).as_ref(),
+                revalidated.path(rooms.scene(), &endpoints, false).as_ref(),
                 Some(now)
             );
             followed += 1;

@@ -100,10 +100,8 @@ fn call(engine: u64, state: &mut u64, sources: &mut Vec<u32>) -> Result<(), Stat
             wrote.map(drop)
         }),
         4 => with(&mut |s| {
-            Ok(s.controller().mute_source(
-                foresound::scene::SourceId::new(source as u16, (source >> 16) as u16),
-                x > 1.0,
-            )?)
+            Ok(s.controller()
+                .mute_source(foresound::scene::SourceId::from_bits(source), x > 1.0)?)
         }),
         5 => with(&mut |s| s.set_propagation(8 + (number >> 40) as u32 % 16, 8, 2)),
         6 => with(&mut |s| {

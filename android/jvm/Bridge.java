@@ -2,6 +2,7 @@ package dev.foresound;
 
 import java.nio.ByteBuffer;
 import java.nio.ByteOrder;
+import java.nio.channels.FileChannel;
 import java.nio.file.Files;
 import java.nio.file.Path;
 import java.util.Arrays;
@@ -304,6 +305,19 @@ final class Bridge {
         refuses(none, () -> Native.sceneInfo(scene, null));
         refuses(argument, () -> Native.engineSetPropagation(engine, 0, 1, 0));
         refuses(argument, () -> Native.engineSetPropagation(engine, 1, 1, -1));
+        // More names than a frame of local references holds.
+        String[] names = new String[200];
+        for (int i = 0; i < names.length; i++) names[i] = "material " + i;
+        Native.close(Native.sceneFromMesh(corners, new int[] {0, 1, 2}, new int[] {199}, names, null, null));
+        // Memory that may not be written to.
+        refuses(argument, () -> Native.render(renderer, block.asReadOnlyBuffer(), 64));
+        Path file = Files.createTempFile("foresound", ".raw");
+        Files.write(file, new byte[8192]);
+        try (var channel = FileChannel.open(file)) {
+            ByteBuffer mapped = channel.map(FileChannel.MapMode.READ_ONLY, 0, 8192);
+            refuses(argument, () -> Native.render(renderer, mapped, 64));
+        }
+        Files.delete(file);
         // Budget, health and paths.
         Native.engineSetBudget(engine, null);
         refuses(argument, () -> Native.engineSetBudget(engine, new double[3]));

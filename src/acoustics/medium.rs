@@ -7,6 +7,10 @@ use super::bands::{BANDS, BandArray, CENTRES_HZ};
 /// Speed of sound in dry air at 0 °C, in m/s (\[CRAMER93\]). At 20 °C it gives 343.4 m/s.
 const SPEED_AT_0_C_M_S: f64 = 331.45;
 
+/// Frequencies in Hz above the bands at which the absorption of air shapes a path. An interpolation through them has the
+/// least error at 20 °C and 50 %, up to 100 m.
+pub(crate) const HIGH_AIR_HZ: [f64; 4] = [9_000.0, 12_000.0, 14_000.0, 16_000.0];
+
 /// State of the air, uniform within a scene.
 ///
 /// ```
@@ -67,6 +71,11 @@ impl Medium {
             *value = (self.absorption_db_per_m(centre) / 8.686) as f32;
         }
         m
+    }
+
+    /// Attenuation of pressure in Np/m at [`HIGH_AIR_HZ`].
+    pub(crate) fn high_absorption_np_per_m(&self) -> [f32; HIGH_AIR_HZ.len()] {
+        HIGH_AIR_HZ.map(|hz| (self.absorption_db_per_m(hz) / 8.686) as f32)
     }
 }
 

@@ -11,7 +11,7 @@ use super::pose::{Pose, source_id};
 use super::record::record;
 use super::scenes::SCENES;
 use super::shown_paths::ShownPath;
-use super::sound::{RENDERERS, STREAMS};
+use super::sound::{STREAMS, insert_renderer};
 use super::statistics::EngineStatistics;
 use crate::acoustics::BANDS;
 use crate::runtime::{Controller, Engine};
@@ -88,10 +88,6 @@ impl SourceOptions {
 /// The control half of an engine.
 pub struct EngineControl {
     controller: Controller,
-    /// Last valid pose of each source slot.
-    last: Vec<Option<SourcePose>>,
-    /// Slots with new settings since the last tick.
-    changed: Vec<usize>,
     /// Scratch: the poses of a tick.
     poses: Vec<SourcePose>,
 }
@@ -106,12 +102,10 @@ pub fn create(options: &Options, hrtf: Option<&[u8]>) -> Result<(u64, u64), Call
     let slots = options.max_sources as usize;
     let control = EngineControl {
         controller,
-        last: vec![None; slots],
-        changed: Vec::with_capacity(slots),
         poses: Vec::with_capacity(2 * slots),
     };
     let engine = ENGINES.insert(control)?;
-    match RENDERERS.insert(renderer.into()) {
+    match insert_renderer(renderer) {
         Ok(renderer) => Ok((engine, renderer)),
         Err(full) => {
             drop(ENGINES.remove(engine));
@@ -131,27 +125,10 @@ impl EngineControl {
         sources: impl Iterator<Item = Pose>,
     ) -> Result<(), CallError> {
         self.poses.clear();
-        let most = self.poses.capacity().max(self.last.len());
-        for pose in sources.take(most) {
-            let slot = source_id(pose.source).slot();
-            let last = self.last.get_mut(slot).and_then(Option::as_mut);
-            let settings = last
-                .as_ref()
-                .map_or_else(SourceSettings::default, |last| last.settings);
-            let pose = pose.source(settings);
-            let is_good = pose.position.is_finite() && pose.orientation.is_finite();
-            if let Some(last) = last.filter(|last| is_good && last.id == pose.id) {
-                *last = pose;
-            }
-            self.poses.push(pose);
-        }
-        // Sources with new settings and without a new pose.
-        for slot in self.changed.drain(..) {
-            if let Some(Some(pose)) = self.last.get(slot)
-                && !self.poses.iter().any(|given| given.id == pose.id)
-            {
-                self.poses.push(*pose);
-            }
+        // As many as the list holds without allocation.
+        for pose in sources.take(self.poses.capacity()) {
+            let settings = self.controller.source_settings(source_id(pose.source));
+            self.poses.push(pose.source(settings.unwrap_or_default()));
         }
         Ok(self.controller.tick(listener, &self.poses)?)
     }
@@ -162,11 +139,7 @@ impl EngineControl {
     /// `Status::State` if all slots are in use, `Status::BadArgument` for a position that is not finite.
     pub fn add_source(&mut self, position_m: [f32; 3]) -> Result<u32, CallError> {
         let position = Vec3::from_array(position_m);
-        let id = self.controller.add_source(position)?;
-        if let Some(last) = self.last.get_mut(id.slot()) {
-            *last = Some(SourcePose::at(id, position));
-        }
-        Ok(id.bits())
+        Ok(self.controller.add_source(position)?.bits())
     }
 
     /// Removes a source.
@@ -174,12 +147,7 @@ impl EngineControl {
     /// # Errors
     /// `Status::StaleSource`.
     pub fn remove_source(&mut self, source: u32) -> Result<(), CallError> {
-        let id = source_id(source);
-        self.controller.remove_source(id)?;
-        if let Some(last) = self.last.get_mut(id.slot()) {
-            *last = None;
-        }
-        Ok(())
+        Ok(self.controller.remove_source(source_id(source))?)
     }
 
     /// Sets a source's options from the next tick on.
@@ -188,17 +156,9 @@ impl EngineControl {
     /// `Status::BadArgument` names the value out of range, `Status::StaleSource`.
     pub fn configure(&mut self, source: u32, options: &SourceOptions) -> Result<(), CallError> {
         let settings = options.settings()?;
-        let id = source_id(source);
-        let last = self.last.get_mut(id.slot()).and_then(Option::as_mut);
-        let Some(last) = last.filter(|last| last.id == id) else {
-            // The controller's error for an unknown source.
-            return Ok(self.controller.mute_source(id, false)?);
-        };
-        last.settings = settings;
-        if !self.changed.contains(&id.slot()) {
-            self.changed.push(id.slot());
-        }
-        Ok(())
+        Ok(self
+            .controller
+            .configure_source(source_id(source), settings)?)
     }
 
     /// The engine's controller.
@@ -279,10 +239,12 @@ pub fn play(engine: u64, source: u32, clip: u64, looped: bool) -> Result<(), Cal
 /// Attaches a stream to a source; returns the handle of its writing end.
 ///
 /// # Errors
-/// Those of the handle; `Status::StaleSource`; `Status::BadArgument` for a capacity outside 1 to 2^24 samples.
+/// Those of the handle; `Status::StaleSource`; `Status::BadArgument` for a capacity outside 1 to 2^24 samples;
+/// `Status::Full`. The source then plays on as before.
 pub fn stream(engine: u64, source: u32, capacity: usize) -> Result<u64, CallError> {
-    let writer = ENGINES.with(engine, |engine| {
-        Ok(engine.controller.stream(source_id(source), capacity)?)
-    })?;
-    STREAMS.insert(writer)
+    STREAMS.insert_with(|| {
+        ENGINES.with(engine, |engine| {
+            Ok((engine.controller.stream(source_id(source), capacity)?, 0))
+        })
+    })
 }

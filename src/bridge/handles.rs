@@ -8,7 +8,7 @@
 //! positive as a Java `long`. A generation repeats after 2^32 objects in one slot.
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crossbeam_utils::Backoff;
@@ -85,7 +85,12 @@ struct Slot<T> {
     claimed: AtomicBool,
     generation: AtomicU32,
     entry: AtomicBox<Entry<T>>,
+    /// The object's generation and constant, or [`NO_CONSTANT`].
+    constant: AtomicU64,
 }
+
+/// The constant of an empty slot. No object has this generation: one begins at 0 and ends at the last.
+const NO_CONSTANT: u64 = u64::MAX;
 
 /// The objects of one kind.
 pub struct HandleTable<T> {
@@ -132,11 +137,24 @@ impl<T: Send> HandleTable<T> {
     /// # Errors
     /// [`Status::Full`] at 4,096 objects; the object is dropped.
     pub fn insert(&self, value: T) -> Result<u64, CallError> {
+        self.insert_with(|| Ok((value, 0)))
+    }
+
+    /// Makes and adds an object; returns its handle. The object is not made if the table is full. Beside it is a number
+    /// that does not change while the object lives ([`Self::constant`]). Control thread.
+    ///
+    /// # Errors
+    /// [`Status::Full`] at 4,096 objects; those of `make`.
+    pub fn insert_with(
+        &self,
+        make: impl FnOnce() -> Result<(T, u32), CallError>,
+    ) -> Result<u64, CallError> {
         let slots = self.slots.get_or_init(|| {
             let slot = |_| Slot {
                 claimed: AtomicBool::new(false),
                 generation: AtomicU32::new(0),
                 entry: AtomicBox::default(),
+                constant: AtomicU64::new(NO_CONSTANT),
             };
             (0..MOST).map(slot).collect()
         });
@@ -148,7 +166,16 @@ impl<T: Send> HandleTable<T> {
             return Err(CallError::new(Status::Full, text));
         };
         let slot = &slots[index];
+        let (value, constant) = match catch_panic(make) {
+            Ok(made) => made,
+            Err(error) => {
+                slot.claimed.store(false, Ordering::Release);
+                return Err(error);
+            }
+        };
         let generation = slot.generation.load(Ordering::Relaxed);
+        let constant = u64::from(generation) << 32 | u64::from(constant);
+        slot.constant.store(constant, Ordering::Relaxed);
         slot.entry.swap(Some(Box::new(Entry {
             generation,
             broken: false,
@@ -204,6 +231,19 @@ impl<T: Send> HandleTable<T> {
         })
     }
 
+    /// The number beside an object, also while another call has the object. Wait-free.
+    ///
+    /// # Errors
+    /// [`Status::Closed`]; [`Status::WrongKind`].
+    pub fn constant(&self, handle: u64) -> Result<u32, CallError> {
+        let constant = self.slot(handle)?.constant.load(Ordering::Relaxed);
+        if constant != NO_CONSTANT && constant >> 32 == handle >> 16 & 0xffff_ffff {
+            Ok(constant as u32)
+        } else {
+            Err(CLOSED)
+        }
+    }
+
     /// Removes an object, which closes its handle. Control thread.
     ///
     /// # Errors
@@ -211,6 +251,7 @@ impl<T: Send> HandleTable<T> {
     pub fn remove(&self, handle: u64) -> Result<T, CallError> {
         let slot = self.slot(handle)?;
         let entry = wait(|| take(slot, handle))?;
+        slot.constant.store(NO_CONSTANT, Ordering::Relaxed);
         slot.generation.fetch_add(1, Ordering::Relaxed);
         slot.claimed.store(false, Ordering::Release);
         self.count.fetch_sub(1, Ordering::Relaxed);
@@ -267,6 +308,9 @@ mod tests {
 
     static NUMBERS: HandleTable<u64> = HandleTable::new(Kind::Clip);
 
+    /// Calls of a thread; Miri is a thousand times slower.
+    const ADDITIONS: u64 = if cfg!(miri) { 20 } else { 1000 };
+
     fn status<R: std::fmt::Debug>(result: Result<R, CallError>) -> Status {
         result.expect_err("fails").status
     }
@@ -311,6 +355,40 @@ mod tests {
     }
 
     #[test]
+    fn a_constant_is_readable_while_the_object_is_in_use() {
+        let table: HandleTable<u64> = HandleTable::new(Kind::Scene);
+        let first = table.insert_with(|| Ok((1, 66))).expect("has room");
+        let read = table.with(first, |_| table.constant(first));
+        assert_eq!(read, Ok(66));
+        assert_eq!(table.remove(first), Ok(1));
+        assert_eq!(status(table.constant(first)), Status::Closed);
+        assert_eq!(status(table.constant(first ^ 1)), Status::Closed);
+        // The slot's next object has another generation.
+        for _ in 0..MOST {
+            let next = table.insert_with(|| Ok((2, 77))).expect("has room");
+            assert_eq!(table.constant(next), Ok(77));
+            assert_eq!(status(table.constant(first)), Status::Closed);
+            table.remove(next).expect("is there");
+        }
+    }
+
+    #[test]
+    fn an_object_that_cannot_be_made_takes_no_room() {
+        let table: HandleTable<u64> = HandleTable::new(Kind::Scene);
+        for _ in 0..2 * MOST {
+            let failed = table.insert_with(|| Err(BUSY));
+            assert_eq!(status(failed), Status::Busy);
+        }
+        let panicked = table.insert_with(|| panic!("oh"));
+        assert_eq!(status(panicked), Status::Panic);
+        assert!(table.is_empty());
+        let handles = (0..MOST).map(|n| table.insert(n as u64));
+        assert!(handles.into_iter().all(|handle| handle.is_ok()));
+        let unused = table.insert_with(|| -> Result<(u64, u32), CallError> { unreachable!() });
+        assert_eq!(status(unused), Status::Full);
+    }
+
+    #[test]
     fn a_full_table_says_so() {
         let table: HandleTable<usize> = HandleTable::new(Kind::Clip);
         let handles: Vec<u64> = (0..MOST)
@@ -337,7 +415,7 @@ mod tests {
         let threads: Vec<_> = (0..8)
             .map(|_| {
                 std::thread::spawn(move || {
-                    for _ in 0..1000 {
+                    for _ in 0..ADDITIONS {
                         let add = |value: &mut u64| {
                             *value += 1;
                             Ok(())
@@ -350,6 +428,6 @@ mod tests {
         for thread in threads {
             thread.join().expect("ends well");
         }
-        assert_eq!(NUMBERS.remove(handle), Ok(8000));
+        assert_eq!(NUMBERS.remove(handle), Ok(8 * ADDITIONS));
     }
 }

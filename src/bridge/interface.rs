@@ -78,6 +78,8 @@ kinds! {
     List: (), "double[]" "[D";
     /// Java: a direct buffer in native order.
     Buffer: (), "ByteBuffer" "Ljava/nio/ByteBuffer;";
+    /// Java: a direct buffer in native order to fill.
+    BufferOut: (), "ByteBuffer" "Ljava/nio/ByteBuffer;";
 }
 
 /// A structure to read, or null for its defaults: in Java a list of doubles.
@@ -215,7 +217,8 @@ macro_rules! shared_functions {
             /// Writes the properties of a scene. Control thread.
             unsafe fn foresound_scene_info(scene: Handle, info: Out<SceneInfo>) { info.store(scenes::info(scene)?) }
 
-            /// Writes the renderer's latency from geometry to sound in audio frames, without the device's buffer. Control thread.
+            /// Writes the renderer's latency from geometry to sound in audio frames, without the device's buffer. Does not
+            /// disturb foresound_render. Any thread.
             unsafe fn foresound_renderer_latency(renderer: Handle) -> frames: Count { sound::latency_frames(renderer) }
 
             /// Plays a renderer on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
@@ -235,8 +238,8 @@ macro_rules! shared_functions {
                 ENGINES.with(engine, |engine| engine.add_source([x_m, y_m, z_m]))
             }
 
-            /// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is not reused.
-            /// Control thread.
+            /// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
+            /// again: an engine has 1,048,576 ids for each of its `max_sources`. Control thread.
             safe fn foresound_source_remove(engine: Handle, source: Id) {
                 ENGINES.with(engine, |engine| engine.remove_source(source))
             }
@@ -277,7 +280,7 @@ macro_rules! shared_functions {
             }
 
             /// Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
-            /// the handle for foresound_stream_write. Control thread.
+            /// the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
             unsafe fn foresound_source_stream(engine: Handle, source: Id, capacity: Size) -> stream: Handle {
                 engine::stream(engine, source, capacity)
             }
@@ -348,7 +351,7 @@ macro_rules! java_functions {
             }
 
             /// Renders interleaved stereo floats; returns the number of voices.
-            safe fn foresound_render(renderer: Handle, output: Buffer, frames: Size) -> voices: Count {
+            safe fn foresound_render(renderer: Handle, output: BufferOut, frames: Size) -> voices: Count {
                 output.check(frames * 2 * size_of::<f32>())?;
                 let info = sound::render_blocks(renderer, frames, |start, block| {
                     output.write(start, block);

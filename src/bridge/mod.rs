@@ -18,6 +18,7 @@ pub mod interface;
 pub mod options;
 pub mod pose;
 pub mod record;
+mod resampling;
 pub mod scenes;
 pub mod shown_paths;
 pub mod sound;

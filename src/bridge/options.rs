@@ -61,6 +61,9 @@ record! {
         pub device_hints: u32,
         /// Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.
         pub shown_paths: u32,
+        /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
+        /// 32 bytes x `rate_hz` x `max_delay_s` for each of `max_sources`.
+        pub max_memory_mib: u32,
     }
 }
 
@@ -98,6 +101,7 @@ impl Default for Options {
             max_delay_s: generation.max_delay_s,
             device_hints: 3,
             shown_paths: engine.max_snapshot_paths as u32,
+            max_memory_mib: (engine.max_memory_bytes >> 20) as u32,
         }
     }
 }
@@ -163,6 +167,7 @@ impl Options {
         settings.device_hints.thermal = hints & 1 != 0;
         settings.device_hints.hints = hints & 2 != 0;
         settings.max_snapshot_paths = self.shown_paths as usize;
+        settings.max_memory_bytes = (self.max_memory_mib as usize).saturating_mul(1 << 20);
         settings.generation.rate_hz = self.rate_hz;
         settings.generation.max_sources = self.max_sources as usize;
         settings.generation.max_voices = self.max_voices as usize;

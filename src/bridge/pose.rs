@@ -73,7 +73,7 @@ impl Pose {
 
 /// The engine's id of a source.
 pub(super) fn source_id(bits: u32) -> SourceId {
-    SourceId::new(bits as u16, (bits >> 16) as u16)
+    SourceId::from_bits(bits)
 }
 
 /// The engine's id of an instance.
@@ -89,7 +89,7 @@ mod tests {
     fn bytes_and_fields_agree() {
         assert_eq!(size_of::<Pose>(), POSE_BYTES);
         let mut bytes = [0; POSE_BYTES];
-        bytes[..4].copy_from_slice(&0x0002_0001u32.to_ne_bytes());
+        bytes[..4].copy_from_slice(&SourceId::new(1, 2).bits().to_ne_bytes());
         for i in 1..8 {
             bytes[4 * i..4 * i + 4].copy_from_slice(&(i as f32).to_ne_bytes());
         }

@@ -23,6 +23,17 @@ impl From<Renderer> for BlockRenderer {
     }
 }
 
+/// Adds a renderer; its constant is its latency. Control thread.
+///
+/// # Errors
+/// Those of [`HandleTable::insert_with`].
+pub fn insert_renderer(renderer: Renderer) -> Result<u64, CallError> {
+    RENDERERS.insert_with(|| {
+        let latency_frames = renderer.latency_frames() as u32;
+        Ok((renderer.into(), latency_frames))
+    })
+}
+
 /// Renderers without a device.
 pub static RENDERERS: HandleTable<BlockRenderer> = HandleTable::new(Kind::Renderer);
 /// Streams.
@@ -116,12 +127,12 @@ pub fn render_blocks(
     })
 }
 
-/// Latency from geometry to sound in audio frames, without the device's buffer. Control thread.
+/// Latency from geometry to sound in audio frames, without the device's buffer. Does not disturb [`render`]. Any thread.
 ///
 /// # Errors
-/// Those of [`HandleTable::with`].
+/// Those of [`HandleTable::constant`].
 pub fn latency_frames(renderer: u64) -> Result<u32, CallError> {
-    RENDERERS.with(renderer, |entry| Ok(entry.renderer.latency_frames() as u32))
+    RENDERERS.constant(renderer)
 }
 
 /// Appends as many samples to a stream as fit; returns their number. Any one thread, the audio thread included.
@@ -149,9 +160,14 @@ pub fn start_output(renderer: u64, blocks_ahead: usize) -> Result<u64, CallError
         let text = format!("blocks_ahead: {blocks_ahead} is outside 1 to 64");
         return Err(CallError::bad(text));
     }
-    let entry = RENDERERS.remove(renderer)?;
-    let device = crate::runtime::device::output::system_device();
-    OUTPUTS.insert(DeviceOutput::start(entry.renderer, blocks_ahead, device)?)
+    OUTPUTS.insert_with(|| {
+        let entry = RENDERERS.remove(renderer)?;
+        let device = crate::runtime::device::output::system_device();
+        Ok((
+            DeviceOutput::start(entry.renderer, blocks_ahead, device)?,
+            0,
+        ))
+    })
 }
 
 record! {

@@ -9,8 +9,9 @@ use super::tracking::match_by_id;
 use crate::acoustics::{BANDS, BandArray};
 use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate};
 use crate::extrapolation::scene_pair::ScenePair;
+use crate::extrapolation::source_motion::SourceMotion;
 use crate::propagation::{LateEnergy, PathSet};
-use crate::scene::{InstancePose, Scene};
+use crate::scene::{InstancePose, Scene, SourcePose};
 
 /// Predictor of the paths that are not part of the direct field.
 pub(super) enum Rule {
@@ -27,6 +28,8 @@ pub(super) enum Step {
     Direct(usize),
     /// The other paths; with [`Rule::PathByPath`] from this index on.
     Continued(usize),
+    /// Delays by the time of emission, from the path at this index on.
+    Emission(usize),
     /// Sorting of the paths, and late energy.
     Finish,
 }
@@ -131,6 +134,7 @@ pub struct Extrapolator {
     pub(super) frames_since_update: u32,
     pub(super) updates: u64,
     pub(super) step: Step,
+    pub(super) motion: SourceMotion,
 }
 
 impl Extrapolator {
@@ -153,6 +157,7 @@ impl Extrapolator {
             frames_since_update: 0,
             updates: 0,
             step: Step::default(),
+            motion: SourceMotion::default(),
         }
     }
 
@@ -192,6 +197,18 @@ impl Extrapolator {
         retired
     }
 
+    /// Records the sources of the next graphics frame, `interval_s` seconds after the frame before. Delays of moving sources
+    /// belong to the time of emission; without records, every source counts as at rest. Real-time.
+    pub fn record_sources(&mut self, sources: &[SourcePose], interval_s: f64) {
+        let speed_m_s = self.scenes.current().speed_of_sound_m_s();
+        self.motion.record(sources, interval_s, speed_m_s);
+    }
+
+    /// Takes over the recorded sources of an extrapolator that this one replaces. Real-time.
+    pub(crate) fn take_motion(&mut self, replaced: &mut Self) {
+        std::mem::swap(&mut self.motion, &mut replaced.motion);
+    }
+
     /// Sets the poses of the scene's instances from the next frame on; ignores unknown instances. Real-time.
     pub fn set_instance_poses(&mut self, poses: &[InstancePose]) {
         self.scenes.set_current_poses(poses);
@@ -210,6 +227,7 @@ impl Extrapolator {
         self.occluded.reserve(sources);
         self.late.reserve(sources);
         self.predictor.reserve(paths, sources);
+        self.motion.reserve(sources);
     }
 
     /// Replaces the predictor from the next frame on; returns the old one. Real-time.

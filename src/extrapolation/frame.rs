@@ -2,6 +2,7 @@
 
 use glam::{Quat, Vec3};
 
+use crate::acoustics::medium::HIGH_AIR_HZ;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::{Path, PathId};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
@@ -23,16 +24,23 @@ pub struct FramePath {
     pub delay_s: f64,
     /// Unit vector in world coordinates from the listener towards the last image source, edge or source.
     pub arrival: Vec3,
+    /// Unit vector in world coordinates from the source along the path; zero if its length is zero.
+    pub departure: Vec3,
 }
 
 impl FramePath {
-    /// A path unchanged from its update, for a listener at `listener`.
-    pub(super) fn of(path: &Path, listener: &ListenerPose, scene: &Scene) -> Self {
-        Self::from_image(path.image, path.length_m, path, listener, scene)
+    /// A path unchanged from its update, for a source at `from` and a listener at `listener`.
+    pub(super) fn of(path: &Path, from: Vec3, listener: &ListenerPose, scene: &Scene) -> Self {
+        let first = path.points().first().copied();
+        let departure = first.unwrap_or(listener.position) - from;
+        Self {
+            departure: departure.normalize_or_zero(),
+            ..Self::from_image(path.image, path.length_m, path, listener, scene)
+        }
     }
 
-    /// A path of an update with its image source moved to `image` and this length in metres. The direction is straight
-    /// ahead if image and listener coincide.
+    /// A path of an update with its image source moved to `image` and this length in metres, without its departure. The
+    /// direction is straight ahead if image and listener coincide.
     #[inline]
     pub(super) fn from_image(
         image: Vec3,
@@ -51,6 +59,7 @@ impl FramePath {
             arrival: (image - listener.position)
                 .try_normalize()
                 .unwrap_or_else(ahead),
+            departure: Vec3::ZERO,
         }
     }
 
@@ -101,6 +110,8 @@ pub struct FramePaths {
     pub late: Vec<LateSend>,
     /// Reverberation time T60 of the late reverb in seconds per band.
     pub decay_time_s: BandArray,
+    /// Absorption of air in Np per second of delay at 9, 12, 14 and 16 kHz, which the bands do not cover; 0 for none.
+    pub high_air_np_per_s: [f32; HIGH_AIR_HZ.len()],
 }
 
 impl Default for FramePaths {
@@ -110,6 +121,7 @@ impl Default for FramePaths {
             paths: Vec::new(),
             late: Vec::new(),
             decay_time_s: [0.0; BANDS],
+            high_air_np_per_s: Default::default(),
         }
     }
 }

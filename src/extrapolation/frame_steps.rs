@@ -63,7 +63,9 @@ impl Extrapolator {
             let edges = edges.as_slice().iter().map(|found| found.edge);
             let scene = self.scenes.current();
             let field = direct_field(scene, &endpoints, edges, &mut rays, &mut |path| {
-                result.paths.push(FramePath::of(&path, listener, scene));
+                result
+                    .paths
+                    .push(FramePath::of(&path, pose.position, listener, scene));
             });
             self.occluded.push(!field.visible);
             let edges = field.edges.as_slice().len();
@@ -88,9 +90,16 @@ impl Extrapolator {
             Step::Continued(first) => {
                 self.continued_part(listener, sources, first, budget, &mut result.paths)
             }
-            Step::Finish => DONE,
+            Step::Emission(_) | Step::Finish => DONE,
         };
         if !progress.is_done {
+            return progress;
+        }
+        if let Step::Continued(_) = self.step {
+            self.step = Step::Emission(0);
+        }
+        if !self.emission_part(sources, budget, &mut result.paths) {
+            progress.is_done = false;
             return progress;
         }
         if budget.is_spent() {
@@ -101,6 +110,7 @@ impl Extrapolator {
         budget.spend(result.paths.len() / cost::SORTED + cost::LATE * self.current.late.len());
         result.paths.sort_unstable_by_key(|path| path.id);
         result.orientation = listener.orientation;
+        result.high_air_np_per_s = self.scenes.current().high_air_np_per_s();
         progress.rays += self.update_late(listener, sources);
         let decay_time_s = common_decay(&self.late);
         for (present, new) in self.decay_time_s.iter_mut().zip(decay_time_s) {
@@ -158,6 +168,7 @@ impl Extrapolator {
                     sources,
                     occluded: &self.occluded,
                     min_distance_m: self.min_distance_m,
+                    reflection_edges: &self.current.reflection_edges,
                 };
                 let is_new = self.updates > 0 && self.frames_since_update == 0;
                 let arrived = is_new.then_some((&self.current, &self.prepared));
@@ -186,17 +197,50 @@ impl Extrapolator {
             let exists = |surface: &u32| at.scene.has_surface(*surface);
             let is_gone = !current.surfaces().iter().all(exists);
             let is_allowed = |pose: &SourcePose| pose.id == current.source && allows(pose, current);
-            if current.is_frame_validated() || is_gone || !sources.iter().any(is_allowed) {
+            let Some(source) = sources.iter().find(|pose| is_allowed(pose)) else {
+                continue;
+            };
+            if current.is_frame_validated() || is_gone {
                 continue;
             }
             let tracked = TrackedPath {
                 current,
+                source: source.position,
                 previous: matched.map(|i| &self.previous.paths[i as usize]),
                 listener: &self.current.listener,
             };
             paths.push(predictor.predict(&tracked, &at));
         }
         DONE
+    }
+
+    /// Moves the starts of paths of moving sources to the positions at emission; returns whether it is done.
+    fn emission_part(
+        &mut self,
+        sources: &[SourcePose],
+        budget: &mut WorkBudget,
+        paths: &mut [FramePath],
+    ) -> bool {
+        let Step::Emission(first) = self.step else {
+            return true;
+        };
+        if self.motion.is_at_rest() {
+            return true;
+        }
+        let scene = self.scenes.current();
+        for (index, path) in paths.iter_mut().enumerate().skip(first) {
+            if budget.is_spent() {
+                self.step = Step::Emission(index);
+                return false;
+            }
+            budget.spend(cost::EMISSION);
+            let pose = sources.iter().find(|pose| pose.id == path.source);
+            let min_distance_m = pose.map_or(self.min_distance_m, |pose| {
+                pose.settings.min_distance_m(self.min_distance_m)
+            });
+            self.motion.apply(path, scene, min_distance_m);
+        }
+        true
     }
 
     /// Computes the late energy of every source of the newest update; returns the number of rays cast.
@@ -213,6 +257,7 @@ impl Extrapolator {
             sources,
             occluded: &self.occluded,
             min_distance_m: self.min_distance_m,
+            reflection_edges: &self.current.reflection_edges,
         };
         let late = &mut self.late;
         let updates = [&self.current, &self.previous].into_iter();

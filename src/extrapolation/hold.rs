@@ -9,6 +9,6 @@ pub struct Hold;
 
 impl Predictor for Hold {
     fn predict(&mut self, path: &TrackedPath<'_>, at: &FrameContext<'_>) -> FramePath {
-        FramePath::of(path.current, path.listener, at.scene)
+        FramePath::of(path.current, path.source, path.listener, at.scene)
     }
 }

@@ -11,7 +11,7 @@ pub struct Linear;
 
 impl Predictor for Linear {
     fn predict(&mut self, path: &TrackedPath<'_>, at: &FrameContext<'_>) -> FramePath {
-        let mut frame = FramePath::of(path.current, path.listener, at.scene);
+        let mut frame = FramePath::of(path.current, path.source, path.listener, at.scene);
         if let Some(previous) = path.previous {
             frame.amplitude = extrapolate(
                 &path.current.amplitude,

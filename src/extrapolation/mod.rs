@@ -12,6 +12,7 @@ pub mod level;
 pub mod linear;
 pub mod predictor;
 pub mod scene_pair;
+mod source_motion;
 pub mod tracking;
 pub mod work_budget;
 

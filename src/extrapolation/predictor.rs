@@ -1,5 +1,7 @@
 //! Predictors: extrapolation of paths between two updates.
 
+use glam::Vec3;
+
 use super::frame::FramePath;
 use crate::extrapolation::geometric::{GeometricSettings, PredictionTarget};
 use crate::propagation::Path;
@@ -12,6 +14,8 @@ pub struct TrackedPath<'a> {
     pub current: &'a Path,
     /// The path in the update before; `None` for a new path and before the second update.
     pub previous: Option<&'a Path>,
+    /// The present position of its source.
+    pub source: Vec3,
     /// The listener of the newest update.
     pub listener: &'a ListenerPose,
 }

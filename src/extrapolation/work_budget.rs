@@ -70,6 +70,8 @@ pub(crate) mod cost {
     pub(crate) const CONTINUED: usize = 1;
     /// Emission of one audible candidate.
     pub(crate) const EMITTED: usize = 2;
+    /// The time of emission of a path whose source moves.
+    pub(crate) const EMISSION: usize = 1;
     /// Paths sorted per unit.
     pub(crate) const SORTED: usize = 4;
     /// The late energy of a source.

@@ -13,6 +13,7 @@ use crate::extrapolation::FramePaths;
 use crate::simd::F32x8;
 
 use super::{BandCorrection, BandFilter, BlockReport, CHUNK, GeneratorSettings, Hrtf, Limiter};
+use crate::generation::bands::air_filter::AirFilter;
 use crate::generation::bands::band_filter::SIGNALS;
 use crate::generation::binaural::far_field::FarField;
 use crate::generation::binaural::filter_bank::Binaural;
@@ -32,6 +33,8 @@ macro_rules! context {
         RenderContext {
             hrtf: &$generator.hrtf,
             correction: &$generator.correction,
+            air: &$generator.air,
+            air_np_per_s: $frame.high_air_np_per_s,
             to_head: orientation(&$frame.orientation).conjugate(),
             rate_hz: $generator.rate_hz,
             max_delay: $generator.max_delay,
@@ -83,6 +86,7 @@ pub struct Generator {
     max_delay: f64,
     hrtf: Arc<Hrtf>,
     correction: BandCorrection,
+    air: AirFilter,
     /// One filter per four sources.
     filters: Vec<BandFilter>,
     lines: Vec<DelayLine>,
@@ -130,6 +134,7 @@ impl Generator {
             rate_hz,
             max_delay,
             correction: BandCorrection::new(settings.rate_hz),
+            air: AirFilter::new(settings.rate_hz),
             filters: (0..sources.div_ceil(SIGNALS))
                 .map(|_| BandFilter::new(settings.rate_hz))
                 .collect(),
@@ -221,6 +226,8 @@ impl Generator {
         let context = RenderContext {
             hrtf: &self.hrtf,
             correction: &self.correction,
+            air: &self.air,
+            air_np_per_s: Default::default(),
             to_head: Quat::IDENTITY,
             rate_hz: self.rate_hz,
             max_delay: self.max_delay,

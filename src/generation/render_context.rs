@@ -2,6 +2,8 @@
 
 use glam::Quat;
 
+use crate::acoustics::medium::HIGH_AIR_HZ;
+use crate::generation::bands::air_filter::AirFilter;
 use crate::generation::{BandCorrection, Hrtf};
 
 /// Paths of a frame without a voice.
@@ -20,6 +22,9 @@ pub(crate) struct Dropped {
 pub(crate) struct RenderContext<'a> {
     pub(crate) hrtf: &'a Hrtf,
     pub(crate) correction: &'a BandCorrection,
+    pub(crate) air: &'a AirFilter,
+    /// Absorption of air in Np/s at [`HIGH_AIR_HZ`].
+    pub(crate) air_np_per_s: [f32; HIGH_AIR_HZ.len()],
     /// From world to head coordinates.
     pub(crate) to_head: Quat,
     pub(crate) rate_hz: f64,

@@ -3,6 +3,14 @@
 use crate::acoustics::bands::EDGES_HZ;
 use crate::error::{Error, Result};
 
+// Measured; `tools/tests/limits.rs` compares them with what is allocated.
+/// Bytes of a voice: weights of two ears, history, plan.
+const VOICE_BYTES: usize = 1900;
+/// Bytes of a slot besides its delay line's length: sends, filters, the line's ends.
+const SLOT_BYTES: usize = 28_000;
+/// Bytes of an HRTF set, the late reverb and scratch.
+const FIXED_BYTES: usize = 2 << 20;
+
 /// Settings of a generator; fixed at its construction.
 ///
 /// ```
@@ -15,7 +23,7 @@ use crate::error::{Error, Result};
 pub struct GeneratorSettings {
     /// Sample rate in Hz, that of the HRTF set; 16,000 to 192,000.
     pub rate_hz: u32,
-    /// Source slots, 1 to 256. Each delay line takes 32 bytes × rate × `max_delay_s`.
+    /// Source slots, 1 to 256. Each delay line takes 32 bytes × rate × `max_delay_s`; see [`Self::memory_bytes`].
     pub max_sources: usize,
     /// Most simultaneous paths, 1 to 16,384; the quietest beyond them are dropped and counted.
     pub max_voices: usize,
@@ -49,6 +57,16 @@ impl Default for GeneratorSettings {
 }
 
 impl GeneratorSettings {
+    /// Bytes of a generator, stated to a quarter.
+    pub fn memory_bytes(&self) -> usize {
+        let line_bytes = 32.0 * self.max_delay_s * f64::from(self.rate_hz);
+        let slots = self
+            .max_sources
+            .saturating_mul(SLOT_BYTES + line_bytes as usize);
+        let voices = self.max_voices.saturating_mul(VOICE_BYTES);
+        slots.saturating_add(voices).saturating_add(FIXED_BYTES)
+    }
+
     /// Checks every range.
     ///
     /// Errors: [`Error::Setting`] with the setting's name and advice.

@@ -5,9 +5,15 @@ pub mod device;
 pub mod oboe;
 #[cfg(feature = "files")]
 pub mod wav;
+#[cfg(feature = "files")]
+pub mod wav_chunks;
+#[cfg(feature = "files")]
 pub mod whole_file;
 
 pub use device::{Device, DeviceCallback, DeviceGrant, DeviceInterface, OpenDevice};
 #[cfg(feature = "files")]
 pub use wav::{WavFormat, WavSink};
-pub use whole_file::WholeFile;
+#[cfg(feature = "files")]
+pub use wav_chunks::wav_chunks;
+#[cfg(feature = "files")]
+pub use whole_file::{WholeFile, watch_temporary_files};

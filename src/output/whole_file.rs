@@ -1,36 +1,55 @@
 //! A file that is either complete or absent.
 //!
-//! Control side; blocks on the disk. Content is written to `NAME.part` in the same folder and renamed when it is complete: a
-//! file with its final name is always complete.
+//! Control side; blocks on the disk. Content is written to a new file of a name that nothing else has, in the same folder, and
+//! renamed when it is complete: a file with its final name is always complete, and concurrent writers do not meet.
 
-use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use tempfile::{Builder, TempPath};
 
 use crate::{Error, Result};
 
-/// A file being written. If it is dropped before [`Self::keep`], the partial file is removed.
+/// What is called with the path of a temporary file: with true when it is there, with false when it is renamed or removed.
+pub type Watch = fn(&Path, bool);
+
+static WATCH: OnceLock<Watch> = OnceLock::new();
+
+/// Has `watch` called for all temporary files of the process from now on, on the thread that writes them. A program that a
+/// signal ends removes the files that it knows of. The first call counts.
+pub fn watch_temporary_files(watch: Watch) {
+    WATCH.get_or_init(|| watch);
+}
+
+fn report(path: &Path, is_there: bool) {
+    if let Some(watch) = WATCH.get() {
+        watch(path, is_there);
+    }
+}
+
+/// A file being written. If it is dropped before [`Self::keep`], the temporary file is removed.
 #[derive(Debug)]
 pub struct WholeFile {
     path: PathBuf,
-    part: PathBuf,
-    kept: bool,
+    /// Removed when dropped.
+    temporary: Option<TempPath>,
 }
 
 impl WholeFile {
-    /// Opens `NAME.part` for writing and creates missing folders. A link is followed: its target is replaced, and the
-    /// link remains.
+    /// Opens a temporary file for writing and creates missing folders. If the path is a link, its target is replaced, and
+    /// the link remains.
     ///
     /// # Errors
     /// [`Error::File`] if the path has no file name, is a folder or a device, or cannot be written.
     pub fn create(path: impl AsRef<Path>) -> Result<(Self, File)> {
         let given = path.as_ref();
         let path = fs::canonicalize(given).unwrap_or_else(|_| given.to_path_buf());
-        let Some(name) = path.file_name() else {
+        if path.file_name().is_none() {
             return Err(Error::file(given, "has no file name", "add a file name"));
-        };
-        if path.is_dir() {
+        }
+        if path.is_dir() || ends_in_separator(given) {
             return Err(Error::file(given, "is a folder", "add a file name"));
         }
         // The rename would replace a device with a regular file.
@@ -41,15 +60,31 @@ impl WholeFile {
                 "choose a file that may be replaced",
             ));
         }
-        let mut part_name = OsString::from(name);
-        part_name.push(".part");
-        let part = path.with_file_name(part_name);
-        if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
-            fs::create_dir_all(folder).map_err(|e| write_error(folder, e))?;
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        fs::create_dir_all(folder).map_err(|e| write_error(folder, e))?;
+        // A name that the system does not take is found before the content is made.
+        match fs::symlink_metadata(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(write_error(given, error));
+            }
+            _ => {}
         }
-        let file = File::create(&part).map_err(|e| write_error(given, e))?;
-        let kept = false;
-        Ok((Self { path, part, kept }, file))
+        let mut builder = Builder::new();
+        builder.prefix(".foresound-").suffix(".part");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // Those of any new file: the process's mask applies.
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let made = builder.tempfile_in(folder);
+        let (file, temporary) = made.map_err(|e| write_error(given, e))?.into_parts();
+        report(&temporary, true);
+        let temporary = Some(temporary);
+        Ok((Self { path, temporary }, file))
     }
 
     /// The final path.
@@ -60,11 +95,15 @@ impl WholeFile {
     /// Renames the file to its final name. The caller must have flushed and closed it.
     ///
     /// # Errors
-    /// [`Error::File`] if the file cannot be renamed; the partial file is removed.
+    /// [`Error::File`] if the file cannot be renamed; the temporary file is removed.
     pub fn keep(mut self) -> Result<()> {
-        fs::rename(&self.part, &self.path).map_err(|e| write_error(&self.path, e))?;
-        self.kept = true;
-        Ok(())
+        let Some(temporary) = self.temporary.take() else {
+            return Ok(());
+        };
+        let name = temporary.to_path_buf();
+        let kept = temporary.persist(&self.path);
+        report(&name, false);
+        kept.map_err(|failed| write_error(&self.path, failed.error))
     }
 
     /// Writes a complete file.
@@ -87,11 +126,21 @@ impl WholeFile {
 
 impl Drop for WholeFile {
     fn drop(&mut self) {
-        if !self.kept {
-            // `drop` cannot report a failure; a remaining file keeps the `.part` suffix.
-            let _ = fs::remove_file(&self.part);
+        if let Some(temporary) = self.temporary.take() {
+            let name = temporary.to_path_buf();
+            // `drop` cannot report a failure; a remaining file has a name of its own.
+            let _ = temporary.close();
+            report(&name, false);
         }
     }
+}
+
+/// Whether a path names a folder by its last character.
+fn ends_in_separator(path: &Path) -> bool {
+    let bytes = path.as_os_str().as_encoded_bytes();
+    bytes
+        .last()
+        .is_some_and(|&last| std::path::is_separator(char::from(last)))
 }
 
 /// The error of a failed write, with advice for its cause.
@@ -147,10 +196,53 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("file");
         fs::write(&file, "x").unwrap();
-        for bad in [folder.path(), Path::new("/dev/null"), &file.join("below")] {
+        let new_folder = folder.path().join("new/");
+        let long = folder.path().join("n".repeat(300));
+        for bad in [
+            folder.path(),
+            Path::new("/dev/null"),
+            &file.join("below"),
+            &new_folder,
+            &long,
+        ] {
             let error = WholeFile::create(bad).unwrap_err();
             assert!(matches!(error, Error::File { .. }), "{bad:?}: {error}");
         }
+    }
+
+    #[test]
+    fn writers_of_one_file_do_not_meet() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("note.txt");
+        let part = folder.path().join("note.txt.part");
+        fs::write(&part, "of a user").unwrap();
+        let (first, mut one) = WholeFile::create(&path).unwrap();
+        let (second, mut other) = WholeFile::create(&path).unwrap();
+        one.write_all(b"first").unwrap();
+        other.write_all(b"second").unwrap();
+        drop((one, other));
+        first.keep().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"first");
+        second.keep().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+        drop(WholeFile::create(&path).unwrap());
+        assert_eq!(fs::read(&part).unwrap(), b"of a user");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_in_the_place_of_a_temporary_file_is_not_followed() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (path, target) = (folder.path().join("a"), folder.path().join("b"));
+        fs::write(&target, "of a user").unwrap();
+        std::os::unix::fs::symlink(&target, folder.path().join("a.part")).unwrap();
+        WholeFile::write(&path, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"of a user");
+        // Others may read it as any new file.
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&path), mode(&target));
     }
 
     #[cfg(unix)]

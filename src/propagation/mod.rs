@@ -24,6 +24,7 @@ pub use crate::propagation::propagator::Propagator;
 pub use crate::propagation::quality_level::PropagationQuality;
 pub use path::{
     LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
+    ReflectionEdge,
 };
 pub use settings::PropagationSettings;
 pub use workers::{MOST_WORKERS, Serial, Workers};

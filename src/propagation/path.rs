@@ -70,6 +70,22 @@ impl Path {
     }
 }
 
+/// An edge near a single reflection: its wave continues the reflection where the edge occludes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReflectionEdge {
+    /// Index of the edge.
+    pub edge: u32,
+    /// Indices of the surfaces before and after it; one of them is none.
+    pub surfaces: [Option<u32>; 2],
+}
+
+impl ReflectionEdge {
+    /// The reflecting surface.
+    pub fn surface(&self) -> Option<u32> {
+        self.surfaces[0].or(self.surfaces[1])
+    }
+}
+
 /// Time segments of the late-energy envelope.
 pub const LATE_SEGMENTS: usize = 4;
 
@@ -136,6 +152,8 @@ pub struct PathSet {
     /// Edges at which each source's direct field is computed in every graphics frame, in the order of [`Self::sources`],
     /// nearest first.
     pub direct_edges: Vec<(SourceId, u32)>,
+    /// Edges near each source's single reflections, whose waves are part of them, in the order of [`Self::sources`].
+    pub reflection_edges: Vec<(SourceId, ReflectionEdge)>,
     /// Late energy of each source, in the order of [`Self::sources`].
     pub late: Vec<LateEnergy>,
     /// Predicted positions of the listener, as given to [`super::Propagator::set_predicted_positions`]; empty if a source's

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::error::Result;
-use crate::propagation::diffraction::MAX_DIRECT_EDGES;
+use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
 use crate::propagation::diffuse::VisibilityCells;
 use crate::propagation::image_source::discovery_history::DiscoveryHistory;
 use crate::propagation::image_source::expansion::expand;
@@ -355,10 +355,16 @@ impl Propagator {
         collect_sorted(tasks, |task| &task.nearby, order, &mut result.nearby);
         result.direct_edges.clear();
         result.direct_edges.reserve(tasks.len() * MAX_DIRECT_EDGES);
+        result.reflection_edges.clear();
+        let most = tasks.len() * MAX_REFLECTED_EDGE_PATHS;
+        result.reflection_edges.reserve(most);
         for (pose, task) in sources.iter().zip(tasks) {
-            let edges = task.direct_edges.as_slice().iter();
+            let edges = task.near_edges.direct.as_slice().iter();
             let edges = edges.map(|edge| (pose.id, *edge));
             result.direct_edges.extend(edges);
+            let edges = task.near_edges.reflections.edges();
+            let edges = edges.map(|edge| (pose.id, edge));
+            result.reflection_edges.extend(edges);
         }
         result.late.clear();
         let late = tasks.iter().filter_map(|task| task.late_energy);

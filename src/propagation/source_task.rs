@@ -4,11 +4,11 @@
 use glam::{DVec3, Vec3};
 
 use super::amplitude;
-use super::diffraction::{self, DirectEdges};
+use super::diffraction::{self, NearEdges, path_in_shadow, reflection_gain};
 use super::endpoints::Endpoints;
 use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
-use crate::acoustics::BandArray;
+use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::{
     LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
 };
@@ -131,9 +131,9 @@ pub(super) struct SourceTask {
     /// Nearby paths, unsorted.
     pub(super) nearby: Vec<Path>,
     /// Edges near the straight line in the last update.
-    near_edges: DiffractingEdges,
-    /// Edges of the direct field until the next update.
-    pub(super) direct_edges: DirectEdges,
+    line_edges: DiffractingEdges,
+    /// Edges of the direct field and of reflections until the next update.
+    pub(super) near_edges: NearEdges,
     pub(super) late_energy: Option<LateEnergy>,
     /// Late energy at the predicted positions, in their order.
     pub(super) predicted_late: Vec<LateEnergy>,
@@ -152,8 +152,8 @@ impl SourceTask {
             rotation: None,
             paths: Vec::with_capacity(INITIAL_PATHS),
             nearby: Vec::new(),
-            near_edges: DiffractingEdges::default(),
-            direct_edges: DirectEdges::default(),
+            line_edges: DiffractingEdges::default(),
+            near_edges: NearEdges::default(),
             late_energy: None,
             predicted_late: Vec::new(),
             rays: 0,
@@ -202,16 +202,16 @@ impl SourceTask {
     fn find_direct_and_diffracted(&mut self, context: &UpdateContext<'_>, pose: &SourcePose) {
         self.paths.clear();
         self.nearby.clear();
-        self.direct_edges = DirectEdges::default();
+        self.near_edges = NearEdges::default();
         if !is_in_range(context, pose) {
             return;
         }
         let default_m = f64::from(context.settings.min_distance_m);
         let endpoints = Endpoints::of(pose, context.listener.position, default_m);
-        let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.near_edges);
+        let (rays, paths, near) = (&mut self.rays, &mut self.paths, &mut self.line_edges);
         let order = context.settings.diffraction_order;
         let mut push = |path| paths.push(path);
-        self.direct_edges =
+        self.near_edges =
             diffraction::update(context.scene, &endpoints, order, near, rays, &mut push);
     }
 
@@ -321,12 +321,16 @@ impl SourceTask {
     ) {
         let update = &context.update;
         if pose.settings.effects.reflections && is_in_range(update, pose) {
+            let default_m = f64::from(update.settings.min_distance_m);
+            let near_edges = self.near_edges;
             let query = SourceQuery {
                 context: update,
-                pose,
+                endpoints: Endpoints::of(pose, update.listener.position, default_m),
                 ends: [update.scene.to_local(pose.position), update.ear],
+                near_edges: &near_edges,
             };
             self.validate_candidates(context, &query, index, scratch);
+            self.add_paths_for_missing_reflections(&query);
             keep_loudest(&mut self.nearby);
         }
         let max_age = update.settings.cache_updates;
@@ -358,6 +362,27 @@ impl SourceTask {
         scratch.valid.sort_unstable_by_key(|(index, _)| *index);
         for (_, sequence) in scratch.valid.drain(..) {
             self.cache.insert(sequence, context.update.update);
+        }
+    }
+
+    /// Adds the diffracted paths that continue single reflections which are not valid. The others are nearby paths.
+    fn add_paths_for_missing_reflections(&mut self, query: &SourceQuery<'_>) {
+        let has_nearby = query.context.nearby_m.is_some();
+        let found = self.paths.len();
+        for near in query.near_edges.reflections.iter() {
+            let is_continued = |found: &Path| {
+                found.order == 1
+                    && found.diffraction_order == 0
+                    && near.0.surface() == Some(found.surfaces[0])
+            };
+            let is_missing = !self.paths[..found].iter().any(is_continued);
+            if is_missing || has_nearby {
+                let path = path_in_shadow(query.context.scene, &query.endpoints, near);
+                match is_missing {
+                    true => self.paths.extend(path),
+                    false => self.nearby.extend(path),
+                }
+            }
         }
     }
 
@@ -408,7 +433,7 @@ impl SourceTask {
                 let sequence = &candidate.sequence;
                 if query.is_valid(candidate, last, occluders, &mut self.rays) {
                     valid.push((candidate.index, *sequence));
-                    let path = query.path(sequence, &candidate.unfolded, amplitude::reflected);
+                    let path = query.valid_path(sequence, &candidate.unfolded);
                     self.paths.push(path);
                 } else if query.context.nearby_m.is_some() {
                     self.nearby
@@ -422,9 +447,10 @@ impl SourceTask {
 #[derive(Debug, Clone, Copy)]
 struct SourceQuery<'a> {
     context: &'a UpdateContext<'a>,
-    pose: &'a SourcePose,
+    endpoints: Endpoints,
     /// Source and listener in local coordinates.
     ends: [DVec3; 2],
+    near_edges: &'a NearEdges,
 }
 
 impl SourceQuery<'_> {
@@ -444,6 +470,19 @@ impl SourceQuery<'_> {
             && occluders.is_clear(scene, candidate.hash, legs, self.ends, rays)
     }
 
+    /// A valid path: a single reflection has the waves of the edges beside it.
+    fn valid_path(&self, sequence: &Sequence, unfolded: &UnfoldedPath) -> Path {
+        let mut path = self.path(sequence, unfolded, amplitude::reflected);
+        if path.order == 1 {
+            let (scene, edges) = (self.context.scene, self.near_edges.reflections.edges());
+            let gain = reflection_gain(scene, &self.endpoints, path.surfaces[0], edges);
+            for (value, gain) in path.amplitude.iter_mut().zip(gain.unwrap_or([1.0; BANDS])) {
+                *value *= gain;
+            }
+        }
+        path
+    }
+
     /// A nearby path: without occlusion and as if surfaces had no ends.
     fn nearby_path(&self, sequence: &Sequence, unfolded: &UnfoldedPath) -> Path {
         self.path(sequence, unfolded, amplitude::reflected_unbounded)
@@ -456,12 +495,15 @@ impl SourceQuery<'_> {
         unfolded: &UnfoldedPath,
         amplitude: impl Fn(&Scene, &ImagePath, f64) -> BandArray,
     ) -> Path {
-        let Self { context, pose, .. } = *self;
+        let Self {
+            context,
+            ref endpoints,
+            ..
+        } = *self;
         let (scene, source) = (context.scene, self.ends[0]);
         let path = unfolded.finish(scene, [source, unfolded.listener_image()]);
-        let default_m = f64::from(context.settings.min_distance_m);
-        let min_distance_m = pose.settings.min_distance_m(default_m);
-        let mut amplitude = amplitude(scene, &path, min_distance_m);
+        let pose = &endpoints.source;
+        let mut amplitude = amplitude(scene, &path, endpoints.min_distance_m);
         let departure = (path.points[0] - source).as_vec3();
         amplitude::apply_directivity(&mut amplitude, pose, departure);
         Path {

@@ -9,20 +9,31 @@ use crate::acoustics::BandArray;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct SourceId(u32);
 
+/// Bits of a slot: as many as the 4,096 sources of an engine need. The others count generations.
+const SLOT_BITS: u32 = 12;
+
 impl SourceId {
-    /// A handle of a slot and a generation.
-    pub const fn new(slot: u16, generation: u16) -> Self {
-        Self((generation as u32) << 16 | slot as u32)
+    /// The last generation of a slot.
+    pub const LAST_GENERATION: u32 = u32::MAX >> SLOT_BITS;
+
+    /// A handle of a slot below 4,096 and a generation up to [`Self::LAST_GENERATION`]; larger numbers wrap around.
+    pub const fn new(slot: u16, generation: u32) -> Self {
+        Self(generation << SLOT_BITS | slot as u32 & ((1 << SLOT_BITS) - 1))
+    }
+
+    /// The handle of [`Self::bits`].
+    pub const fn from_bits(bits: u32) -> Self {
+        Self(bits)
     }
 
     /// Index of the slot, from 0.
     pub const fn slot(self) -> usize {
-        (self.0 & 0xffff) as usize
+        (self.0 & ((1 << SLOT_BITS) - 1)) as usize
     }
 
     /// Number of earlier sources of the slot.
-    pub const fn generation(self) -> u16 {
-        (self.0 >> 16) as u16
+    pub const fn generation(self) -> u32 {
+        self.0 >> SLOT_BITS
     }
 
     /// Slot and generation as one number.

@@ -105,7 +105,7 @@ const TABLE: [(&str, &str); 39] = [
     ("runtime::trace", "runtime::threads"),
     (
         "bridge",
-        "acoustics error extrapolation extrapolation::geometric generation::binaural runtime::budget runtime::device runtime::engine runtime::handover runtime::threads scene scene::committed scene::io scene::materials",
+        "acoustics error extrapolation extrapolation::geometric generation::binaural output runtime::budget runtime::device runtime::engine runtime::handover runtime::threads scene scene::committed scene::io scene::materials",
     ),
     ("bridge::capi", "bridge"),
 ];

@@ -48,6 +48,7 @@ pub fn path(id: u64, amplitude: f32, delay_s: f64, arrival: Vec3) -> FramePath {
         amplitude: [amplitude; 8],
         delay_s,
         arrival,
+        departure: Vec3::ZERO,
     }
 }
 
@@ -135,5 +136,6 @@ pub fn busy(k: u32) -> FramePaths {
             start_s: if k < 15 { 0.05 } else { 0.09 },
         }],
         decay_time_s: [1.5, 1.4, 1.3, 1.2, 1.1, 1.0, 0.8, 0.6],
+        high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
-use foresound::propagation::diffraction;
+use foresound::propagation::diffraction::{self, reflection_gain};
 use foresound::propagation::diffuse::{
     LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
 };
@@ -235,7 +235,7 @@ impl PlainPropagator {
         let paths = &mut result.paths;
         let mut emit = |path| paths.push(path);
         let mut near = DiffractingEdges::default();
-        let edges = diffraction::update(
+        let near_edges = diffraction::update(
             &scene,
             &spot,
             settings.diffraction_order,
@@ -243,11 +243,15 @@ impl PlainPropagator {
             &mut 0,
             &mut emit,
         );
-        let edges = edges.as_slice().iter();
+        let edges = near_edges.direct.as_slice().iter();
         result
             .direct_edges
             .extend(edges.map(|edge| (pose.id, *edge)));
+        let edges = || near_edges.reflections.edges();
+        let of_source = edges().map(|edge| (pose.id, edge));
+        result.reflection_edges.extend(of_source);
         let mut valid = Vec::new();
+        let mut single = Vec::new();
         for sequence in &candidates {
             if sequence.len() > settings.depth {
                 continue;
@@ -258,6 +262,13 @@ impl PlainPropagator {
                 .filter(|path| is_clear(&scene, path, [origin, ear]));
             let Some(path) = found else { continue };
             valid.push((*sequence, update));
+            let mut amplitude = amplitude::reflected(&scene, &path, min_distance_m);
+            if path.order == 1 {
+                single.push(path.surfaces[0]);
+                if let Some(gain) = reflection_gain(&scene, &spot, path.surfaces[0], edges()) {
+                    amplitude = std::array::from_fn(|band| amplitude[band] * gain[band]);
+                }
+            }
             result.paths.push(Path {
                 id: sequence.path_id(&scene, pose.id),
                 source: pose.id,
@@ -268,8 +279,15 @@ impl PlainPropagator {
                 points: path.points.map(|p| scene.to_world(p)),
                 image: scene.to_world(path.image),
                 length_m: path.length_m as f32,
-                amplitude: amplitude::reflected(&scene, &path, min_distance_m),
+                amplitude,
             });
+        }
+        for near in near_edges.reflections.iter() {
+            let is_continued = |surface: &u32| near.0.surface() == Some(*surface);
+            if !single.iter().any(is_continued) {
+                let path = diffraction::path_in_shadow(&scene, &spot, near);
+                result.paths.extend(path);
+            }
         }
         for (sequence, seen) in &state.cache {
             let renewed = valid.iter().any(|(s, _)| s == sequence);

@@ -11,6 +11,7 @@ use hound::{SampleFormat, WavReader, WavSpec};
 use rubato::audioadapter_buffers::direct::InterleavedSlice;
 use rubato::{Fft, FixedSync, Resampler};
 
+use foresound::output::wav_chunks;
 use foresound::{Error, Result};
 
 /// Accepted sample rates in Hz.
@@ -20,9 +21,15 @@ const RATES_HZ: std::ops::RangeInclusive<u32> = 1_000..=768_000;
 pub const MOST_CHANNELS: u16 = 64;
 
 /// Most samples of a file, all channels together, unless [`load_clip_within`] sets another limit: 25 minutes of one
-/// channel at 44.1 kHz, 256 MiB. A longer file is refused by its header, before its content is in memory. Converting
-/// another rate takes five times as much memory meanwhile.
+/// channel at 44.1 kHz, 256 MiB. A longer file is refused by its header, before its content is in memory. So is one that
+/// would be longer after conversion to another rate.
 pub const MOST_SAMPLES: usize = 1 << 26;
+
+/// Samples up to which a conversion may multiply the number of samples at will: six minutes at 44.1 kHz.
+const MOST_MULTIPLIED: usize = 1 << 24;
+
+/// Largest growth of longer files, as from 6 to 48 kHz.
+const MOST_GROWTH: usize = 8;
 
 /// Largest accepted float sample: 32-bit integers written as floats. The resampler turns larger ones into infinity.
 const LOUDEST_SAMPLE: f32 = 2_147_483_648.0;
@@ -69,7 +76,8 @@ impl Clip {
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be opened, [`Error::Format`] if it is no WAV file, is not mono, has another
-/// sample format, is empty, longer than [`MOST_SAMPLES`], ends early or holds a sample that is not finite. The text has advice on conversion.
+/// sample format, is empty, longer than [`MOST_SAMPLES`] before or after conversion, ends early or holds a sample that is not
+/// finite. The text has advice on conversion.
 pub fn load_clip(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
     load_clip_within(path, rate_hz, MOST_SAMPLES)
 }
@@ -84,7 +92,7 @@ pub fn load_clip_within(
     most_samples: usize,
 ) -> Result<(Clip, Vec<String>)> {
     let path = path.as_ref();
-    let (spec, samples) = read_samples(path, 1, most_samples)?;
+    let (spec, samples) = read_samples(path, rate_hz, 1, most_samples)?;
     finished(path, rate_hz, spec, samples, Vec::new())
 }
 
@@ -94,7 +102,7 @@ pub fn load_clip_within(
 /// As [`load_clip`], more channels instead of one.
 pub fn load_recording(path: impl AsRef<Path>, rate_hz: u32) -> Result<(Clip, Vec<String>)> {
     let path = path.as_ref();
-    let (spec, samples) = read_samples(path, MOST_CHANNELS, MOST_SAMPLES)?;
+    let (spec, samples) = read_samples(path, rate_hz, MOST_CHANNELS, MOST_SAMPLES)?;
     let channels = usize::from(spec.channels);
     if channels == 1 {
         return finished(path, rate_hz, spec, samples, Vec::new());
@@ -148,7 +156,8 @@ fn finished(
     Ok((Clip { rate_hz, samples }, notes))
 }
 
-/// Resamples by a windowed sinc filter in the frequency domain; the filter's delay is removed. The length is that of the input times the ratio, rounded up.
+/// Resamples by a windowed sinc filter in the frequency domain; the filter's delay is removed. The length is that of the
+/// input times the ratio, rounded up. One chunk at a time is in double precision.
 ///
 /// # Errors
 /// Errors of the resampler; none is known for rates above zero.
@@ -160,21 +169,45 @@ pub fn resample(
     if from_hz == to_hz || samples.is_empty() {
         return Ok(samples.to_vec());
     }
-    let input: Vec<f64> = samples.iter().copied().map(f64::from).collect();
-    let input = InterleavedSlice::new(&input, 1, samples.len()).map_err(|e| e.to_string())?;
     let (from, to) = (from_hz as usize, to_hz as usize);
     // The filter is centred on a sample, and the delay a whole number, only if its length is even.
     let step = from / greatest_common_divisor(from, to);
     let chunk = step * RESAMPLER_CHUNK.div_ceil(step).next_multiple_of(2);
     let mut resampler =
         Fft::<f64>::new(from, to, chunk, 1, FixedSync::Both).map_err(|e| e.to_string())?;
-    let output = resampler
-        .process_all(&input, samples.len(), None)
-        .map_err(|e| e.to_string())?;
-    // Integers, because the resampler's own length is a rounded product.
-    let length = (samples.len() * to).div_ceil(from);
-    let resampled = output.take_data().into_iter().take(length);
-    Ok(resampled.map(|s| s as f32).collect())
+    let mut input = vec![0.0; resampler.input_frames_max()];
+    let mut output = vec![0.0; resampler.output_frames_max()];
+    let mut chunks = samples.chunks(input.len());
+    let mut delay = resampler.output_delay();
+    let length = converted_length(samples.len(), from_hz, to_hz);
+    let mut resampled = Vec::with_capacity(length);
+    while resampled.len() < length {
+        // Silence follows the samples.
+        let taken = chunks.next().unwrap_or(&[]);
+        let padded = taken.iter().copied().chain(std::iter::repeat(0.0));
+        input
+            .iter_mut()
+            .zip(padded)
+            .for_each(|(slot, sample)| *slot = f64::from(sample));
+        let (input_len, output_len) = (input.len(), output.len());
+        let from = InterleavedSlice::new(&input, 1, input_len).map_err(|e| e.to_string())?;
+        let mut to =
+            InterleavedSlice::new_mut(&mut output, 1, output_len).map_err(|e| e.to_string())?;
+        let (_, made) = resampler
+            .process_into_buffer(&from, &mut to, None)
+            .map_err(|e| e.to_string())?;
+        let skipped = delay.min(made);
+        delay -= skipped;
+        let room = length - resampled.len();
+        let samples = output[skipped..made].iter().take(room);
+        resampled.extend(samples.map(|&sample| sample as f32));
+    }
+    Ok(resampled)
+}
+
+/// Samples after conversion; integers, because the resampler's own length is a rounded product.
+fn converted_length(count: usize, from_hz: u32, to_hz: u32) -> usize {
+    (count * to_hz as usize).div_ceil(from_hz as usize)
 }
 
 fn greatest_common_divisor(a: usize, b: usize) -> usize {
@@ -188,13 +221,17 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
 /// Interleaved samples of a file with at most `most_channels` channels.
 fn read_samples(
     path: &Path,
+    rate_hz: u32,
     most_channels: u16,
     most_samples: usize,
 ) -> Result<(WavSpec, Vec<f32>)> {
     let wrong = |problem: String, advice: &str| Error::format(path, None, problem, advice);
     let file = File::open(path)
         .map_err(|e| Error::file(path, e, "check the name and that the file may be read"))?;
-    let mut reader = WavReader::new(BufReader::new(file)).map_err(|e| read_error(path, e))?;
+    let mut reader = wav_chunks(file)
+        .map_err(hound::Error::IoError)
+        .and_then(|chunks| WavReader::new(BufReader::new(chunks)))
+        .map_err(|e| read_error(path, e))?;
     let spec = reader.spec();
     if !(1..=most_channels).contains(&spec.channels) {
         let problem = match most_channels {
@@ -211,6 +248,12 @@ fn read_samples(
     }
     if reader.len() as usize > most_samples {
         let problem = format!("has {} samples, more than {most_samples}", reader.len());
+        return Err(wrong(problem, "cut it into shorter files"));
+    }
+    let length = converted_length(reader.duration() as usize, spec.sample_rate, rate_hz);
+    let most = (MOST_GROWTH * reader.duration() as usize).clamp(MOST_MULTIPLIED, MOST_SAMPLES);
+    if spec.sample_rate != rate_hz && length > most {
+        let problem = format!("would be {length} samples at {rate_hz} Hz, more than {most}");
         return Err(wrong(problem, "cut it into shorter files"));
     }
     let samples: hound::Result<Vec<f32>> = match (spec.sample_format, spec.bits_per_sample) {

@@ -22,7 +22,7 @@ pub enum ListenerPath {
     AtRest(Vec3),
     /// Walks to and fro, facing −z.
     Walking(Walk),
-    /// Interpolates rows in time; at rest before the first and after the last.
+    /// Interpolates rows in time and jumps between two of one time; at rest before the first and after the last.
     Recorded(Vec<Row>),
 }
 
@@ -37,10 +37,10 @@ pub struct Row {
     z: f32,
     /// Degrees to the left of −z.
     #[serde(default)]
-    yaw: f32,
+    yaw: Option<f32>,
     /// Degrees upwards.
     #[serde(default)]
-    pitch: f32,
+    pitch: Option<f32>,
 }
 
 impl ListenerPath {
@@ -75,6 +75,12 @@ impl ListenerPath {
         }
     }
 
+    /// Whether a recorded path has angles.
+    pub fn is_oriented(&self) -> bool {
+        let has_angle = |row: &Row| row.yaw.is_some() || row.pitch.is_some();
+        matches!(self, Self::Recorded(rows) if rows.iter().any(has_angle))
+    }
+
     /// Seconds that a recorded path lasts.
     pub fn duration_s(&self) -> Option<f64> {
         match self {
@@ -96,7 +102,8 @@ fn recorded(rows: &[Row], time_s: f64) -> ListenerPose {
     };
     let position = |row: &Row| Vec3::new(row.x, row.y, row.z);
     let turn = |row: &Row| {
-        Quat::from_rotation_y(row.yaw.to_radians()) * Quat::from_rotation_x(row.pitch.to_radians())
+        let radians = |degrees: Option<f32>| degrees.unwrap_or(0.0).to_radians();
+        Quat::from_rotation_y(radians(row.yaw)) * Quat::from_rotation_x(radians(row.pitch))
     };
     ListenerPose {
         position: position(&before).lerp(position(&after), share),
@@ -123,6 +130,7 @@ fn read_rows(file: &Path) -> Result<Vec<Row>> {
 
 /// The rows of a CSV text; `file` is for errors.
 fn parse_rows(file: &Path, text: &[u8]) -> Result<Vec<Row>> {
+    const NAMES: [&str; 6] = ["t", "x", "y", "z", "yaw", "pitch"];
     const COLUMNS: &str = "write a header line t,x,y,z (yaw and pitch in degrees may follow) and rows in order of time";
     let path = || PathBuf::from(file);
     let mut reader = csv::ReaderBuilder::new()
@@ -152,8 +160,14 @@ fn parse_rows(file: &Path, text: &[u8]) -> Result<Vec<Row>> {
             Ok(row) => row,
             Err(error) => return wrong(line, describe(&error)),
         };
-        let numbers = [row.t as f32, row.x, row.y, row.z, row.yaw, row.pitch];
-        if !numbers.iter().all(|n| n.is_finite()) {
+        let unknown = |name: &&str| !name.is_empty() && !NAMES.contains(name);
+        if let Some(name) = headers.iter().find(unknown) {
+            let header = headers.position().map(|p| p.line() as usize);
+            return wrong(header, format!("no column is called `{name}`"));
+        }
+        let numbers = [row.t as f32, row.x, row.y, row.z];
+        let turns = row.yaw.into_iter().chain(row.pitch);
+        if !numbers.into_iter().chain(turns).all(f32::is_finite) {
             return wrong(line, "a number is not finite".into());
         }
         let coordinates = [row.x, row.y, row.z];
@@ -163,8 +177,12 @@ fn parse_rows(file: &Path, text: &[u8]) -> Result<Vec<Row>> {
                 format!("{far:e} lies beyond {LARGEST_COORDINATE_M} m"),
             );
         }
-        if rows.last().is_some_and(|last| last.t >= row.t) {
-            return wrong(line, "time does not increase".into());
+        // Two rows of one time are a jump.
+        let last = rows.last().map_or(f64::NEG_INFINITY, |last| last.t);
+        let is_pair = matches!(rows[..], [.., a, b] if a.t == b.t);
+        if row.t < last || row.t == last && is_pair {
+            let problem = "time runs backwards, or three rows have one time";
+            return wrong(line, problem.into());
         }
         rows.push(row);
     }

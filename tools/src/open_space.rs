@@ -13,6 +13,8 @@ use foresound::{Error, Result};
 
 /// Grid squares along the longer side of the floor plan.
 const SQUARES: f32 = 40.0;
+/// Widest squares around the walk, in metres: a room has some.
+const NEAR_SQUARE_M: f32 = 0.75;
 /// Height of ears and mouths above the floor, in metres.
 const EAR_HEIGHT_M: f32 = 1.6;
 /// Least clear height above a floor, in metres.
@@ -53,21 +55,78 @@ struct FloorPosition {
 /// # Errors
 /// [`Error::Setting`] if no floor has room for a walk: the advice says how to write a layout.
 pub fn open_space(scene: &Scene, most_sources: usize) -> Result<OpenSpace> {
-    let none = || {
-        Error::setting(
-            "scene",
-            "no floor with room to walk 1.5 m and 1.9 m of headroom was found",
-            "check --scale and --up, or put a TOML file with sources and a listener beside the mesh",
-        )
+    let [low, high] = bounds(scene);
+    let mut squares = Squares::over([low, high]);
+    let mut found = candidates(scene, &squares);
+    let mut walk = longest_walk(scene, &found);
+    let middle = match &walk {
+        Some(walk) => walk.standing,
+        None => median_corner(scene),
     };
-    let candidates = candidates(scene);
-    let walk = longest_walk(scene, &candidates).ok_or_else(none)?;
-    let reached = reached(scene, &candidates, walk.standing);
+    // The squares of a large mesh are wider than a house: those around the walk, or where most of the mesh is, are finer.
+    let near = Squares::near([low, high], middle);
+    if near.pitch_m < squares.pitch_m {
+        squares = near;
+        found = candidates(scene, &squares);
+        walk = walk.or_else(|| longest_walk(scene, &found));
+    }
+    let none = |problem: String| {
+        let advice = "check --scale and --up, or put a TOML file with sources and a listener beside the mesh";
+        Error::setting("scene", problem, advice)
+    };
+    let searched = format!("searched every {:.2} m", squares.pitch_m);
+    let Some(walk) = walk else {
+        return Err(none(match found.len() {
+            0 => format!("no floor with {HEADROOM_M} m of headroom was found, {searched}"),
+            _ => format!("no floor has room to walk {} m, {searched}", WALK_M[0]),
+        }));
+    };
+    let reached = reached(scene, &found, walk.standing);
     let sources = spread(&reached, &walk, most_sources);
     if sources.is_empty() {
-        return Err(none());
+        return Err(none(format!(
+            "there is a walk, but no place {APART_M} m beside it that can be reached from it, {searched}"
+        )));
     }
     Ok(OpenSpace { walk, sources })
+}
+
+/// A square grid over a rectangle of the floor plan.
+struct Squares {
+    low: Vec3,
+    high: Vec3,
+    pitch_m: f32,
+}
+
+impl Squares {
+    fn over([low, high]: [Vec3; 2]) -> Self {
+        let extent = high - low;
+        let pitch_m = (extent.x.max(extent.z) / SQUARES).max(0.1);
+        Self { low, high, pitch_m }
+    }
+
+    /// Over what is up to [`FAR_M`] from a position.
+    fn near([low, high]: [Vec3; 2], middle: Vec3) -> Self {
+        let reach = Vec3::new(FAR_M, 0.0, FAR_M);
+        let middle = Vec3::new(middle.x, 0.0, middle.z);
+        let heights = [low, high].map(|corner| Vec3::Y * corner.y);
+        Self {
+            low: low.max(middle - reach + heights[0]),
+            high: high.min(middle + reach + heights[1]),
+            pitch_m: NEAR_SQUARE_M,
+        }
+    }
+}
+
+/// The median of all corners, in each coordinate.
+fn median_corner(scene: &Scene) -> Vec3 {
+    let median = |axis: usize| {
+        let corners = scene.triangles().flatten();
+        let mut all: Vec<f32> = corners.map(|corner| corner[axis]).collect();
+        let middle = all.len() / 2;
+        *all.select_nth_unstable_by(middle, f32::total_cmp).1
+    };
+    Vec3::new(median(0), median(1), median(2))
 }
 
 fn hits(scene: &Scene, from: Vec3, to: Vec3) -> bool {
@@ -121,10 +180,9 @@ fn floors(scene: &Scene, x: f32, z: f32, [low, high]: [f32; 2]) -> Vec<f32> {
 }
 
 /// Positions with a floor below and headroom above, in the grid's order.
-fn candidates(scene: &Scene) -> Vec<FloorPosition> {
-    let [low, high] = bounds(scene);
+fn candidates(scene: &Scene, squares: &Squares) -> Vec<FloorPosition> {
+    let (low, high, pitch) = (squares.low, squares.high, squares.pitch_m);
     let extent = high - low;
-    let pitch = (extent.x.max(extent.z) / SQUARES).max(0.1);
     let count = |length: f32| (length / pitch).ceil().max(1.0) as i32;
     let mut candidates = Vec::new();
     for x in 0..count(extent.x) {
@@ -282,7 +340,7 @@ fn spread(positions: &[Vec3], walk: &Walk, most: usize) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use foresound::scene::{MaterialTable, SceneSettings, procedural};
+    use foresound::scene::{MaterialTable, SceneSettings, TriangleMesh, procedural};
 
     fn scene_of(mesh: &foresound::scene::TriangleMesh) -> Scene {
         Scene::commit(mesh, &MaterialTable::built_in(), &SceneSettings::default()).unwrap()
@@ -323,6 +381,48 @@ mod tests {
         }
     }
 
+    /// Open ground of so many metres along x and z.
+    fn ground(extent_m: f32) -> TriangleMesh {
+        let mut mesh = procedural::shoebox(Vec3::new(extent_m, 40.0, extent_m), "grass");
+        let is_ground = |corner: &u32| mesh.vertices[*corner as usize].y == 0.0;
+        mesh.triangles
+            .retain(|corners| corners.iter().all(is_ground));
+        mesh.triangle_materials.truncate(mesh.triangles.len());
+        assert_eq!(mesh.triangles.len(), 2);
+        mesh
+    }
+
+    #[test]
+    fn large_meshes_have_sources_near_the_walk() {
+        for extent_m in [60.0, 400.0, 800.0, 1200.0, 2000.0, 9000.0] {
+            let scene = scene_of(&ground(extent_m));
+            let found = open_space(&scene, 16).unwrap();
+            assert_eq!(found.sources.len(), 16, "{extent_m} m");
+            let middle = found.walk.standing;
+            for source in &found.sources {
+                assert!(source.distance(middle) <= FAR_M, "{extent_m} m: {source}");
+                assert!(!hits(&scene, middle, *source), "{extent_m} m: {source}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_house_is_found_in_a_mesh_with_a_far_corner() {
+        let size = Vec3::new(9.0, 3.0, 6.0);
+        let mut mesh = procedural::shoebox(size, "concrete");
+        let far = mesh.vertices.len() as u32;
+        let corner = Vec3::new(5e3, 0.0, 5e3);
+        mesh.vertices
+            .extend([corner, corner + Vec3::X, corner + Vec3::Y]);
+        mesh.triangles.push([far, far + 1, far + 2]);
+        mesh.triangle_materials.push(0);
+        let found = open_space(&scene_of(&mesh), 16).unwrap();
+        assert_eq!(found.sources.len(), 16);
+        for source in &found.sources {
+            assert!(source.cmplt(size).all(), "{source}");
+        }
+    }
+
     #[test]
     fn a_box_without_headroom_is_refused_with_advice() {
         let mesh = procedural::shoebox(Vec3::new(9.0, 1.0, 6.0), "concrete");
@@ -331,5 +431,6 @@ mod tests {
         assert!(open_space(&scene_of(&mesh), 4).is_ok());
         let text = open_space(&scene_of(&narrow), 4).unwrap_err().to_string();
         assert!(text.contains("TOML"), "{text}");
+        assert!(text.contains("room to walk 1.5 m"), "{text}");
     }
 }

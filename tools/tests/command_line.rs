@@ -233,7 +233,14 @@ fn invalid_sounds_listeners_and_outputs_are_refused() {
     render(&good, "1,inf,1", &[], &["--listener", ";"]);
     for (name, body, location) in [
         ("columns.csv", "a,b\n1,2\n", "columns.csv:2"),
-        ("order.csv", "t,x,y,z\n0,1,1,1\n0,1,1,1\n", "order.csv:3"),
+        ("order.csv", "t,x,y,z\n1,1,1,1\n0,1,1,1\n", "order.csv:3"),
+        (
+            "thrice.csv",
+            "t,x,y,z\n0,1,1,1\n0,2,1,1\n0,2,1,1\n",
+            "thrice.csv:4",
+        ),
+        ("case.csv", "t,x,y,z,Yaw\n0,1,1,1,90\n", "case.csv:1"),
+        ("roll.csv", "t,x,y,z,roll\n0,1,1,1,5\n", "roll.csv:1"),
         ("word.csv", "t,x,y,z\n0,1,1,one\n", "word.csv:2"),
         ("nan.csv", "t,x,y,z\n0,1,nan,1\n", "nan.csv:2"),
         ("none.csv", "t,x,y,z\n", "none.csv"),
@@ -268,6 +275,55 @@ fn invalid_sounds_listeners_and_outputs_are_refused() {
         ],
         &["voice.wav", "folder"],
     );
+    for inputs in [[text(&room), text(&voice)], [text(&voice), text(&room)]] {
+        // An output that is an input, by any name.
+        let dotted = folder
+            .path("./")
+            .join(inputs[0].rsplit('/').next().unwrap_or_default());
+        for name in [inputs[0], text(&dotted)] {
+            let before = fs::read(name).expect("is there");
+            let render = ["render", "--scene", text(&room), "--source", &good];
+            let rest = ["--listener", "1,1,1", "--out", name];
+            refused(&[&render[..], &rest].concat(), &["is an input", ";"]);
+            assert_eq!(fs::read(name).expect("is there"), before);
+        }
+    }
+    let new_folder = format!("{}/", text(&folder.path("new")));
+    let wall_clock = std::time::SystemTime::now();
+    refused(
+        &[
+            "render",
+            "--scene",
+            "concert_hall",
+            "--source",
+            &good,
+            "--listener",
+            "1,1,1",
+            "--seconds",
+            "30000",
+            "--out",
+            &new_folder,
+        ],
+        &["is a folder", ";"],
+    );
+    // Hours of sound would take hours.
+    assert!(
+        wall_clock
+            .elapsed()
+            .is_ok_and(|passed| passed.as_secs() < 120)
+    );
+    for (path, problem) in [
+        ("voice", "no path"),
+        ("2=a.csv", "\"2\""),
+        ("a=a.csv", "\"a\""),
+    ] {
+        render(
+            &good,
+            "1,1,1",
+            &["--source-path", path],
+            &["--source-path", problem, ";"],
+        );
+    }
     refused(&["demo", "--out", &inside_a_file], &["voice.wav", "folder"]);
     refused(&["validate", "--law", "murphy"], &["murphy", "shoebox"]);
     refused(&["sing"], &["sing"]);
@@ -324,6 +380,114 @@ fn user_files_are_rendered() {
     );
 }
 
+/// Loudness of each quarter of a rendering of one second.
+fn quarters(folder: &Folder, arguments: &[&str]) -> [f64; 4] {
+    let out = folder.path("moved.wav");
+    let common = [
+        "--seconds",
+        "1",
+        "--loop",
+        "--schedule",
+        "synchronous",
+        "--out",
+        text(&out),
+    ];
+    let output = foresound(&[&["render"], arguments, &common].concat());
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    let reader = hound::WavReader::open(&out).expect("a WAV");
+    let samples = reader.into_samples::<f32>();
+    let samples: Vec<f32> = samples.map(|s| s.expect("a sample")).collect();
+    std::array::from_fn(|k| {
+        let part = &samples[k * samples.len() / 4..(k + 1) * samples.len() / 4];
+        let energy: f64 = part.iter().map(|s| f64::from(*s).powi(2)).sum();
+        (energy / part.len() as f64).sqrt()
+    })
+}
+
+/// A source that walks away by its path is as one from which the listener walks away; rows of one time are a jump of either.
+#[test]
+fn sources_and_listeners_move_and_jump_by_their_paths() {
+    let folder = Folder::new();
+    // The ground alone: what is heard is the distance.
+    let field = folder.write(
+        "field.obj",
+        "usemtl acoustic_ceiling\nv -90 0 -90\nv 90 0 -90\nv 90 0 90\nv -90 0 90\nf 1 2 3\nf 1 3 4\n",
+    );
+    let voice = folder.wav("voice.wav", 1, 16);
+    let [near, far] = ["1,1.6,0", "30,1.6,0"];
+    let jump = folder.write(
+        "jump.csv",
+        "t,x,y,z\n0,30,1.6,0\n0.5,30,1.6,0\n0.5,1,1.6,0\n1,1,1.6,0\n",
+    );
+    let walk = folder.write("walk.csv", "t,x,y,z\n0,1,1.6,0\n1,30,1.6,0\n");
+    let at = |position: &str| format!("{position}={}", text(&voice));
+    let heard = |source: &str, listener: &str, path: Option<&Path>| {
+        let source = at(source);
+        let given = [
+            "--scene",
+            text(&field),
+            "--source",
+            &source,
+            "--listener",
+            listener,
+        ];
+        let path = path.map(|path| format!("1={}", text(path)));
+        let moves = path.iter().flat_map(|path| ["--source-path", path]);
+        quarters(&folder, &given.into_iter().chain(moves).collect::<Vec<_>>())
+    };
+    let origin = "0,1.6,0";
+    let [standing, distant] = [heard(near, origin, None), heard(far, origin, None)];
+    assert!(standing[3] > 15.0 * distant[3], "{standing:?} {distant:?}");
+    for jumped in [
+        heard(near, origin, Some(&jump)),
+        heard(origin, text(&jump), None),
+    ] {
+        // Whole before and after; a block and the delay lie between.
+        let [first, _, _, last] = jumped;
+        assert!(
+            (first / distant[0] - 1.0).abs() < 0.05,
+            "{jumped:?} {distant:?}"
+        );
+        assert!(
+            (last / standing[3] - 1.0).abs() < 0.05,
+            "{jumped:?} {standing:?}"
+        );
+    }
+    let walked = heard(near, origin, Some(&walk));
+    let fled = heard(origin, text(&walk), None);
+    for k in 0..4 {
+        assert!(
+            (walked[k] / fled[k] - 1.0).abs() < 0.05,
+            "{walked:?} {fled:?}"
+        );
+    }
+    assert!(
+        walked[0] > 2.0 * walked[1] && walked[1] > walked[3],
+        "{walked:?}"
+    );
+}
+
+#[test]
+fn bounds_have_no_rounding_dust() {
+    let folder = Folder::new();
+    let mesh = folder.write(
+        "dust.obj",
+        "v -2.1191e-15 0 -0.0\nv 6 0 0\nv 0 6 -1e-12\nv 0 0 6\nf 1 2 3\nf 1 3 4\n",
+    );
+    for more in [&[][..], &["--json"]] {
+        let output = foresound(&[&["inspect", text(&mesh)], more].concat());
+        let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(
+            !printed.contains("-0") && !printed.contains("e-"),
+            "{printed}"
+        );
+    }
+    let output = foresound(&["inspect", text(&mesh)]);
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(printed.contains("[0, 0, 0] to [6, 6, 6] m"), "{printed}");
+}
+
 #[test]
 fn unknown_materials_are_reported() {
     let folder = Folder::new();
@@ -343,6 +507,29 @@ fn unknown_materials_are_reported() {
         (json["edges"].as_u64(), json["closed"].as_bool()),
         (Some(5), Some(false))
     );
+}
+
+#[test]
+fn a_wall_with_two_doors_has_the_area_of_its_outline() {
+    let folder = Folder::new();
+    // 6 by 3 m without two doors of 0.9 by 2.1 m.
+    let outline = "v 1 0 0\nv 1 2.1 0\nv 1.9 2.1 0\nv 1.9 0 0\nv 4 0 0\nv 4 2.1 0\nv 4.9 2.1 0\nv 4.9 0 0\n\
+                   v 6 0 0\nv 6 3 0\nv 0 3 0\nv 0 0 0\n";
+    let corners: Vec<usize> = (1..=12).collect();
+    for first in 0..12 {
+        let mut face = corners.clone();
+        face.rotate_left(first);
+        let face: Vec<String> = face.iter().map(usize::to_string).collect();
+        let path = folder.write("wall.obj", &format!("{outline}f {}\n", face.join(" ")));
+        let output = foresound(&["inspect", text(&path), "--json"]);
+        let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let area_m2 = value["area_m2"].as_f64().expect("an area");
+        let expected_m2 = 6.0 * 3.0 - 2.0 * 0.9 * 2.1;
+        assert!(
+            (area_m2 - expected_m2).abs() < 1e-5,
+            "{area_m2} m²: {face:?}"
+        );
+    }
 }
 
 #[test]
@@ -366,7 +553,13 @@ fn a_soak_reports_its_findings() {
     }
     assert_eq!(found["allocations"], 0);
     refused(&["soak", "--minutes", "nan"], &["--minutes"]);
-    refused(&["soak", "--sources", "0"], &["max_sources"]);
+    for count in ["0", "257"] {
+        refused(&["soak", "--sources", count], &["--sources", "1 to 256"]);
+    }
+    for count in ["4097", "100000"] {
+        let update = ["bench", "update", "--scene", "doorway", "--sources", count];
+        refused(&update, &["--sources", "4096"]);
+    }
 }
 
 #[test]

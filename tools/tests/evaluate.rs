@@ -117,6 +117,47 @@ fn room(file: &Path) {
     std::fs::write(file, text).expect("a file is written");
 }
 
+/// Two materials of one list, on other faces: another sound, whatever was kept.
+#[test]
+fn other_materials_of_faces_are_another_result() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (mesh, out) = (folder.path().join("room.obj"), folder.path().join("out"));
+    let mut heard = Vec::new();
+    for soft in [1, 5] {
+        room(&mesh);
+        let text = std::fs::read_to_string(&mesh).expect("is there");
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        // Vertices come first. Both rooms begin with the hard material and have the same list.
+        lines.insert(8, "usemtl concrete".into());
+        lines.insert(9 + 2 * soft, "usemtl acoustic_ceiling".into());
+        lines.insert(12 + 2 * soft, "usemtl concrete".into());
+        std::fs::write(&mesh, lines.join("\n") + "\n").expect("written");
+        let scene = mesh.display().to_string();
+        let arguments = [
+            "--scene",
+            &scene,
+            "--condition",
+            "static",
+            "--predictor",
+            "hold",
+        ];
+        let (code, _) = evaluate(&out, &arguments);
+        assert_eq!(code, Some(0));
+        let cells = std::fs::read_dir(out.join("cells")).expect("kept results");
+        let mut checksums: Vec<String> = cells
+            .map(|cell| {
+                let bytes = std::fs::read(cell.expect("an entry").path()).expect("is read");
+                let cell: Value = serde_json::from_slice(&bytes).expect("JSON");
+                cell["reference_checksum"].to_string()
+            })
+            .collect();
+        checksums.sort();
+        checksums.dedup();
+        heard.push(checksums.len());
+    }
+    assert_eq!(heard, [1, 2], "results kept after each run");
+}
+
 #[test]
 fn any_mesh_and_recordings_can_be_evaluated() {
     let folder = tempfile::tempdir().expect("a temporary folder");

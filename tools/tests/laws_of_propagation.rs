@@ -65,11 +65,13 @@ laws! {
     reciprocity "reciprocity"
     air "air"
     edge "edge"
+    doorway "doorway"
     flush "flush"
     thick "thick"
     invariance "invariance"
     leak "leak"
     rims "rims"
+    corner "corner"
     transmission "transmission"
     thread_count "thread count"
 }

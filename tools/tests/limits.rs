@@ -7,6 +7,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use foresound::Error;
+use foresound::bridge::clip;
+use foresound::extrapolation::PredictorKind;
 use foresound::runtime::{AffinityPolicy, Engine, EngineSettings};
 use foresound::scene::mesh::MOST_TRIANGLES;
 use foresound::scene::{
@@ -138,11 +140,15 @@ fn a_mesh_beyond_the_limit_is_refused_before_anything_is_built() {
 
 /// The header of a mono WAV file of 16 bits and so many bytes of sound.
 fn wav_header(bytes: u32) -> Vec<u8> {
+    wav_header_at(44_100, bytes)
+}
+
+fn wav_header_at(rate_hz: u32, bytes: u32) -> Vec<u8> {
     let mut header = b"RIFF".to_vec();
     header.extend(bytes.saturating_add(36).to_le_bytes());
     header.extend(b"WAVEfmt \x10\0\0\0\x01\0\x01\0");
-    header.extend(44_100u32.to_le_bytes());
-    header.extend(88_200u32.to_le_bytes());
+    header.extend(rate_hz.to_le_bytes());
+    header.extend((2 * rate_hz).to_le_bytes());
     header.extend(b"\x02\0\x10\0data");
     header.extend(bytes.to_le_bytes());
     header
@@ -167,6 +173,57 @@ fn four_gigabytes_of_sound_are_refused_by_their_header() {
     std::fs::write(&path, [wav_header(2000), vec![1; 2000]].concat()).expect("written");
     refused(load_clip_within(&path, 44_100, 999), "more than 999");
     assert!(load_clip_within(&path, 44_100, 1000).is_ok());
+}
+
+/// Bytes of samples and of their conversion, at four bytes each, besides which a conversion takes a fixed amount.
+fn converted_bytes(from_hz: u32, to_hz: u32, count: usize) -> usize {
+    4 * count + 4 * (count * to_hz as usize).div_ceil(from_hz as usize)
+}
+
+#[test]
+fn converting_a_sound_takes_the_memory_of_both_rates() {
+    let _turn = TURN.lock();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("sound.wav");
+    for (from_hz, to_hz, count) in [
+        (48_000, 44_100, 1 << 22),
+        (44_100, 48_000, 1 << 22),
+        (44_101, 48_000, 1 << 21),
+        (1000, 48_000, 200_000),
+        (384_000, 44_100, 1 << 22),
+    ] {
+        let samples = vec![1u8; 2 * count];
+        let file = [wav_header_at(from_hz, 2 * count as u32), samples].concat();
+        let expected = converted_bytes(from_hz, to_hz, count);
+        // The table of the kernel, the handle.
+        let (result, used) = peak_bytes_of(|| clip::from_wav(&file, to_hz));
+        let handle = result.expect("is a sound");
+        assert!(used < expected + (1 << 21), "{used} of {expected} bytes");
+        foresound::bridge::close(handle).expect("is open");
+        std::fs::write(&path, &file).expect("written");
+        // Transforms of up to 2 ^ 18 numbers of 16 bytes, and their tables.
+        let (result, used) = peak_bytes_of(|| load_clip(&path, to_hz));
+        result.expect("is a sound");
+        assert!(used < expected + (1 << 25), "{used} of {expected} bytes");
+    }
+}
+
+#[test]
+fn sound_that_its_conversion_would_blow_up_is_refused() {
+    let _turn = TURN.lock();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("slow.wav");
+    for bytes in [8 << 20, 32 << 20] {
+        let file = [wav_header_at(1000, bytes), vec![1; bytes as usize]].concat();
+        std::fs::write(&path, &file).expect("written");
+        let (result, used) = peak_bytes_of(|| load_clip(&path, 48_000));
+        refused(result, &format!("{} samples at 48000 Hz", 24 * bytes));
+        assert!(used < 1 << 16, "{used} bytes");
+        let (result, used) = peak_bytes_of(|| clip::from_wav(&file, 48_000));
+        let text = result.expect_err("too long").to_string();
+        assert!(text.contains(&format!("{} samples", 24 * bytes)), "{text}");
+        assert!(used < 1 << 16, "{used} bytes");
+    }
 }
 
 #[cfg(unix)]
@@ -281,4 +338,63 @@ fn bounds_are_settings_with_ranges() {
         "cache_capacity",
     );
     refused(with(&|s| s.propagation.guide_rays = u32::MAX), "guide_rays");
+}
+
+/// An engine's memory is what its settings state before it is made.
+#[test]
+fn an_engines_memory_is_stated_before_it_is_made() {
+    let _turn = TURN.lock();
+    let with = |change: &dyn Fn(&mut EngineSettings)| {
+        let mut settings = EngineSettings::default();
+        settings.affinity = AffinityPolicy::None;
+        change(&mut settings);
+        settings
+    };
+    let geometric = PredictorKind::ALL[2];
+    for settings in [
+        with(&|_| ()),
+        with(&|s| s.generation.max_sources = 1),
+        with(&|s| {
+            s.generation.max_sources = 64;
+            s.generation.max_delay_s = 5.0;
+        }),
+        with(&|s| s.generation.max_voices = 1),
+        with(&|s| s.generation.max_voices = 16_384),
+        with(&|s| s.max_paths = 16_384),
+        with(&|s| {
+            s.max_paths = 16_384;
+            s.predictor = geometric;
+        }),
+        with(&|s| s.max_sources = Some(4096)),
+        with(&|s| s.trace_spans = 1 << 20),
+        with(&|s| s.block_frames = 4096),
+        with(&|s| s.max_snapshot_paths = 16_384),
+    ] {
+        let stated = settings.memory_bytes();
+        let (engine, bytes) = peak_bytes_of(|| Engine::new(settings.clone()));
+        drop(engine.expect("an engine"));
+        let ratio = bytes as f64 / stated as f64;
+        assert!(
+            (0.75..1.1).contains(&ratio),
+            "{bytes} of {stated}: {settings:?}"
+        );
+    }
+}
+
+/// The largest engine of the ranges is refused in words and in little memory, unless it is asked for.
+#[test]
+fn an_engine_of_gigabytes_is_refused_in_words() {
+    let _turn = TURN.lock();
+    let mut settings = EngineSettings::default();
+    settings.affinity = AffinityPolicy::None;
+    settings.generation.rate_hz = 48_000;
+    settings.generation.max_sources = 256;
+    settings.generation.max_delay_s = 10.0;
+    let (result, bytes) = peak_bytes_of(|| Engine::new(settings.clone()).map(drop));
+    refused(result, "max_memory_bytes");
+    assert!(bytes < 1 << 16, "{bytes} bytes");
+    assert!(settings.memory_bytes() > 3_800_000_000);
+    settings.generation.max_delay_s = 1.0;
+    settings.max_memory_bytes = 1 << 20;
+    refused(Engine::new(settings).map(drop), "max_memory_bytes");
 }

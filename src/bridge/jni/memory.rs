@@ -1,15 +1,17 @@
 //! Arguments from Java, copied.
 
-use ::jni::Env;
+use std::sync::OnceLock;
+
 use ::jni::objects::{
-    JByteArray, JByteBuffer, JDoubleArray, JFloatArray, JIntArray, JLongArray, JObject,
+    JByteArray, JByteBuffer, JDoubleArray, JFloatArray, JIntArray, JLongArray, JMethodID, JObject,
     JObjectArray, JPrimitiveArray, JString, TypeArray,
 };
 use ::jni::sys::{jboolean, jfloat, jint, jlong};
+use ::jni::{Env, jni_sig, jni_str};
 
-use crate::bridge::error::CallError;
+use crate::bridge::error::{CallError, Status};
 use crate::bridge::interface::{
-    Buffer, Bytes, Count, Flag, Handle, HandleOut, Id, In, Indices, List, OptionalBytes,
+    Buffer, BufferOut, Bytes, Count, Flag, Handle, HandleOut, Id, In, Indices, List, OptionalBytes,
     OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts,
 };
 use crate::bridge::pose::Pose;
@@ -94,6 +96,14 @@ kinds! {
     List: JDoubleArray<'l> => ArrayOut<'a, f64>, |env, name, raw| ArrayOut::new(env, name, raw);
     HandleOut: JLongArray<'l> => ArrayOut<'a, jlong>, |env, name, raw| ArrayOut::new(env, name, raw)?.of_length(name, 1);
     Buffer: JByteBuffer<'l> => DirectBuffer, |env, name, raw| DirectBuffer::new(env, name, raw);
+    BufferOut: JByteBuffer<'l> => DirectBuffer, |env, name, raw| {
+        let buffer = DirectBuffer::new(env, name, raw)?;
+        if is_read_only(env, raw)? {
+            let text = format!("{name} is read-only; make it with ByteBuffer.allocateDirect");
+            return Err(CallError::bad(text));
+        }
+        Ok(buffer)
+    };
 }
 
 impl<T: Record + Default> FromJava for In<T> {
@@ -234,6 +244,38 @@ impl RecordOut<'_> {
     pub(super) fn store(&self, record: impl Record) -> Result<(), CallError> {
         self.0.store(&record.to_list())
     }
+}
+
+/// `java.nio.Buffer.isReadOnly`, looked up when the library is loaded. The class is never unloaded.
+static IS_READ_ONLY: OnceLock<JMethodID> = OnceLock::new();
+
+/// Looks up the methods that natives call.
+pub(super) fn look_up_methods(env: &mut Env<'_>) -> Result<(), CallError> {
+    let class = jni_str!("java/nio/Buffer");
+    let found = env.get_method_id(class, jni_str!("isReadOnly"), jni_sig!("()Z"))?;
+    IS_READ_ONLY.get_or_init(|| found);
+    Ok(())
+}
+
+/// Whether a buffer may not be written to; its memory may be mapped without the right to write.
+fn is_read_only(env: &Env<'_>, buffer: &JByteBuffer<'_>) -> Result<bool, CallError> {
+    let method = *IS_READ_ONLY
+        .get()
+        .ok_or_else(|| CallError::null("isReadOnly"))?;
+    let raw = env.get_raw();
+    // SAFETY: the environment of the virtual machine that made the call.
+    let interface = unsafe { *raw };
+    // SAFETY: its table of functions, which lives as long as the virtual machine.
+    let functions = unsafe { &*interface };
+    // SAFETY: a function of every version of the interface.
+    let call = unsafe { functions.v1_1.CallBooleanMethodA };
+    // SAFETY: a buffer that is not null, its class's own method, which takes no argument and returns a boolean. No local
+    // reference is made.
+    let answer = unsafe { call(raw, buffer.as_raw(), method.into_raw(), std::ptr::null()) };
+    if env.exception_check() {
+        return Err(CallError::fixed(Status::State, "Java: isReadOnly failed"));
+    }
+    Ok(answer)
 }
 
 /// A direct buffer, which lives at least as long as the call.

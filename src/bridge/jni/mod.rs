@@ -21,7 +21,7 @@ use super::engine::{self, ENGINES, SourceOptions};
 use super::error::{CallError, catch_panic};
 use super::health::{BudgetOptions, EngineHealth};
 use super::interface::{
-    Buffer, Bytes, Count, Flag, Handle, HandleOut, Id, In, Indices, List, OptionalBytes,
+    Buffer, BufferOut, Bytes, Count, Flag, Handle, HandleOut, Id, In, Indices, List, OptionalBytes,
     OptionalText, Out, PoseIn, Real, Samples, Size, Text, Texts, functions, java_functions, result,
     shared_functions,
 };
@@ -61,6 +61,7 @@ pub unsafe extern "system" fn JNI_OnLoad(vm: *mut ::jni::sys::JavaVM, _: *mut c_
 }
 
 fn register(env: &mut Env<'_>) -> Result<(), CallError> {
+    memory::look_up_methods(env)?;
     let class = env.find_class(jni_str!("dev/foresound/Native"))?;
     let functions = functions().into_iter().flatten();
     let texts = |f: super::interface::Function| [f.java_name(), f.java_signature()];

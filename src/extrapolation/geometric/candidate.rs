@@ -1,13 +1,13 @@
 //! A path that is or may become audible, and its evaluation in the present graphics frame.
 
-use crate::acoustics::BandArray;
+use crate::acoustics::{BANDS, BandArray};
 use crate::extrapolation::frame::{FramePath, energy};
 use crate::extrapolation::geometric::FrameInputs;
 use crate::extrapolation::geometric::frame_geometry::{FrameGeometry, GeometryArena};
 use crate::extrapolation::geometric::line_extrapolation::PathLine;
 use crate::extrapolation::geometric::source_poses::FrameSource;
 use crate::propagation::amplitude::{apply_directivity, reflected};
-use crate::propagation::diffraction::DiffractionSequence;
+use crate::propagation::diffraction::{DiffractionSequence, reflection_gain};
 use crate::propagation::image_source::image_path::{ImagePath, mirror_listener, unfold};
 use crate::propagation::image_source::sequence::{Precedence, Sequence};
 use crate::propagation::{Path, PathId, PathSet};
@@ -140,14 +140,14 @@ impl Candidate {
         (frame, every): (u64, u32),
     ) -> Option<FramePath> {
         let path = self.line.as_ref()?.at(frame, every.into())?;
-        let is_diffracted = match self.geometry {
+        let is_masked = match self.geometry {
             // A held path jumps between updates.
             PathGeometry::Unknown => return None,
-            PathGeometry::Diffraction(_) => true,
+            PathGeometry::Diffraction(sequence) => sequence.continued_reflection().is_none(),
             PathGeometry::Reflection(_) => false,
         };
         let is_occluded = source.is_some_and(|source| source.is_occluded);
-        let is_out = self.is_gone(inputs.scene) || is_diffracted && !is_occluded;
+        let is_out = self.is_gone(inputs.scene) || is_masked && !is_occluded;
         (!is_out).then_some(path)
     }
 
@@ -174,11 +174,18 @@ impl Candidate {
         }
         let sequence = match &self.geometry {
             PathGeometry::Unknown => {
-                return arena.push_held(FramePath::of(&self.path, &self.listener, scene));
+                return arena.push_held(FramePath::of(
+                    &self.path,
+                    source.endpoints.from,
+                    &self.listener,
+                    scene,
+                ));
             }
-            // Updates omit diffracted paths if the direct path is visible.
-            PathGeometry::Diffraction(_) if !source.is_occluded => return FrameGeometry::Invalid,
             PathGeometry::Diffraction(sequence) => {
+                // Updates omit such paths if the direct path is visible.
+                if !source.is_occluded && sequence.continued_reflection().is_none() {
+                    return FrameGeometry::Invalid;
+                }
                 let path = sequence.between(scene, &source.endpoints);
                 return path.map_or(FrameGeometry::Invalid, |path| arena.push_diffracted(path));
             }
@@ -213,8 +220,9 @@ impl Candidate {
             FrameGeometry::Image(index) => Some(self.reflected(arena.image(index), source, inputs)),
             FrameGeometry::Diffracted(index) => {
                 let diffracted = arena.diffracted(index);
-                let path = diffracted.path(inputs.scene, &source.endpoints)?;
-                Some(FramePath::of(&path, inputs.listener, inputs.scene))
+                let path = diffracted.path(inputs.scene, &source.endpoints, !source.is_occluded)?;
+                let from = source.endpoints.from;
+                Some(FramePath::of(&path, from, inputs.listener, inputs.scene))
             }
         }
     }
@@ -229,12 +237,20 @@ impl Candidate {
     ) -> FramePath {
         let scene = inputs.scene;
         let mut amplitude = reflected(scene, image, source.endpoints.min_distance_m);
+        if image.order == 1 {
+            let edges = source.reflection_edges(inputs);
+            let gain = reflection_gain(scene, &source.endpoints, image.surfaces[0], edges);
+            for (value, gain) in amplitude.iter_mut().zip(gain.unwrap_or([1.0; BANDS])) {
+                *value *= gain;
+            }
+        }
         let departure = (image.points[0] - source.local[0]).as_vec3();
         apply_directivity(&mut amplitude, &source.endpoints.source, departure);
         // Rounded as in an update: a static path is bit-identical to it.
         let (position, length_m) = (scene.to_world(image.image), image.length_m as f32);
         FramePath {
             amplitude,
+            departure: departure.normalize_or_zero(),
             ..FramePath::from_image(position, length_m, &self.path, inputs.listener, scene)
         }
     }

@@ -270,9 +270,12 @@ impl Merge<'_> {
         let epoch = self.progress.epoch;
         let (candidate, state) = self.next.push(candidate, state)?;
         state.in_update = false;
-        // An update searches for diffracted paths only if the direct path is blocked: otherwise absence is no test.
-        let is_diffracted = matches!(candidate.geometry, PathGeometry::Diffraction(_));
-        if is_diffracted && !self.inputs.is_occluded(candidate.path.source) {
+        // An update searches for other diffracted paths only if the direct path is blocked: otherwise absence is no test.
+        let is_masked = match candidate.geometry {
+            PathGeometry::Diffraction(sequence) => sequence.continued_reflection().is_none(),
+            PathGeometry::Reflection(_) | PathGeometry::Unknown => false,
+        };
+        if is_masked && !self.inputs.is_occluded(candidate.path.source) {
             state.tested = None;
         } else if epoch.is_reached && state.tested <= Some(epoch.frame) {
             state.record_visibility(false, epoch.frame);

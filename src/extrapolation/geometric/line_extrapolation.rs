@@ -84,6 +84,7 @@ mod tests {
             amplitude: [1.0 / ray.length(); BANDS],
             delay_s: f64::from(ray.length()) / 343.4,
             arrival: ray.normalize(),
+            departure: Vec3::ZERO,
         }
     }
 

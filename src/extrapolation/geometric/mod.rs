@@ -28,9 +28,11 @@ pub mod visibility_scheduler;
 use crate::extrapolation::frame::FramePath;
 use crate::extrapolation::scene_pair::has_moved;
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
-use crate::propagation::PathSet;
-use crate::propagation::diffraction::{MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS};
+use crate::propagation::diffraction::{
+    DiffractionSequence, MAX_REFLECTED_EDGE_PATHS, MAX_TWO_EDGE_PATHS,
+};
 use crate::propagation::endpoints::Endpoints;
+use crate::propagation::{PathSet, ReflectionEdge};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
 pub(crate) use crate::extrapolation::geometric::late_energy::extrapolate_late;
@@ -55,6 +57,8 @@ pub(crate) struct FrameInputs<'a> {
     /// Whether the direct path is blocked, for each source.
     pub(crate) occluded: &'a [bool],
     pub(crate) min_distance_m: f64,
+    /// [`PathSet::reflection_edges`] of the newest update.
+    pub(crate) reflection_edges: &'a [(SourceId, ReflectionEdge)],
 }
 
 impl FrameInputs<'_> {
@@ -93,8 +97,10 @@ pub(crate) struct GeometricPredictor {
     /// Geometry of each candidate in this frame.
     geometries: Vec<FrameGeometry>,
     arena: GeometryArena,
-    /// Diffracted paths of this frame, and whether each crosses two edges.
-    diffracted: Vec<(bool, FramePath)>,
+    /// Diffracted paths of this frame.
+    diffracted: Vec<(DiffractionSequence, FramePath)>,
+    /// Sources and surfaces of the single reflections of this frame.
+    single_reflections: Vec<(SourceId, u32)>,
     frame: u64,
     step: Step,
 }
@@ -110,6 +116,7 @@ impl GeometricPredictor {
             geometries: Vec::new(),
             arena: GeometryArena::default(),
             diffracted: Vec::new(),
+            single_reflections: Vec::new(),
             frame: 0,
             step: Step::Begin,
         }
@@ -123,6 +130,7 @@ impl GeometricPredictor {
         self.geometries.reserve(candidates);
         self.arena.reserve(candidates);
         self.diffracted.reserve(candidates);
+        self.single_reflections.reserve(candidates);
         self.sources.reserve(sources);
     }
 
@@ -169,6 +177,7 @@ impl GeometricPredictor {
             progress.rays = rays;
             if is_done {
                 self.diffracted.clear();
+                self.single_reflections.clear();
                 self.step = Step::Emit(0);
             }
         }
@@ -266,6 +275,12 @@ impl GeometricPredictor {
                     2 * cost::WAVE
                 }
                 (FrameGeometry::Diffracted(_), _) => cost::WAVE,
+                (FrameGeometry::Image(_), _) if candidate.path.order == 1 => {
+                    let edges = source.reflection_edges(inputs);
+                    let own =
+                        edges.filter(|edge| edge.surface() == Some(candidate.path.surfaces[0]));
+                    cost::REFLECTED + cost::WAVE * own.count()
+                }
                 (FrameGeometry::Image(_), _) => cost::REFLECTED,
                 _ => 0,
             });
@@ -279,17 +294,31 @@ impl GeometricPredictor {
             state.record_amplitude(&path.amplitude);
             match candidate.geometry {
                 PathGeometry::Diffraction(sequence) => {
-                    self.diffracted.push((sequence.has_two_edges(), path));
+                    self.diffracted.push((sequence, path));
                 }
-                PathGeometry::Reflection(_) | PathGeometry::Unknown => paths.push(path),
+                PathGeometry::Reflection(_) | PathGeometry::Unknown => {
+                    if let [surface] = candidate.path.surfaces() {
+                        let single = (candidate.path.source, *surface);
+                        self.single_reflections.push(single);
+                    }
+                    paths.push(path);
+                }
             }
         }
         Step::Begin
     }
 
-    /// Emits the loudest diffracted paths of each source, up to the limits of an update.
+    /// Emits the loudest diffracted paths of each source, up to the limits of an update, without those that are part of a
+    /// reflection.
     fn emit_loudest_diffracted(&mut self, paths: &mut Vec<FramePath>) {
-        let group = |(is_double, path): &(bool, FramePath)| (path.source.bits(), *is_double);
+        let reflections = &self.single_reflections;
+        self.diffracted.retain(|(sequence, path)| {
+            let surface = sequence.continued_reflection();
+            !surface.is_some_and(|surface| reflections.contains(&(path.source, surface)))
+        });
+        let group = |(sequence, path): &(DiffractionSequence, FramePath)| {
+            (path.source.bits(), sequence.has_two_edges())
+        };
         self.diffracted.sort_unstable_by(|a, b| {
             let louder = b.1.energy().total_cmp(&a.1.energy());
             group(a)
@@ -298,7 +327,7 @@ impl GeometricPredictor {
                 .then(a.1.id.cmp(&b.1.id))
         });
         for same in self.diffracted.chunk_by(|a, b| group(a) == group(b)) {
-            let most = match same[0].0 {
+            let most = match same[0].0.has_two_edges() {
                 true => MAX_TWO_EDGE_PATHS,
                 false => MAX_REFLECTED_EDGE_PATHS,
             };

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::extrapolation::frame::allows;
 use crate::extrapolation::geometric::FrameInputs;
-use crate::propagation::Path;
 use crate::propagation::endpoints::Endpoints;
+use crate::propagation::{Path, ReflectionEdge};
 use crate::scene::SourceId;
 
 /// One source in the present graphics frame.
@@ -19,9 +19,21 @@ pub(crate) struct FrameSource {
     pub(crate) is_finite: bool,
     /// Whether the direct path is blocked.
     pub(crate) is_occluded: bool,
+    /// Range of its edges in [`FrameInputs::reflection_edges`].
+    reflection_edges: (usize, usize),
 }
 
 impl FrameSource {
+    /// The edges near its single reflections.
+    pub(crate) fn reflection_edges<'a>(
+        &self,
+        inputs: &FrameInputs<'a>,
+    ) -> impl Iterator<Item = ReflectionEdge> + 'a {
+        let (first, end) = self.reflection_edges;
+        let edges = inputs.reflection_edges[first..end].iter();
+        edges.map(|(_, edge)| *edge)
+    }
+
     /// Whether the source's effects allow a path.
     pub(crate) fn allows(&self, path: &Path) -> bool {
         allows(&self.endpoints.source, path)
@@ -50,6 +62,7 @@ impl FrameSources {
             local: [pose.position, to].map(|position| inputs.scene.to_local(position)),
             is_finite: pose.position.is_finite() && to.is_finite(),
             is_occluded: inputs.occluded.get(index).is_some_and(|occluded| *occluded),
+            reflection_edges: range_of(inputs.reflection_edges, pose.id),
         }));
     }
 
@@ -60,4 +73,12 @@ impl FrameSources {
         let likely = self.sources.get(id.slot()).filter(is_own);
         likely.or_else(|| self.sources.iter().find(is_own))
     }
+}
+
+/// The range of a source's edges in a list by source.
+fn range_of(edges: &[(SourceId, ReflectionEdge)], id: SourceId) -> (usize, usize) {
+    let first = edges.iter().position(|(source, _)| *source == id);
+    let first = first.unwrap_or(edges.len());
+    let others = edges[first..].iter().position(|(source, _)| *source != id);
+    (first, others.map_or(edges.len(), |count| first + count))
 }

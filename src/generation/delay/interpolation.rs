@@ -23,7 +23,7 @@ const EVEN: [f32; 3] = [0.016_383, -0.110_806, 0.594_423];
 const ODD: [f32; 3] = [0.006_270, -0.072_304, 1.185_562];
 
 /// Weights of the six points around a position `fraction` after the third.
-fn weights(fraction: f32) -> [f32; 6] {
+pub(crate) fn weights(fraction: f32) -> [f32; 6] {
     let x = fraction - 0.5;
     // `middle` is 1 in the middle and 0 at the ends; `to_ends` is the share of the inner pair alone.
     let to_ends = 4.0 * x * x;

@@ -6,6 +6,7 @@
 use crate::extrapolation::FramePath;
 use crate::simd::F32x8;
 
+use crate::generation::bands::air_filter::AirTaps;
 use crate::generation::binaural::hrtf::Corners;
 use crate::generation::render_context::{Dropped, RenderContext};
 use crate::generation::voices::ranking;
@@ -22,6 +23,8 @@ pub(crate) struct VoiceRequest {
     pub(crate) delay: f64,
     /// Band gains.
     pub(crate) gain: F32x8,
+    /// Taps of the filter of the air above the bands.
+    pub(crate) air: Option<AirTaps>,
     /// Ear delays in frames, without the path delay.
     pub(crate) ears: [f32; 2],
     /// Groups of buses.
@@ -128,12 +131,29 @@ impl FramePlan {
         let width = 2 * self.groups;
         let weights = &mut self.weights[self.requests.len() * width..][..width];
         let ears = context.hrtf.blend(corners, groups, weights);
+        let delay = path.delay_s * context.rate_hz;
+        let mut amplitude = path.amplitude;
+        let mut air = None;
+        if rank >= self.fine {
+            // The middle between the ears.
+            let read = delay + 0.5 * f64::from(ears[0] + ears[1]);
+            let fraction = (read - read.floor()) as f32;
+            air = context
+                .air
+                .of(&context.air_np_per_s, path.delay_s, fraction);
+        }
+        if let Some(air) = &air {
+            for (value, response) in amplitude.iter_mut().zip(air.response) {
+                *value /= response;
+            }
+        }
         self.requests.push(VoiceRequest {
             id: path.id.0,
             slot: path.source.slot(),
             rank,
-            delay: path.delay_s * context.rate_hz,
-            gain: context.correction.gains(&path.amplitude),
+            delay,
+            gain: context.correction.gains(&amplitude),
+            air: air.map(|air| air.taps),
             ears,
             groups,
         });

@@ -94,6 +94,7 @@ mod tests {
             amplitude: [amplitude; 8],
             delay_s: 0.1,
             arrival: Vec3::X,
+            departure: Vec3::ZERO,
         }
     }
 

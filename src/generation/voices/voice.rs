@@ -10,6 +10,7 @@ use crate::acoustics::BANDS;
 use crate::simd::{F32x8, LANE_INDICES, LaneSet, Lanes, Lanes16, kernel, prefetch};
 
 use crate::generation::CHUNK;
+use crate::generation::bands::air_filter::{AIR_DELAY, AirState};
 use crate::generation::binaural::ear_ramps;
 use crate::generation::binaural::ear_ramps::{EarPair, RampRate, SignalWindow};
 use crate::generation::delay::delay_line::{DelayLine, PrefetchWindow, TILE, Tile};
@@ -18,11 +19,11 @@ use crate::generation::ramp::{ChunkSpan, LinearRamp};
 use crate::generation::render_context::SlotOwner;
 use crate::generation::voices::frame_plan::VoiceRequest;
 
-/// Largest growth of a delay in frames per frame: 85 m/s. Above it the path cross-fades. Determines [`MAX_FRESH`].
-pub(crate) const MAX_DELAY_GROWTH: f64 = 0.25;
+/// Largest change of a delay in frames per frame: a source that approaches at 114 m/s. Above it the path cross-fades. Determines [`MAX_FRESH`].
+pub(crate) const MAX_DELAY_GROWTH: f64 = 0.5;
 
 /// Most positions that a voice mixes in a chunk, with room for rounding and whole tiles.
-pub(crate) const MAX_FRESH: usize = CHUNK + CHUNK / 4 + 3 * TILE;
+pub(crate) const MAX_FRESH: usize = CHUNK + CHUNK / 2 + 3 * TILE;
 
 /// Bits of a voice index.
 pub(crate) const INDEX_BITS: u32 = 16;
@@ -50,6 +51,8 @@ pub(crate) struct Voice {
     pub(crate) rate: RampRate,
     /// Groups of buses in use during the ramp and after it.
     pub(crate) groups: [usize; 2],
+    /// Filter of the air above the bands; its delay is taken from the path delay.
+    air: Option<AirState>,
     /// Whether the voice fades out, and the frames until its end.
     fading: bool,
     pub(crate) fade_left: u32,
@@ -62,6 +65,8 @@ pub(crate) struct VoiceScratch<'a> {
     pub(crate) history: &'a mut [f32],
     /// The history, [`MAX_FRESH`] positions and the interpolator's slack.
     pub(crate) mixture: &'a mut [f32],
+    /// [`MAX_FRESH`] positions and twice the delay of the air's filter.
+    pub(crate) unfiltered: &'a mut [f32],
     pub(crate) intervals: &'a mut Intervals,
     pub(crate) ears: &'a mut EarPair,
     /// Input of the next voice.
@@ -78,22 +83,21 @@ impl Voice {
         now: i64,
         ramp: u32,
     ) {
-        let next = last_position(now - 1, request.delay) + 1;
+        let delay = filtered_delay(request);
         *self = Self {
             slot,
             owner: owner.bits,
             since: owner.since,
-            next,
-            delay: LinearRamp::at_rest(request.delay),
+            next: last_position(now - 1, delay) + 1,
+            delay: LinearRamp::at_rest(delay),
             ear_delays: request
                 .ears
-                .map(|ear| LinearRamp::at_rest(request.delay + f64::from(ear))),
+                .map(|ear| LinearRamp::at_rest(delay + f64::from(ear))),
+            air: request.air.map(AirState::new),
             ..Self::default()
         };
-        self.ramp_gain(
-            request.gain,
-            last_position(now - 1 + i64::from(ramp), request.delay),
-        );
+        let end = last_position(now - 1 + i64::from(ramp), delay);
+        self.ramp_gain(request.gain, end);
     }
 
     /// Whether the voice has faded out.
@@ -118,21 +122,25 @@ impl Voice {
         ((self.slot as u64) << 40 | position) << INDEX_BITS
     }
 
-    /// Whether a change to `delay` is motion, not a jump.
-    pub(crate) fn can_ramp_to(&self, delay: f64, left: u32, ramp: u32) -> bool {
-        (delay - self.delay.value(left)).abs() <= MAX_DELAY_GROWTH * f64::from(ramp)
+    /// Whether a change to a request is motion, not a jump, and needs no other filter.
+    pub(crate) fn can_ramp_to(&self, request: &VoiceRequest, left: u32, ramp: u32) -> bool {
+        let change = filtered_delay(request) - self.delay.value(left);
+        request.air.is_some() == self.air.is_some()
+            && change.abs() <= MAX_DELAY_GROWTH * f64::from(ramp)
     }
 
     /// Ramps to new values; `left` frames of the last ramp remain.
     pub(crate) fn retarget(&mut self, request: &VoiceRequest, now: i64, left: u32, ramp: u32) {
-        self.delay.retarget(request.delay, left, ramp);
-        for (delay, ear) in self.ear_delays.iter_mut().zip(request.ears) {
-            delay.retarget(request.delay + f64::from(ear), left, ramp);
+        if let (Some(state), Some(taps)) = (&mut self.air, request.air) {
+            state.taps = taps;
         }
-        self.ramp_gain(
-            request.gain,
-            last_position(now - 1 + i64::from(ramp), request.delay),
-        );
+        let path_delay = filtered_delay(request);
+        self.delay.retarget(path_delay, left, ramp);
+        for (delay, ear) in self.ear_delays.iter_mut().zip(request.ears) {
+            delay.retarget(path_delay + f64::from(ear), left, ramp);
+        }
+        let end = last_position(now - 1 + i64::from(ramp), path_delay);
+        self.ramp_gain(request.gain, end);
     }
 
     /// Ramps to silence at constant delay. The end of the ramp reaches the far ear at most `history` frames later.
@@ -145,7 +153,8 @@ impl Voice {
         self.ramp_gain(F32x8::ZERO, end);
         self.rate = RampRate::Constant;
         self.fading = true;
-        self.fade_left = ramp + history as u32;
+        let filter = self.air.map_or(0, |_| 2 * AIR_DELAY);
+        self.fade_left = ramp + (history + filter) as u32;
     }
 
     fn ramp_gain(&mut self, gain: F32x8, end: i64) {
@@ -188,6 +197,7 @@ impl Voice {
         let VoiceScratch {
             history,
             mixture,
+            unfiltered,
             intervals,
             ears,
             mut prefetch_window,
@@ -201,11 +211,17 @@ impl Voice {
         prefetch_window.fetch_quarter();
         if line.is_silent_from(start) {
             history.fill(0.0);
+            if let Some(air) = &mut self.air {
+                air.clear();
+            }
             self.next += fresh as i64;
             return false;
         }
         let reserve = history.len();
         self.mix(set, line, reserve, fresh, mixture);
+        if let Some(air) = &mut self.air {
+            air.filter(set, &mut mixture[reserve..reserve + fresh], unfiltered);
+        }
         prefetch_window.fetch_quarter();
         mixture[..reserve].copy_from_slice(history);
         self.next += fresh as i64;
@@ -247,6 +263,11 @@ impl Voice {
         let other_owner = (self.since - self.next).clamp(0, fresh as i64) as usize;
         mixture[reserve..reserve + other_owner].fill(0.0);
     }
+}
+
+/// Path delay in frames without that of the air's filter.
+fn filtered_delay(request: &VoiceRequest) -> f64 {
+    request.delay - request.air.map_or(0.0, |_| AIR_DELAY as f64)
 }
 
 /// Last position that a path with this delay reads at time `now`.

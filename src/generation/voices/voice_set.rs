@@ -13,6 +13,7 @@ use crate::extrapolation::FramePath;
 use crate::simd::{F32x8, LaneSet, prefetch};
 
 use crate::generation::Hrtf;
+use crate::generation::bands::air_filter::AIR_DELAY;
 use crate::generation::binaural::ear_ramps;
 use crate::generation::binaural::ear_ramps::{Arrival, EarPair, RampRate, Weights, history_frames};
 use crate::generation::binaural::filter_bank::{BATCH, Binaural};
@@ -60,6 +61,7 @@ pub(crate) struct VoiceSet {
     /// Most active and fading voices while pending ones start.
     max_sounding: usize,
     mixture: Vec<f32>,
+    unfiltered: Vec<f32>,
     intervals: Box<Intervals>,
     /// Ear signals of a batch for each kind.
     ears: [[EarPair; BATCH]; KINDS],
@@ -97,6 +99,7 @@ impl VoiceSet {
             pending: PendingVoices::new(max_voices),
             max_sounding: 0,
             mixture: vec![0.0; history + MAX_FRESH + SLACK],
+            unfiltered: vec![0.0; MAX_FRESH + 2 * AIR_DELAY],
             intervals: Intervals::new(),
             ears: std::array::from_fn(|_| ear_ramps::ear_pairs()),
             set: LaneSet::best(),
@@ -334,7 +337,7 @@ impl VoiceSet {
         let owner = owners.get(slot).copied().unwrap_or(SlotOwner::NONE);
         let voice = &mut self.voices[index as usize];
         let is_same = voice.slot == slot && voice.owner == owner.bits;
-        if !is_same || !voice.can_ramp_to(request.delay, context.left, context.ramp) {
+        if !is_same || !voice.can_ramp_to(&request, context.left, context.ramp) {
             self.fade(index, context);
             return false;
         }
@@ -408,6 +411,7 @@ impl VoiceSet {
             let scratch = VoiceScratch {
                 history: of_voice(&mut self.histories, index, self.history),
                 mixture: &mut self.mixture,
+                unfiltered: &mut self.unfiltered,
                 intervals: &mut self.intervals,
                 ears: &mut self.ears[kind][*count],
                 prefetch_window,

@@ -8,7 +8,7 @@ use obvhs::bvh2::Bvh2;
 
 use super::collapse::{Choice, Collapsed, collapse};
 use super::node::{Block, LEAST_EXTENT_M, MOST_TIMES_EXTENT, Node, REACH, SLACK};
-use super::split::{balanced_tree, binary_tree};
+use super::split::{balanced_tree, binary_tree, crossed};
 use super::traverse::STACK;
 use super::{Bvh, InstructionSet, Nodes};
 use crate::geometry::aabb::Aabb;
@@ -117,6 +117,7 @@ fn build_over(items: Vec<Item>, set: InstructionSet) -> Bvh {
         } else {
             f64::NAN
         },
+        crossed_boxes: crossed(&tree),
     }
 }
 

@@ -56,6 +56,7 @@ pub struct Bvh {
     /// Largest coordinate of an origin that the kernels accept. `f64` keeps it apart from the margin: the compiler would
     /// load both `f32` as one value and split it for every ray.
     reach: f64,
+    crossed_boxes: f64,
 }
 
 /// The nodes, as wide as the kernels, and the proof that the machine has their instruction set.
@@ -192,6 +193,12 @@ impl Bvh {
                     (corners, block.triangles[lane], block.groups[lane])
                 })
         })
+    }
+
+    /// Estimated number of boxes around triangles and groups of triangles that a line through the scene intersects: the work
+    /// of a ray. Some dozens in a scene of rooms, thousands where large triangles overlap.
+    pub fn crossed_boxes(&self) -> f64 {
+        self.crossed_boxes
     }
 
     /// Margin of the boxes around triangles, in metres ([`super::triangle::box_margin`]).

@@ -172,10 +172,15 @@ fn bin_of(bounds: &Aabb, centres: &Aabb, axis: usize) -> usize {
 
 /// Estimated number of overlapping pairs of nodes: each box overlaps as many as a line through the scene intersects.
 fn overlaps(tree: &Bvh2) -> f64 {
+    tree.nodes.len() as f64 * crossed(tree)
+}
+
+/// Estimated number of boxes that a line through the scene intersects (the surface area heuristic).
+pub(super) fn crossed(tree: &Bvh2) -> f64 {
     let area = |node: &Bvh2Node| f64::from(node.aabb().half_area());
     let whole = area(&tree.nodes[0]).max(f64::MIN_POSITIVE);
-    let crossed: f64 = tree.nodes.iter().map(area).sum();
-    tree.nodes.len() as f64 * (crossed / whole)
+    let sum: f64 = tree.nodes.iter().map(area).sum();
+    sum / whole
 }
 
 /// Number of levels.

@@ -11,8 +11,9 @@ use crate::geometry::Ray;
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE;
 use crate::propagation::diffraction::complex::Complex;
+use crate::propagation::diffraction::truncation;
 use crate::propagation::diffraction::utd::wedge_field;
-use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles};
+use crate::propagation::diffraction::wedge_geometry::{DiffractedField, Spread, WedgeAngles};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::{Interaction, interaction_path_id};
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
@@ -25,10 +26,12 @@ pub type ComplexBands = [Complex; BANDS];
 /// Distance of [`sight_point`] from its edge in metres: a third surface that touches the edge does not occlude it.
 const CLEARANCE_M: f64 = 1e-3;
 
-/// End point of visibility rays to a point on an edge: in the middle of the air around it. `outward` is
-/// [`Edge::outward`].
-pub fn sight_point(apex: DVec3, outward: DVec3) -> DVec3 {
-    apex + CLEARANCE_M * outward
+/// End point of visibility rays to a point on an edge: in the middle of the air around it, and off the edge's ends.
+/// `outward` is [`Edge::outward`].
+pub fn sight_point(edge: &Edge, apex: DVec3, outward: DVec3) -> DVec3 {
+    let along_m = (apex - edge.origin).dot(edge.direction);
+    let inside_m = along_m.clamp(CLEARANCE_M, edge.length_m - CLEARANCE_M) - along_m;
+    apex + inside_m * edge.direction + CLEARANCE_M * outward
 }
 
 /// Whether no surface but the two `ignored` ones lies between two points. Adds the ray to `rays`.
@@ -79,6 +82,19 @@ pub fn diffracted_field(
     beside_transmission: bool,
     fading: [bool; 2],
 ) -> (ComplexBands, ComplexBands) {
+    let weight = |face: usize, wave| continuation_factor(wave, fading[face]);
+    field_of_faces(scene, edge, crossing, spread, beside_transmission, weight)
+}
+
+/// [`diffracted_field`] with a weight for the part of each face, first (0) or second (1).
+pub(super) fn field_of_faces(
+    scene: &Scene,
+    edge: &Edge,
+    crossing: &EdgeCrossing,
+    spread: &Spread,
+    beside_transmission: bool,
+    weight: impl Fn(usize, Complex) -> f64,
+) -> (ComplexBands, ComplexBands) {
     let angles = WedgeAngles::of(edge, crossing);
     let cosines = angles.face_cosines(crossing.sin_edge);
     let faces = edge.faces.map(|face| scene.reflectance(face));
@@ -87,16 +103,48 @@ pub fn diffracted_field(
         false => [1.0; BANDS],
     };
     let (mut incident, mut reflected) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
-    let kl = wavenumbers(scene).map(|wavenumber| wavenumber * spread.distance_m);
-    for (b, field) in wedge_field(&angles, spread, &kl).iter().enumerate() {
+    let wavenumbers = wavenumbers(scene);
+    let kl = wavenumbers.map(|wavenumber| wavenumber * spread.distance_m);
+    let mut fields = wedge_field(&angles, spread, &kl);
+    let continued = fields.map(|field| [weight(0, field.first_face), weight(1, field.second_face)]);
+    truncate(&mut fields, &angles, crossing, &wavenumbers, &kl);
+    for (b, field) in fields.iter().enumerate() {
         incident[b] = field.incident * f64::from(loss[b]);
         let face = |i: usize, wave: Complex| {
             let factor = spherical_reflection_factor(faces[i], b, cosines[i], kl[b]);
-            wave * (factor * continuation_factor(wave, fading[i]))
+            wave * (factor * continued[b][i])
         };
         reflected[b] = face(0, field.first_face) + face(1, field.second_face);
     }
     (incident, reflected)
+}
+
+/// Removes from the field of an infinite edge what lies beyond the edge's ends. Beyond an end the field is relative to
+/// the free field over the path through it.
+fn truncate(
+    fields: &mut [DiffractedField; BANDS],
+    angles: &WedgeAngles,
+    crossing: &EdgeCrossing,
+    wavenumbers: &[f64; BANDS],
+    kl: &[f64; BANDS],
+) {
+    let beyond_m = crossing.beyond_m();
+    let weight =
+        Edge::beyond_weight(beyond_m) * crossing.length_m() / (crossing.length_m() - beyond_m);
+    for (part, argument) in angles.transition_arguments().into_iter().enumerate() {
+        let arguments = kl.map(|kl| kl * argument);
+        let Some(shares) = truncation::shares(crossing.excess_m, wavenumbers, arguments) else {
+            return;
+        };
+        for (field, share) in fields.iter_mut().zip(shares) {
+            let wave = match part {
+                0 => &mut field.incident,
+                1 => &mut field.first_face,
+                _ => &mut field.second_face,
+            };
+            *wave = *wave * share * weight;
+        }
+    }
 }
 
 /// Factor on a face's part: for a fading face 0 at the reflection's boundary, where the part is ½, and 1 from ¼ down.
@@ -107,11 +155,14 @@ fn continuation_factor(part: Complex, is_fading: bool) -> f64 {
     }
 }
 
-/// Which of an edge's faces are small panels at a point of it: single reflections in them fade towards the edge
-/// ([`crate::propagation::image_source::finite_panel`]).
+/// Which of an edge's faces have no reflection at a point of it that the edge's wave continues: those without panels, and
+/// small panels, whose single reflections fade towards the edge ([`crate::propagation::image_source::finite_panel`]).
 pub fn finite_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] {
+    let is_dull = edge
+        .faces
+        .map(|face| scene.surface(face).panel_triangle_count == 0);
     if !scene.has_finite_panels() {
-        return [false; 2];
+        return is_dull;
     }
     let normals = edge.faces.map(|face| scene.surface(face).normal);
     let first = edge.normal.dot(normals[0]) > 0.0;
@@ -122,8 +173,8 @@ pub fn finite_panel_faces(scene: &Scene, edge: &Edge, apex: DVec3) -> [bool; 2] 
     };
     let is_free = |face, in_front| scene.finite_panel_at(face, apex, in_front).is_some();
     [
-        is_free(edge.faces[0], first),
-        is_free(edge.faces[1], second),
+        is_dull[0] || is_free(edge.faces[0], first),
+        is_dull[1] || is_free(edge.faces[1], second),
     ]
 }
 
@@ -142,7 +193,7 @@ fn spherical_reflection_factor(face: &Reflectance, band: usize, cosine: f64, kl:
 
 /// Lengths of a path over one edge.
 pub fn spread(crossing: &EdgeCrossing) -> Spread {
-    let length_m = crossing.length_m();
+    let length_m = crossing.before_m + crossing.after_m;
     Spread {
         distance_m: crossing.before_m * crossing.after_m / length_m * crossing.sin_edge.powi(2),
         length_m,

@@ -12,6 +12,8 @@ use crate::propagation::diffraction::complex::Complex;
 use crate::propagation::diffraction::edge_wave::{
     self, ComplexBands, EdgePath, is_unoccluded, local_positions,
 };
+use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
+use crate::propagation::diffraction::wedge_geometry::on_side;
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::sequence::Interaction;
@@ -92,18 +94,18 @@ impl FirstOrderPath {
 
     fn is_unoccluded(&self, scene: &Scene, endpoints: &Endpoints, rays: &mut u64) -> bool {
         let edge = scene.edge(self.edge);
-        let sight_point = edge_wave::sight_point(self.crossing.apex, edge.outward());
+        let sight_point = edge_wave::sight_point(&edge, self.crossing.apex, edge.outward());
         let (from, to) = local_positions(scene, endpoints);
         let mut sees = |end| is_unoccluded(scene, end, sight_point, edge.faces, rays);
         sees(to) && sees(from)
     }
 
-    fn field(self, scene: &Scene, endpoints: &Endpoints) -> FirstOrderField {
+    fn field(self, scene: &Scene, endpoints: &Endpoints, is_lit: bool) -> FirstOrderField {
         let edge = &scene.edge(self.edge);
         let (incident, reflected) = edge_wave::diffracted_field(
             scene,
             edge,
-            &self.crossing,
+            &on_side(edge, &self.crossing, is_lit),
             &edge_wave::spread(&self.crossing),
             endpoints.source.settings.effects.transmission,
             edge_wave::finite_panel_faces(scene, edge, self.crossing.apex),
@@ -114,28 +116,62 @@ impl FirstOrderPath {
             path: self,
         }
     }
+}
 
-    /// Share of the incident part in a band that is added to a visible direct path.
-    fn merged_share(&self, wavenumber: f64) -> f64 {
-        let phase = wavenumber * self.detour_m;
-        1.0 - smoothstep((phase - MERGED_PHASE) / (SEPARATE_PHASE - MERGED_PHASE))
-    }
+/// Share of the incident part that is added to a visible straight path, by the phase of the detour in radians.
+pub(super) fn merged_share(phase: f64) -> f64 {
+    1.0 - smoothstep((phase - MERGED_PHASE) / (SEPARATE_PHASE - MERGED_PHASE))
+}
+
+/// Share of the faces' part that accompanies the incident part: 1 where the incident part is near its own boundary, 0 where
+/// only the faces' is, since it continues a reflection there.
+pub(super) fn face_share(incident: Complex, reflected: Complex) -> f64 {
+    let nearness = |wave: Complex| (2.0 * wave.abs()).min(1.0).powi(2);
+    let incident = nearness(incident);
+    incident + (1.0 - incident) * (1.0 - nearness(reflected))
 }
 
 impl FirstOrderField {
-    /// Share of the faces' part in a band that accompanies the incident part: 1 where the incident part is near its own
-    /// boundary, 0 where only the faces' is, since it continues a reflection there.
-    fn face_share(&self, band: usize) -> f64 {
-        let nearness = |wave: Complex| (2.0 * wave.abs()).min(1.0).powi(2);
-        let incident = nearness(self.incident[band]);
-        incident + (1.0 - incident) * (1.0 - nearness(self.reflected[band]))
-    }
-
     fn is_audible(&self, spreading: f64) -> bool {
         (0..BANDS).any(|b| {
             (self.incident[b].abs() + self.reflected[b].abs()) * spreading > MIN_RELATIVE_AMPLITUDE
         })
     }
+}
+
+/// Lengths of paths over two edges along a narrow face, and the field along them.
+type AlongFaces = [Option<(f64, ComplexBands)>; 2];
+
+/// The paths over an edge and another one along a narrow face between them, but those over an edge that is `done`. Without
+/// them the wave over the edge alone supposes that the face has no other end.
+fn along_faces(
+    scene: &Scene,
+    endpoints: &Endpoints,
+    edge: u32,
+    done: &DirectEdges,
+    rays: &mut u64,
+) -> AlongFaces {
+    let (from, to) = local_positions(scene, endpoints);
+    let line = &scene.edge(edge);
+    let mut found = scene.edge_neighbours(edge).filter_map(|other| {
+        let other_line = &scene.edge(other);
+        if done.as_slice().contains(&other) || !two_edge_path::bound_narrow_face([line, other_line])
+        {
+            return None;
+        }
+        let [a, b] = [line, other_line].map(|line| [from, to].map(|end| line.line_distance_m(end)));
+        let edges = match a[0] + b[1] < b[0] + a[1] {
+            true => [edge, other],
+            false => [other, edge],
+        };
+        let path = TwoEdgePath::over(scene, edges, endpoints)?;
+        let fade = fade_out(path.length_m() - from.distance(to));
+        path.is_unoccluded(scene, endpoints, rays).then(|| {
+            let field = path.field(scene, endpoints).map(|wave| wave * fade);
+            (path.length_m(), field)
+        })
+    });
+    [found.next(), found.next()]
 }
 
 /// Emits the straight path, direct or transmitted, and the paths over one of `edges`. The edges come in the order of the
@@ -191,20 +227,27 @@ pub fn direct_field(
         }
         let length_m = path.crossing.length_m();
         let spreading = straight_m.max(min_distance_m) / length_m.max(min_distance_m);
-        let field = path.field(scene, endpoints);
+        let field = path.field(scene, endpoints, result.visible);
         if !field.is_audible(spreading) {
             continue;
         }
+        let along_faces = along_faces(scene, endpoints, edge, &result.edges, rays);
         result.edges.push(edge);
         let (mut merged, mut separate) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
         for (b, &wavenumber) in wavenumbers.iter().enumerate() {
             let share = match merges {
-                true => field.path.merged_share(wavenumber),
+                true => merged_share(wavenumber * field.path.detour_m),
                 false => 0.0,
             };
-            let faces = share * field.face_share(b);
+            let faces = share * face_share(field.incident[b], field.reflected[b]);
             merged[b] = field.incident[b] * share + field.reflected[b] * faces;
             separate[b] = field.incident[b] * (1.0 - share) + field.reflected[b] * (1.0 - faces);
+            for (over_both_m, waves) in along_faces.iter().flatten() {
+                let later = Complex::cis(-wavenumber * (over_both_m - length_m));
+                let wave = waves[b] * later * (length_m / over_both_m);
+                merged[b] += wave * share;
+                separate[b] += wave * (1.0 - share);
+            }
         }
         let gains: BandArray = separate.map(|wave| edge_wave::real_gain(wave) as f32);
         let is_path = edge_wave::is_audible(&gains, spreading);

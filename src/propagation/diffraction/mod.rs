@@ -22,11 +22,14 @@ pub mod biot_tolstoy;
 pub mod complex;
 pub mod edge_wave;
 pub mod first_order;
+pub mod lit_reflection;
 pub mod moving_edge_pairs;
 mod ranked_list;
+pub mod reflection_edges;
 pub mod revalidate;
 pub mod second_order;
 pub mod transition;
+mod truncation;
 pub mod two_edge_path;
 pub mod utd;
 pub mod wedge_geometry;
@@ -35,9 +38,12 @@ pub mod with_reflections;
 pub use crate::propagation::diffraction::first_order::{
     DirectEdges, DirectField, MAX_DIRECT_EDGES, direct_field,
 };
+pub use crate::propagation::diffraction::lit_reflection::{path_in_shadow, reflection_gain};
+pub use crate::propagation::diffraction::reflection_edges::{
+    MAX_REFLECTED_EDGE_PATHS, ReflectionEdges,
+};
 pub use crate::propagation::diffraction::revalidate::{DiffractionPath, DiffractionSequence};
 pub use crate::propagation::diffraction::second_order::MAX_TWO_EDGE_PATHS;
-pub use crate::propagation::diffraction::with_reflections::MAX_REFLECTED_EDGE_PATHS;
 
 use crate::acoustics::smoothstep;
 use crate::propagation::endpoints::Endpoints;
@@ -52,9 +58,18 @@ pub const MAX_DETOUR_M: f64 = 12.0;
 /// Least amplitude of a diffracted path relative to the free field at the straight distance: −40 dB.
 pub const MIN_RELATIVE_AMPLITUDE: f64 = 0.01;
 
+/// Edges of a source for the frames until the next update.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NearEdges {
+    /// Edges of the direct field.
+    pub direct: DirectEdges,
+    /// Edges near single reflections.
+    pub reflections: ReflectionEdges,
+}
+
 /// Emits the direct and the diffracted paths of a source, with at most `diffraction_order` edges each, as far as the
-/// source's effects permit. Returns the edges of the direct field, for the frames until the next update. Adds the rays
-/// cast to `rays`. `near` holds the near edges of the previous call and is renewed; it shortens the search and does not
+/// source's effects permit. Not emitted are the paths of [`NearEdges::reflections`], which replace reflections that are
+/// not valid. Adds the rays cast to `rays`. `near` holds the near edges of the previous call and is renewed; it shortens the search and does not
 /// change the result.
 ///
 /// # Real-time
@@ -66,7 +81,7 @@ pub fn update(
     near: &mut DiffractingEdges,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
-) -> DirectEdges {
+) -> NearEdges {
     let effects = endpoints.source.settings.effects;
     let diffraction_order = match effects.diffraction {
         true => diffraction_order,
@@ -80,17 +95,27 @@ pub fn update(
     };
     let listed = near.as_slice().iter().map(|found| found.edge);
     let DirectField { visible, edges } = direct_field(scene, endpoints, listed, rays, emit);
-    if visible || diffraction_order == 0 {
-        return edges;
+    let mut result = NearEdges {
+        direct: edges,
+        ..NearEdges::default()
+    };
+    if diffraction_order == 0 || visible && !effects.reflections {
+        return result;
+    }
+    if visible {
+        let edges = edges.as_slice().iter().copied();
+        result.reflections = with_reflections::find(scene, endpoints, edges, true, rays, emit);
+        return result;
     }
     let near = scene.outer_crossings(from, to, longest_m);
     if effects.reflections {
-        with_reflections::find(scene, endpoints, &near, rays, emit);
+        let edges = near.as_slice().iter().map(|found| found.edge);
+        result.reflections = with_reflections::find(scene, endpoints, edges, false, rays, emit);
     }
     if diffraction_order > 1 {
-        second_order::find(scene, endpoints, &near, rays, emit);
+        second_order::find(scene, endpoints, &near, &result.direct, rays, emit);
     }
-    edges
+    result
 }
 
 /// Amplitude factor of a detour: 1 up to ¾ of [`MAX_DETOUR_M`], then smoothly down to 0.

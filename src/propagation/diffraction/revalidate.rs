@@ -51,6 +51,17 @@ impl DiffractionSequence {
         }
     }
 
+    /// The surface of the single reflection that it continues, if it has one edge and one surface.
+    pub fn continued_reflection(&self) -> Option<u32> {
+        match *self {
+            Self::Reflected {
+                surfaces: [Some(surface), None] | [None, Some(surface)],
+                ..
+            } => Some(surface),
+            Self::Reflected { .. } | Self::TwoEdges(_) => None,
+        }
+    }
+
     /// Whether it has two edges.
     pub fn has_two_edges(&self) -> bool {
         matches!(self, Self::TwoEdges(_))
@@ -80,10 +91,11 @@ pub enum DiffractionPath {
 }
 
 impl DiffractionPath {
-    /// The path, if audible ([`crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE`]). Occlusion is not tested.
-    pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
+    /// The path, if audible ([`crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE`]). `is_lit` is whether the direct
+    /// path is visible. Occlusion is not tested.
+    pub fn path(&self, scene: &Scene, endpoints: &Endpoints, is_lit: bool) -> Option<Path> {
         match self {
-            Self::Reflected(path) => path.path(scene, endpoints),
+            Self::Reflected(path) => path.path(scene, endpoints, is_lit),
             Self::TwoEdges(path) => path.path(scene, endpoints),
         }
     }

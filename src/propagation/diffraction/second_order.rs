@@ -1,8 +1,11 @@
 //! Paths of second-order diffraction, such as around a thick wall or through two doorways.
 
 use crate::propagation::diffraction::edge_wave::local_positions;
+use crate::propagation::diffraction::first_order::DirectEdges;
 use crate::propagation::diffraction::ranked_list::insert_ranked;
-use crate::propagation::diffraction::two_edge_path::{TwoEdgePath, insert_shortest};
+use crate::propagation::diffraction::two_edge_path::{
+    TwoEdgePath, bound_narrow_face, insert_shortest, meet_at_corner,
+};
 use crate::propagation::diffraction::{MAX_DETOUR_M, moving_edge_pairs};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::path::Path;
@@ -16,11 +19,13 @@ pub const MAX_TWO_EDGE_PATHS: usize = 4;
 const MAX_TESTED: usize = 16;
 
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near`, or belongs to an instance
-/// ([`moving_edge_pairs`]). Adds the rays cast to `rays`.
+/// ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are left out. Adds the rays cast to
+/// `rays`.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
     near: &DiffractingEdges,
+    direct: &DirectEdges,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
 ) {
@@ -38,7 +43,9 @@ pub fn find(
         for neighbour in scene.edge_neighbours(found.edge) {
             let other = scene.edge(neighbour);
             let alone = other.at(other.apex_m(from, to).clamp(0.0, other.length_m));
-            if from.distance(alone) + alone.distance(to) >= longest_m {
+            if is_in_direct_field(scene, direct, [found.edge, neighbour])
+                || from.distance(alone) + alone.distance(to) >= longest_m
+            {
                 continue;
             }
             if is_first
@@ -71,4 +78,15 @@ pub fn find(
     }
     let loudest = loudest.into_iter().flatten();
     loudest.for_each(|(_, path)| emit(path));
+}
+
+/// Whether waves over one edge include that over two: along a narrow face, and at a corner, where the edge's end does.
+fn is_in_direct_field(scene: &Scene, direct: &DirectEdges, edges: [u32; 2]) -> bool {
+    let is_direct = edges.map(|edge| direct.as_slice().contains(&edge));
+    if !(is_direct[0] || is_direct[1]) {
+        return false;
+    }
+    let lines = edges.map(|edge| scene.edge(edge));
+    let lines = [&lines[0], &lines[1]];
+    meet_at_corner(lines) || bound_narrow_face(lines)
 }

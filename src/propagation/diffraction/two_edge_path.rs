@@ -7,7 +7,9 @@
 use glam::DVec3;
 
 use crate::acoustics::{BANDS, BandArray, smoothstep};
-use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
+use crate::propagation::diffraction::edge_wave::{
+    self, ComplexBands, EdgePath, is_unoccluded, local_positions,
+};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
 use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};
@@ -27,6 +29,9 @@ const MAX_HALVINGS: usize = 6;
 /// Bisections where Newton's method fails: to a part in 10¹² of an edge.
 const BISECTIONS: usize = 40;
 
+/// Cosine of the angle between edges that count as parallel.
+const PARALLEL: f64 = 0.999;
+
 /// Smallest slope of a length distinguishable from zero.
 const MIN_SLOPE: f64 = 1e-6;
 
@@ -44,6 +49,8 @@ const IN_FACE: f64 = 1e-2;
 pub struct TwoEdgePath {
     edges: [u32; 2],
     crossings: [EdgeCrossing; 2],
+    /// As [`EdgeCrossing::excess_m`], of the path over both edges' ends.
+    excess_m: [f64; 2],
     length_m: f64,
 }
 
@@ -72,9 +79,11 @@ impl TwoEdgePath {
         if passes_corner([a, b], from, to) || !a.is_outside(from) || !b.is_outside(to) {
             return None;
         }
+        let ends = common_ends([a, b]);
         let guess_m = first_guess([a, b], from, to);
-        if minimum_lies_beyond_end([a, b], guess_m[0], from, to)
-            || minimum_lies_beyond_end([b, a], guess_m[1], to, from)
+        if ends.is_none()
+            && (minimum_lies_beyond_end([a, b], guess_m[0], from, to)
+                || minimum_lies_beyond_end([b, a], guess_m[1], to, from))
         {
             return None;
         }
@@ -91,16 +100,40 @@ impl TwoEdgePath {
             crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing, air);
             crossings[1].incoming = snapped_to_face(b, crossings[1].incoming, air);
         }
-        let length_m = crossings[0].before_m + leg_m + crossings[1].after_m;
+        let shortest_m = from.distance(first) + leg_m + second.distance(to);
+        let mut excess_m = [f64::INFINITY; 2];
+        if let Some(ends) = ends {
+            for (excess, end) in excess_m.iter_mut().zip(ends) {
+                let over_end_m = from.distance(end.points[0])
+                    + end.points[0].distance(end.points[1])
+                    + end.points[1].distance(to);
+                let inside = (end.points[0] - first)
+                    .dot(end.outward)
+                    .min((end.points[1] - second).dot(end.outward));
+                *excess = (over_end_m - shortest_m).max(0.0).copysign(inside);
+                if inside < 0.0 {
+                    (crossings[0].apex, crossings[1].apex) = (end.points[0], end.points[1]);
+                }
+                if !end.is_free {
+                    if inside < 0.0 {
+                        return None;
+                    }
+                    *excess = f64::INFINITY;
+                }
+            }
+        }
+        let beyond_m = excess_m.into_iter().fold(0.0, |most: f64, m| most.max(-m));
+        let length_m = shortest_m + beyond_m;
         (length_m < from.distance(to) + MAX_DETOUR_M).then_some(Self {
             edges,
             crossings,
+            excess_m,
             length_m,
         })
     }
 
     /// Length in metres.
-    pub(crate) fn length_m(&self) -> f64 {
+    pub fn length_m(&self) -> f64 {
         self.length_m
     }
 
@@ -129,7 +162,7 @@ impl TwoEdgePath {
         let (from, to) = local_positions(scene, endpoints);
         let [a, b] = &self.edges.map(|edge| scene.edge(edge));
         let [first, second] = [(a, 0), (b, 1)]
-            .map(|(edge, i)| edge_wave::sight_point(self.crossings[i].apex, edge.outward()));
+            .map(|(edge, i)| edge_wave::sight_point(edge, self.crossings[i].apex, edge.outward()));
         // The leg between may lie in a face of both, or along one of each.
         let along = || {
             let [first, second] = &self.crossings;
@@ -146,6 +179,12 @@ impl TwoEdgePath {
 
     /// Signed band gains relative to the free field over its length, times `fade`.
     fn gains(&self, scene: &Scene, endpoints: &Endpoints, fade: f64) -> BandArray {
+        self.field(scene, endpoints)
+            .map(|wave| (edge_wave::real_gain(wave) * fade) as f32)
+    }
+
+    /// The field relative to the free field over its length.
+    pub fn field(&self, scene: &Scene, endpoints: &Endpoints) -> ComplexBands {
         let edges = &self.edges.map(|edge| scene.edge(edge));
         let crossings = &self.crossings;
         let outer_m = [crossings[0].before_m, crossings[1].after_m];
@@ -163,20 +202,33 @@ impl TwoEdgePath {
         let [first, second] = [0, 1].map(|i| {
             WedgeAngles::of(&edges[i], &crossings[i]).transition_argument(1.0, wide[i].distance_m)
         });
-        let spreads = match first > second {
+        let first_is_wide = first > second;
+        let spreads = match first_is_wide {
             true => [wide[0], narrow[1]],
             false => [narrow[0], wide[1]],
         };
         let transmission = endpoints.source.settings.effects.transmission;
+        let shared = shared_face([&edges[0], &edges[1]]);
+        // A face too small to reflect continues no reflection, but it carries the wave between its own edges.
+        let is_dull = |face| Some(face) != shared && scene.surface(face).panel_triangle_count == 0;
         // The field of each edge, beside transmission and without.
         let fields = [0, 1].map(|i| {
-            let (incident, reflected) = edge_wave::diffracted_field(
+            let crossing = EdgeCrossing {
+                excess_m: if (i == 0) == first_is_wide {
+                    self.excess_m
+                } else {
+                    [f64::INFINITY; 2]
+                },
+                ..crossings[i]
+            };
+            let dull = edges[i].faces.map(is_dull);
+            let (incident, reflected) = edge_wave::field_of_faces(
                 scene,
                 &edges[i],
-                &crossings[i],
+                &crossing,
                 &spreads[i],
                 false,
-                [false; 2],
+                |face, _| if dull[face] { 0.0 } else { 1.0 },
             );
             let loss = match transmission {
                 true => edge_wave::barrier_loss(scene, &edges[i]),
@@ -190,7 +242,7 @@ impl TwoEdgePath {
             ]
         });
         // One wall's transmission loss is applied once, at either edge alike.
-        let product = |b: usize| match shared_face([&edges[0], &edges[1]]) {
+        let product = |b: usize| match shared {
             Some(_) => {
                 (fields[0][0][b] * fields[1][1][b] + fields[0][1][b] * fields[1][0][b]) * 0.5
             }
@@ -200,7 +252,7 @@ impl TwoEdgePath {
         let along_face = is_on_face(edges[0].n, crossings[0].outgoing)
             && is_on_face(edges[1].n, crossings[1].incoming);
         let factor = if along_face { 2.0 } else { 1.0 };
-        std::array::from_fn(|b| (edge_wave::real_gain(product(b) * factor) * fade) as f32)
+        std::array::from_fn(|b| product(b) * factor)
     }
 }
 
@@ -308,6 +360,53 @@ fn bisect(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
     [first, slope_at(lines, first, from, to).1]
 }
 
+/// Largest width in metres of a face between two edges whose waves arrive as one.
+const NARROW_M: f64 = 0.6;
+
+/// Whether two edges are both sides of a narrow face, such as a door's jamb.
+pub(crate) fn bound_narrow_face([a, b]: [&Edge; 2]) -> bool {
+    let across = b.origin - a.origin;
+    let across = across - across.dot(a.direction) * a.direction;
+    let is_near = a.direction.dot(b.direction).abs() > PARALLEL
+        && across.length_squared() < NARROW_M * NARROW_M;
+    is_near
+        && shared_face([a, b]).is_some_and(|face| {
+            let into_face = a.face_tangent(usize::from(a.faces[0] != face));
+            into_face.dot(across) > 0.0
+        })
+}
+
+/// Whether two edges nearly meet at a corner.
+pub(crate) fn meet_at_corner([a, b]: [&Edge; 2]) -> bool {
+    a.direction.dot(b.direction).abs() < PARALLEL && a.distance_m(b) < NARROW_M
+}
+
+/// An end that two edges have in common.
+struct CommonEnd {
+    points: [DVec3; 2],
+    outward: DVec3,
+    is_free: bool,
+}
+
+/// Both ends of two parallel edges of one face, such as those of a door's jamb.
+fn common_ends([a, b]: [&Edge; 2]) -> Option<[CommonEnd; 2]> {
+    let cosine = a.direction.dot(b.direction);
+    if shared_face([a, b]).is_none()
+        || cosine.abs() < PARALLEL
+        || (a.length_m - b.length_m).abs() > 0.01 * a.length_m
+    {
+        return None;
+    }
+    Some([0, 1].map(|end| {
+        let other = if cosine > 0.0 { end } else { 1 - end };
+        CommonEnd {
+            points: [a.at([0.0, a.length_m][end]), b.at([0.0, b.length_m][other])],
+            outward: a.direction * [-1.0, 1.0][end],
+            is_free: a.free_ends[end] && b.free_ends[other],
+        }
+    }))
+}
+
 fn shared_face([a, b]: [&Edge; 2]) -> Option<u32> {
     a.faces.into_iter().find(|face| b.faces.contains(face))
 }
@@ -356,6 +455,7 @@ mod tests {
             normal,
             n: 2.0,
             faces: [0; 2],
+            free_ends: [false; 2],
         }
     }
 

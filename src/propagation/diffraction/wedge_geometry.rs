@@ -19,6 +19,12 @@ pub struct WedgeAngles {
 /// Angle in radians below which a ray is parallel to a face.
 const GRAZING: f64 = 1e-6;
 
+/// Angle in radians from a shadow boundary within which rays in single precision do not resolve the side.
+const UNRESOLVED: f64 = 1e-4;
+
+/// Least angle in radians from a shadow boundary.
+const LEAST_ANGLE: f64 = 1e-9;
+
 /// Lengths of a path over an edge: s before and s' after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
@@ -42,6 +48,23 @@ pub struct DiffractedField {
 /// Whether an angle around a wedge of exterior angle nπ is that of one of its faces.
 pub(crate) fn is_on_face(n: f64, angle: f64) -> bool {
     angle < GRAZING || n * PI - angle < GRAZING
+}
+
+/// The same crossing on the side of the incident wave's shadow boundary that a visibility ray has found, if its angles are
+/// too close to the boundary: a wave counts as lit or as diffracted, never as both or neither.
+pub fn on_side(edge: &Edge, crossing: &EdgeCrossing, is_lit: bool) -> EdgeCrossing {
+    let turn = crossing.outgoing - crossing.incoming;
+    let depth = turn.abs() - PI;
+    if depth.abs() > UNRESOLVED {
+        return *crossing;
+    }
+    let depth = depth.abs().max(LEAST_ANGLE);
+    let depth = if is_lit { -depth } else { depth };
+    let outgoing = crossing.incoming + (PI + depth).copysign(turn);
+    EdgeCrossing {
+        outgoing: outgoing.clamp(0.0, edge.n * PI),
+        ..*crossing
+    }
 }
 
 impl WedgeAngles {
@@ -71,6 +94,14 @@ impl WedgeAngles {
         let beta = self.outgoing - self.incoming;
         let sine_squared = |beta| (0.5 * self.deviation(beta)).sin().powi(2);
         2.0 * wavenumber * distance_m * sine_squared(beta).min(sine_squared(-beta))
+    }
+
+    /// Arguments of the transition function, over kL, at the nearest boundary of the incident wave and at those of the
+    /// faces' reflections.
+    pub(crate) fn transition_arguments(&self) -> [f64; 3] {
+        let [a, b, first, second] =
+            (self.deviations()).map(|deviation| 2.0 * (0.5 * deviation).sin().powi(2));
+        [a.min(b), first, second]
     }
 
     /// Share of the incident wave in the field at the edge: ½ at grazing incidence, where it includes its reflection.

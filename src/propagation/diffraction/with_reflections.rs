@@ -1,27 +1,30 @@
 //! Paths over one edge with a reflection before it, after it, or both.
 //!
 //! The source is mirrored in the surface before the edge, the listener in the one after it ([`super`] has the rest).
-//! The search is limited to shadows: elsewhere the direct path masks these paths.
+//! Where the direct path is visible it masks most of them: only loud ones with one reflection are searched, which continue
+//! that reflection ([`crate::propagation::diffraction::lit_reflection`]).
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::acoustics::BandArray;
+use crate::acoustics::{BandArray, smoothstep};
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
+use crate::propagation::diffraction::edge_wave::{
+    self, ComplexBands, EdgePath, is_unoccluded, local_positions,
+};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
-use crate::propagation::diffraction::wedge_geometry::WedgeAngles;
+use crate::propagation::diffraction::reflection_edges::{
+    MAX_REFLECTED_EDGE_PATHS, ReflectionEdges,
+};
+use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
 use crate::propagation::image_source::image_path::turning_point;
 use crate::propagation::image_source::sequence::Interaction;
-use crate::propagation::path::Path;
+use crate::propagation::path::{Path, ReflectionEdge};
 use crate::scene::Scene;
-use crate::scene::edges::{DiffractingEdges, Edge, EdgeCrossing, MOST_EDGE_MIRRORS};
-
-/// Most paths of one source over one edge with reflections.
-pub const MAX_REFLECTED_EDGE_PATHS: usize = 12;
+use crate::scene::edges::{Edge, EdgeCrossing, MOST_EDGE_MIRRORS};
 
 /// Surfaces around an edge that are combined on both sides of it at once.
 const SURFACES_ON_BOTH_SIDES: usize = 3;
@@ -36,6 +39,10 @@ const RANKING_COSINE: f32 = 0.7;
 /// Estimated gain below which no band exceeds [`MIN_RELATIVE_AMPLITUDE`]: no band has more than twice the gain of
 /// [`RANKING_BAND`].
 const MIN_RANKING_GAIN: f64 = 0.25 * MIN_RELATIVE_AMPLITUDE;
+
+/// Estimated gains up to which the visible direct path masks a path, and from which it does not.
+const MASKED_GAIN: f64 = 0.1;
+const UNMASKED_GAIN: f64 = 0.2;
 
 /// An end point, or its image in a surface.
 #[derive(Debug, Clone, Copy)]
@@ -63,20 +70,26 @@ struct RankedPath {
     surfaces: [Option<u32>; 2],
 }
 
-/// Emits the paths over an edge of `near` with one or two reflections, [`MAX_REFLECTED_EDGE_PATHS`] at most. Adds the rays
-/// cast to `rays`.
+/// Emits the paths over one of `edges` with two reflections and returns those with one, [`MAX_REFLECTED_EDGE_PATHS`] at
+/// most together. `is_lit` is whether the direct path is visible. Adds the rays cast to `rays`.
 pub fn find(
     scene: &Scene,
     endpoints: &Endpoints,
-    near: &DiffractingEdges,
+    edges: impl Iterator<Item = u32>,
+    is_lit: bool,
     rays: &mut u64,
     emit: &mut impl FnMut(Path),
-) {
+) -> ReflectionEdges {
     let (from, to) = local_positions(scene, endpoints);
+    let least_gain = match is_lit {
+        true => MASKED_GAIN,
+        false => MIN_RANKING_GAIN,
+    };
+    let most_detour_m = longest_detour_m(scene, least_gain);
     let mut ranked = [None; MAX_TESTED];
-    for found in near.as_slice() {
-        let surfaces = scene.edge_mirrors(found.edge);
-        let edge = CandidateEdge::of(scene, found.edge);
+    for index in edges {
+        let surfaces = scene.edge_mirrors(index);
+        let edge = CandidateEdge::of(scene, index, most_detour_m);
         let surfaces = surfaces.as_slice();
         let images = [from, to].map(|end| {
             let mut images = [ImagePoint::of(scene, end, None); MOST_EDGE_MIRRORS + 1];
@@ -88,25 +101,37 @@ pub fn find(
         for before in 0..=surfaces.len() {
             for after in 0..=surfaces.len() {
                 let both = before > 0 && after > 0;
-                if before + after == 0 || both && before.max(after) > SURFACES_ON_BOTH_SIDES {
+                let is_masked = both && (is_lit || before.max(after) > SURFACES_ON_BOTH_SIDES);
+                if before + after == 0 || is_masked {
                     continue;
                 }
                 let ends = [images[0][before], images[1][after]];
-                edge.rank(scene, ends, endpoints, &mut ranked);
+                edge.rank(scene, ends, endpoints, least_gain, &mut ranked);
             }
         }
     }
+    let mut result = ReflectionEdges::default();
     ranked
         .iter()
         .flatten()
-        .filter_map(|candidate| {
-            let path =
-                ReflectedEdgePath::over(scene, candidate.edge, candidate.surfaces, endpoints)?;
-            path.is_unoccluded(scene, rays)
-                .then(|| path.path(scene, endpoints))?
+        .filter_map(|&RankedPath { edge, surfaces, .. }| {
+            let path = ReflectedEdgePath::over(scene, edge, surfaces, endpoints)?;
+            if !path.is_unoccluded(scene, rays) {
+                return None;
+            }
+            // Where the direct path is visible, most reflections are too, and their paths are not needed.
+            let path = match is_lit {
+                true => None,
+                false => Some(path.path(scene, endpoints, false)?),
+            };
+            Some((ReflectionEdge { edge, surfaces }, path))
         })
         .take(MAX_REFLECTED_EDGE_PATHS)
-        .for_each(emit);
+        .for_each(|(edge, path)| match (edge.surfaces, path) {
+            ([Some(_), Some(_)], Some(path)) => emit(path),
+            _ => result.push(edge, path),
+        });
+    result
 }
 
 /// An edge that many candidates share.
@@ -114,26 +139,33 @@ struct CandidateEdge {
     index: u32,
     edge: Edge,
     outward: DVec3,
+    most_detour_m: f64,
 }
 
 impl CandidateEdge {
-    fn of(scene: &Scene, index: u32) -> Self {
+    fn of(scene: &Scene, index: u32, most_detour_m: f64) -> Self {
         let edge = scene.edge(index);
         Self {
+            most_detour_m,
             outward: edge.outward(),
             index,
             edge,
         }
     }
 
-    /// Whether the crossing is within the edge and both ends are on the reflecting side of their surfaces: a test that
-    /// needs no angles and excludes most candidates.
+    /// Whether the crossing is within the edge, its detour is not too long, and both ends are on the reflecting side of their
+    /// surfaces: a test that needs no angles and excludes most candidates.
     fn may_cross(&self, scene: &Scene, ends: &[ImagePoint; 2]) -> bool {
         let along_m = self.edge.apex_m(ends[0].image, ends[1].image);
-        if !(0.0..=self.edge.length_m).contains(&along_m) {
+        let Some(along_m) = self.edge.clamped(along_m) else {
+            return false;
+        };
+        let apex = self.edge.at(along_m);
+        let [from, to] = [ends[0].image, ends[1].image];
+        if from.distance(apex) + apex.distance(to) - from.distance(to) > self.most_detour_m {
             return false;
         }
-        let sight_point = edge_wave::sight_point(self.edge.at(along_m), self.outward);
+        let sight_point = edge_wave::sight_point(&self.edge, apex, self.outward);
         ends.iter().all(|end| {
             end.surface.is_none_or(|surface| {
                 let plane = scene.surface(surface);
@@ -148,6 +180,7 @@ impl CandidateEdge {
         scene: &Scene,
         ends: [ImagePoint; 2],
         endpoints: &Endpoints,
+        least_gain: f64,
         ranked: &mut [Option<RankedPath>; MAX_TESTED],
     ) {
         if !self.may_cross(scene, &ends) {
@@ -156,16 +189,9 @@ impl CandidateEdge {
         let Some(crossing) = self.edge.crossing(ends[0].image, ends[1].image) else {
             return;
         };
-        let straight_m = ends[0].real.distance(ends[1].real);
-        let straight_m = straight_m.max(endpoints.min_distance_m);
-        let mut gain =
-            estimated_gain(scene, &self.edge, &crossing) * straight_m / crossing.length_m();
-        for surface in ends.iter().filter_map(|end| end.surface) {
-            let factor = scene.reflectance(surface).factor(RANKING_COSINE)[RANKING_BAND];
-            gain *= f64::from(factor.abs());
-        }
-        let sight_point = edge_wave::sight_point(crossing.apex, self.outward);
-        if gain < MIN_RANKING_GAIN
+        let gain = estimated_gain(scene, &self.edge, &crossing, &ends, endpoints);
+        let sight_point = edge_wave::sight_point(&self.edge, crossing.apex, self.outward);
+        if gain < least_gain
             || ranked[MAX_TESTED - 1].is_some_and(|last| last.gain >= gain)
             || reflection_points(scene, &ends, sight_point).is_none()
         {
@@ -180,13 +206,33 @@ impl CandidateEdge {
     }
 }
 
-/// Estimated gain of a diffraction in [`RANKING_BAND`] relative to the free field over its length.
-fn estimated_gain(scene: &Scene, edge: &Edge, crossing: &EdgeCrossing) -> f64 {
+/// Upper bound of the detour in metres of paths with an estimated gain. The argument x of the transition function is at
+/// least half the phase of the detour.
+fn longest_detour_m(scene: &Scene, least_gain: f64) -> f64 {
+    let x = ((0.5 / least_gain).powi(2) - 1.0) / PI;
+    2.0 * x / edge_wave::wavenumbers(scene)[RANKING_BAND]
+}
+
+/// Estimated gain of a path in [`RANKING_BAND`] relative to the free field over the straight distance.
+fn estimated_gain(
+    scene: &Scene,
+    edge: &Edge,
+    crossing: &EdgeCrossing,
+    ends: &[ImagePoint; 2],
+    endpoints: &Endpoints,
+) -> f64 {
     let wavenumber = edge_wave::wavenumbers(scene)[RANKING_BAND];
     let distance_m = edge_wave::spread(crossing).distance_m;
     let x = WedgeAngles::of(edge, crossing).transition_argument(wavenumber, distance_m);
     // The transition function's size, 1 at the boundary and 1/√(πx) far from it.
-    0.5 / (1.0 + PI * x).sqrt()
+    let mut gain = 0.5 / (1.0 + PI * x).sqrt();
+    let straight_m = ends[0].real.distance(ends[1].real);
+    gain *= straight_m.max(endpoints.min_distance_m) / crossing.length_m();
+    for surface in ends.iter().filter_map(|end| end.surface) {
+        let factor = scene.reflectance(surface).factor(RANKING_COSINE)[RANKING_BAND];
+        gain *= f64::from(factor.abs());
+    }
+    gain
 }
 
 /// A path over one edge with one or two reflections.
@@ -217,7 +263,7 @@ impl ReflectedEdgePath {
         ];
         let line = &scene.edge(edge);
         let crossing = line.crossing(ends[0].image, ends[1].image)?;
-        let sight_point = edge_wave::sight_point(crossing.apex, line.outward());
+        let sight_point = edge_wave::sight_point(line, crossing.apex, line.outward());
         let hits = reflection_points(scene, &ends, sight_point)?;
         let fade = fade_out(crossing.length_m() - ends[0].image.distance(ends[1].image));
         (fade > 0.0).then_some(Self {
@@ -230,22 +276,54 @@ impl ReflectedEdgePath {
         })
     }
 
-    /// The path, if audible ([`edge_wave::is_audible`]). Occlusion is not tested.
-    pub fn path(&self, scene: &Scene, endpoints: &Endpoints) -> Option<Path> {
-        let gains = self.gains(scene);
+    /// The path, if audible ([`edge_wave::is_audible`]). Where the direct path is visible (`is_lit`), it masks a quiet one.
+    /// Occlusion is not tested.
+    pub fn path(&self, scene: &Scene, endpoints: &Endpoints, is_lit: bool) -> Option<Path> {
+        let mut gains = self.gains(scene);
+        if is_lit {
+            let share = self.unmasked_share(scene, endpoints) as f32;
+            gains = gains.map(|gain| gain * share);
+        }
         let straight_m = self.ends[0].real.distance(self.ends[1].real);
         let spreading = straight_m.max(endpoints.min_distance_m) / self.crossing.length_m();
         edge_wave::is_audible(&gains, spreading).then(|| self.to_path(scene, endpoints, &gains))
     }
 
-    /// Signed band gains relative to the free field over its length.
-    fn gains(&self, scene: &Scene) -> BandArray {
+    /// Length over the edge in metres.
+    pub(super) fn length_m(&self) -> f64 {
+        self.crossing.length_m()
+    }
+
+    /// Length of the straight line between the images of its ends in metres.
+    pub(super) fn straight_m(&self) -> f64 {
+        self.ends[0].image.distance(self.ends[1].image)
+    }
+
+    /// Difference of both lengths in metres.
+    pub(super) fn detour_m(&self) -> f64 {
+        (self.length_m() - self.straight_m()).max(0.0)
+    }
+
+    /// Share of the path that is audible beside the visible direct path.
+    pub(super) fn unmasked_share(&self, scene: &Scene, endpoints: &Endpoints) -> f64 {
+        let edge = &scene.edge(self.edge);
+        let gain = estimated_gain(scene, edge, &self.crossing, &self.ends, endpoints);
+        smoothstep((gain - MASKED_GAIN) / (UNMASKED_GAIN - MASKED_GAIN))
+    }
+
+    /// The waves of [`edge_wave::diffracted_field`]; `is_lit` is whether the straight path between the images is visible.
+    pub(super) fn waves(&self, scene: &Scene, is_lit: bool) -> (ComplexBands, ComplexBands) {
         let edge = &scene.edge(self.edge);
         let spread = edge_wave::spread(&self.crossing);
         // Reflections are not transmitted: a wall removes them completely. With a surface's reflection those of the
         // faces are of second order at least, and fade.
-        let (incident, reflected) =
-            edge_wave::diffracted_field(scene, edge, &self.crossing, &spread, false, [true; 2]);
+        let crossing = on_side(edge, &self.crossing, is_lit);
+        edge_wave::diffracted_field(scene, edge, &crossing, &spread, false, [true; 2])
+    }
+
+    /// Signed band gains relative to the free field over its length, in the shadow of the reflection.
+    fn gains(&self, scene: &Scene) -> BandArray {
+        let (incident, reflected) = self.waves(scene, false);
         let mut gains: [f64; _] =
             std::array::from_fn(|b| edge_wave::real_gain(incident[b] + reflected[b]) * self.fade);
         for end in &self.ends {

@@ -14,6 +14,16 @@ use crate::runtime::threads::workers::MAX_THREADS;
 /// Greatest number of sources of an engine.
 pub const MAX_SOURCES: usize = 4096;
 
+// Measured; `tools/tests/limits.rs` compares them with what is allocated.
+/// Bytes of a path of an update.
+const PATH_BYTES: usize = 230;
+/// Further bytes of one whose candidates the geometric predictor keeps.
+const CANDIDATE_BYTES: usize = 3500;
+/// Bytes of a source besides its slot.
+const SOURCE_BYTES: usize = 420;
+/// Bytes of a span in the rings of three threads.
+const SPAN_BYTES: usize = 96;
+
 /// When propagation runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EngineSchedule {
@@ -73,6 +83,8 @@ pub struct EngineSettings {
     pub even_blocks: bool,
     /// Thermal and performance hints of a phone's system; ignored on other systems.
     pub device_hints: DeviceHintsSettings,
+    /// Greatest [`Self::memory_bytes`]; more is refused. The largest engine of all ranges takes gigabytes.
+    pub max_memory_bytes: usize,
     /// Greatest number of paths of [`super::Controller::path_snapshot`], to 16,384; 0 turns it off.
     pub max_snapshot_paths: usize,
     /// Called before every update with its number, on the propagating thread, for instance for a profiler's mark. A
@@ -102,6 +114,7 @@ impl Default for EngineSettings {
             frame_time: FrameTime::default(),
             even_blocks: true,
             device_hints: DeviceHintsSettings::default(),
+            max_memory_bytes: 1 << 30,
             max_snapshot_paths: 0,
             before_update: None,
         }
@@ -134,7 +147,35 @@ impl EngineSettings {
                 Err(Error::setting("frame_time", problem, advice))
             }
             _ => self.generation.check(),
+        }?;
+        self.check_memory()
+    }
+
+    fn check_memory(&self) -> Result<()> {
+        let megabytes = |bytes: usize| bytes.div_ceil(1 << 20);
+        let [wanted, most] = [self.memory_bytes(), self.max_memory_bytes].map(megabytes);
+        if self.memory_bytes() <= self.max_memory_bytes {
+            return Ok(());
         }
+        let problem = format!("the engine takes {wanted} MiB, more than {most} MiB");
+        let advice = "choose fewer slots of sources or a shorter max_delay_s, or allow more";
+        Err(Error::setting("max_memory_bytes", problem, advice))
+    }
+
+    /// Bytes of an engine of these settings, without scenes, caches of propagation and sounds; stated to a quarter. Delay
+    /// lines are most of it.
+    pub fn memory_bytes(&self) -> usize {
+        let path_bytes = match self.predictor {
+            PredictorKind::Geometric(_) => PATH_BYTES + CANDIDATE_BYTES,
+            PredictorKind::Hold | PredictorKind::Linear => PATH_BYTES,
+        };
+        [
+            self.max_paths.saturating_mul(path_bytes),
+            self.source_limit().saturating_mul(SOURCE_BYTES),
+            self.trace_spans.saturating_mul(SPAN_BYTES),
+        ]
+        .into_iter()
+        .fold(self.generation.memory_bytes(), usize::saturating_add)
     }
 
     /// Greatest number of sources.

@@ -1,6 +1,7 @@
 //! Table of sources. Entries have generations, so a stale handle is an error and never refers to another source.
 //!
-//! Control side. A generation repeats after 65,536 sources in one entry; free entries are used in turn.
+//! Control side. A handle is never given again: an entry has 1,048,576 generations and is out of use after the last. Free
+//! entries are used in turn.
 
 use std::collections::VecDeque;
 
@@ -9,7 +10,7 @@ use glam::Vec3;
 use crate::error::{Error, Result};
 use crate::runtime::engine::slot_release::{PlaybackProgress, SlotRelease};
 use crate::runtime::engine::source_virtualization::VirtualSource;
-use crate::scene::{SourceId, SourcePose};
+use crate::scene::{SourceId, SourcePose, SourceSettings};
 
 /// Settings of one source.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +24,7 @@ struct SourceState {
 
 #[derive(Debug)]
 struct SourceEntry {
-    generation: u16,
+    generation: u32,
     state: Option<SourceState>,
     release: SlotRelease,
 }
@@ -44,6 +45,8 @@ impl SourceEntry {
 pub(super) struct SourceTable {
     slots: Vec<SourceEntry>,
     free: VecDeque<u16>,
+    /// Entries whose generations are used up.
+    used_up: usize,
 }
 
 /// Greatest coordinate in metres: beyond it squared distances lose all precision.
@@ -59,6 +62,13 @@ pub(super) fn check_position(name: &str, position: Vec3) -> Result<()> {
     Err(Error::setting(name, problem, advice))
 }
 
+fn stale(id: SourceId) -> Error {
+    Error::StaleSource {
+        slot: id.slot(),
+        generation: id.generation(),
+    }
+}
+
 impl SourceTable {
     pub(super) fn new(slots: usize) -> Self {
         Self {
@@ -70,6 +80,7 @@ impl SourceTable {
                 })
                 .collect(),
             free: (0..slots as u16).collect(),
+            used_up: 0,
         }
     }
 
@@ -77,7 +88,10 @@ impl SourceTable {
         check_position("position", position)?;
         let Some(index) = self.free.pop_front() else {
             let problem = format!("all {} sources are in use", self.slots.len());
-            let advice = "remove one, or raise max_sources";
+            let advice = match self.used_up {
+                0 => "remove one, or raise max_sources",
+                _ => "make another engine: this one has had a million sources a slot",
+            };
             return Err(Error::engine(problem, advice));
         };
         let slot = &mut self.slots[usize::from(index)];
@@ -97,8 +111,12 @@ impl SourceTable {
         let slot = &mut self.slots[id.slot()];
         slot.state = None;
         slot.release = SlotRelease::RemovedAt(tick);
-        slot.generation = slot.generation.wrapping_add(1);
-        self.free.push_back(id.slot() as u16);
+        if slot.generation < SourceId::LAST_GENERATION {
+            slot.generation += 1;
+            self.free.push_back(id.slot() as u16);
+        } else {
+            self.used_up += 1;
+        }
         Ok(())
     }
 
@@ -122,6 +140,15 @@ impl SourceTable {
         Ok(())
     }
 
+    pub(super) fn configure(&mut self, id: SourceId, settings: SourceSettings) -> Result<()> {
+        self.state_mut(id)?.pose.settings = settings;
+        Ok(())
+    }
+
+    pub(super) fn settings(&self, id: SourceId) -> Result<SourceSettings> {
+        Ok(self.state(id)?.pose.settings)
+    }
+
     pub(super) fn set_muted(&mut self, id: SourceId, muted: bool) -> Result<()> {
         self.state_mut(id)?.muted = muted;
         Ok(())
@@ -143,30 +170,26 @@ impl SourceTable {
     }
 
     pub(super) fn check(&self, id: SourceId) -> Result<()> {
+        self.state(id).map(drop)
+    }
+
+    fn state(&self, id: SourceId) -> Result<&SourceState> {
         let slot = self.slots.get(id.slot());
-        match slot.filter(|slot| slot.state.is_some() && slot.generation == id.generation()) {
-            Some(_) => Ok(()),
-            None => Err(Error::StaleSource {
-                slot: id.slot(),
-                generation: id.generation(),
-            }),
-        }
+        slot.filter(|slot| slot.generation == id.generation())
+            .and_then(|slot| slot.state.as_ref())
+            .ok_or_else(|| stale(id))
     }
 
     fn state_mut(&mut self, id: SourceId) -> Result<&mut SourceState> {
-        let stale = Error::StaleSource {
-            slot: id.slot(),
-            generation: id.generation(),
-        };
         let slot = self.slots.get_mut(id.slot());
         slot.filter(|slot| slot.generation == id.generation())
             .and_then(|slot| slot.state.as_mut())
-            .ok_or(stale)
+            .ok_or_else(|| stale(id))
     }
 
     /// Number of sources.
     pub(super) fn count(&self) -> usize {
-        self.slots.len() - self.free.len()
+        self.slots.len() - self.free.len() - self.used_up
     }
 
     /// All sources, by index.
@@ -194,6 +217,20 @@ impl SourceTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_handle_is_given_twice() {
+        let mut table = SourceTable::new(1);
+        let count = u64::from(SourceId::LAST_GENERATION) + 1;
+        for n in 0..count {
+            let id = table.add(Vec3::ZERO).expect("is free");
+            assert_eq!((id.slot(), u64::from(id.generation())), (0, n));
+            table.remove(id, n).expect("is there");
+        }
+        assert_eq!(table.count(), 0);
+        let error = table.add(Vec3::ZERO).expect_err("is used up").to_string();
+        assert!(error.contains("another engine"), "{error}");
+    }
 
     #[test]
     fn a_slots_next_source_waits_for_the_fade_out() {

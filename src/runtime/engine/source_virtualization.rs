@@ -54,7 +54,7 @@ struct Assignment {
 
 #[derive(Debug, Clone, Copy)]
 struct RenderSlot {
-    generation: u16,
+    generation: u32,
     /// The only member; `None` for a shared slot.
     owner: Option<SourceId>,
     members: u32,

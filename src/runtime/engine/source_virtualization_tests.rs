@@ -170,7 +170,7 @@ fn a_louder_source_gets_an_own_slot_after_a_release() {
         .expect("a shared slot");
     scenario.sources[quiet].pose.position = position_around(quiet, 2.0);
     let mut waited = 0;
-    let generations: Vec<u16> = scenario
+    let generations: Vec<u32> = scenario
         .virtualizer
         .slots
         .iter()

@@ -37,14 +37,42 @@ pub(super) struct Metrics {
     pub(super) propagation_ns: AtomicU64,
     pub(super) frame_ns: AtomicU64,
     pub(super) propagation_failed: AtomicBool,
-    pub(super) propagation_placement: SharedValue<Placement>,
-    pub(super) sound_placement: SharedValue<Placement>,
+    pub(super) propagation_placement: AtomicPlacement,
+    pub(super) sound_placement: AtomicPlacement,
     /// Kernel thread id of the sound thread, once placed.
     pub(super) sound_thread: AtomicI32,
     /// Longest rendering time of a block since the last report, and the duration of a block.
     pub(super) block_peak_ns: AtomicU64,
     pub(super) block_lasts_ns: AtomicU64,
     pub(super) device_hints: SharedValue<DeviceHintsReport>,
+}
+
+/// A [`Placement`], stored by its thread and read by the app.
+#[derive(Default)]
+pub(super) struct AtomicPlacement {
+    cores: AtomicU64,
+    pinned: AtomicBool,
+    realtime_priority: AtomicI32,
+    nice: AtomicI32,
+}
+
+impl AtomicPlacement {
+    pub(super) fn store(&self, placement: Placement) {
+        self.cores.store(placement.cores, Ordering::Relaxed);
+        self.pinned.store(placement.pinned, Ordering::Relaxed);
+        self.realtime_priority
+            .store(placement.realtime_priority, Ordering::Relaxed);
+        self.nice.store(placement.nice, Ordering::Relaxed);
+    }
+
+    fn load(&self) -> Placement {
+        Placement {
+            cores: self.cores.load(Ordering::Relaxed),
+            pinned: self.pinned.load(Ordering::Relaxed),
+            realtime_priority: self.realtime_priority.load(Ordering::Relaxed),
+            nice: self.nice.load(Ordering::Relaxed),
+        }
+    }
 }
 
 /// Statistics of an engine since it was made.

@@ -1,13 +1,10 @@
-//! A small value behind a lock: written by control threads and by a thread that starts, read by any control thread.
+//! A small value behind a lock, written and read by control threads.
 
-#![expect(
-    clippy::disallowed_types,
-    reason = "control threads; the audio side stores once, before its first block"
-)]
+#![expect(clippy::disallowed_types, reason = "control threads only")]
 
 use std::sync::{Mutex, PoisonError};
 
-/// A shared value. Not for the audio side while it renders.
+/// A shared value. Not for the audio side.
 #[derive(Default)]
 pub(crate) struct SharedValue<T>(Mutex<T>);
 

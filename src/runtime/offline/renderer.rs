@@ -214,6 +214,8 @@ impl OfflineRenderer {
             let retired = extrapolator.store_prepared_update(update, prepared, level);
             self.propagation.recycle(retired);
         }
+        let interval_s = self.settings.graphics_rate_hz.recip();
+        self.extrapolator.record_sources(&poses.sources, interval_s);
         self.extrapolator
             .frame(&poses.listener, &poses.sources, &mut self.frame_paths);
         self.report.extrapolation.push(started.elapsed());

@@ -163,5 +163,11 @@ fn add_nearby(result: &mut PathSet, other: &PathSet) {
     result.nearby.extend(new);
     result.nearby.sort_unstable_by_key(|path| path.id);
     result.direct_edges.extend(&other.direct_edges);
+    let known = result.reflection_edges.len();
+    for edge in &other.reflection_edges {
+        if !result.reflection_edges[..known].contains(edge) {
+            result.reflection_edges.push(*edge);
+        }
+    }
     result.rays += other.rays;
 }

@@ -18,6 +18,7 @@ use super::surface::finite_panel::{FinitePanel, FinitePanels};
 use super::surface::{Surface, SurfaceSet};
 use super::weld::IntakeReport;
 use crate::acoustics::material::Reflectance;
+use crate::acoustics::medium::HIGH_AIR_HZ;
 use crate::acoustics::{BandArray, Material, Medium};
 use crate::error::{Error, Result};
 use crate::geometry::bvh::RayObserver;
@@ -65,6 +66,7 @@ pub struct Scene {
     transmission_factors: Arc<[BandArray]>,
     speed_of_sound_m_s: f64,
     air_np_per_m: BandArray,
+    high_air_np_per_m: [f32; HIGH_AIR_HZ.len()],
     diagonal_m: f32,
     finite_panels: Arc<FinitePanels>,
     instances: Instances,
@@ -144,6 +146,7 @@ impl Scene {
                 .collect(),
             speed_of_sound_m_s,
             air_np_per_m,
+            high_air_np_per_m: settings.medium.high_absorption_np_per_m(),
             diagonal_m: mesh.report.bounds_min.distance(mesh.report.bounds_max),
             mesh: Arc::new(mesh),
             instances: Instances::default(),
@@ -391,6 +394,12 @@ impl Scene {
     #[inline]
     pub fn air_np_per_m(&self) -> &BandArray {
         &self.air_np_per_m
+    }
+
+    /// Absorption of air above the bands, in Np per second of delay at [`HIGH_AIR_HZ`].
+    pub(crate) fn high_air_np_per_s(&self) -> [f32; HIGH_AIR_HZ.len()] {
+        let speed_m_s = self.speed_of_sound_m_s as f32;
+        self.high_air_np_per_m.map(|np| np * speed_m_s)
     }
 
     /// Diagonal of the bounds in metres.

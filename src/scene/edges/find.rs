@@ -221,5 +221,6 @@ fn edge(segment: &Segment, low: Option<DVec3>, high: Option<DVec3>) -> Edge {
         normal: direction.cross(tangent),
         n: segment.n,
         faces: segment.faces,
+        free_ends: [true; 2],
     }
 }

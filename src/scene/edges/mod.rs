@@ -7,7 +7,9 @@ mod boundaries;
 mod edge;
 mod find;
 mod flush;
+mod free_ends;
 mod mirrors;
+mod search_budget;
 mod tree;
 mod visibility_graph;
 
@@ -99,7 +101,8 @@ impl EdgeSet {
         centre: DVec3,
         bvh: &Bvh,
     ) -> Self {
-        let edges = find::find(vertices, triangles, surfaces, centre);
+        let mut edges = find::find(vertices, triangles, surfaces, centre);
+        free_ends::mark(&mut edges, bvh);
         let tree = EdgeTree::build(&edges);
         let graph = visibility_graph::EdgeVisibilityGraph::build(&edges, &tree, bvh);
         let mut mirrors: Vec<u32> = (0..surfaces.surfaces.len() as u32)
@@ -182,7 +185,7 @@ impl EdgeSet {
     ) {
         for &DiffractingEdge { edge, .. } in known.as_slice() {
             let found = self.edges.get(edge as usize);
-            if let Some(length_m) = found.and_then(|e| e.crossing_length_m(from, to, longest_m)) {
+            if let Some(length_m) = found.and_then(|e| e.crossing_rank_m(from, to, longest_m)) {
                 near.insert(DiffractingEdge { edge, length_m });
             }
         }
@@ -200,7 +203,7 @@ impl EdgeSet {
     ) {
         self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
             // Most paths are too long for a full list; lengths are cheaper than angles.
-            edge.crossing_length_m(from, to, bound_m)
+            edge.crossing_rank_m(from, to, bound_m)
         });
     }
 

@@ -1,5 +1,8 @@
 //! A tree of boxes over edges.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use glam::DVec3;
 
 use super::edge::Edge;
@@ -83,6 +86,36 @@ impl EdgeTree {
             let leaf = &self.order[first..first + node.count as usize];
             let inside = enter(node.min, node.max, leaf);
             at = if inside { at + 1 } else { node.next as usize };
+        }
+    }
+
+    /// Calls `enter` with the distances of boxes and, of leaves, their edges, nearest box first, until it returns `false`.
+    /// `distance_m` gives a box's distance, not below zero.
+    pub(super) fn walk_nearest(
+        &self,
+        distance_m: impl Fn(DVec3, DVec3) -> f64,
+        mut enter: impl FnMut(f64, &[u32]) -> bool,
+    ) {
+        // Bits of positive numbers sort as the numbers do.
+        let rank = |at: u32| {
+            let node = &self.nodes[at as usize];
+            Reverse((distance_m(node.min, node.max).to_bits(), at))
+        };
+        let mut pending = BinaryHeap::new();
+        if !self.nodes.is_empty() {
+            pending.push(rank(0));
+        }
+        while let Some(Reverse((bits, at))) = pending.pop() {
+            let node = &self.nodes[at as usize];
+            let first = node.first as usize;
+            let leaf = &self.order[first..first + node.count as usize];
+            if !enter(f64::from_bits(bits), leaf) {
+                return;
+            }
+            if leaf.is_empty() {
+                pending.push(rank(at + 1));
+                pending.push(rank(self.nodes[at as usize + 1].next));
+            }
         }
     }
 

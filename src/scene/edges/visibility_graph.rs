@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Bvh, Ray};
 use crate::scene::edges::edge::Edge;
+use crate::scene::edges::search_budget::SearchBudget;
 use crate::scene::edges::tree::EdgeTree;
 
 /// Neighbours that one edge chooses; those at the same distance as the last one count as well.
@@ -35,12 +36,9 @@ const MOST_TESTED: usize = 32;
 /// Candidates that may be as near as the last tested one and are tested as well.
 const MOST_EQUAL: usize = 16;
 
-/// Edges compared with one edge, in the tree's order: bounds the time where thousands of edges lie within reach of each
-/// other. The benchmark scenes stay below a quarter of it.
-const MOST_COMPARED: usize = 4096;
-
-/// The same among the edges of one face.
+/// Edges of one face compared with one edge, and with all edges together.
 const MOST_COMPARED_IN_FACE: usize = 1024;
+const MOST_COMPARED_IN_FACES: usize = 1 << 23;
 
 /// Neighbour lists of all edges, end to end.
 #[derive(Debug, Clone, Default)]
@@ -51,6 +49,7 @@ pub(crate) struct EdgeVisibilityGraph {
 
 impl EdgeVisibilityGraph {
     pub(crate) fn build(edges: &[Edge], tree: &EdgeTree, bvh: &Bvh) -> Self {
+        let budget = SearchBudget::new(edges.len(), bvh.crossed_boxes());
         let mut pairs: Vec<(u32, f64, u32)> = Vec::new();
         let by_face = EdgesByFace::build(edges);
         let mut near: Vec<(f64, u32)> = Vec::new();
@@ -59,13 +58,14 @@ impl EdgeVisibilityGraph {
             let (a, b) = (edge.at(0.0), edge.at(edge.length_m));
             let (low, high) = (a.min(b), a.max(b));
             let mut compared = 0;
-            tree.walk(|min, max, leaf| {
-                let gap_m = (min - high).max(low - max).max(DVec3::ZERO).length();
+            let gap_m =
+                |min: DVec3, max: DVec3| (min - high).max(low - max).max(DVec3::ZERO).length();
+            tree.walk_nearest(gap_m, |gap_m, leaf| {
                 let bound_m = match near.get(MOST_TESTED - 1) {
                     Some((farthest_m, _)) => *farthest_m + SAME_M,
                     None => REACH_M,
                 };
-                if compared >= MOST_COMPARED || gap_m - tree.slack_m() > bound_m {
+                if compared >= budget.compared || gap_m - tree.slack_m() > bound_m {
                     return false;
                 }
                 for &other in leaf.iter().filter(|&&o| o as usize != index) {
@@ -86,7 +86,7 @@ impl EdgeVisibilityGraph {
                 true
             });
             let mut choose = |near: &[(f64, u32)], most: usize| {
-                let seen = with_equals(near.iter(), MOST_TESTED)
+                let seen = with_equals(near.iter(), MOST_TESTED.min(budget.tested))
                     .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh));
                 for &(apart_m, other) in with_equals(seen, most) {
                     pairs.push((index as u32, apart_m, other));
@@ -147,7 +147,12 @@ fn with_equals<'a>(
 }
 
 /// Edges by face, for pairs across a wide one.
-struct EdgesByFace(Vec<(u32, u32)>);
+struct EdgesByFace {
+    /// Face and edge, sorted.
+    list: Vec<(u32, u32)>,
+    /// Edges of a face that are compared with one edge.
+    compared: usize,
+}
 
 impl EdgesByFace {
     fn build(edges: &[Edge]) -> Self {
@@ -155,7 +160,11 @@ impl EdgesByFace {
         let mut list: Vec<(u32, u32)> = (0..).zip(edges).flat_map(both).collect();
         list.sort_unstable();
         list.dedup();
-        Self(list)
+        let share = MOST_COMPARED_IN_FACES / list.len().max(1);
+        Self {
+            list,
+            compared: share.min(MOST_COMPARED_IN_FACE),
+        }
     }
 
     /// Sets `far` to the edges between [`REACH_M`] and [`FACE_REACH_M`] from one that share a face with it, nearest first,
@@ -167,9 +176,11 @@ impl EdgesByFace {
             if number == 1 && face == edge.faces[0] {
                 continue;
             }
-            let first = self.0.partition_point(|entry| entry.0 < face);
-            let own = self.0[first..].iter().take_while(|entry| entry.0 == face);
-            for &(_, other) in own.take(MOST_COMPARED_IN_FACE) {
+            let first = self.list.partition_point(|entry| entry.0 < face);
+            let own = self.list[first..]
+                .iter()
+                .take_while(|entry| entry.0 == face);
+            for &(_, other) in own.take(self.compared) {
                 let candidate = &edges[other as usize];
                 let (s, t) = edge.closest(candidate);
                 let apart_m = edge.at(s).distance(candidate.at(t));
@@ -213,19 +224,23 @@ fn is_unoccluded(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use glam::Vec3;
 
     use super::*;
+    use crate::geometry::bvh::RayObserver;
     use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
 
-    /// Loose triangles within reach of each other.
-    fn heap(count: u32) -> TriangleMesh {
+    /// Loose triangles in a box of a given size.
+    fn heap(count: u32, size: Vec3) -> TriangleMesh {
         let mut mesh = TriangleMesh::default();
         let material = mesh.material("concrete");
         let random = |n: u32| (n.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
         for n in 0..3 * count {
             let at = Vec3::new(random(3 * n), random(3 * n + 1), random(3 * n + 2));
-            mesh.vertices.push(8.0 * at);
+            mesh.vertices.push(size * at);
         }
         for n in 0..count {
             mesh.triangles.push([3 * n, 3 * n + 1, 3 * n + 2]);
@@ -237,11 +252,11 @@ mod tests {
     #[test]
     fn neighbours_equal_an_exhaustive_search() {
         let doorway = procedural::by_name("doorway").expect("a scene").mesh;
-        for mesh in [doorway, heap(120)] {
+        for mesh in [doorway, heap(120, Vec3::splat(8.0))] {
             let table = MaterialTable::built_in();
             let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
             let edges = scene.edges().as_slice();
-            assert!(edges.len() > 40 && edges.len() < MOST_COMPARED);
+            assert!(edges.len() > 40 && edges.len() < 4096);
             // The nearest in a range of distances that are visible.
             let chosen = |index: usize, reach_m: std::ops::Range<f64>, most: usize| {
                 let edge = &edges[index];
@@ -289,6 +304,42 @@ mod tests {
                     false => assert!(neighbours.iter().all(|other| names.contains(other))),
                 }
             }
+        }
+    }
+
+    #[derive(Debug, Default)]
+    struct RayCount(AtomicUsize);
+
+    impl RayObserver for RayCount {
+        fn on_ray(&self, _: &Ray, _: [u32; 2], _: bool) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    #[test]
+    fn sight_lines_through_heaps_of_triangles_are_bounded() {
+        let flat = Vec3::new(50.0, 0.0, 50.0);
+        for (count, size) in [
+            (1000, flat),
+            (5000, flat),
+            (20_000, flat),
+            (10_000, Vec3::splat(50.0)),
+        ] {
+            let mesh = heap(count, size);
+            let vertices = &mesh.vertices;
+            let groups: Vec<u32> = (0..count).collect();
+            let rays = Arc::new(RayCount::default());
+            let bvh = Bvh::build(vertices, &mesh.triangles, &groups).with_observer(rays.clone());
+            let table = MaterialTable::built_in();
+            let scene = Scene::commit(&mesh, &table, &SceneSettings::default()).expect("commits");
+            let edges = scene.edges().as_slice();
+            EdgeVisibilityGraph::build(edges, &EdgeTree::build(edges), &bvh);
+            let boxes = rays.0.load(Ordering::Relaxed) as f64 * bvh.crossed_boxes();
+            // Two nanoseconds a box: half a second.
+            assert!(
+                boxes <= f64::from(1 << 28),
+                "{boxes} boxes of {count} triangles"
+            );
         }
     }
 }

@@ -23,6 +23,13 @@ const FALL: f32 = 0.3;
 /// Sample positions along an edge, relative to its length.
 const SAMPLES: [f32; 3] = [0.2, 0.5, 0.8];
 
+/// Most rays that test whether a segment of a boundary is free: two a sample and side.
+const RAYS_A_SEGMENT: usize = 4 * SAMPLES.len();
+
+/// Boxes that all these rays intersect, by estimate, beyond which no panel counts as free. The benchmark scenes have a
+/// quarter of it at most.
+const MOST_BOXES: f64 = (1u64 << 28) as f64;
+
 /// Least free share of a panel's boundary on the free side of a finite panel.
 const FREE_SHARE: f64 = 0.5;
 
@@ -121,6 +128,8 @@ impl FinitePanels {
                 high: bound(DVec3::max) + f64::from(REACH_M),
             });
         }
+        // The piece, its segment and the corner opposite of it, for each segment of a boundary.
+        let mut segments: Vec<(u32, usize, Vec3)> = Vec::new();
         let mut meeting: Vec<u32> = Vec::new();
         for same in sorted_edges(triangles).chunk_by(|a, b| a.0 == b.0) {
             // Sorted, because thousands of triangles may meet at one edge.
@@ -132,7 +141,8 @@ impl FinitePanels {
             meeting.sort_unstable();
             for &(_, edge) in same {
                 let (triangle, side) = (edge / 3, edge as usize % 3);
-                let Some(piece) = pieces.get_mut(piece_index[triangle as usize] as usize) else {
+                let index = piece_index[triangle as usize];
+                let Some(piece) = pieces.get_mut(index as usize) else {
                     continue;
                 };
                 let own = meeting.partition_point(|&surface| surface < piece.surface);
@@ -140,13 +150,23 @@ impl FinitePanels {
                     continue;
                 }
                 let corners = triangles[triangle as usize].map(|v| vertices[v as usize]);
-                let ends = [corners[side], corners[(side + 1) % 3]];
-                let normal = set.surfaces[piece.surface as usize].normal.as_vec3();
+                segments.push((index, piece.boundary.len(), corners[(side + 2) % 3]));
                 piece.boundary.push(BoundarySegment {
-                    ends,
-                    free: free_sides(bvh, ends, corners[(side + 2) % 3], normal),
+                    ends: [corners[side], corners[(side + 1) % 3]],
+                    free: [false; 2],
                 });
             }
+        }
+        let rays = segments.len() * RAYS_A_SEGMENT;
+        if rays as f64 * bvh.crossed_boxes() > MOST_BOXES {
+            // None is free.
+            segments.clear();
+        }
+        for (index, segment, inner) in segments {
+            let piece = &mut pieces[index as usize];
+            let normal = set.surfaces[piece.surface as usize].normal.as_vec3();
+            let segment = &mut piece.boundary[segment];
+            segment.free = free_sides(bvh, segment.ends, inner, normal);
         }
         for piece in &mut pieces {
             piece.sides = sides(piece, set.surfaces[piece.surface as usize].normal.as_vec3());
@@ -277,8 +297,15 @@ fn distance_m([from, to]: [DVec3; 2], point: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use glam::Vec3;
 
+    use super::{FinitePanels, MOST_BOXES};
+    use crate::geometry::bvh::RayObserver;
+    use crate::geometry::{Bvh, Ray};
+    use crate::scene::commit::commit_mesh;
     use crate::scene::{MaterialTable, Scene, SceneSettings, TriangleMesh, procedural};
 
     fn commit(mesh: &TriangleMesh) -> Scene {
@@ -351,5 +378,46 @@ mod tests {
                 (sides[0].length() - 6.0).abs() < 1e-3 && (sides[1].length() - 0.2588).abs() < 1e-3
             );
         }
+    }
+
+    #[derive(Debug, Default)]
+    struct RayCount(AtomicUsize);
+
+    impl RayObserver for RayCount {
+        fn on_ray(&self, _: &Ray, _: [u32; 2], _: bool) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Boxes that the search for free panels intersects, by estimate.
+    fn boxes(mesh: &TriangleMesh) -> f64 {
+        let mesh = commit_mesh(mesh, &MaterialTable::built_in(), 0.5).expect("commits");
+        let groups = &mesh.surfaces.triangle_surface;
+        let rays = Arc::new(RayCount::default());
+        let bvh = Bvh::build(&mesh.vertices, &mesh.triangles, groups).with_observer(rays.clone());
+        FinitePanels::build(&mesh.vertices, &mesh.triangles, &mesh.surfaces, &bvh, 40.0);
+        rays.0.load(Ordering::Relaxed) as f64 * bvh.crossed_boxes()
+    }
+
+    #[test]
+    fn the_search_for_free_panels_is_bounded() {
+        for name in procedural::NAMES {
+            let boxes = boxes(&procedural::by_name(name).expect("a scene").mesh);
+            assert!(0.0 < boxes && boxes < MOST_BOXES / 4.0, "{name}: {boxes}");
+        }
+        // Panels of half a square metre and more, as long as a cube of 50 m.
+        let random = |n: u32| (n.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
+        let mut mesh = TriangleMesh::default();
+        let material = mesh.material("steel");
+        for n in 0..20_000 {
+            let [a, b] = [6 * n, 6 * n + 3]
+                .map(|n| 50.0 * Vec3::new(random(n), random(n + 1), random(n + 2)));
+            mesh.vertices
+                .extend([a, b, b + 0.05 * (b - a).any_orthonormal_vector()]);
+            mesh.triangles.push([3 * n, 3 * n + 1, 3 * n + 2]);
+            mesh.triangle_materials.push(material);
+        }
+        let boxes = boxes(&mesh);
+        assert!(boxes <= MOST_BOXES, "{boxes}");
     }
 }

@@ -3,6 +3,7 @@
 
 use std::ffi::{CStr, CString};
 use std::ptr;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use foresound::bridge::capi::*;
 use foresound::bridge::engine::SourceOptions;
@@ -20,10 +21,21 @@ struct World<'a> {
     renderers: Vec<u64>,
     sources: Vec<u32>,
     instances: Vec<u32>,
+    /// Handles of all threads that make calls, open or closed.
+    shared: &'a [AtomicU64],
 }
 
 impl World<'_> {
-    /// Mostly the newest handle of its kind, sometimes any, rarely an invented one.
+    /// Keeps a new handle, and shows it to other threads.
+    fn made(&mut self, handle: u64) {
+        self.handles.push(handle);
+        let at = self.bytes.below(self.shared.len());
+        if let Some(shown) = self.shared.get(at) {
+            shown.store(handle, Ordering::Relaxed);
+        }
+    }
+
+    /// Mostly the newest handle of its kind, sometimes any, or one of another thread, rarely an invented one.
     fn handle(&mut self, of: fn(&Self) -> &Vec<u64>) -> u64 {
         match self.bytes.byte() {
             255 => self.bytes.long(),
@@ -31,6 +43,10 @@ impl World<'_> {
                 let count = self.handles.len().max(1);
                 let at = usize::from(kind) % count;
                 self.handles.get(at).copied().unwrap_or(0)
+            }
+            kind @ 80..=199 if !self.shared.is_empty() => {
+                let at = usize::from(kind) % self.shared.len();
+                self.shared[at].load(Ordering::Relaxed)
             }
             _ => of(self).last().copied().unwrap_or(0),
         }
@@ -193,7 +209,7 @@ fn sound(world: &mut World) {
                 foresound_clip_from_samples(samples.as_ptr(), 24, rate_hz, 16_000, &raw mut handle)
             };
             if succeeds(status) {
-                world.handles.push(handle);
+                world.made(handle);
             }
             let looped = world.bytes.byte().into();
             let clip = match world.bytes.byte() {
@@ -208,7 +224,7 @@ fn sound(world: &mut World) {
             let status =
                 unsafe { foresound_source_stream(engine, source, capacity, &raw mut handle) };
             if succeeds(status) {
-                world.handles.push(handle);
+                world.made(handle);
             }
         }
         _ => {
@@ -279,19 +295,20 @@ fn step(world: &mut World) {
                 )
             };
             if succeeds(status) {
-                world.handles.extend([engine, renderer]);
+                world.made(engine);
+                world.made(renderer);
                 world.engines.push(engine);
                 world.renderers.push(renderer);
             }
         }
         1 => {
             if let Some(scene) = scene(world) {
-                world.handles.push(scene);
+                world.made(scene);
                 let mut info = SceneInfo::default();
                 // SAFETY: the address of a variable.
-                assert!(succeeds(unsafe {
-                    foresound_scene_info(scene, &raw mut info)
-                }));
+                let is_told = succeeds(unsafe { foresound_scene_info(scene, &raw mut info) });
+                // Another thread may have closed it.
+                assert!(is_told || !world.shared.is_empty());
                 let engine = world.engine();
                 succeeds(foresound_engine_set_scene(engine, scene));
             }
@@ -344,7 +361,13 @@ fn step(world: &mut World) {
 
 /// Any sequence of calls.
 pub(crate) fn c_calls(data: &[u8]) {
+    c_calls_beside(data, &[]);
+}
+
+/// Any sequence of calls, beside those of other threads with the same handles.
+pub(crate) fn c_calls_beside(data: &[u8], shared: &[AtomicU64]) {
     let mut world = World {
+        shared,
         bytes: Bytes(data),
         handles: Vec::new(),
         engines: Vec::new(),

@@ -80,6 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             source: source.pose(SourceId::new(number as u16, 0)),
             clip: voice(number, RATE_HZ)?,
             looped: true,
+            path: None,
         });
     }
     let hrtf = Arc::new(Hrtf::builtin(RATE_HZ)?);
@@ -233,29 +234,29 @@ fn print_findings(
             "dropped_paths": reports[0].dropped_paths + reports[1].dropped_paths,
             "files": files,
         });
-        println!("{value}");
+        outln!("{value}");
         return;
     }
-    println!(
+    outln!(
         "A walk of {:.1} s through concert_hall, {SOURCES} voices",
         arguments.seconds
     );
-    println!("  scene          {triangles} triangles, {surfaces} surfaces");
-    println!(
+    outln!("  scene          {triangles} triangles, {surfaces} surfaces");
+    outln!(
         "  propagation    {} rays, {} paths an update",
         median(&reports[0].rays),
         median(&reports[0].paths)
     );
-    println!(
+    outln!(
         "  synchronous    an update every graphics frame, {} in all",
         reports[0].paths.len()
     );
-    println!(
+    outln!(
         "  asynchronous   an update every {} graphics frames (L = {LEVEL}), {} in all",
         LEVEL + 1,
         reports[1].paths.len()
     );
-    println!(
+    outln!(
         "  time           propagation {:.2} ms an update; of a graphics frame ({:.1} ms) extrapolation {:.3} ms, generation {:.2} ms",
         stage_ms(&reports[0].propagation),
         1e3 / GRAPHICS_RATE_HZ,
@@ -263,8 +264,8 @@ fn print_findings(
         stage_ms(&reports[0].generation)
     );
     let predictor = PREDICTOR.name();
-    println!("  similarity     SI-SNR {si_snr_db:.2} dB between the two, predictor {predictor}");
+    outln!("  similarity     SI-SNR {si_snr_db:.2} dB between the two, predictor {predictor}");
     for file in files {
-        println!("  written        {}", file.display());
+        outln!("  written        {}", file.display());
     }
 }

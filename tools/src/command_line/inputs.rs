@@ -211,6 +211,35 @@ impl SourcePosition {
     }
 }
 
+/// Refuses an output that would replace an input.
+pub(crate) fn keep_inputs<'a>(
+    out: &Path,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<()> {
+    // What does not exist is no input.
+    let Ok(written) = out.canonicalize() else {
+        return Ok(());
+    };
+    let is_written = |input: &&Path| input.canonicalize().is_ok_and(|input| input == written);
+    match inputs.into_iter().find(is_written) {
+        Some(_) => Err(Error::file(
+            out,
+            "is an input of this command",
+            "write to another file",
+        )),
+        None => Ok(()),
+    }
+}
+
+impl SceneArguments {
+    /// Files that are read for a scene.
+    pub(crate) fn files(&self, named: &Path) -> Vec<PathBuf> {
+        let beside = named.with_extension("toml");
+        let files = [named.to_path_buf(), beside].into_iter();
+        files.chain(self.materials.clone()).collect()
+    }
+}
+
 /// A predictor by its name.
 pub(crate) fn predictor_named(name: &str) -> Result<PredictorKind> {
     let found = PredictorKind::ALL

@@ -1,8 +1,9 @@
-//! `inspect`: triangles, surfaces, materials, edges and bounds of a mesh.
+//! `inspect`: triangles, surfaces, area, materials, edges and bounds of a mesh.
 
 use std::path::PathBuf;
 
 use foresound::Result;
+use glam::Vec3;
 use serde_json::json;
 
 use crate::inputs::{SceneArguments, load_scene, print_notes};
@@ -18,17 +19,31 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
+/// Coordinates rounded to a part of a metre; never −0.
+fn rounded(position: Vec3, parts: f64) -> [f64; 3] {
+    let round = |n: f64| (n * parts).round() / parts + 0.0;
+    position.as_dvec3().to_array().map(round)
+}
+
+/// Metres to three decimals.
+fn millimetres(position: Vec3) -> String {
+    let [x, y, z] = rounded(position, 1e3);
+    format!("[{x}, {y}, {z}]")
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let loaded = load_scene(&arguments.file, &arguments.scene)?;
     print_notes(&loaded.notes);
     let scene = &loaded.scene;
     let report = scene.report();
     let names: Vec<&str> = scene.materials().iter().map(|m| m.name.as_str()).collect();
+    let area_m2: f64 = scene.surfaces().iter().map(|s| s.area_m2).sum();
     let (min, max) = (report.bounds_min, report.bounds_max);
     if arguments.json {
         let value = json!({
             "triangles": report.triangles,
             "surfaces": scene.surfaces().len(),
+            "area_m2": area_m2,
             "materials": names,
             "defaulted_materials": scene.defaulted_materials(),
             "edges": report.edges,
@@ -41,32 +56,37 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "dropped_degenerate": report.dropped_degenerate,
             "dropped_duplicate": report.dropped_duplicate,
             "vertices_welded": report.vertices_welded,
-            "bounds_min_m": min.to_array(),
-            "bounds_max_m": max.to_array(),
+            "bounds_min_m": rounded(min, 1e6),
+            "bounds_max_m": rounded(max, 1e6),
             "memory_bytes": scene.memory_bytes(),
         });
-        println!("{value}");
+        outln!("{value}");
         return Ok(());
     }
-    println!("{}", arguments.file.display());
-    println!(
+    outln!("{}", arguments.file.display());
+    outln!(
         "  triangles   {} of {}",
-        report.triangles, report.triangles_in
+        report.triangles,
+        report.triangles_in
     );
-    println!("  surfaces    {}", scene.surfaces().len());
-    println!("  materials   {}", names.join(", "));
+    outln!("  surfaces    {}", scene.surfaces().len());
+    outln!("  area        {area_m2:.3} m²");
+    outln!("  materials   {}", names.join(", "));
     let watertight = if report.watertight {
         "watertight"
     } else {
         "not watertight"
     };
-    println!(
+    outln!(
         "  edges       {}: {} at a boundary, {} shared by more than two; {watertight}",
-        report.edges, report.boundary_edges, report.non_manifold_edges
+        report.edges,
+        report.boundary_edges,
+        report.non_manifold_edges
     );
-    println!("  diffracting {} edges", scene.edges().len());
-    println!("  welded      {} vertices", report.vertices_welded);
-    println!("  bounds      {min} to {max} m, size {}", max - min);
-    println!("  memory      {:.1} MB", scene.memory_bytes() as f64 / 1e6);
+    outln!("  diffracting {} edges", scene.edges().len());
+    outln!("  welded      {} vertices", report.vertices_welded);
+    let [low, high, size] = [min, max, max - min].map(millimetres);
+    outln!("  bounds      {low} to {high} m, size {size}");
+    outln!("  memory      {:.1} MB", scene.memory_bytes() as f64 / 1e6);
     Ok(())
 }

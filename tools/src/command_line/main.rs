@@ -4,10 +4,12 @@
 //! Results go to standard output, everything else to standard error. A wrong argument or file gives one line with advice
 //! and exit code 2; a violated law gives exit code 1.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "results are printed on standard output"
-)]
+/// Prints a line of results. If standard output is closed or full, the program ends with exit code 2.
+macro_rules! outln {
+    ($($text:tt)*) => {
+        $crate::printed::line(format_args!($($text)*))
+    };
+}
 
 mod bench;
 mod counting;
@@ -26,6 +28,7 @@ mod restless;
 mod rir;
 mod scenes;
 mod session;
+mod signals;
 mod soak;
 mod traces;
 mod validate;
@@ -79,7 +82,7 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) if !error.use_stderr() => {
             // Help and version are results.
-            print!("{error}");
+            outln!("{}", error.to_string().trim_end());
             return ExitCode::SUCCESS;
         }
         Err(error) => {
@@ -87,6 +90,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
+    signals::remove_temporary_files_on_signals();
     match run(cli) {
         Ok(code) => code,
         Err(error) => {

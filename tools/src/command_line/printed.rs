@@ -1,9 +1,27 @@
-//! Results as text: keys and values of JSON objects.
+//! Results as text: lines on standard output, keys and values of JSON objects.
+
+use std::fmt::Arguments;
+use std::io::{ErrorKind, Write};
 
 use serde_json::Value;
 
+use crate::signals::remove_temporary_files;
+
 /// Maximum columns of a line of text.
 const COLUMNS: usize = 110;
+
+/// Prints a line, for `outln!`.
+pub(crate) fn line(text: Arguments<'_>) {
+    let Err(error) = writeln!(std::io::stdout(), "{text}") else {
+        return;
+    };
+    // Whoever closes a pipe has read what it needed.
+    if error.kind() != ErrorKind::BrokenPipe {
+        eprintln!("error: standard output: {error}; direct it to a place with room");
+    }
+    let _files = remove_temporary_files();
+    std::process::exit(2);
+}
 
 /// Prints the keys and values of an object in paragraphs; nested keys are joined by dots.
 pub(crate) fn row(row: &Value) {
@@ -12,19 +30,19 @@ pub(crate) fn row(row: &Value) {
     let mut line = String::new();
     for pair in pairs {
         if line.len() + pair.len() > COLUMNS {
-            println!("{line}");
+            outln!("{line}");
             line = "   ".to_owned();
         }
         let gap = if line.is_empty() { "" } else { "  " };
         line = format!("{line}{gap}{pair}");
     }
-    println!("{line}");
+    outln!("{line}");
 }
 
 /// Prints one JSON object of rows, or each row as text.
 pub(crate) fn rows(rows: &[Value], json: bool) {
     if json {
-        println!("{}", serde_json::json!({ "rows": rows }));
+        outln!("{}", serde_json::json!({ "rows": rows }));
     } else {
         rows.iter().for_each(row);
     }

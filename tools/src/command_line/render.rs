@@ -11,7 +11,8 @@ use foresound_tools::listener_path::ListenerPath;
 use serde_json::json;
 
 use crate::inputs::{
-    SceneArguments, load_scene, load_sound, parse_source, predictor_named, print_notes,
+    SceneArguments, SourceArgument, SourcePosition, keep_inputs, load_scene, load_sound,
+    parse_source, predictor_named, print_notes,
 };
 use crate::session::{MovingPart, Session, Sound, median, milliseconds};
 
@@ -33,7 +34,12 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true
     )]
     sources: Vec<String>,
-    /// Position of the listener, or a CSV file with the columns t,x,y,z and optionally yaw and pitch in degrees.
+    /// Path of a source, by its name or its number from 1: a CSV file as for the listener; may be given many times.
+    /// Without angles the source keeps its own direction.
+    #[arg(long = "source-path", value_name = "NAME|N=PATH.csv")]
+    source_paths: Vec<String>,
+    /// Position of the listener, or a CSV file with the columns t,x,y,z and optionally yaw and pitch in degrees. Two rows of
+    /// one time are a jump.
     #[arg(long, value_name = "PATH.csv|x,y,z", allow_hyphen_values = true)]
     listener: String,
     /// A moving part: an OBJ file in its own coordinates, and the path of its origin as for the listener; may be given
@@ -65,7 +71,7 @@ pub(crate) struct Arguments {
     /// Graphics frames a second.
     #[arg(long, default_value_t = 60.0, value_name = "HZ")]
     graphics_rate: f64,
-    /// Length in seconds; by default to the end of the last sound or of the listener's path.
+    /// Length in seconds; by default to the end of the longest path, or else of the last sound.
     #[arg(long)]
     seconds: Option<f64>,
     /// Repeat sounds that are shorter than the rendering.
@@ -105,7 +111,10 @@ impl Arguments {
             .iter()
             .map(|s| s.clip.duration_s() + TAIL_S)
             .fold(0.0, f64::max);
-        let duration_s = self.seconds.or(listener.duration_s()).unwrap_or(longest);
+        let paths = sounds.iter().filter_map(|sound| sound.path.as_ref());
+        let paths = paths.chain([listener]).filter_map(ListenerPath::duration_s);
+        let path_s = paths.reduce(f64::max);
+        let duration_s = self.seconds.or(path_s).unwrap_or(longest);
         if duration_s.is_finite() && duration_s > 0.0 && duration_s <= 36_000.0 {
             return Ok(duration_s);
         }
@@ -116,6 +125,37 @@ impl Arguments {
             "give a number above 0 and up to 36000",
         ))
     }
+}
+
+/// `NAME=walk.csv` or `2=walk.csv`, as the index of the source and its path.
+fn source_path(text: &str, sources: &[SourceArgument]) -> Result<(usize, ListenerPath)> {
+    let wrong = |problem: String, advice: &str| Error::setting("--source-path", problem, advice);
+    let Some((name, file)) = text.split_once('=') else {
+        let problem = format!("{text:?} has no path");
+        return Err(wrong(problem, "write NAME=walk.csv, or 1=walk.csv"));
+    };
+    let is_named = |source: &SourceArgument| match &source.position {
+        SourcePosition::Named(other) => other == name,
+        SourcePosition::At(_) => false,
+    };
+    let number = name.parse().ok().and_then(|n: usize| n.checked_sub(1));
+    let index = sources.iter().position(is_named).or(number);
+    let Some(index) = index.filter(|index| *index < sources.len()) else {
+        let problem = format!("no --source is called {name:?}");
+        return Err(wrong(problem, "give the name of one, or its number from 1"));
+    };
+    Ok((index, ListenerPath::parse(file)?))
+}
+
+/// Files that the command reads.
+fn inputs(arguments: &Arguments, sources: &[SourceArgument]) -> Vec<PathBuf> {
+    let mut files = arguments.intake.files(&arguments.scene);
+    files.extend(sources.iter().map(|source| source.file.clone()));
+    files.push(PathBuf::from(&arguments.listener));
+    let pairs = arguments.parts.iter().chain(&arguments.source_paths);
+    let both = pairs.filter_map(|text| text.split_once('='));
+    files.extend(both.flat_map(|(first, second)| [first.into(), second.into()]));
+    files
 }
 
 /// `door.obj=door.csv`.
@@ -141,6 +181,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|s| parse_source(s))
         .collect::<Result<_>>()?;
+    let inputs = inputs(arguments, &sources);
+    keep_inputs(&arguments.out, inputs.iter().map(PathBuf::as_path))?;
     let listener = ListenerPath::parse(&arguments.listener)?;
     let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
@@ -158,7 +200,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             source: pose,
             clip,
             looped: arguments.looped,
+            path: None,
         });
+    }
+    for text in &arguments.source_paths {
+        let (index, path) = source_path(text, &sources)?;
+        sounds[index].path = Some(path);
     }
     let duration_s = arguments.duration_s(&sounds, &listener)?;
     let mut settings = OfflineSettings::default();
@@ -186,7 +233,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let sps_ms = milliseconds(&report.propagation);
     if arguments.json {
         let value = json!({
-            "out": arguments.out,
+            "out": arguments.out.to_string_lossy(),
             "seconds": duration_s,
             "updates": report.paths.len(),
             "rays_per_update": median(&report.rays),
@@ -195,9 +242,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             "sps_ms_p50": median(&sps_ms),
             "dropped_paths": report.dropped_paths,
         });
-        println!("{value}");
+        outln!("{value}");
     } else {
-        println!(
+        outln!(
             "{}: {duration_s:.2} s, {} sources, {} paths, {} rays and {:.2} ms an update",
             arguments.out.display(),
             sounds.len(),

@@ -15,7 +15,7 @@ use foresound_tools::listener_path::{ListenerPath, parse_position};
 use foresound_tools::room_parameters::{BandParameters, room_parameters};
 use serde_json::json;
 
-use crate::inputs::{SceneArguments, load_scene, print_notes, within};
+use crate::inputs::{SceneArguments, keep_inputs, load_scene, print_notes, within};
 use crate::session::{Session, Sound};
 
 /// Graphics frames, and updates, a second; nothing moves.
@@ -55,6 +55,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let position = parse_position("--source", &arguments.source)?;
     let listener = ListenerPath::AtRest(parse_position("--listener", &arguments.listener)?);
     within("--seconds", arguments.seconds, 0.1..=60.0, " s")?;
+    let inputs = arguments.intake.files(&arguments.scene);
+    keep_inputs(&arguments.out, inputs.iter().map(PathBuf::as_path))?;
     let omni = Arc::new(Hrtf::omnidirectional(arguments.rate)?);
     let loaded = load_scene(&arguments.scene, &arguments.intake)?;
     print_notes(&loaded.notes);
@@ -79,6 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             samples,
         },
         looped: false,
+        path: None,
     }];
     let response = |hrtf: &Arc<Hrtf>| -> Result<Vec<f32>> {
         let session = Session {
@@ -116,7 +119,7 @@ fn print_parameters(arguments: &Arguments, bands: &[BandParameters]) {
             bands.iter().map(value).collect()
         };
         let value = json!({
-            "out": arguments.out,
+            "out": arguments.out.to_string_lossy(),
             "bands_hz": CENTRES_HZ,
             "t60_s": column(|b| b.t60_s),
             "edt_s": column(|b| b.edt_s),
@@ -124,17 +127,22 @@ fn print_parameters(arguments: &Arguments, bands: &[BandParameters]) {
             "c80_db": column(|b| b.c80_db),
             "d50": column(|b| b.d50),
         });
-        println!("{value}");
+        outln!("{value}");
         return;
     }
-    println!("{}", arguments.out.display());
-    println!(
+    outln!("{}", arguments.out.display());
+    outln!(
         "  {:>8} {:>7} {:>7} {:>8} {:>8} {:>6}",
-        "band Hz", "T60 s", "EDT s", "C50 dB", "C80 dB", "D50"
+        "band Hz",
+        "T60 s",
+        "EDT s",
+        "C50 dB",
+        "C80 dB",
+        "D50"
     );
     let cell = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2}"));
     for (band, centre) in bands.iter().zip(CENTRES_HZ) {
-        println!(
+        outln!(
             "  {centre:>8.0} {:>7} {:>7} {:>8} {:>8} {:>6}",
             cell(band.t60_s),
             cell(band.edt_s),

@@ -15,7 +15,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     for scene in NAMES.iter().filter_map(|name| by_name(name)) {
         write_files(&scene, &arguments.out)?;
-        println!("{}: {} triangles", scene.name, scene.mesh.triangles.len());
+        outln!("{}: {} triangles", scene.name, scene.mesh.triangles.len());
     }
     Ok(())
 }

@@ -18,6 +18,25 @@ pub(crate) struct Sound {
     pub(crate) source: SourcePose,
     pub(crate) clip: Clip,
     pub(crate) looped: bool,
+    /// Where the source is, if it moves.
+    pub(crate) path: Option<ListenerPath>,
+}
+
+impl Sound {
+    fn at(&self, time_s: f64) -> SourcePose {
+        let Some(path) = &self.path else {
+            return self.source;
+        };
+        let pose = path.at(time_s);
+        SourcePose {
+            position: pose.position,
+            orientation: match path.is_oriented() {
+                true => pose.orientation,
+                false => self.source.orientation,
+            },
+            ..self.source
+        }
+    }
 }
 
 /// A moving part of the scene, in its own coordinates.
@@ -75,7 +94,6 @@ impl Session<'_> {
         let frames = (self.duration_s * self.settings.graphics_rate_hz).ceil() as u64;
         let mut progress = Progress::new(self.what, frames);
         let mut poses = Poses::default();
-        poses.sources.extend(self.sounds.iter().map(|s| s.source));
         let mut signal = |slot: usize, from: u64, samples: &mut [f32]| {
             let sound = &self.sounds[slot];
             if sound.looped {
@@ -86,9 +104,13 @@ impl Session<'_> {
         };
         let mut middle = PathSet::default();
         for frame in 0..frames {
-            poses.listener = self.listener.at(renderer.time_s());
+            let time_s = renderer.time_s();
+            poses.listener = self.listener.at(time_s);
+            poses.sources.clear();
+            let sounds = self.sounds.iter();
+            poses.sources.extend(sounds.map(|sound| sound.at(time_s)));
             for (instance, moving) in instances.iter_mut().zip(self.parts) {
-                *instance = moving.at(instance.id, renderer.time_s());
+                *instance = moving.at(instance.id, time_s);
             }
             renderer.set_instance_poses(&instances)?;
             renderer.next_frame(&poses, &mut signal, sink)?;

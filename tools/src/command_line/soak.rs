@@ -33,6 +33,8 @@ const GRAPHICS_FRAME: Duration = Duration::from_micros(16_667);
 const SETTLED_S: f64 = 60.0;
 /// Slots of the generator: more sources share them.
 const SLOTS: usize = 16;
+/// Most sources.
+const MOST_SOURCES: f64 = 256.0;
 /// Scenes that are swapped.
 const SCENES: [&str; 2] = ["concert_hall", "doorway"];
 
@@ -182,6 +184,12 @@ fn device(
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     within("--minutes", arguments.minutes, 0.01..=10_000.0, "")?;
+    within(
+        "--sources",
+        arguments.sources as f64,
+        1.0..=MOST_SOURCES,
+        "",
+    )?;
     let mut settings = EngineSettings::default();
     settings.generation.max_sources = arguments.sources.min(SLOTS);
     settings.max_sources = Some(arguments.sources);
@@ -192,8 +200,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     } else {
         0
     };
-    settings.block_frames = arguments.block;
-    settings.predictor = predictor_named(&arguments.predictor)?;
     settings.block_frames = arguments.block;
     settings.predictor = predictor_named(&arguments.predictor)?;
     let (controller, renderer) = Engine::new(settings.clone())?;
@@ -320,7 +326,7 @@ fn print_findings(
         keys.extend(found.map(|(key, value)| (key.to_owned(), value)));
     }
     if arguments.json {
-        println!("{result}");
+        outln!("{result}");
     } else {
         printed::row(&result);
     }

@@ -46,13 +46,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
                 json!({"law": row.law, "figure": row.figure, "bound": row.bound, "unit": row.unit, "pass": row.pass})
             })
             .collect();
-        println!("{}", json!({ "rows": rows }));
+        outln!("{}", json!({ "rows": rows }));
     } else {
         for row in &rows {
             let mark = if row.pass { "ok  " } else { "FAIL" };
-            println!(
+            outln!(
                 "{mark} {}: {:.4e} {} (bound {:.4e})",
-                row.law, row.figure, row.unit, row.bound
+                row.law,
+                row.figure,
+                row.unit,
+                row.bound
             );
         }
     }

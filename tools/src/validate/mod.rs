@@ -2,10 +2,14 @@
 //! bound.
 
 pub mod air;
+mod corner;
 pub mod decay;
+pub mod doorway;
+pub mod doppler;
 pub mod edge;
 pub(crate) mod edge_scene;
 mod flush;
+mod free_field;
 mod invariance;
 pub mod joining;
 pub mod late_figures;
@@ -20,6 +24,7 @@ mod solids;
 mod thick;
 pub mod thread_count;
 pub mod transmission;
+pub mod wave_cases;
 #[path = "../../../tests/reference/wedge.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 pub(crate) mod wedge;
@@ -91,19 +96,22 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 14] = [
+const LAWS: [(&str, Law); 17] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
     ("joining", joining::rows),
     ("reciprocity", reciprocity::rows),
     ("air", air::rows),
+    ("doppler", doppler::rows),
     ("edge", edge::rows),
+    ("doorway", doorway::rows),
     ("flush", flush::rows),
     ("thick", thick::rows),
     ("invariance", invariance::rows),
     ("leak", leak::rows),
     ("rims", rims::rows),
+    ("corner", corner::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
 ];

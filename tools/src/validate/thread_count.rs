@@ -87,6 +87,11 @@ fn put_words(set: &PathSet, words: &mut Vec<u32>) {
     for (source, edge) in &set.direct_edges {
         words.extend([source.bits(), *edge]);
     }
+    for (source, near) in &set.reflection_edges {
+        let surfaces = near.surfaces.map(|surface| surface.unwrap_or(u32::MAX));
+        words.extend([source.bits(), near.edge]);
+        words.extend(surfaces);
+    }
     for late in &set.late {
         let values = late.energy.as_flattened().iter().chain(&late.decay_time_s);
         let values = values.chain([&late.start_s, &late.mean_free_time_s]);

@@ -44,6 +44,7 @@ fn settings(errors: &mut Errors) {
         errors.of(what, Engine::new(settings).map(drop));
     };
     with("a block of one", &|s| s.block_frames = 1);
+    with("no memory", &|s| s.max_memory_bytes = 1);
     with("no voices", &|s| s.generation.max_voices = 0);
     with("no distance", &|s| s.propagation.min_distance_m = 0.0);
     with("nine seconds", &|s| s.frame_time = FrameTime::Fixed(9.0));
@@ -99,6 +100,12 @@ fn at_work(errors: &mut Errors) {
     errors.of("no blocks ahead", SoundThread::start(renderer, 0).map(drop));
     let id = controller.add_source(Vec3::ONE).expect("a slot");
     errors.of("a second source", controller.add_source(Vec3::ONE));
+    let (mut worn, _renderer) = Engine::new(small()).expect("an engine");
+    for _ in 0..=SourceId::LAST_GENERATION {
+        let id = worn.add_source(Vec3::ONE).expect("a slot");
+        worn.remove_source(id).expect("is there");
+    }
+    errors.of("a source too many", worn.add_source(Vec3::ONE));
     let stale = SourceId::new(7, 7);
     errors.of("a stale source", controller.remove_source(stale));
     errors.of("a gain", controller.set_source_gain(id, -1.0));

@@ -94,6 +94,8 @@ fn sounds(errors: &mut Errors, folder: &Path) {
     errors.of("eight bits", load_clip(eight, 44_100));
     errors.of("no samples", load_clip(none, 44_100));
     errors.of("too many", load_clip_within(&good, 44_100, 8));
+    let low = wav(folder, "low.wav", [1, 1000, 16], 400_000);
+    errors.of("too many after conversion", load_clip(low, 48_000));
     errors.of("a rate of 7 Hz", load_clip(&good, 7));
     let text = folder.join("text.wav");
     std::fs::write(&text, b"no sound at all").expect("written");

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::runtime::engine::messages::SampleSourceChange;
 use crate::runtime::engine::sample_source::SampleSource;
 use crate::runtime::engine::stream::StreamWriter;
-use crate::scene::SourceId;
+use crate::scene::{SourceId, SourceSettings};
 
 impl Controller {
     /// Adds a silent source at a position in metres. In the slot of a source just removed it starts after the fade-out
@@ -48,6 +48,23 @@ impl Controller {
     /// one stays.
     pub fn move_source(&mut self, id: SourceId, position: impl Into<Vec3>) -> Result<()> {
         self.sources.move_to(id, position.into())
+    }
+
+    /// Sets a source's directivity, radius and effects from the next tick on, until a pose with other settings. A pose that
+    /// [`Self::tick`] refuses changes nothing of it.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`].
+    pub fn configure_source(&mut self, id: SourceId, settings: SourceSettings) -> Result<()> {
+        self.sources.configure(id, settings)
+    }
+
+    /// A source's directivity, radius and effects.
+    ///
+    /// # Errors
+    /// [`Error::StaleSource`].
+    pub fn source_settings(&self, id: SourceId) -> Result<SourceSettings> {
+        self.sources.settings(id)
     }
 
     /// Mutes or unmutes a source from the next tick on; its samples advance meanwhile.

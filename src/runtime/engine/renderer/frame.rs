@@ -80,6 +80,7 @@ impl Renderer {
             return;
         };
         let old = std::mem::replace(&mut self.parts.frame, frame);
+        let passed = self.parts.frame.ticks.saturating_sub(old.ticks).max(1);
         self.parts.frames.give_back(old);
         let frame = &self.parts.frame;
         if !frame.is_new {
@@ -97,6 +98,7 @@ impl Renderer {
             ..
         } = &mut self.parts;
         extrapolator.set_instance_poses(&frame.instances);
+        extrapolator.record_sources(&frame.sources, self.clock.tick_s() * passed as f64);
         self.frame_s = frame_s;
         self.pacing.begin(self.clock.tick_s());
         (self.frame_in_progress, self.is_extrapolated) = (true, false);
@@ -205,6 +207,7 @@ impl Renderer {
         let extrapolator = &mut self.parts.extrapolator;
         if let Some(fresh) = &mut message.extrapolator {
             std::mem::swap(extrapolator, fresh);
+            extrapolator.take_motion(fresh);
         }
         if let Some(scenes) = &mut message.scenes {
             extrapolator.swap_scene(scenes);

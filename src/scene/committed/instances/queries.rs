@@ -38,6 +38,7 @@ const NO_EDGE: Edge = Edge {
     normal: DVec3::Z,
     n: 2.0,
     faces: [NO_GROUP; 2],
+    free_ends: [false; 2],
 };
 
 impl Scene {
@@ -189,7 +190,7 @@ impl Scene {
         for edge in edges {
             let known = near.as_slice().iter().any(|found| found.edge == edge);
             if let Some(crossing) = self.edge(edge).crossing(from, to).filter(|_| !known) {
-                let length_m = crossing.length_m();
+                let length_m = crossing.rank_m();
                 near.insert(DiffractingEdge { edge, length_m });
             }
         }

@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
 use crate::scene::mesh::{MOST_TRIANGLES, TriangleMesh};
-use polygon::{MOST_EAR_CORNERS, triangulate};
+use polygon::triangulate;
 use statements::Statements;
 
 /// Material name of faces before the first `usemtl`.
@@ -148,7 +148,7 @@ pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
             path.display()
         ));
     }
-    let (mesh, fan_count) = build_mesh(models, options);
+    let (mesh, crossing_count) = build_mesh(models, options);
     if mesh.triangles.is_empty() {
         return Err(Error::format(
             path,
@@ -157,21 +157,20 @@ pub fn load_obj(path: &Path, options: &ObjOptions) -> Result<ObjFile> {
             "export the model with its faces (`f` statements)",
         ));
     }
-    if fan_count > 0 {
+    if crossing_count > 0 {
         warnings.push(format!(
-            "{}: {fan_count} faces of more than {MOST_EAR_CORNERS} corners are taken as convex; export triangles if they are not",
+            "{}: the outline of {crossing_count} faces crosses itself, so their triangles overlap; export triangles",
             path.display()
         ));
     }
     Ok(ObjFile { mesh, warnings })
 }
 
-/// Joins models that are named by their material; returns the number of polygons that are too large for
-/// [`triangulate`] too.
+/// Joins models that are named by their material; returns the number of faces whose outline crosses itself too.
 fn build_mesh(models: Vec<tobj::Model>, options: &ObjOptions) -> (TriangleMesh, usize) {
     let mut mesh = TriangleMesh::default();
     let mut materials: HashMap<String, u32> = HashMap::new();
-    let mut fan_count = 0;
+    let mut crossing_count = 0;
     for tobj::Model { mesh: model, name } in models {
         if model.indices.is_empty() {
             continue;
@@ -195,19 +194,20 @@ fn build_mesh(models: Vec<tobj::Model>, options: &ObjOptions) -> (TriangleMesh, 
             let corner_count = corner_counts.next().map_or(3, |&count| count as usize);
             let (face, rest) = corners.split_at(corner_count);
             corners = rest;
-            fan_count += usize::from(corner_count > MOST_EAR_CORNERS);
             let outline: Vec<DVec3> = face
                 .iter()
                 .map(|&corner| mesh.vertices[(base + corner) as usize].as_dvec3())
                 .collect();
-            for triangle in triangulate(&outline) {
+            let face_triangles = triangulate(&outline);
+            crossing_count += usize::from(!face_triangles.is_exact);
+            for triangle in face_triangles.triangles {
                 mesh.triangles
                     .push(triangle.map(|corner| base + face[corner]));
                 mesh.triangle_materials.push(material);
             }
         }
     }
-    (mesh, fan_count)
+    (mesh, crossing_count)
 }
 
 /// One line for each material library that is missing or holds no material.

@@ -160,7 +160,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         if let Some(summary) = summary {
             result["summary"] = summary;
         }
-        println!("{result}");
+        outln!("{result}");
     }
     match &arguments.trace {
         Some(file) => write_trace(file, &log),

@@ -19,7 +19,7 @@ pub(crate) struct Arguments {
     /// Benchmark scene by name, or `million`.
     #[arg(long, default_value = "concert_hall")]
     scene: String,
-    /// Number of sources.
+    /// Number of sources, up to 4096.
     #[arg(long, default_value_t = 16)]
     sources: usize,
     /// Number of updates after warm-up.

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use foresound::runtime::engine::MAX_SOURCES;
 use foresound::scene::{
     ListenerPose, MaterialTable, Scene, SceneSettings, SourcePose, layout, procedural,
 };
 use foresound::{Error, Result};
 
 use super::sources::sources;
+use crate::inputs::within;
 
 /// Metres between two updates.
 const STEP_M: f32 = 0.07;
@@ -44,8 +46,9 @@ impl Walk {
         })
     }
 
-    /// A number of sources in the scene's open space.
+    /// A number of sources in the scene's open space, at most [`MAX_SOURCES`].
     pub(super) fn sources(&self, count: usize) -> Result<Vec<SourcePose>> {
+        within("--sources", count as f64, 0.0..=MAX_SOURCES as f64, "")?;
         let own: Vec<_> = self
             .benchmark
             .sources

@@ -117,10 +117,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         std::io::Write::write_all(file, report.html().as_bytes())
     })?;
     if arguments.json {
-        println!("{text}");
+        outln!("{text}");
     } else {
         tables::print(&report.rows);
-        println!("report: {}", page.display());
+        outln!("report: {}", page.display());
     }
     Ok(())
 }

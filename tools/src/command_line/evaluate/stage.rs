@@ -77,19 +77,37 @@ pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
         .iter()
         .map(|position| sway(&loaded.scene, *position))
         .collect();
-    let corners = loaded.scene.triangles().flatten();
-    let ends = [walk.from, walk.to, walk.standing];
-    let positions = corners.chain(sources.iter().copied()).chain(ends);
-    let numbers = positions.flat_map(|position| position.to_array());
-    let materials = format!("{:?}{}", loaded.scene.materials(), walk.speed_m_s);
-    let bytes = numbers.flat_map(f32::to_le_bytes).chain(materials.bytes());
     Ok(Stage {
-        checksum: fnv(bytes),
+        checksum: checksum(&loaded.scene, &sources, &walk),
         scene: loaded.scene,
         sources,
         sways,
         walk,
     })
+}
+
+/// Checksum of all that is heard of a scene: triangles with their surfaces and materials, the sources and the walk. Lists
+/// begin with their lengths.
+fn checksum(scene: &Scene, sources: &[Vec3], walk: &Walk) -> u64 {
+    let count = scene.triangles().count();
+    let triangles = (0u32..)
+        .zip(scene.triangles())
+        .flat_map(|(index, corners)| {
+            let surface = scene.surface_of(index);
+            let material = scene.surface(surface).material;
+            let bits = corners.into_iter().flat_map(bits_of);
+            [surface, material].into_iter().chain(bits)
+        });
+    let ends = [walk.from, walk.to, walk.standing];
+    let places = sources.iter().copied().chain(ends).flat_map(bits_of);
+    let lists = [count as u32].into_iter().chain(triangles);
+    let lists = lists.chain([sources.len() as u32]).chain(places);
+    let settings = format!("{:?} {:?}", scene.materials(), walk.speed_m_s);
+    fnv(lists.flat_map(u32::to_le_bytes).chain(settings.bytes()))
+}
+
+fn bits_of(position: Vec3) -> [u32; 3] {
+    position.to_array().map(f32::to_bits)
 }
 
 /// The horizontal vector with most room on both sides of a position, [`SWAY_M`] long at most.
@@ -157,8 +175,11 @@ fn load(signal: &str, own: Option<&Path>) -> Result<Sounds> {
             .collect::<Result<_>>()?,
         (other, _) => vec![clip(&asset(&format!("signals/{other}.wav"))?)?],
     };
-    let samples = clips.iter().flat_map(|clip| &clip.samples);
-    let checksum = fnv(samples.flat_map(|s| s.to_bits().to_le_bytes()));
+    let lists = clips.iter().flat_map(|clip| {
+        let bits = clip.samples.iter().map(|sample| sample.to_bits());
+        [clip.samples.len() as u32].into_iter().chain(bits)
+    });
+    let checksum = fnv(lists.flat_map(u32::to_le_bytes));
     Ok(Sounds { clips, checksum })
 }
 

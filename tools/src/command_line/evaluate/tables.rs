@@ -159,13 +159,21 @@ pub(super) fn write(out: &Path, found: &Found, text: &Value) -> Result<()> {
 
 /// The rows on standard output.
 pub(super) fn print(rows: &[Row]) {
-    println!(
+    outln!(
         "{:<12} {:<13} {:<8} {:>3} {:>3} {:<22} {:>6} {:>7} {:>8}   paper: PESQ, SSIM, SI-SNR",
-        "platform", "scene", "listener", "n", "L", "predictor", "PESQ", "SSIM", "SI-SNR"
+        "platform",
+        "scene",
+        "listener",
+        "n",
+        "L",
+        "predictor",
+        "PESQ",
+        "SSIM",
+        "SI-SNR"
     );
     for row in rows {
         let printed = table_five(row.platform, &row.scene, row.condition, row.sources);
-        println!(
+        outln!(
             "{:<12} {:<13} {:<8} {:>3} {:>3} {:<22} {:>6} {:>7.4} {:>8}   {}",
             row.platform.name(),
             row.scene,

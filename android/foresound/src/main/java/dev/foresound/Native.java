@@ -79,7 +79,7 @@ final class Native {
     static native int streamWrite(long stream, ByteBuffer samples, int count);
 
     static final class Options {
-        static final int LENGTH = 24;
+        static final int LENGTH = 25;
         static final int RATE_HZ = 0;
         static final int BLOCK_FRAMES = 1;
         static final int MAX_SOURCES = 2;
@@ -104,6 +104,7 @@ final class Native {
         static final int MAX_DELAY_S = 21;
         static final int DEVICE_HINTS = 22;
         static final int SHOWN_PATHS = 23;
+        static final int MAX_MEMORY_MIB = 24;
     }
 
     static final class SourceOptions {

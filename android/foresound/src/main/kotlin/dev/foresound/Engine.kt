@@ -58,12 +58,12 @@ class Engine(options: EngineOptions = EngineOptions()) : AutoCloseable {
     @Synchronized
     fun addSource(x: Float, y: Float, z: Float): Source {
         val id = Native.sourceAdd(handle, x, y, z)
-        return Source(this, id, x, y, z).also { sources[id and 0xffff] = it }
+        return Source(this, id, x, y, z).also { sources[slotOf(id)] = it }
     }
 
     @Synchronized
     internal fun remove(source: Source) {
-        val slot = source.id and 0xffff
+        val slot = slotOf(source.id)
         if (sources[slot] !== source) return
         sources[slot] = null
         Native.sourceRemove(handle, source.id)

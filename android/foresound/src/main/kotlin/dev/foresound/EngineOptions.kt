@@ -35,6 +35,8 @@ class EngineOptions(
     val hints: Boolean = true,
     /** Maximum number of paths that [Engine.paths] returns, 0 to 16,384. */
     val shownPaths: Int = 0,
+    /** Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. */
+    val maxMemoryMib: Int? = null,
 ) {
     init {
         require(maxSources in 1..MAX_SOURCES) { "maxSources: $maxSources is outside 1 to $MAX_SOURCES" }
@@ -58,6 +60,7 @@ class EngineOptions(
         frameSeconds?.let { numbers[Index.FRAME_S] = it }
         numbers[Index.DEVICE_HINTS] = (if (thermal) 1.0 else 0.0) + (if (hints) 2.0 else 0.0)
         numbers[Index.SHOWN_PATHS] = shownPaths.toDouble()
+        maxMemoryMib?.let { numbers[Index.MAX_MEMORY_MIB] = it.toDouble() }
         return numbers
     }
 

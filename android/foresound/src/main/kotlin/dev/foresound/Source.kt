@@ -130,3 +130,6 @@ class SampleStream internal constructor(private val handle: Long) : AutoCloseabl
         Native.close(handle)
     }
 }
+
+/** The slot of a source's id, which is in its lowest twelve bits. */
+internal fun slotOf(id: Int): Int = id and 0xfff
