@@ -399,12 +399,19 @@ fn commute(scene: &Scene, a: u32, b: u32) -> bool {
     a.dot(b).abs() < 1e-4
 }
 
-/// Whether nothing blocks the legs of a path; a leg ignores the surfaces of its ends.
+/// Whether nothing blocks the legs of a path; a leg ignores the surfaces of its ends. Legs meet a thousandth of the longer one
+/// before a reflection point.
 fn is_clear(scene: &Scene, path: &ImagePath, [source, listener]: [DVec3; 2]) -> bool {
     let mut stops = vec![(source, NO_GROUP)];
     let reflections = path.points.into_iter().zip(path.surfaces);
     stops.extend(reflections.take(path.order));
     stops.push((listener, NO_GROUP));
+    let points: Vec<DVec3> = stops.iter().map(|stop| stop.0).collect();
+    for (stop, near) in stops[1..].iter_mut().zip(points.windows(3)) {
+        let legs = [near[0] - near[1], near[2] - near[1]];
+        let longer = usize::from(legs[1].length_squared() > legs[0].length_squared());
+        stop.0 = near[1] + legs[longer] * 1e-3;
+    }
     stops.windows(2).all(|leg| {
         let ray = Ray::between(leg[0].0.as_vec3(), leg[1].0.as_vec3());
         !scene.any_hit(&ray, [leg[0].1, leg[1].1])

@@ -70,6 +70,7 @@ laws! {
     flush "flush"
     thick "thick"
     invariance "invariance"
+    leak "leak"
     rims "rims"
     corner "corner"
     transmission "transmission"

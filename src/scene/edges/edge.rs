@@ -247,6 +247,11 @@ impl Edge {
         self.at(s).distance(other.at(t))
     }
 
+    /// The face nearer to a direction at an angle around the edge.
+    pub fn face_beside(&self, angle: f64) -> u32 {
+        self.faces[usize::from(angle > 0.5 * self.n * PI)]
+    }
+
     /// Unit vector from the edge into the first face (0) or the second one (1).
     pub fn face_tangent(&self, face: usize) -> DVec3 {
         match face {

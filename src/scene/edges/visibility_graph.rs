@@ -36,8 +36,9 @@ const MOST_TESTED: usize = 32;
 /// Candidates that may be as near as the last tested one and are tested as well.
 const MOST_EQUAL: usize = 16;
 
-/// The same among the edges of one face.
+/// Edges of one face compared with one edge, and with all edges together.
 const MOST_COMPARED_IN_FACE: usize = 1024;
+const MOST_COMPARED_IN_FACES: usize = 1 << 23;
 
 /// Neighbour lists of all edges, end to end.
 #[derive(Debug, Clone, Default)]
@@ -146,7 +147,12 @@ fn with_equals<'a>(
 }
 
 /// Edges by face, for pairs across a wide one.
-struct EdgesByFace(Vec<(u32, u32)>);
+struct EdgesByFace {
+    /// Face and edge, sorted.
+    list: Vec<(u32, u32)>,
+    /// Edges of a face that are compared with one edge.
+    compared: usize,
+}
 
 impl EdgesByFace {
     fn build(edges: &[Edge]) -> Self {
@@ -154,7 +160,11 @@ impl EdgesByFace {
         let mut list: Vec<(u32, u32)> = (0..).zip(edges).flat_map(both).collect();
         list.sort_unstable();
         list.dedup();
-        Self(list)
+        let share = MOST_COMPARED_IN_FACES / list.len().max(1);
+        Self {
+            list,
+            compared: share.min(MOST_COMPARED_IN_FACE),
+        }
     }
 
     /// Sets `far` to the edges between [`REACH_M`] and [`FACE_REACH_M`] from one that share a face with it, nearest first,
@@ -166,9 +176,11 @@ impl EdgesByFace {
             if number == 1 && face == edge.faces[0] {
                 continue;
             }
-            let first = self.0.partition_point(|entry| entry.0 < face);
-            let own = self.0[first..].iter().take_while(|entry| entry.0 == face);
-            for &(_, other) in own.take(MOST_COMPARED_IN_FACE) {
+            let first = self.list.partition_point(|entry| entry.0 < face);
+            let own = self.list[first..]
+                .iter()
+                .take_while(|entry| entry.0 == face);
+            for &(_, other) in own.take(self.compared) {
                 let candidate = &edges[other as usize];
                 let (s, t) = edge.closest(candidate);
                 let apart_m = edge.at(s).distance(candidate.at(t));
@@ -193,17 +205,16 @@ fn outside(a: &Edge, b: &Edge) -> bool {
     touches(a, b) && touches(b, a)
 }
 
-/// Whether any of four sight lines between two edges is unoccluded.
+/// Whether any of six sight lines between two edges is unoccluded: the shortest one, and those between the middles and the
+/// ends.
 fn is_unoccluded(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
     let (s, t) = a.closest(b);
-    let same_direction = a.direction.dot(b.direction) >= 0.0;
-    let across = |share: f64| {
-        let other = if same_direction { share } else { 1.0 - share };
-        (share * a.length_m, other * b.length_m)
-    };
+    let at = |of_a: f64, of_b: f64| (of_a * a.length_m, of_b * b.length_m);
+    let ends = [(0.1, 0.1), (0.9, 0.9), (0.1, 0.9), (0.9, 0.1)].map(|(p, q)| at(p, q));
     let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
-    [(s, t), across(0.5), across(0.1), across(0.9)]
+    [(s, t), at(0.5, 0.5)]
         .into_iter()
+        .chain(ends)
         .any(|(s, t)| {
             let clear = |e: &Edge, along: f64| -> DVec3 { e.at(along) + CLEARANCE_M * e.outward() };
             let sight = Ray::between(clear(a, s).as_vec3(), clear(b, t).as_vec3());

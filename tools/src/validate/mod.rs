@@ -13,6 +13,7 @@ mod free_field;
 mod invariance;
 pub mod joining;
 pub mod late_figures;
+mod leak;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
@@ -95,7 +96,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 16] = [
+const LAWS: [(&str, Law); 17] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -108,6 +109,7 @@ const LAWS: [(&str, Law); 16] = [
     ("flush", flush::rows),
     ("thick", thick::rows),
     ("invariance", invariance::rows),
+    ("leak", leak::rows),
     ("rims", rims::rows),
     ("corner", corner::rows),
     ("transmission", transmission::rows),
