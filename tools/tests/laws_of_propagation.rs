@@ -69,6 +69,7 @@ laws! {
     flush "flush"
     thick "thick"
     invariance "invariance"
+    leak "leak"
     rims "rims"
     corner "corner"
     transmission "transmission"

@@ -96,7 +96,7 @@ impl TwoEdgePath {
         let mut crossings = [a.crossing(from, second)?, b.crossing(first, to)?];
         if let Some(face) = shared_face([a, b]) {
             // The leg lies in the face except for rounding, on one side of it.
-            let air = air_side([a, b], face, from);
+            let air = air_side([a, b], face, [from, to]);
             crossings[0].outgoing = snapped_to_face(a, crossings[0].outgoing, air);
             crossings[1].incoming = snapped_to_face(b, crossings[1].incoming, air);
         }
@@ -163,8 +163,15 @@ impl TwoEdgePath {
         let [a, b] = &self.edges.map(|edge| scene.edge(edge));
         let [first, second] = [(a, 0), (b, 1)]
             .map(|(edge, i)| edge_wave::sight_point(edge, self.crossings[i].apex, edge.outward()));
-        // The leg between may lie in a face of both.
-        let between = shared_face([a, b]).map_or([a.faces[0], b.faces[0]], |face| [face; 2]);
+        // The leg between may lie in a face of both, or along one of each.
+        let along = || {
+            let [first, second] = &self.crossings;
+            [
+                a.face_beside(first.outgoing),
+                b.face_beside(second.incoming),
+            ]
+        };
+        let between = shared_face([a, b]).map_or_else(along, |face| [face; 2]);
         is_unoccluded(scene, second, to, b.faces, rays)
             && is_unoccluded(scene, from, first, a.faces, rays)
             && is_unoccluded(scene, first, second, between, rays)
@@ -200,14 +207,12 @@ impl TwoEdgePath {
             true => [wide[0], narrow[1]],
             false => [narrow[0], wide[1]],
         };
-        // One wall's transmission loss is applied once.
         let transmission = endpoints.source.settings.effects.transmission;
         let shared = shared_face([&edges[0], &edges[1]]);
-        let shares_face = shared.is_some();
         // A face too small to reflect continues no reflection, but it carries the wave between its own edges.
         let is_dull = |face| Some(face) != shared && scene.surface(face).panel_triangle_count == 0;
-        let beside_transmission = [transmission, transmission && !shares_face];
-        let [first, second] = [0, 1].map(|i| {
+        // The field of each edge, beside transmission and without.
+        let fields = [0, 1].map(|i| {
             let crossing = EdgeCrossing {
                 excess_m: if (i == 0) == first_is_wide {
                     self.excess_m
@@ -222,16 +227,32 @@ impl TwoEdgePath {
                 &edges[i],
                 &crossing,
                 &spreads[i],
-                beside_transmission[i],
+                false,
                 |face, _| if dull[face] { 0.0 } else { 1.0 },
             );
-            std::array::from_fn::<_, BANDS, _>(|b| incident[b] + reflected[b])
+            let loss = match transmission {
+                true => edge_wave::barrier_loss(scene, &edges[i]),
+                false => [1.0; BANDS],
+            };
+            let beside = |b: usize| incident[b] * f64::from(loss[b]) + reflected[b];
+            let alone = |b: usize| incident[b] + reflected[b];
+            [
+                std::array::from_fn::<_, BANDS, _>(beside),
+                std::array::from_fn(alone),
+            ]
         });
+        // One wall's transmission loss is applied once, at either edge alike.
+        let product = |b: usize| match shared {
+            Some(_) => {
+                (fields[0][0][b] * fields[1][1][b] + fields[0][1][b] * fields[1][0][b]) * 0.5
+            }
+            None => fields[0][0][b] * fields[1][0][b],
+        };
         // Both edges halve the wave along a common face; once is correct.
         let along_face = is_on_face(edges[0].n, crossings[0].outgoing)
             && is_on_face(edges[1].n, crossings[1].incoming);
         let factor = if along_face { 2.0 } else { 1.0 };
-        std::array::from_fn(|b| first[b] * second[b] * factor)
+        std::array::from_fn(|b| product(b) * factor)
     }
 }
 
@@ -391,13 +412,16 @@ fn shared_face([a, b]: [&Edge; 2]) -> Option<u32> {
 }
 
 /// Normal of a face that two edges share, on the side of the leg between them. At the rim of a sheet both sides are air: the
-/// other edge has the side. Between two rims of one sheet both sides give the same product of fields; it is the side of
-/// `from`.
-fn air_side([a, b]: [&Edge; 2], face: u32, from: DVec3) -> DVec3 {
+/// other edge has the side. Between two rims of one sheet both sides give the same product of fields, but for absorption; it
+/// is the side of the end that is farther from the sheet.
+fn air_side([a, b]: [&Edge; 2], face: u32, ends: [DVec3; 2]) -> DVec3 {
     let one_sided = |edge: &&Edge| edge.faces[0] != edge.faces[1];
     match [a, b].into_iter().find(one_sided) {
         Some(edge) => edge.face_normal(usize::from(edge.faces[0] != face)),
-        None => a.normal * 1f64.copysign(a.normal.dot(from - a.origin)),
+        None => {
+            let heights_m = ends.map(|end| a.normal.dot(end - a.origin));
+            a.normal * 1f64.copysign(heights_m[0] + heights_m[1])
+        }
     }
 }
 

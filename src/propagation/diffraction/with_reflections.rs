@@ -20,6 +20,7 @@ use crate::propagation::diffraction::reflection_edges::{
 use crate::propagation::diffraction::wedge_geometry::{WedgeAngles, on_side};
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};
 use crate::propagation::endpoints::Endpoints;
+use crate::propagation::image_source::image_path::turning_point;
 use crate::propagation::image_source::sequence::Interaction;
 use crate::propagation::path::{Path, ReflectionEdge};
 use crate::scene::Scene;
@@ -341,16 +342,23 @@ impl ReflectedEdgePath {
 
     /// Whether nothing occludes it. Adds the rays cast, four at most, to `rays`.
     pub fn is_unoccluded(&self, scene: &Scene, rays: &mut u64) -> bool {
-        let faces = scene.edge(self.edge).faces;
+        let edge = scene.edge(self.edge);
+        let angles = [self.crossing.incoming, self.crossing.outgoing];
         let end = self.sight_point;
         (0..2).all(|i| {
             let ImagePoint { real, surface, .. } = self.ends[i];
             match (self.hits[i], surface) {
                 (Some(hit), Some(surface)) => {
-                    is_unoccluded(scene, hit, end, [surface, faces[0]], rays)
-                        && is_unoccluded(scene, real, hit, [surface, NO_GROUP], rays)
+                    let turn = turning_point(real, hit, end);
+                    is_unoccluded(
+                        scene,
+                        turn,
+                        end,
+                        [surface, edge.face_beside(angles[i])],
+                        rays,
+                    ) && is_unoccluded(scene, real, turn, [surface, NO_GROUP], rays)
                 }
-                _ => is_unoccluded(scene, real, end, faces, rays),
+                _ => is_unoccluded(scene, real, end, edge.faces, rays),
             }
         })
     }

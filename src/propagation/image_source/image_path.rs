@@ -18,6 +18,19 @@ use crate::scene::{Scene, Surface};
 /// [`crate::scene::surface::INSIDE_TOLERANCE_M`]. The test of bounds rejects nothing that the exact test accepts.
 pub(crate) const MARGIN_M: f64 = 1e-4;
 
+/// Visibility rays turn this share of the longer leg before a reflection point. There is then no point at which one ray ends
+/// and the next begins on a wall that meets the surface: in exact alignment neither would hit it.
+pub(crate) const TURN_SHARE: f64 = 1e-3;
+
+/// The point at which visibility rays turn for a reflection point between two others: on the longer leg. The ray to the other
+/// point stays on the air's side of every plane on whose side the path is.
+#[inline]
+pub(crate) fn turning_point(before: DVec3, point: DVec3, after: DVec3) -> DVec3 {
+    let legs = [before - point, after - point];
+    let longer = usize::from(legs[1].length_squared() > legs[0].length_squared());
+    point + legs[longer] * TURN_SHARE
+}
+
 /// Geometry of one path, from source to listener, in local coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImagePath {
@@ -45,21 +58,34 @@ impl ImagePath {
         image: DVec3::ZERO,
     };
 
-    /// Leg number `step` from the source, 0 to `order`, and the surfaces at its ends. The leg meets their planes at its ends
-    /// only, so they cannot block it. `ends` are source and listener.
+    /// Visibility ray number `step` from the source, 0 to `order`, between turning points, and the surfaces at its ends. It meets
+    /// their planes at most at its ends, so they cannot block it. `ends` are source and listener.
     #[inline]
     pub fn leg(&self, ends: [DVec3; 2], step: usize) -> (Ray, [u32; 2]) {
         let (from, from_surface) = match step {
             0 => (ends[0], NO_GROUP),
-            _ => (self.points[step - 1], self.surfaces[step - 1]),
+            _ => (self.turn(ends, step - 1), self.surfaces[step - 1]),
         };
         let (to, to_surface) = if step < self.order {
-            (self.points[step], self.surfaces[step])
+            (self.turn(ends, step), self.surfaces[step])
         } else {
             (ends[1], NO_GROUP)
         };
         let ray = Ray::between(from.as_vec3(), to.as_vec3());
         (ray, [from_surface, to_surface])
+    }
+
+    #[inline]
+    fn turn(&self, ends: [DVec3; 2], step: usize) -> DVec3 {
+        let before = match step {
+            0 => ends[0],
+            _ => self.points[step - 1],
+        };
+        let after = match step + 1 < self.order {
+            true => self.points[step + 1],
+            false => ends[1],
+        };
+        turning_point(before, self.points[step], after)
     }
 }
 

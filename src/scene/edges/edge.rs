@@ -261,6 +261,11 @@ impl Edge {
         }
     }
 
+    /// The face nearer to a direction at an angle around the edge.
+    pub fn face_beside(&self, angle: f64) -> u32 {
+        self.faces[usize::from(angle > 0.5 * self.n * PI)]
+    }
+
     /// Unit normal of the first face (0) or the second one (1) on the air's side.
     pub fn face_normal(&self, face: usize) -> DVec3 {
         if face == 0 {

@@ -29,6 +29,10 @@ use tree::EdgeTree;
 /// Most edges of one query.
 pub const MAX_DIFFRACTING_EDGES: usize = 24;
 
+/// Share of the distance of a crossing beyond an edge's end that is added to its length: among the edges of a corner the order
+/// depends on geometry alone.
+const CORNER_SHARE: f64 = 1e-6;
+
 /// Most surfaces that reflect diffracted paths: the largest of a scene.
 pub const MOST_MIRRORS: usize = 256;
 
@@ -244,11 +248,13 @@ impl EdgeSet {
         index: impl Fn(u32) -> u32,
     ) {
         self.nearest(near, (from, to), longest_m, index, |edge, bound_m| {
-            if edge.min_path_length_m(from, to) > bound_m || !counts(edge) {
+            let least_m = edge.min_path_length_m(from, to);
+            if least_m > bound_m || !counts(edge) {
                 return None;
             }
             let at = edge.at(edge.apex_m(from, to).clamp(0.0, edge.length_m));
-            Some(from.distance(at) + at.distance(to))
+            let length_m = from.distance(at) + at.distance(to);
+            Some(length_m + CORNER_SHARE * (length_m - least_m))
         });
     }
 

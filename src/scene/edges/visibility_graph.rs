@@ -194,17 +194,16 @@ fn outside(a: &Edge, b: &Edge) -> bool {
     touches(a, b) && touches(b, a)
 }
 
-/// Whether any of four sight lines between two edges is unoccluded.
+/// Whether any of six sight lines between two edges is unoccluded: the shortest one, and those between the middles and the
+/// ends.
 fn is_unoccluded(a: &Edge, b: &Edge, bvh: &Bvh) -> bool {
     let (s, t) = a.closest(b);
-    let same_direction = a.direction.dot(b.direction) >= 0.0;
-    let across = |share: f64| {
-        let other = if same_direction { share } else { 1.0 - share };
-        (share * a.length_m, other * b.length_m)
-    };
+    let at = |of_a: f64, of_b: f64| (of_a * a.length_m, of_b * b.length_m);
+    let ends = [(0.1, 0.1), (0.9, 0.9), (0.1, 0.9), (0.9, 0.1)].map(|(p, q)| at(p, q));
     let shared = a.faces.into_iter().find(|face| b.faces.contains(face));
-    [(s, t), across(0.5), across(0.1), across(0.9)]
+    [(s, t), at(0.5, 0.5)]
         .into_iter()
+        .chain(ends)
         .any(|(s, t)| {
             let clear = |e: &Edge, along: f64| -> DVec3 { e.at(along) + CLEARANCE_M * e.outward() };
             let sight = Ray::between(clear(a, s).as_vec3(), clear(b, t).as_vec3());

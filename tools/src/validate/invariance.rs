@@ -42,8 +42,8 @@ struct Case {
     solids: Solids,
     ends: Vec<[Vec3; 2]>,
     scale: f32,
-    /// Whether sound is reflected and transmitted. Which surfaces reflect diffracted paths and which faces are one wall
-    /// depends on distances in metres.
+    /// Whether sound is reflected and transmitted. Which surfaces reflect diffracted paths depends on the bounds along the
+    /// axes, and like the thickness of a wall on distances in metres.
     reflects: bool,
 }
 
@@ -70,15 +70,20 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         let before = all_paths(&case)?;
         let mut small = case.clone();
         shrink(&mut small);
-        let unreflected = all_paths(&small)?;
+        let small = all_paths(&small)?;
+        let unreflected = all_paths(&Case {
+            reflects: false,
+            ..case.clone()
+        })?;
         compared += before.iter().map(|paths| paths.len() as u32).sum::<u32>();
         for (number, (_, change)) in changes.iter().enumerate() {
             let mut changed = case.clone();
             change(&mut changed, &mut random);
             let after = all_paths(&changed)?;
-            let before = match changed.reflects {
-                true => &before,
-                false => &unreflected,
+            let before = match (changed.reflects, changed.scale == 1.0) {
+                (true, _) => &before,
+                (false, true) => &unreflected,
+                (false, false) => &small,
             };
             for (before, after) in before.iter().zip(&after) {
                 let (off, lost) = compare(before, after);
@@ -274,6 +279,7 @@ fn each_point(case: &mut Case, map: impl Fn(Vec3) -> Vec3) {
 fn rotate(case: &mut Case, random: &mut Random) {
     let axis = random.point(Vec3::NEG_ONE, Vec3::ONE).normalize_or(Vec3::X);
     let turn = Quat::from_axis_angle(axis, random.between(0.5, 6.0));
+    case.reflects = false;
     each_point(case, |point| turn * point);
 }
 
@@ -296,10 +302,10 @@ fn scale(case: &mut Case, _: &mut Random) {
     each_point(case, |point| point * SCALE);
 }
 
-/// Makes a scene half as large: long detours over edges fade by their length in metres.
+/// Makes a scene smaller: long detours over edges fade by their length in metres.
 fn shrink(case: &mut Case) {
     case.reflects = false;
-    each_point(case, |point| 0.5 * point);
+    each_point(case, |point| 0.4 * point);
 }
 
 fn shuffle(case: &mut Case, random: &mut Random) {

@@ -11,6 +11,7 @@ mod flush;
 mod invariance;
 pub mod joining;
 pub mod late_figures;
+mod leak;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
@@ -93,7 +94,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 15] = [
+const LAWS: [(&str, Law); 16] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -105,6 +106,7 @@ const LAWS: [(&str, Law); 15] = [
     ("flush", flush::rows),
     ("thick", thick::rows),
     ("invariance", invariance::rows),
+    ("leak", leak::rows),
     ("rims", rims::rows),
     ("corner", corner::rows),
     ("transmission", transmission::rows),
