@@ -69,8 +69,8 @@ pub struct NearEdges {
 
 /// Emits the direct and the diffracted paths of a source, with at most `diffraction_order` edges each, as far as the
 /// source's effects permit. Not emitted are the paths of [`NearEdges::reflections`], which replace reflections that are
-/// not valid. Adds the rays cast to `rays`. `near` holds the near edges of the previous call and is renewed; it shortens the search and does not
-/// change the result.
+/// not valid. Adds the rays cast to `rays`. `near` holds the near edges of the previous call and is renewed; it shortens the
+/// search and does not change the result.
 ///
 /// # Real-time
 /// Allocates nothing; bounded by the constants of this module.

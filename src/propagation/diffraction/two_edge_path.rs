@@ -361,7 +361,7 @@ fn bisect(lines: [&Edge; 2], from: DVec3, to: DVec3) -> [DVec3; 2] {
 }
 
 /// Largest width in metres of a face between two edges whose waves arrive as one.
-const NARROW_M: f64 = 0.6;
+const NARROW_M: f64 = 0.35;
 
 /// Whether two edges are both sides of a narrow face, such as a door's jamb.
 pub(crate) fn bound_narrow_face([a, b]: [&Edge; 2]) -> bool {
@@ -388,15 +388,12 @@ struct CommonEnd {
     is_free: bool,
 }
 
-/// Both ends of two parallel edges of one face, such as those of a door's jamb.
+/// Both ends of two edges of a narrow face of even width.
 fn common_ends([a, b]: [&Edge; 2]) -> Option<[CommonEnd; 2]> {
-    let cosine = a.direction.dot(b.direction);
-    if shared_face([a, b]).is_none()
-        || cosine.abs() < PARALLEL
-        || (a.length_m - b.length_m).abs() > 0.01 * a.length_m
-    {
+    if !bound_narrow_face([a, b]) || (a.length_m - b.length_m).abs() > 0.01 * a.length_m {
         return None;
     }
+    let cosine = a.direction.dot(b.direction);
     Some([0, 1].map(|end| {
         let other = if cosine > 0.0 { end } else { 1 - end };
         CommonEnd {

@@ -123,10 +123,13 @@ impl Edge {
         let along = apex_m((a, near), (b, far));
         let apex = self.at(self.clamped(along)?);
         let length_m = from.distance(apex) + apex.distance(to);
-        let is_near = length_m - least_m2.sqrt() < MAX_BEYOND_M;
-        let is_outside =
-            is_near && length_m <= most_m && self.is_outside(from) && self.is_outside(to);
-        is_outside.then_some(length_m)
+        let beyond_m = match (0.0..=self.length_m).contains(&along) {
+            true => 0.0,
+            false => length_m - least_m2.sqrt(),
+        };
+        let rank_m = length_m + beyond_m;
+        let is_near = beyond_m < MAX_BEYOND_M && rank_m <= most_m;
+        (is_near && self.is_outside(from) && self.is_outside(to)).then_some(rank_m)
     }
 
     /// Lower bound of the length of a path between two points over the edge's line, with a margin for rounding.
