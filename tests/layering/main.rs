@@ -19,7 +19,7 @@ const TABLE: [(&str, &str); 39] = [
     ("scene", "acoustics error scene::materials scene::surface"),
     ("scene::materials", "acoustics"),
     ("scene::surface", "geometry scene"),
-    ("scene::edges", "geometry scene scene::surface"),
+    ("scene::edges", "acoustics geometry scene scene::surface"),
     (
         "scene::committed",
         "acoustics error geometry scene scene::edges scene::materials scene::surface",
@@ -70,7 +70,7 @@ const TABLE: [(&str, &str); 39] = [
         "generation",
         "acoustics error extrapolation generation::bands generation::binaural generation::delay generation::reverb generation::voices simd",
     ),
-    ("generation::bands", "acoustics simd"),
+    ("generation::bands", "acoustics generation::delay simd"),
     ("generation::delay", "acoustics simd"),
     (
         "generation::binaural",
@@ -82,7 +82,7 @@ const TABLE: [(&str, &str); 39] = [
     ),
     (
         "generation::voices",
-        "acoustics extrapolation generation generation::binaural generation::delay simd",
+        "acoustics extrapolation generation generation::bands generation::binaural generation::delay simd",
     ),
     ("output", "error"),
     ("runtime", ""),

@@ -405,7 +405,8 @@ fn quarters(folder: &Folder, arguments: &[&str]) -> [f64; 4] {
     })
 }
 
-/// A source that walks away by its path is as one from which the listener walks away; rows of one time are a jump of either.
+/// A source that moves away by its path is as one from which the listener moves away, but for the time of emission; rows of one
+/// time are a jump of either.
 #[test]
 fn sources_and_listeners_move_and_jump_by_their_paths() {
     let folder = Folder::new();
@@ -456,9 +457,11 @@ fn sources_and_listeners_move_and_jump_by_their_paths() {
     }
     let walked = heard(near, origin, Some(&walk));
     let fled = heard(origin, text(&walk), None);
+    // The sound of a source that recedes was emitted nearer by.
+    let nearer = 1.0 + 29.0 / 343.4;
     for k in 0..4 {
         assert!(
-            (walked[k] / fled[k] - 1.0).abs() < 0.05,
+            (walked[k] / (nearer * fled[k]) - 1.0).abs() < 0.05,
             "{walked:?} {fled:?}"
         );
     }

@@ -188,7 +188,7 @@ pub(crate) struct AirState {
 impl AirState {
     pub(crate) fn new(taps: &PathTaps) -> Self {
         Self {
-            taps: taps.moving,
+            taps: taps.resting,
             ..Self::default()
         }
     }
@@ -255,10 +255,10 @@ mod tests {
 
     #[test]
     fn parts_do_not_matter() {
-        let moving = [0.5, 0.2, 0.04, 0.01, 0.002];
+        let resting = [0.5, 0.2, 0.04, 0.01, 0.002];
         let taps = &PathTaps {
-            moving,
-            resting: [0.0; AIR_DELAY + 1],
+            moving: [0.0; AIR_DELAY + 1],
+            resting,
         };
         let mut whole: Vec<f32> = (0..100u16).map(|n| f32::from(n * 37 % 101)).collect();
         let mut parts = whole.clone();

@@ -159,11 +159,10 @@ pub(crate) fn read_ears(
 /// Both ear signals of one arrival: a chunk and the interpolator's slack.
 pub(crate) type EarPair = [Vec<f32>; 2];
 
-/// Frames of history of an arrival's signal: the longest ear delay, the interpolator and rounding, and at least the
-/// shortest part mixed in a chunk.
+/// Frames of history of an arrival's signal: the longest ear delay, the interpolator and rounding.
 pub(crate) fn history_frames(hrtf: &Hrtf) -> usize {
     (hrtf.max_delay().ceil() as usize + 12)
-        .max(CHUNK / 2 + 16)
+        .max(CHUNK / 4 + 16)
         .next_multiple_of(8)
 }
 

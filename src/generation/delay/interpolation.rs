@@ -87,8 +87,8 @@ impl Intervals {
 
 /// Writes `signal(position + i (1 − growth))` to `out[i]` for every i below the count, for every reading of one signal.
 ///
-/// The signal must extend [`BEHIND`] samples before the first and [`AHEAD`] beyond the last position, be
-/// [`BEHIND`] + [`AHEAD`] longer than the count, and at most [`LONGEST`] long. It and `outs` have [`SLACK`] more samples;
+/// The signal must extend [`BEHIND`] samples before the first and [`AHEAD`] beyond the last position and be at most
+/// [`LONGEST`] long; for a growth of zero it must be [`BEHIND`] + [`AHEAD`] longer than the count. It and `outs` have [`SLACK`] more samples;
 /// those of `outs` are overwritten.
 ///
 /// Positions that rounding moves beyond the signal use the polynomial of the last interval.
