@@ -5,6 +5,8 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
+use crate::acoustics::BANDS;
+
 /// A complex number. Time runs as e^(+jωt): a wave that travels r has the phase e^(−jkr).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Complex {
@@ -13,6 +15,9 @@ pub struct Complex {
     /// Imaginary part.
     pub im: f64,
 }
+
+/// One complex pressure per band.
+pub type ComplexBands = [Complex; BANDS];
 
 impl Complex {
     /// Zero.

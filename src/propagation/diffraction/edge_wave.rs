@@ -10,7 +10,7 @@ use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::geometry::Ray;
 use crate::propagation::amplitude::{apply_directivity, free_field};
 use crate::propagation::diffraction::MIN_RELATIVE_AMPLITUDE;
-use crate::propagation::diffraction::complex::Complex;
+use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::truncation;
 use crate::propagation::diffraction::utd::wedge_field;
 use crate::propagation::diffraction::wedge_geometry::{DiffractedField, Spread, WedgeAngles};
@@ -19,9 +19,6 @@ use crate::propagation::image_source::sequence::{Interaction, interaction_path_i
 use crate::propagation::path::{MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use crate::scene::Scene;
 use crate::scene::edges::{Edge, EdgeCrossing};
-
-/// One complex pressure per band.
-pub type ComplexBands = [Complex; BANDS];
 
 /// Distance of [`sight_point`] from its edge in metres: a third surface that touches the edge does not occlude it.
 const CLEARANCE_M: f64 = 1e-3;

@@ -8,10 +8,8 @@ use std::f64::consts::PI;
 
 use crate::acoustics::{BANDS, BandArray, smoothstep};
 use crate::propagation::amplitude::{apply_directivity, free_field};
-use crate::propagation::diffraction::complex::Complex;
-use crate::propagation::diffraction::edge_wave::{
-    self, ComplexBands, EdgePath, is_unoccluded, local_positions,
-};
+use crate::propagation::diffraction::complex::{Complex, ComplexBands};
+use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::two_edge_path::{self, TwoEdgePath};
 use crate::propagation::diffraction::wedge_geometry::on_side;
 use crate::propagation::diffraction::{MIN_RELATIVE_AMPLITUDE, fade_out};

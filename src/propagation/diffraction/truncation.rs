@@ -9,8 +9,7 @@
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use crate::acoustics::{BANDS, smoothstep};
-use crate::propagation::diffraction::complex::Complex;
-use crate::propagation::diffraction::edge_wave::ComplexBands;
+use crate::propagation::diffraction::complex::{Complex, ComplexBands};
 use crate::propagation::diffraction::transition::transition;
 
 /// Phase in radians from which the part beyond an end no longer interferes with the edge's wave within an octave, and the

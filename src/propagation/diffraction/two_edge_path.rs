@@ -7,9 +7,8 @@
 use glam::DVec3;
 
 use crate::acoustics::{BANDS, BandArray, smoothstep};
-use crate::propagation::diffraction::edge_wave::{
-    self, ComplexBands, EdgePath, is_unoccluded, local_positions,
-};
+use crate::propagation::diffraction::complex::ComplexBands;
+use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::wedge_geometry::{Spread, WedgeAngles, is_on_face};
 use crate::propagation::diffraction::{MAX_DETOUR_M, fade_out};

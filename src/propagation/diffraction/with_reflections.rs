@@ -10,9 +10,8 @@ use glam::DVec3;
 
 use crate::acoustics::{BandArray, smoothstep};
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffraction::edge_wave::{
-    self, ComplexBands, EdgePath, is_unoccluded, local_positions,
-};
+use crate::propagation::diffraction::complex::ComplexBands;
+use crate::propagation::diffraction::edge_wave::{self, EdgePath, is_unoccluded, local_positions};
 use crate::propagation::diffraction::ranked_list::insert_ranked;
 use crate::propagation::diffraction::reflection_edges::{
     MAX_REFLECTED_EDGE_PATHS, ReflectionEdges,
