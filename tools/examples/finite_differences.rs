@@ -4,6 +4,8 @@
 //! cells of 0.03 m it takes twenty minutes of one core and 100 MB. The name `check` prints levels around a rigid half-plane
 //! and their difference from the exact solution instead.
 
+#![expect(clippy::print_stdout, reason = "the result")]
+
 #[path = "../../tests/reference/finite_differences.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 mod finite_differences;

@@ -1,6 +1,6 @@
 //! Absorption of air above the highest band, as a short filter of a path.
 //!
-//! Construction: control side. [`AirFilter::of`] and [`filter`]: audio side, no allocation. A band's amplitude holds from its
+//! Construction: control side. [`AirFilter::of`] and [`AirState::filter`]: audio side, no allocation. A band's amplitude holds from its
 //! centre on: above 8 kHz the bands alone would lose at 16 kHz what they lose at 8 kHz, 10 dB instead of 36 dB over 100 m.
 //! The filter has nine symmetric taps. Its response is 1 at 0 Hz and, at [`HIGH_AIR_HZ`], that of the air over the whole
 //! path, raised by what the interpolation of the delay line loses there; the band gains are divided by its response at

@@ -17,8 +17,11 @@ const TRANSMISSION: f32 = 1e-7;
 /// Largest difference of levels.
 const BOUND_DB: f64 = 1.0;
 
+/// A case: its name, its solids at a depth, and the positions that are heard.
+type FlushCase = (&'static str, fn(f32) -> Solids, [Vec3; 4]);
+
 pub(super) fn rows() -> Result<Vec<Row>> {
-    let cases: [(&str, fn(f32) -> Solids, [Vec3; 4]); 3] = [
+    let cases: [FlushCase; 3] = [
         (
             "wall of 12 x 80 m on the ground",
             wall,

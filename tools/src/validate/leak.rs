@@ -19,8 +19,11 @@ const TRANSMISSION: f32 = 3.162_277_6e-4;
 /// Size of the room.
 const SIZE: Vec3 = Vec3::new(12.0, 3.0, 6.0);
 
+/// A case: its name and its sheets.
+type LeakCase = (&'static str, fn() -> Solids);
+
 pub(super) fn rows() -> Result<Vec<Row>> {
-    let cases: [(&str, fn() -> Solids); 4] = [
+    let cases: [LeakCase; 4] = [
         ("partition of a room", partition),
         ("partition with common vertices", common_vertices),
         ("cell in a corner of a room", cell),

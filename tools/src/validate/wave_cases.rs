@@ -195,7 +195,7 @@ impl WaveCase {
                                     .all(|&a| low[a] < middle[a] && middle[a] < high[a])
                         });
                         let (before, behind) = (beside(-1e-6), beside(1e-6));
-                        if before == behind && !(is_sheet && !before) {
+                        if before == behind && (before || !is_sheet) {
                             continue;
                         }
                         let mut corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[i, j]| {
