@@ -16,7 +16,7 @@ pub type Point = [f64; 3];
 const FAR_M: f64 = 60.0;
 
 /// Absorption coefficient of a case's absorbing faces, and its specific impedance: the most that a real impedance absorbs
-/// ([KUTTRUFF] 2.42).
+/// (\[KUTTRUFF\] 2.42).
 const ABSORPTION: f32 = 0.951;
 const IMPEDANCE: f64 = 1.567;
 
