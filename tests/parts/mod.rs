@@ -33,9 +33,10 @@ pub(crate) fn block(low: Vec3, high: Vec3) -> TriangleMesh {
     mesh
 }
 
-/// A door of 0.90 × 2.04 × 0.05 m, hinged on the y axis, 3 cm clear of its frame.
+/// A door of 0.89 × 2.02 × 0.05 m, hinged on the y axis. Its edges end 4 cm before floor, wall and lintel: a commit takes an
+/// edge that ends within 3 cm of a surface as one that ends there, and parts are not joined with the scene.
 pub(crate) fn door() -> TriangleMesh {
-    block(Vec3::new(0.03, 0.03, -0.08), Vec3::new(0.93, 2.07, -0.03))
+    block(Vec3::new(0.04, 0.04, -0.08), Vec3::new(0.93, 2.06, -0.03))
 }
 
 /// The door in the second room: wide open at 0, closed at 90°.

@@ -36,7 +36,7 @@ const RANKING_BAND: usize = 2;
 const RANKING_COSINE: f32 = 0.7;
 
 /// Estimated gain below which no band exceeds [`MIN_RELATIVE_AMPLITUDE`]: no band has more than twice the gain of
-/// [`RANKING_BAND`].
+/// [`RANKING_BAND`], or four times beyond an edge's end.
 const MIN_RANKING_GAIN: f64 = 0.25 * MIN_RELATIVE_AMPLITUDE;
 
 /// Estimated gains up to which the visible direct path masks a path, and from which it does not.
@@ -223,8 +223,7 @@ fn estimated_gain(
     let wavenumber = edge_wave::wavenumbers(scene)[RANKING_BAND];
     let distance_m = edge_wave::spread(crossing).distance_m;
     let x = WedgeAngles::of(edge, crossing).transition_argument(wavenumber, distance_m);
-    // The transition function's size, 1 at the boundary and 1/√(πx) far from it.
-    let mut gain = 0.5 / (1.0 + PI * x).sqrt();
+    let mut gain = wave_size(x) * share_of_length(wavenumber, crossing);
     let straight_m = ends[0].real.distance(ends[1].real);
     gain *= straight_m.max(endpoints.min_distance_m) / crossing.length_m();
     for surface in ends.iter().filter_map(|end| end.surface) {
@@ -232,6 +231,22 @@ fn estimated_gain(
         gain *= f64::from(factor.abs());
     }
     gain
+}
+
+/// Size of the transition function, 1 at the boundary and 1/√(πx) far from it, times the ½ that the wave has there.
+fn wave_size(x: f64) -> f64 {
+    0.5 / (1.0 + PI * x).sqrt()
+}
+
+/// Estimated share of an edge's wave within its free ends ([`EdgeCrossing::excess_m`]): ½ at an end, and falling with the
+/// phase beyond it.
+fn share_of_length(wavenumber: f64, crossing: &EdgeCrossing) -> f64 {
+    let beyond_m = crossing.beyond_m();
+    if beyond_m > 0.0 {
+        return wave_size(wavenumber * beyond_m);
+    }
+    let to_end_m = crossing.excess_m[0].min(crossing.excess_m[1]);
+    1.0 - wave_size(wavenumber * to_end_m)
 }
 
 /// A path over one edge with one or two reflections.

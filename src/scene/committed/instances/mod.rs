@@ -6,8 +6,8 @@
 //! door keeps its identity. Own.
 //!
 //! A part is not joined with the scene: a door that touches its frame shares no edge or surface with it. Free edges of its
-//! panels and visibility among its edges were found at its commit, without the scene; diffraction over edges of two bodies
-//! is searched at their current poses.
+//! panels, free ends of edges and visibility among its edges were found at its commit, without the scene; diffraction over
+//! edges of two bodies is searched at their current poses.
 
 mod changes;
 mod materials;
