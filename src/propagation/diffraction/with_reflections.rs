@@ -36,7 +36,7 @@ const RANKING_BAND: usize = 2;
 const RANKING_COSINE: f32 = 0.7;
 
 /// Estimated gain below which no band exceeds [`MIN_RELATIVE_AMPLITUDE`]: no band has more than twice the gain of
-/// [`RANKING_BAND`], or four times beyond an edge's end.
+/// [`RANKING_BAND`].
 const MIN_RANKING_GAIN: f64 = 0.25 * MIN_RELATIVE_AMPLITUDE;
 
 /// Estimated gains up to which the visible direct path masks a path, and from which it does not.
@@ -188,9 +188,10 @@ impl CandidateEdge {
         let Some(crossing) = self.edge.crossing(ends[0].image, ends[1].image) else {
             return;
         };
-        let gain = estimated_gain(scene, &self.edge, &crossing, &ends, endpoints);
+        let endless = estimated_gain(scene, &self.edge, &crossing, &ends, endpoints);
+        let gain = endless * share_of_length(scene, &crossing);
         let sight_point = edge_wave::sight_point(&self.edge, crossing.apex, self.outward);
-        if gain < least_gain
+        if endless < least_gain
             || ranked[MAX_TESTED - 1].is_some_and(|last| last.gain >= gain)
             || reflection_points(scene, &ends, sight_point).is_none()
         {
@@ -212,7 +213,7 @@ fn longest_detour_m(scene: &Scene, least_gain: f64) -> f64 {
     2.0 * x / edge_wave::wavenumbers(scene)[RANKING_BAND]
 }
 
-/// Estimated gain of a path in [`RANKING_BAND`] relative to the free field over the straight distance.
+/// Estimated gain of a path over an endless edge in [`RANKING_BAND`] relative to the free field over the straight distance.
 fn estimated_gain(
     scene: &Scene,
     edge: &Edge,
@@ -223,7 +224,7 @@ fn estimated_gain(
     let wavenumber = edge_wave::wavenumbers(scene)[RANKING_BAND];
     let distance_m = edge_wave::spread(crossing).distance_m;
     let x = WedgeAngles::of(edge, crossing).transition_argument(wavenumber, distance_m);
-    let mut gain = wave_size(x) * share_of_length(wavenumber, crossing);
+    let mut gain = wave_size(x);
     let straight_m = ends[0].real.distance(ends[1].real);
     gain *= straight_m.max(endpoints.min_distance_m) / crossing.length_m();
     for surface in ends.iter().filter_map(|end| end.surface) {
@@ -240,7 +241,8 @@ fn wave_size(x: f64) -> f64 {
 
 /// Estimated share of an edge's wave within its free ends ([`EdgeCrossing::excess_m`]): ½ at an end, and falling with the
 /// phase beyond it.
-fn share_of_length(wavenumber: f64, crossing: &EdgeCrossing) -> f64 {
+fn share_of_length(scene: &Scene, crossing: &EdgeCrossing) -> f64 {
+    let wavenumber = edge_wave::wavenumbers(scene)[RANKING_BAND];
     let beyond_m = crossing.beyond_m();
     if beyond_m > 0.0 {
         return wave_size(wavenumber * beyond_m);
