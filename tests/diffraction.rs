@@ -77,12 +77,16 @@ fn commit(scene: &procedural::BenchmarkScene) -> Arc<Scene> {
 }
 
 fn hear(scene: &Arc<Scene>, from: Vec3, to: Vec3, diffraction_order: usize) -> PathSet {
+    let pose = SourcePose::at(SourceId::new(0, 0), from);
+    hear_pose(scene, pose, to, diffraction_order)
+}
+
+fn hear_pose(scene: &Arc<Scene>, pose: SourcePose, to: Vec3, diffraction_order: usize) -> PathSet {
     let settings = PropagationSettings {
         diffraction_order,
         ..PropagationSettings::default()
     };
     let mut propagator = Propagator::new(Arc::clone(scene), settings).expect("settings");
-    let pose = SourcePose::at(SourceId::new(0, 0), from);
     let ear = ListenerPose {
         position: to,
         ..ListenerPose::default()
@@ -93,13 +97,16 @@ fn hear(scene: &Arc<Scene>, from: Vec3, to: Vec3, diffraction_order: usize) -> P
 }
 
 #[test]
-fn behind_a_door_s_jamb_the_bass_is_loudest() {
+fn behind_a_door_s_jamb_levels_are_those_of_its_edge() {
     let doorway = procedural::doorway();
     let scene = commit(&doorway);
     let source = Vec3::new(4.8, 1.5, 1.5);
     // In the other room, beside the door, and in front of it.
     let (dark, open) = (Vec3::new(10.5, 1.65, 5.9), Vec3::new(10.5, 1.65, 3.6));
-    let set = hear(&scene, source, dark, 2);
+    // Beside transmission the wave lacks what the wall transmits.
+    let mut pose = SourcePose::at(SourceId::new(0, 0), source);
+    pose.settings.effects.transmission = false;
+    let set = hear_pose(&scene, pose, dark, 2);
     let diffracted: Vec<_> = set
         .paths
         .iter()
@@ -114,7 +121,34 @@ fn behind_a_door_s_jamb_the_bass_is_loudest() {
     println!("{} diffracted paths, first {first:?}", diffracted.len());
     // Half of the wave, and part of its reflection in the jamb.
     assert!(gains[0] > 0.5 && gains[0] < 0.8, "{gains:?}");
-    assert!(gains.windows(2).all(|g| g[0] > g[1]), "{gains:?}");
+    // To 1 kHz the wall is thinner than a wavelength, a half-plane; above it the jamb is the face of a corner. The edge
+    // ends at the lintel, and is continued by the floor's image.
+    let exact = CENTRES_HZ.map(|hz| {
+        let (x_m, n, face) = match hz < 1500.0 {
+            true => (8.1, 2.0, 0.5 * PI),
+            false => (8.2, 1.5, 0.0),
+        };
+        let [before, after] = [source, dark].map(|p| {
+            let (x, z) = (f64::from(p.x) - x_m, f64::from(p.z) - 4.05);
+            (x.hypot(z), (-z).atan2(-x).rem_euclid(2.0 * PI) + face)
+        });
+        let edge = Wedge {
+            n,
+            radii_m: [before.0, after.0],
+            angles: [before.1, after.1],
+            along_m: f64::from(dark.y - source.y),
+        };
+        let ends_m = [-2.1, 2.1].map(|y| y - f64::from(source.y));
+        size(edge.total_of_section(2.0 * PI * hz / 343.4, ends_m)) * edge.path_m()
+    });
+    let off_db: Vec<f64> = (0..8)
+        .map(|b| 20.0 * (f64::from(gains[b]) / exact[b]).log10())
+        .collect();
+    let rms_db = (off_db.iter().map(|off| off * off).sum::<f64>() / 8.0).sqrt();
+    println!("{gains:?} for {exact:.3?}: {off_db:.2?} dB");
+    // As for a wall of 0.3 m against finite differences. The wood of the jamb absorbs; the exact figures are rigid.
+    assert!(rms_db < 1.0, "{rms_db} dB: {off_db:?}");
+    assert!(gains[4..].windows(2).all(|g| g[0] > g[1]), "{gains:?}");
     // The direction of arrival is that of the door, not of the source.
     let door = (first.points()[first.points().len() - 1] - dark).normalize();
     let heard = (first.image - dark).normalize();

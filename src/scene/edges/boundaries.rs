@@ -9,10 +9,14 @@ use super::super::surface::finite_panel::is_free;
 use super::super::surface::{Surface, SurfaceSet};
 use crate::geometry::Bvh;
 use crate::scene::edges::edge::Edge;
+use crate::scene::edges::search_budget;
 
-/// Length in metres of the pieces of an edge that are tested for continuations, and their greatest number.
+/// Length in metres of the pieces of an edge that are tested for continuations, and the greatest number of pieces of an edge.
 const PIECE_M: f64 = 0.5;
-const MOST_PIECES: f64 = 32.0;
+const MOST_PIECES: usize = 32;
+
+/// Rays of a piece: two on each side of each face.
+const RAYS_A_PIECE: f64 = 8.0;
 
 /// A free boundary, stored by surface.
 #[derive(Debug, Clone, Copy)]
@@ -36,14 +40,20 @@ pub(crate) struct SurfaceBoundaries {
 impl SurfaceBoundaries {
     pub(crate) fn build(edges: &[Edge], set: &SurfaceSet, bvh: &Bvh) -> Self {
         let mut boundaries = Vec::new();
+        let most_pieces = search_budget::pieces(edges.len(), RAYS_A_PIECE, bvh.crossed_boxes());
         for edge in edges {
             for (surface, inward, may_be_free) in faces(edge, &set.surfaces) {
                 let normal = set.surfaces[surface as usize].normal;
                 let is_free = |at: DVec3, side: usize| {
                     let up = [normal, -normal][side];
-                    may_be_free[side] && is_free(bvh, at.as_vec3(), -inward.as_vec3(), up.as_vec3())
+                    // Where a single ray is too much work, nothing counts as continued.
+                    let is_untested = most_pieces == 0;
+                    may_be_free[side]
+                        && (is_untested
+                            || is_free(bvh, at.as_vec3(), -inward.as_vec3(), up.as_vec3()))
                 };
-                add_pieces(&mut boundaries, surface, edge, is_free);
+                let most = most_pieces.clamp(1, MOST_PIECES);
+                add_pieces(&mut boundaries, surface, edge, most, is_free);
             }
         }
         boundaries.sort_by_key(|boundary| boundary.surface);
@@ -112,9 +122,12 @@ fn add_pieces(
     boundaries: &mut Vec<FreeBoundary>,
     surface: u32,
     edge: &Edge,
+    most_pieces: usize,
     is_free: impl Fn(DVec3, usize) -> bool,
 ) {
-    let pieces = (edge.length_m / PIECE_M).ceil().clamp(1.0, MOST_PIECES);
+    let pieces = (edge.length_m / PIECE_M)
+        .ceil()
+        .clamp(1.0, most_pieces as f64);
     let piece_m = edge.length_m / pieces;
     let from = boundaries.len();
     for piece in 0..pieces as u32 {

@@ -28,6 +28,9 @@ const SAME_FACE: f64 = PI / 180.0;
 /// Most comparisons of a triangle with an edge: bounds the time where thousands of triangles overlap.
 const MOST_COMPARED: usize = 1 << 22;
 
+/// Most comparisons of a contact with a section of its edge. Edges of more contacts than are left for stay whole.
+const MOST_IN_SECTIONS: usize = 1 << 27;
+
 /// A section of an edge along which a half-plane of another face begins.
 #[derive(Clone, Copy)]
 struct Contact {
@@ -55,12 +58,17 @@ pub(super) fn cut(
 ) -> Vec<Edge> {
     let contacts = contacts(&edges, vertices, triangles, surfaces);
     let mut result = Vec::with_capacity(edges.len());
-    let mut first = 0;
+    let (mut first, mut left) = (0, MOST_IN_SECTIONS);
     for (index, edge) in (0..).zip(&edges) {
         let own = contacts[first..].partition_point(|contact| contact.edge == index);
+        let work = own.saturating_mul(2 * own + 1);
         match own {
             0 => result.push(*edge),
-            _ => sections(edge, &contacts[first..first + own], &mut result),
+            _ if work > left => result.push(*edge),
+            _ => {
+                left -= work;
+                sections(edge, &contacts[first..first + own], &mut result);
+            }
         }
         first += own;
     }

@@ -12,8 +12,8 @@ const MOST_COMPARED_IN_ALL: usize = 2048 * MOST_COMPARED;
 /// Boxes that all sight lines intersect, by estimate.
 const MOST_BOXES_IN_ALL: f64 = (1u64 << 28) as f64;
 
-/// Sight lines of a pair of edges.
-const LINES_A_PAIR: f64 = 4.0;
+/// Sight lines of the pairs that an edge tests: six of a near pair and six of a pair across a wide face.
+const LINES_A_PAIR: f64 = 12.0;
 
 /// Work for each edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,6 +22,12 @@ pub(super) struct SearchBudget {
     pub(super) compared: usize,
     /// Most of them that are tested by sight lines; none where a single test is too much work.
     pub(super) tested: usize,
+}
+
+/// Most pieces of each edge that are tested by so many rays each; none where a single one is too much work.
+pub(super) fn pieces(edges: usize, rays: f64, crossed_boxes: f64) -> usize {
+    let boxes = edges.max(1) as f64 * rays * crossed_boxes.max(1.0);
+    (MOST_BOXES_IN_ALL / boxes) as usize
 }
 
 impl SearchBudget {
@@ -50,10 +56,13 @@ mod tests {
                 assert!(budget.compared * edges <= MOST_COMPARED_IN_ALL);
                 let lines = (budget.tested * edges) as f64 * LINES_A_PAIR;
                 assert!(lines * crossed_boxes <= MOST_BOXES_IN_ALL);
+                let rays = (pieces(edges, 8.0, crossed_boxes) * edges) as f64 * 8.0;
+                assert!(rays * crossed_boxes <= MOST_BOXES_IN_ALL);
             }
         }
         // As many edges as the largest benchmark scene has are compared and tested as before.
         let budget = SearchBudget::new(1516, 200.0);
-        assert!(budget.compared == MOST_COMPARED && budget.tested >= 32);
+        assert!(budget.compared == MOST_COMPARED && budget.tested >= 48);
+        assert!(pieces(1516, 8.0, 200.0) >= 32);
     }
 }

@@ -86,7 +86,8 @@ impl EdgeVisibilityGraph {
                 true
             });
             let mut choose = |near: &[(f64, u32)], most: usize| {
-                let seen = with_equals(near.iter(), MOST_TESTED.min(budget.tested))
+                let seen = with_equals(near.iter(), MOST_TESTED)
+                    .take(budget.tested)
                     .filter(|(_, other)| is_unoccluded(edge, &edges[*other as usize], bvh));
                 for &(apart_m, other) in with_equals(seen, most) {
                     pairs.push((index as u32, apart_m, other));
@@ -94,6 +95,9 @@ impl EdgeVisibilityGraph {
                 }
             };
             choose(&near, MOST_NEIGHBOURS);
+            if budget.tested == 0 {
+                continue;
+            }
             by_face.far(edges, index as u32, &mut near);
             choose(&near, MOST_FAR_NEIGHBOURS);
         }
