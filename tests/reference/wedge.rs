@@ -96,7 +96,10 @@ impl Wedge {
 
     /// The total field of an edge that goes from `ends_m[0]` to `ends_m[1]` along its line, in metres from the source's
     /// foot: the line integral along the edge of \[SVENSSON99\].
-    #[allow(dead_code, reason = "not every program that includes this file uses it")]
+    #[allow(
+        dead_code,
+        reason = "not every program that includes this file uses it"
+    )]
     pub fn total_of_section(&self, wavenumber: f64, ends_m: [f64; 2]) -> Pair {
         let [phi0, phi] = self.angles;
         let [r0, r] = self.radii_m;
