@@ -105,16 +105,17 @@ impl SurfaceBoundaries {
 /// The surfaces that end at an edge, each with the direction from the edge into it, and whether the edge's air is on its
 /// normal's side and on the other.
 fn faces(edge: &Edge, surfaces: &[Surface]) -> impl Iterator<Item = (u32, DVec3, [bool; 2])> {
-    let (sin, cos) = (edge.n * std::f64::consts::PI).sin_cos();
-    let second = edge.tangent * cos + edge.normal * sin;
     let is_rim = edge.faces[0] == edge.faces[1];
-    let face = |surface: u32, inward: DVec3, up: DVec3| {
-        let in_front = surfaces[surface as usize].normal.dot(up) > 0.0;
-        (surface, inward, [is_rim || in_front, is_rim || !in_front])
+    let face = move |index: usize| {
+        let surface = edge.faces[index];
+        let in_front = surfaces[surface as usize]
+            .normal
+            .dot(edge.face_normal(index))
+            > 0.0;
+        let may_be_free = [is_rim || in_front, is_rim || !in_front];
+        (surface, edge.face_tangent(index), may_be_free)
     };
-    let first = face(edge.faces[0], edge.tangent, edge.normal);
-    let other = face(edge.faces[1], second, second.cross(edge.direction));
-    std::iter::once(first).chain((!is_rim).then_some(other))
+    (0..if is_rim { 1 } else { 2 }).map(face)
 }
 
 /// Adds the free pieces of an edge of a surface; pieces that are free on the same sides are joined.
