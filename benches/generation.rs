@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use foresound::extrapolation::{FramePath, FramePaths, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PathId;
 use foresound::scene::SourceId;
@@ -55,11 +55,12 @@ fn frame(step: u32) -> FramePaths {
         late: (0..SOURCES)
             .map(|source| LateSend {
                 source: SourceId::new(source as u16, 0),
+                group: 0,
                 energy_per_s: [0.5; 8],
                 start_s: 0.12,
             })
             .collect(),
-        decay_time_s: [2.0, 2.0, 1.9, 1.8, 1.7, 1.5, 1.2, 0.8],
+        late_groups: [LateGroup::isotropic([2.0, 2.0, 1.9, 1.8, 1.7, 1.5, 1.2, 0.8]); LATE_GROUPS],
         high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
     }
 }

@@ -134,7 +134,10 @@ pub mod mesh {
 
 /// Propagation by itself: paths with amplitudes in eight bands, without sound.
 pub mod paths {
-    pub use crate::extrapolation::{FramePath, FramePaths, LateSend};
+    pub use crate::extrapolation::{
+        FramePath, FramePaths, LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LateGroup,
+        LateSend,
+    };
     pub use crate::propagation::{
         LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
         Propagator, ReflectionEdge, Serial, Workers,

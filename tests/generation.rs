@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use foresound::extrapolation::{FramePaths, LateSend};
+use foresound::extrapolation::{FramePaths, LATE_GROUPS, LateGroup, LateSend};
 use foresound::generation::{Generator, GeneratorSettings};
 use foresound::scene::SourceId;
 use glam::{Quat, Vec3};
@@ -185,10 +185,11 @@ fn late_level_db(mut generator: Generator) -> f64 {
         &FramePaths {
             late: vec![LateSend {
                 source: SourceId::new(0, 0),
+                group: 0,
                 energy_per_s: [2.0; 8],
                 start_s: 0.06,
             }],
-            decay_time_s: [1.0; 8],
+            late_groups: [LateGroup::isotropic([1.0; 8]); LATE_GROUPS],
             ..FramePaths::default()
         },
         1,

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use foresound::extrapolation::{FramePath, FramePaths, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
 use foresound::generation::{BlockReport, Generator, GeneratorSettings, Hrtf};
 use foresound::scene::SourceId;
 use glam::{Quat, Vec3};
@@ -414,10 +414,12 @@ fn invalid_frames_give_finite_sound() {
             orientation: Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0),
             late: vec![LateSend {
                 source: SourceId::new(0, 0),
+                group: 0,
                 energy_per_s: [f32::NAN, f32::INFINITY, -1.0, 0.0, 1.0, 1.0, 1.0, 1.0],
                 start_s: f32::NAN,
             }],
-            decay_time_s: [f32::NAN, -1.0, 0.0, 1e9, 1.0, 1.0, 1.0, 1.0],
+            late_groups: [LateGroup::isotropic([f32::NAN, -1.0, 0.0, 1e9, 1.0, 1.0, 1.0, 1.0]);
+                LATE_GROUPS],
             ..FramePaths::default()
         },
         0,

@@ -4,7 +4,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::Arc;
 
-use foresound::extrapolation::{FramePath, FramePaths, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PathId;
 use foresound::scene::SourceId;
@@ -72,11 +72,12 @@ fn frames() -> Vec<FramePaths> {
             late: (0..4)
                 .map(|slot| LateSend {
                     source: SourceId::new(slot, 0),
+                    group: 0,
                     energy_per_s: [0.5; 8],
                     start_s: 0.02 * (1 + k % 7) as f32,
                 })
                 .collect(),
-            decay_time_s: [0.4 + 0.1 * (k % 5) as f32; 8],
+            late_groups: [LateGroup::isotropic([0.4 + 0.1 * (k % 5) as f32; 8]); LATE_GROUPS],
             high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
         })
         .collect()

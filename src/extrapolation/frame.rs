@@ -2,12 +2,14 @@
 
 use glam::{Quat, Vec3};
 
+use crate::acoustics::BandArray;
 use crate::acoustics::medium::HIGH_AIR_HZ;
-use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::{Path, PathId};
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
-pub use crate::propagation::LATE_SEGMENTS;
+pub use crate::propagation::{
+    LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS, LateGroup,
+};
 
 /// One path at the end of a graphics frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,6 +87,8 @@ pub(super) fn allows(source: &SourcePose, path: &Path) -> bool {
 pub struct LateSend {
     /// The source.
     pub source: SourceId,
+    /// Index of the decay in [`FramePaths::late_groups`].
+    pub group: u8,
     /// Energy per second of the diffuse impulse response, extrapolated back to emission, in 1/s; see
     /// `energy_per_s`.
     pub energy_per_s: BandArray,
@@ -106,10 +110,10 @@ pub struct FramePaths {
     pub orientation: Quat,
     /// Paths, sorted by [`FramePath::id`].
     pub paths: Vec<FramePath>,
-    /// Late reverb sends, at most [`LATE_SEGMENTS`] per source, in the order of the segments.
+    /// Late reverb sends, at most [`LATE_SEGMENTS`] per source and group, in the order of the segments.
     pub late: Vec<LateSend>,
-    /// Reverberation time T60 of the late reverb in seconds per band.
-    pub decay_time_s: BandArray,
+    /// The decays that the sends start. A group without sends costs nothing once it is silent.
+    pub late_groups: [LateGroup; LATE_GROUPS],
     /// Absorption of air in Np per second of delay at 9, 12, 14 and 16 kHz, which the bands do not cover; 0 for none.
     pub high_air_np_per_s: [f32; HIGH_AIR_HZ.len()],
 }
@@ -120,7 +124,7 @@ impl Default for FramePaths {
             orientation: Quat::IDENTITY,
             paths: Vec::new(),
             late: Vec::new(),
-            decay_time_s: [0.0; BANDS],
+            late_groups: Default::default(),
             high_air_np_per_s: Default::default(),
         }
     }

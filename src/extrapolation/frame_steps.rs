@@ -4,7 +4,7 @@
 //! spent, and the next part resumes there. The parts do not affect the result.
 
 use super::extrapolator::{Extrapolator, Rule, Step};
-use super::frame::{FramePath, FramePaths, LateSend, allows};
+use super::frame::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend, allows};
 use super::predictor::{FrameContext, TrackedPath};
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
@@ -117,16 +117,18 @@ impl Extrapolator {
             // Without late energy, a band keeps its decay time.
             *present = if new > 0.0 { new } else { *present };
         }
-        result.decay_time_s = self.decay_time_s;
+        result.late_groups = [LateGroup::default(); LATE_GROUPS];
+        result.late_groups[0] = LateGroup::isotropic(self.decay_time_s);
         result.late.clear();
         let has_late = |late: &LateEnergy| {
             let own = sources.iter().find(|pose| pose.id == late.source);
             own.is_some_and(|pose| pose.settings.effects.late)
         };
         for late in self.late.iter().filter(|late| has_late(late)) {
-            let segments = late_segments(late, &result.decay_time_s);
+            let segments = late_segments(late, &self.decay_time_s);
             result.late.extend(segments.map(|segment| LateSend {
                 source: late.source,
+                group: 0,
                 energy_per_s: segment.energy_per_s,
                 start_s: segment.start_s,
             }));

@@ -20,6 +20,9 @@ pub use crate::extrapolation::geometric::{GeometricSettings, PredictionTarget, P
 pub use crate::extrapolation::scene_pair::ScenePair;
 pub use crate::extrapolation::work_budget::{Progress, WorkBudget};
 pub use extrapolator::{Extrapolator, PredictorState};
-pub use frame::{FramePath, FramePaths, LATE_SEGMENTS, LateSend};
+pub use frame::{
+    FramePath, FramePaths, LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LATE_SEGMENTS,
+    LateGroup, LateSend,
+};
 pub use level::extrapolation_level;
 pub use predictor::{FrameContext, Predictor, PredictorKind, TrackedPath};

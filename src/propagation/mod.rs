@@ -10,6 +10,7 @@ pub mod diffraction;
 pub mod diffuse;
 pub mod endpoints;
 pub mod image_source;
+pub mod late_group;
 pub mod path;
 pub mod propagator;
 pub mod quality_level;
@@ -22,6 +23,7 @@ pub mod workers;
 
 pub use crate::propagation::propagator::Propagator;
 pub use crate::propagation::quality_level::PropagationQuality;
+pub use late_group::{LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LateGroup};
 pub use path::{
     LATE_SEGMENTS, LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathId, PathSet,
     ReflectionEdge,

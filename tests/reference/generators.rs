@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use foresound::extrapolation::{FramePath, FramePaths, LateSend};
+use foresound::extrapolation::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend};
 use foresound::generation::{Generator, GeneratorSettings, Hrtf};
 use foresound::propagation::PathId;
 use foresound::scene::SourceId;
@@ -132,10 +132,11 @@ pub fn busy(k: u32) -> FramePaths {
         paths,
         late: vec![LateSend {
             source: SourceId::new(0, 0),
+            group: 0,
             energy_per_s: [0.8; 8],
             start_s: if k < 15 { 0.05 } else { 0.09 },
         }],
-        decay_time_s: [1.5, 1.4, 1.3, 1.2, 1.1, 1.0, 0.8, 0.6],
+        late_groups: [LateGroup::isotropic([1.5, 1.4, 1.3, 1.2, 1.1, 1.0, 0.8, 0.6]); LATE_GROUPS],
         high_air_np_per_s: [5.0, 8.7, 11.5, 14.4],
     }
 }

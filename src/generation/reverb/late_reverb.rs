@@ -116,7 +116,7 @@ impl LateReverb {
     ) {
         for (line, &length) in self.lengths.iter().enumerate() {
             let mut target = F32x8::ZERO;
-            for (gain, &t60_s) in target.0.iter_mut().zip(&frame.decay_time_s) {
+            for (gain, &t60_s) in target.0.iter_mut().zip(&frame.late_groups[0].decay_time_s) {
                 *gain = decay(length as f32 / self.rate_hz, t60_s);
             }
             self.gain[line].retarget(target, left, ramp);

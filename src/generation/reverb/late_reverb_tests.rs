@@ -1,7 +1,7 @@
 //! Decay, level and energy of the late reverb.
 
 use super::*;
-use crate::extrapolation::LateSend;
+use crate::extrapolation::{LATE_GROUPS, LateGroup, LateSend};
 
 const RATE_HZ: u32 = 44_100;
 const ENERGY_PER_S: f32 = 0.4;
@@ -16,10 +16,11 @@ fn response(band: usize, t60_s: f32, other_t60_s: f32, seconds: f32) -> Vec<f64>
     let frame = FramePaths {
         late: vec![LateSend {
             source: Default::default(),
+            group: 0,
             energy_per_s: [ENERGY_PER_S; 8],
             start_s: START_S,
         }],
-        decay_time_s,
+        late_groups: [LateGroup::isotropic(decay_time_s); LATE_GROUPS],
         ..FramePaths::default()
     };
     // Without the correction, which mixes bands of unequal gain: the law holds for one band's gain.
@@ -174,10 +175,11 @@ fn a_send_depends_only_on_its_frame() {
             let frame = FramePaths {
                 late: vec![LateSend {
                     source: Default::default(),
+                    group: 0,
                     energy_per_s: [ENERGY_PER_S; 8],
                     start_s: START_S + 1e-4 * start as f32,
                 }],
-                decay_time_s: [1.0; 8],
+                late_groups: [LateGroup::isotropic([1.0; 8]); LATE_GROUPS],
                 ..FramePaths::default()
             };
             let correction = BandCorrection::none();
@@ -210,13 +212,14 @@ fn sends_that_jump_faster_than_they_fade_do_not_click() {
         line.write(now, &[F32x8::splat(1.0); CHUNK]);
         let late = LateSend {
             source: Default::default(),
+            group: 0,
             energy_per_s: [ENERGY_PER_S; 8],
             start_s: 0.02 * (1 + jump % 7) as f32,
         };
         let frame = FramePaths {
             // No sends after the jumps: everything fades.
             late: if jump < 300 { vec![late] } else { vec![] },
-            decay_time_s: [2.0; 8],
+            late_groups: [LateGroup::isotropic([2.0; 8]); LATE_GROUPS],
             ..FramePaths::default()
         };
         // Ramps of a tenth of a second and a frame per chunk.

@@ -157,7 +157,10 @@ impl LateSends {
         } = self.network;
         for (index, send) in self.sends.iter_mut().enumerate() {
             let (slot, step) = (index / LATE_SEGMENTS, index % LATE_SEGMENTS);
-            let mut own = frame.late.iter().filter(|late| late.source.slot() == slot);
+            let mut own = frame
+                .late
+                .iter()
+                .filter(|late| late.source.slot() == slot && late.group == 0);
             let Some(segment) = own.nth(step) else {
                 send.retarget(&[(0, F32x8::ZERO); 2], left, ramp);
                 continue;
@@ -171,7 +174,8 @@ impl LateSends {
                 let delay_s = delay as f32 / rate_hz;
                 let amplitude = std::array::from_fn(|b| {
                     let energy = amplitude_of_energy(segment.energy_per_s[b] * mean_length_s);
-                    let gain = share * energy * decay(delay_s, frame.decay_time_s[b]);
+                    let gain =
+                        share * energy * decay(delay_s, frame.late_groups[0].decay_time_s[b]);
                     if gain.is_finite() {
                         gain.min(MAX_GAIN)
                     } else {
