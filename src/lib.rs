@@ -44,7 +44,7 @@
 //! # Units and threads
 //!
 //! Metres, seconds, hertz; right-handed coordinates, +y up; bands are the eight octaves from 63 Hz to 8 kHz ([`BANDS`]). A
-//! function that takes a position takes anything that becomes a [`glam::Vec3`]: `[f32; 3]` does, in any version of `glam`. The pose
+//! function that takes a position takes anything that becomes a [`Vec3`](glam::Vec3): `[f32; 3]` does, in any version of `glam`. The pose
 //! of an instance has double precision: `[f64; 3]`.
 //! A [`Controller`] belongs to the app's thread and returns errors with advice. A [`Renderer`] belongs to the audio thread:
 //! it neither allocates, locks nor fails.

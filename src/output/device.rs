@@ -59,7 +59,7 @@ pub trait Device: Send {
     /// available.
     ///
     /// # Errors
-    /// [`crate::Error::Engine`] with the system's error text.
+    /// [`Error::Engine`](crate::Error::Engine) with the system's error text.
     fn open(
         &mut self,
         rate_hz: u32,

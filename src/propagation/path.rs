@@ -42,7 +42,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// Whether this is the direct path.
+    /// Whether this is the direct path: no reflection, no edge, perhaps through walls.
     pub fn is_direct(&self) -> bool {
         self.order == 0 && self.diffraction_order == 0
     }

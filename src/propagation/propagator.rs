@@ -111,7 +111,7 @@ impl Propagator {
     /// A propagator for a committed scene. Allocates its memory.
     ///
     /// # Errors
-    /// [`crate::Error::Setting`] names a setting outside its range.
+    /// [`Error::Setting`](crate::Error::Setting) names a setting outside its range.
     pub fn new(scene: Arc<Scene>, settings: PropagationSettings) -> Result<Self> {
         settings.check()?;
         let count = settings.guide_rays;
@@ -160,7 +160,7 @@ impl Propagator {
         Arc::make_mut(&mut self.scene)
     }
 
-    /// The settings given at creation.
+    /// The settings given at creation; a quality level in force does not change them.
     pub fn settings(&self) -> &PropagationSettings {
         &self.settings
     }

@@ -90,8 +90,8 @@ impl Engine {
     /// ```
     ///
     /// # Errors
-    /// [`crate::Error::Setting`] names a setting outside its range; [`crate::Error::Engine`] if no thread can be
-    /// started.
+    /// [`Error::Setting`](crate::Error::Setting) names a setting outside its range;
+    /// [`Error::Engine`](crate::Error::Engine) if no thread can be started.
     #[expect(clippy::new_ret_no_self, reason = "an engine is its two halves")]
     pub fn new(settings: EngineSettings) -> Result<(Controller, Renderer)> {
         settings.check()?;

@@ -26,7 +26,7 @@ pub struct SnapshotPath {
 }
 
 impl SnapshotPath {
-    /// The valid corners.
+    /// The corners in use, from the source to the listener, in world coordinates and metres.
     pub fn corners(&self) -> &[Vec3] {
         &self.corners[..usize::from(self.order + self.diffraction_order) + 2]
     }

@@ -138,12 +138,12 @@ impl Renderer {
         }
     }
 
-    /// Sample rate in Hz.
+    /// Sample rate in Hz of what [`Self::render`] writes; constant.
     pub fn rate_hz(&self) -> u32 {
         self.parts.settings.generation.rate_hz
     }
 
-    /// Audio frames per block.
+    /// Audio frames per block; [`Self::render`] takes any number, this one is the cheapest.
     pub fn block_frames(&self) -> usize {
         self.parts.settings.block_frames
     }

@@ -178,7 +178,7 @@ impl EngineSettings {
         .fold(self.generation.memory_bytes(), usize::saturating_add)
     }
 
-    /// Greatest number of sources.
+    /// Greatest number of sources: [`Self::max_sources`], or the number of slots.
     pub fn source_limit(&self) -> usize {
         self.max_sources.unwrap_or(self.generation.max_sources)
     }

@@ -122,7 +122,7 @@ impl StreamWriter {
         (Self { ring }, Stream::new(reader))
     }
 
-    /// Free capacity in samples.
+    /// Free capacity in samples: so many can be written now. Wait-free, any thread.
     pub fn free(&self) -> usize {
         self.ring.slots()
     }

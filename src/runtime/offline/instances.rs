@@ -25,8 +25,8 @@ impl OfflineRenderer {
     /// Moves instances. Valid poses are applied even if others are invalid.
     ///
     /// # Errors
-    /// The first of: [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid: the last
-    /// good one stays.
+    /// The first of: [`Error::StaleInstance`](crate::Error::StaleInstance); [`Error::Setting`](crate::Error::Setting) for
+    /// a pose that is not rigid: the last good one stays.
     pub fn set_instance_poses(&mut self, poses: &[InstancePose]) -> Result<()> {
         let scene = self.propagation.propagator_mut().scene_mut();
         let checked = poses.iter().map(|pose| scene.check_instance_pose(pose));
@@ -39,7 +39,7 @@ impl OfflineRenderer {
     /// Removes an instance; its handle is stale at once.
     ///
     /// # Errors
-    /// [`crate::Error::StaleInstance`].
+    /// [`Error::StaleInstance`](crate::Error::StaleInstance).
     pub fn remove_instance(&mut self, id: InstanceId) -> Result<()> {
         let propagator = self.propagation.propagator_mut();
         propagator.scene_mut().remove_instance(id)?;

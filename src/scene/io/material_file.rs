@@ -45,7 +45,7 @@ impl MaterialTable {
     /// Reads a TOML file of `[materials.NAME]` tables, as `materials` describes them.
     ///
     /// # Errors
-    /// As [`Self::parse`], and [`crate::Error::File`] where the file cannot be read.
+    /// As [`Self::parse`], and [`Error::File`](crate::Error::File) where the file cannot be read.
     pub fn load(path: &Path) -> Result<Self> {
         Self::parse(path, &read_text(path)?)
     }
@@ -53,8 +53,8 @@ impl MaterialTable {
     /// Parses such a file; `path` is for errors.
     ///
     /// # Errors
-    /// [`crate::Error::Format`] with line and key for anything but numbers from 0 to 1, one or eight of them, with
-    /// transmission not above absorption.
+    /// [`Error::Format`](crate::Error::Format) with line and key for anything but numbers from 0 to 1, one or eight of
+    /// them, with transmission not above absorption.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let file = TomlFile { path, text };
         read_materials(&file, file.read::<MaterialFile>()?.materials)

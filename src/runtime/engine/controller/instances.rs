@@ -39,8 +39,8 @@ impl Controller {
     /// Moves an instance from the next tick on: direct sound follows in that graphics frame, reflections with updates.
     ///
     /// # Errors
-    /// [`crate::Error::StaleInstance`]; [`crate::Error::Setting`] for a pose that is not rigid: the last good one
-    /// stays.
+    /// [`Error::StaleInstance`](crate::Error::StaleInstance); [`Error::Setting`](crate::Error::Setting) for a pose that
+    /// is not rigid: the last good one stays.
     pub fn set_instance_pose(&mut self, pose: &InstancePose) -> Result<()> {
         self.scene.check_instance_pose(pose)?;
         let slot = |known: &InstancePose| known.id.slot();
@@ -54,7 +54,7 @@ impl Controller {
     /// Removes an instance from the next tick on; its handle is stale at once. Allocates.
     ///
     /// # Errors
-    /// [`crate::Error::StaleInstance`].
+    /// [`Error::StaleInstance`](crate::Error::StaleInstance).
     pub fn remove_instance(&mut self, id: InstanceId) -> Result<()> {
         let mut scene = self.posed_scene();
         scene.remove_instance(id)?;

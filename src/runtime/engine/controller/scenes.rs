@@ -52,7 +52,7 @@ impl Controller {
         self.builder.start(mesh, materials, settings)
     }
 
-    /// Whether a scene is being built.
+    /// Whether a scene is being built that a later tick will take over.
     pub fn is_building(&self) -> bool {
         self.builder.is_building()
     }

@@ -127,7 +127,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Number of sources.
+    /// Number of sources added and not removed.
     pub fn source_count(&self) -> usize {
         self.sources.count()
     }
