@@ -6,9 +6,6 @@ use glam::{DVec3, Vec3};
 
 use super::{BenchmarkScene, ObjectRange, TriangleMesh, Walk, named};
 
-/// Depth in metres by which objects are sunk into the surface that carries them: far above rounding, hardly visible.
-pub(super) const SUNK_M: f64 = 0.02;
-
 /// A mesh under construction. Corners are given in metres and rounded to whole millimetres; equal corners are one
 /// vertex. Faces are counter-clockwise seen from the air.
 pub(super) struct MeshBuilder {

@@ -8,7 +8,7 @@
 
 use glam::{DVec3, Vec3, dvec3};
 
-use super::builder::{MeshBuilder, SUNK_M};
+use super::builder::MeshBuilder;
 use super::carving::Carving;
 use super::solids::Side;
 use super::{BenchmarkScene, Walk};
@@ -70,45 +70,41 @@ fn furniture(b: &mut MeshBuilder) {
     b.paint("wood_panel");
     // A bookcase and a sideboard against the wall.
     b.cuboid(
-        dvec3(-SUNK_M, -SUNK_M, 3.8),
+        dvec3(0.0, 0.0, 3.8),
         dvec3(0.35, 2.0, 5.6),
         &[Side::XMin, Side::YMin],
     );
     b.cuboid(
-        dvec3(15.75, -SUNK_M, 1.6),
-        dvec3(16.2 + SUNK_M, 0.9, 3.8),
+        dvec3(15.75, 0.0, 1.6),
+        dvec3(16.2, 0.9, 3.8),
         &[Side::XMax, Side::YMin],
     );
     table(b, dvec3(2.4, 0.0, 2.4));
     table(b, dvec3(14.0, 0.0, 4.1));
     b.paint("upholstered_seat");
     b.cuboid(
-        dvec3(9.0, -SUNK_M, 6.0 - 0.85),
-        dvec3(9.4, 0.45, 6.0 + SUNK_M),
+        dvec3(9.0, 0.0, 6.0 - 0.85),
+        dvec3(9.4, 0.45, 6.0),
         &[Side::YMin, Side::ZMax],
     );
     b.cuboid(
-        dvec3(4.2, -SUNK_M, -SUNK_M),
+        dvec3(4.2, 0.0, 0.0),
         dvec3(6.0, 0.8, 0.8),
         &[Side::YMin, Side::ZMin],
     );
     b.paint("curtain");
-    b.cuboid(
-        dvec3(2.2, 0.3, -SUNK_M),
-        dvec3(3.8, 2.6, 0.08),
-        &[Side::ZMin],
-    );
+    b.cuboid(dvec3(2.2, 0.3, 0.0), dvec3(3.8, 2.6, 0.08), &[Side::ZMin]);
     b.cuboid(
         dvec3(12.6, 0.3, 6.0 - 0.08),
-        dvec3(14.2, 2.6, 6.0 + SUNK_M),
+        dvec3(14.2, 2.6, 6.0),
         &[Side::ZMax],
     );
     b.part("door");
     b.paint("door_wood");
-    // The open leaf at the jamb away from the walk; its hinge side is sunk into the wall.
+    // The open leaf at the jamb away from the walk; its hinge side ends in the wall.
     b.cuboid(
         dvec3(7.09, 0.02, 3.02),
-        dvec3(8.0 + SUNK_M, 2.06, 3.06),
+        dvec3(8.0, 2.06, 3.06),
         &[Side::XMax],
     );
 }
@@ -121,11 +117,7 @@ fn table(b: &mut MeshBuilder, foot: DVec3) {
         &[],
     );
     for x in [-0.5, 0.46] {
-        let low = foot + dvec3(x, -SUNK_M, -0.35);
-        b.cuboid(
-            low,
-            low + dvec3(0.04, 0.70 + 2.0 * SUNK_M, 0.7),
-            &[Side::YMin],
-        );
+        let low = foot + dvec3(x, 0.0, -0.35);
+        b.cuboid(low, low + dvec3(0.04, 0.70, 0.7), &[Side::YMin]);
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! The scenes of the paper are not public; these have their size and character. Walls, floors and ceilings are
 //! exactly planar and axis-parallel, solids face outwards, room shells inwards (counter-clockwise towards the
-//! listener). Objects are sunk into the surface that carries them: no two faces coincide.
+//! listener). Objects stand flush on the surface that carries them, without a face of their own there.
 
 mod angrybot;
 mod bootcamp;

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DVec3, dvec3};
 
-use super::builder::{MeshBuilder, SUNK_M};
+use super::builder::MeshBuilder;
 use super::random::Random;
 
 /// A side of a box, by the axis of its normal and its position along it.
@@ -96,9 +96,9 @@ impl MeshBuilder {
         }
     }
 
-    /// A box on a floor at `min.y`: sunk into it, without a bottom.
+    /// A box on a floor at `min.y`, without a bottom.
     pub(super) fn standing(&mut self, min: DVec3, max: DVec3) {
-        self.cuboid(min - DVec3::Y * SUNK_M, max, &[Side::YMin]);
+        self.cuboid(min, max, &[Side::YMin]);
     }
 
     /// A convex planar outline swept along `sweep`; the outline is counter-clockwise seen from its swept end.
@@ -122,9 +122,8 @@ impl MeshBuilder {
     pub(super) fn standing_turned(&mut self, foot: DVec3, size: DVec3, turns: f64, ends: Ends) {
         let (along, across) = heading(turns);
         let (a, b) = (along * (0.5 * size.x), across * (0.5 * size.z));
-        let low = foot - DVec3::Y * SUNK_M;
-        let outline = [low - a - b, low - a + b, low + a + b, low + a - b];
-        self.extrude(&outline, DVec3::Y * (size.y + SUNK_M), ends);
+        let outline = [foot - a - b, foot - a + b, foot + a + b, foot + a - b];
+        self.extrude(&outline, DVec3::Y * size.y, ends);
     }
 
     /// A regular prism (a column, a pipe) from the middle of one end.

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, dvec3};
 
-use super::super::builder::{MeshBuilder, SUNK_M};
+use super::super::builder::MeshBuilder;
 use super::super::carving::Carving;
 use super::super::solids::{Axis, Ends, Side};
 use super::{
@@ -18,8 +18,8 @@ pub(super) fn windows_and_doors(b: &mut MeshBuilder) {
     let z = 0.5 * (SOUTH_Z_M[1] + YARD_Z_M[0]);
     for x in WINDOWS_X_M {
         b.cuboid(
-            dvec3(x - 0.5 * width - SUNK_M, sill - SUNK_M, z - 0.006),
-            dvec3(x + 0.5 * width + SUNK_M, lintel + SUNK_M, z + 0.006),
+            dvec3(x - 0.5 * width, sill, z - 0.006),
+            dvec3(x + 0.5 * width, lintel, z + 0.006),
             &[],
         );
     }
@@ -35,11 +35,11 @@ pub(super) fn windows_and_doors(b: &mut MeshBuilder) {
     };
     for x in [0, 1, 3, 4].map(|i: usize| NORTH_DOORS_X_M[i]) {
         let wall = NORTH_Z_M[1];
-        leaf(b, x, [wall - DOOR_M[0], wall + SUNK_M], Side::ZMax);
+        leaf(b, x, [wall - DOOR_M[0], wall], Side::ZMax);
     }
     for x in [0, 2, 4, 5].map(|i: usize| SOUTH_DOORS_X_M[i]) {
         let wall = SOUTH_Z_M[0];
-        leaf(b, x, [wall - SUNK_M, wall + DOOR_M[0]], Side::ZMin);
+        leaf(b, x, [wall, wall + DOOR_M[0]], Side::ZMin);
     }
 }
 
@@ -101,7 +101,7 @@ fn framed_crate(b: &mut MeshBuilder, foot: DVec3, size: f64) {
     let half = dvec3(0.5 * size, 0.0, 0.5 * size);
     let [min, max] = [foot - half, (foot + half).with_y(size)];
     let mut body = Carving::in_air();
-    body.fill(min - DVec3::Y * SUNK_M, max);
+    body.fill(min, max);
     let [inner_min, inner_max] = [min + BOARD_M, max - BOARD_M];
     for axis in 0..3 {
         for near in [true, false] {
@@ -126,7 +126,7 @@ fn framed_crate(b: &mut MeshBuilder, foot: DVec3, size: f64) {
 pub(super) fn barrels(b: &mut MeshBuilder) {
     // Height and radius of the wall from the floor up; the last two are the rim and the lid inside it.
     const WALL: [(f64, f64); 11] = [
-        (-SUNK_M, 0.29),
+        (0.0, 0.29),
         (0.28, 0.29),
         (0.30, 0.305),
         (0.32, 0.29),
@@ -219,7 +219,7 @@ fn bench(b: &mut MeshBuilder, foot: DVec3) {
         foot + dvec3(-0.95, 0.85, -0.22),
         foot + dvec3(-0.4, 1.3, 0.22),
     );
-    let chuck = foot + dvec3(-0.4 - SUNK_M, 1.08, 0.0);
+    let chuck = foot + dvec3(-0.4, 1.08, 0.0);
     b.prism(Axis::X, chuck, 0.14, 0.13, 16, Ends::Far);
     b.prism(Axis::X, chuck, 1.1, 0.03, 8, Ends::Far);
     b.standing(foot + dvec3(0.6, 0.85, -0.12), foot + dvec3(0.9, 1.2, 0.12));
@@ -253,7 +253,7 @@ fn press(b: &mut MeshBuilder, foot: DVec3) {
 fn tank(b: &mut MeshBuilder, foot: DVec3, radius: f64) {
     let body = 2.2 * radius;
     let rings = [
-        (-SUNK_M, 1.0),
+        (0.0, 1.0),
         (0.5 * body, 1.0),
         (body, 1.0),
         (body + 0.2 * radius, 0.92),
@@ -268,24 +268,12 @@ fn tank(b: &mut MeshBuilder, foot: DVec3, radius: f64) {
 /// A square bin over a cone on four legs.
 fn hopper(b: &mut MeshBuilder, foot: DVec3) {
     for (x, z) in [(-0.9, -0.9), (-0.9, 0.9), (0.9, -0.9), (0.9, 0.9)] {
-        b.prism(
-            Axis::Y,
-            foot + dvec3(x, -SUNK_M, z),
-            2.1,
-            0.06,
-            8,
-            Ends::Open,
-        );
+        b.prism(Axis::Y, foot + dvec3(x, 0.0, z), 2.1, 0.06, 8, Ends::Open);
     }
     b.cuboid(
         foot + dvec3(-1.1, 2.0, -1.1),
         foot + dvec3(1.1, 3.0, 1.1),
         &[],
     );
-    b.revolve(
-        Axis::Y,
-        foot,
-        &[(1.0, 0.0), (1.0, 0.15), (2.0 + SUNK_M, 0.9)],
-        24,
-    );
+    b.revolve(Axis::Y, foot, &[(1.0, 0.0), (1.0, 0.15), (2.0, 0.9)], 24);
 }

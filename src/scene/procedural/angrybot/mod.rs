@@ -10,7 +10,7 @@ mod pipes;
 
 use glam::{DVec3, Vec3};
 
-use super::builder::{MeshBuilder, SUNK_M};
+use super::builder::MeshBuilder;
 use super::carving::{Block, Carving, Face};
 use super::{BenchmarkScene, Walk};
 
@@ -172,7 +172,7 @@ fn building(b: &mut MeshBuilder) {
     b.part("building");
     solid.skin(b, |face| {
         // Faces below the slab and around it are not reachable.
-        let buried = face.middle.y < -0.5 * SUNK_M;
+        let buried = face.middle.y < 0.0;
         (!buried).then(|| paint(face, &north_rooms, &south_rooms, &corridor, &house))
     });
 }

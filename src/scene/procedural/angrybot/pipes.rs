@@ -2,7 +2,7 @@
 
 use glam::{DVec3, dvec3};
 
-use super::super::builder::{MeshBuilder, SUNK_M};
+use super::super::builder::MeshBuilder;
 use super::super::solids::{Axis, Ends};
 use super::{BUILDING_X_M, CORRIDOR_Z_M, HEIGHT_M, NORTH_Z_M, SOUTH_Z_M, YARD_X_M, floor};
 
@@ -15,7 +15,7 @@ const SIDES: u32 = 8;
 pub(super) fn pipes(b: &mut MeshBuilder) {
     b.part("pipes");
     b.paint("steel");
-    let [west, east] = [YARD_X_M[0] - SUNK_M, BUILDING_X_M - 0.2 + SUNK_M];
+    let [west, east] = [YARD_X_M[0], BUILDING_X_M - 0.2];
     for (z, y, radius) in [
         (CORRIDOR_Z_M[0] + 0.25, 2.7, 0.08),
         (CORRIDOR_Z_M[0] + 0.5, 2.75, 0.05),
@@ -60,15 +60,8 @@ fn flange(b: &mut MeshBuilder, axis: Axis, start: DVec3, radius: f64) {
 /// Two thin pipes from floor to ceiling with flanges and a hand wheel.
 fn riser(b: &mut MeshBuilder, foot: DVec3) {
     for x in [0.0, -0.2] {
-        let low = foot + dvec3(x, -SUNK_M, 0.0);
-        b.prism(
-            Axis::Y,
-            low,
-            HEIGHT_M + 2.0 * SUNK_M,
-            0.05,
-            SIDES,
-            Ends::Open,
-        );
+        let low = foot + dvec3(x, 0.0, 0.0);
+        b.prism(Axis::Y, low, HEIGHT_M, 0.05, SIDES, Ends::Open);
         for y in [0.4, 2.3] {
             flange(b, Axis::Y, foot + dvec3(x, y, 0.0), 0.05);
         }
@@ -116,14 +109,7 @@ fn railing(b: &mut MeshBuilder, axis: Axis, start: DVec3, length: f64) {
     let posts = length.round() as u32;
     for i in 0..=posts {
         let foot = start + along * (length * f64::from(i) / f64::from(posts));
-        b.prism(
-            Axis::Y,
-            foot - DVec3::Y * SUNK_M,
-            1.0 + SUNK_M,
-            0.025,
-            8,
-            Ends::Open,
-        );
+        b.prism(Axis::Y, foot, 1.0, 0.025, 8, Ends::Open);
     }
     for y in [0.5, 1.0] {
         let end = start + DVec3::Y * y - along * 0.05;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, dvec3};
 
-use super::super::builder::{MeshBuilder, SUNK_M};
+use super::super::builder::MeshBuilder;
 use super::super::carving::Carving;
 use super::super::solids::{Axis, Ends, heading};
 
@@ -28,12 +28,9 @@ fn hut(b: &mut MeshBuilder, foot: DVec3, size: DVec3, ridge_along_z: bool) {
     let half = size * 0.5;
     let [min, max] = [foot - half, foot + half];
     let mut walls = Carving::in_air();
-    walls.fill(min - DVec3::Y * SUNK_M, max.with_y(HUT_WALL_HEIGHT_M));
+    walls.fill(min, max.with_y(HUT_WALL_HEIGHT_M));
     let inset = dvec3(HUT_WALL_M, 0.0, HUT_WALL_M);
-    walls.carve(
-        min + inset - DVec3::Y * SUNK_M,
-        (max - inset).with_y(HUT_WALL_HEIGHT_M),
-    );
+    walls.carve(min + inset, (max - inset).with_y(HUT_WALL_HEIGHT_M));
     // Openings as (position along the front, width, sill, lintel), through the front or through the back wall.
     let mut open = |front: bool, along: f64, width: f64, sill: f64, lintel: f64| {
         let [low, high] = [along - 0.5 * width, along + 0.5 * width];
@@ -60,12 +57,12 @@ fn hut(b: &mut MeshBuilder, foot: DVec3, size: DVec3, ridge_along_z: bool) {
         };
         walls.carve(low, high);
     };
-    open(true, -1.2, 0.95, -SUNK_M, 2.1);
+    open(true, -1.2, 0.95, 0.0, 2.1);
     open(true, 1.6, 1.2, 0.9, 2.1);
     open(false, -2.0, 1.2, 0.9, 2.1);
     open(false, 2.0, 1.2, 0.9, 2.1);
     walls.skin(b, |face| {
-        let underneath = face.normal.y < 0.0 && face.middle.y < 0.0;
+        let underneath = face.normal.y < 0.0 && face.middle.y <= 0.0;
         (!underneath).then_some("wood_panel")
     });
     b.paint("wood_floor");
@@ -112,12 +109,12 @@ pub(super) fn containers(b: &mut MeshBuilder) {
         b.standing_turned(dvec3(x, SIZE.y, z), SIZE, turns, Ends::Closed);
     }
     for (x, z) in [(-12.0, 20.0), (31.0, 14.0)] {
-        let [min, max] = [dvec3(x, -SUNK_M, z), dvec3(x + SIZE.x, SIZE.y, z + SIZE.z)];
+        let [min, max] = [dvec3(x, 0.0, z), dvec3(x + SIZE.x, SIZE.y, z + SIZE.z)];
         let wall = dvec3(0.08, 0.08, 0.08);
         let mut open_box = Carving::in_air();
         open_box.fill(min, max);
-        open_box.carve(min + wall + DVec3::Y * SUNK_M, (max - wall).with_x(max.x));
-        open_box.skin(b, |face| (face.middle.y > -0.5 * SUNK_M).then_some("steel"));
+        open_box.carve(min + wall, (max - wall).with_x(max.x));
+        open_box.skin(b, |face| (face.middle.y > 0.0).then_some("steel"));
     }
 }
 
@@ -157,7 +154,7 @@ pub(super) fn concrete(b: &mut MeshBuilder) {
 /// A barrier 3 m long with the profile of a New Jersey wall (0.6 m wide at its foot, 0.15 m at its top).
 fn barrier(b: &mut MeshBuilder, foot: DVec3, turns: f64) {
     let (along, across) = heading(turns);
-    let profile = [(-0.3, -SUNK_M), (-0.3, 0.08), (-0.12, 0.33), (-0.075, 0.81)];
+    let profile = [(-0.3, 0.0), (-0.3, 0.08), (-0.12, 0.33), (-0.075, 0.81)];
     let right = profile.iter().rev().map(|&(side, up)| (-side, up));
     let outline: Vec<DVec3> = profile
         .into_iter()
@@ -173,7 +170,7 @@ fn barrier(b: &mut MeshBuilder, foot: DVec3, turns: f64) {
             pair[0] + along * 3.0,
         ]);
     }
-    let hub = foot - DVec3::Y * SUNK_M - along * 1.5;
+    let hub = foot - along * 1.5;
     for pair in outline.windows(2) {
         b.triangle([hub, pair[1], pair[0]]);
         b.triangle([
@@ -202,7 +199,7 @@ pub(super) fn sandbags(b: &mut MeshBuilder) {
     ] {
         for course in 0..4 {
             let mut turns = turns;
-            let mut position = dvec3(x, 0.22 * f64::from(course) - SUNK_M, z);
+            let mut position = dvec3(x, 0.22 * f64::from(course), z);
             if course % 2 == 1 {
                 position += heading(turns).0 * 0.25;
             }
@@ -247,20 +244,13 @@ pub(super) fn course(b: &mut MeshBuilder) {
             Ends::Closed,
         );
         for x in [-37.6, -35.2] {
-            let foot = dvec3(x, -SUNK_M, z + 8.0);
-            b.prism(Axis::Y, foot, height + SUNK_M, 0.1, 8, Ends::Open);
+            let foot = dvec3(x, 0.0, z + 8.0);
+            b.prism(Axis::Y, foot, height, 0.1, 8, Ends::Open);
         }
     }
     let tower = dvec3(-10.0, 0.0, -32.0);
     for (x, z) in [(-1.2, -1.2), (-1.2, 1.2), (1.2, -1.2), (1.2, 1.2)] {
-        b.prism(
-            Axis::Y,
-            tower + dvec3(x, -SUNK_M, z),
-            6.1,
-            0.11,
-            8,
-            Ends::Open,
-        );
+        b.prism(Axis::Y, tower + dvec3(x, 0.0, z), 6.1, 0.11, 8, Ends::Open);
     }
     b.cuboid(
         tower + dvec3(-1.5, 4.0, -1.5),

@@ -9,7 +9,7 @@ mod seating;
 
 use glam::{DVec3, Vec3, dvec3};
 
-use super::builder::{MeshBuilder, SUNK_M};
+use super::builder::MeshBuilder;
 use super::carving::Carving;
 use super::solids::{Axis, Ends, Side};
 use super::{BenchmarkScene, Walk};
@@ -81,11 +81,7 @@ fn stage(b: &mut MeshBuilder) {
     let hidden = [Side::XMin, Side::YMin, Side::ZMin, Side::ZMax];
     b.part("stage");
     b.paint("wood_floor");
-    b.cuboid(
-        dvec3(-SUNK_M, -SUNK_M, -SUNK_M),
-        dvec3(depth, height, SIZE.z + SUNK_M),
-        &hidden,
-    );
+    b.cuboid(dvec3(0.0, 0.0, 0.0), dvec3(depth, height, SIZE.z), &hidden);
     // Risers for the choir, the conductor's stand, steps at both ends.
     b.standing(dvec3(0.9, height, 4.0), dvec3(2.2, height + 0.35, 16.0));
     b.standing(dvec3(5.6, height, 11.2), dvec3(6.3, height + 0.2, 11.9));
@@ -94,7 +90,7 @@ fn stage(b: &mut MeshBuilder) {
             // Sides are inset from those of the step before: no two faces coincide.
             let (inset, top) = (0.01 * i as f64, 0.25 * (i + 1) as f64);
             b.cuboid(
-                dvec3(depth - SUNK_M, -SUNK_M, z + inset),
+                dvec3(depth, 0.0, z + inset),
                 dvec3(x, top, z + 1.2 - inset),
                 &[Side::XMin, Side::YMin],
             );
@@ -126,14 +122,7 @@ fn stage_chair(b: &mut MeshBuilder, foot: DVec3) {
     );
     b.paint("steel");
     for (x, z) in [(-0.19, -0.19), (-0.19, 0.19), (0.19, -0.19), (0.19, 0.19)] {
-        b.prism(
-            Axis::Y,
-            foot + dvec3(x, -SUNK_M, z),
-            0.43 + SUNK_M,
-            0.015,
-            4,
-            Ends::Open,
-        );
+        b.prism(Axis::Y, foot + dvec3(x, 0.0, z), 0.43, 0.015, 4, Ends::Open);
     }
 }
 
@@ -141,22 +130,15 @@ fn stage_chair(b: &mut MeshBuilder, foot: DVec3) {
 fn columns(b: &mut MeshBuilder) {
     b.part("columns");
     b.paint("marble");
-    let length = SIZE.y + 2.0 * SUNK_M;
+    let length = SIZE.y;
     for z in [1.9, SIZE.z - 1.9] {
         for i in 0..6 {
-            let foot = dvec3(9.6 + 4.0 * f64::from(i), -SUNK_M, z);
+            let foot = dvec3(9.6 + 4.0 * f64::from(i), 0.0, z);
             b.prism(Axis::Y, foot, length, 0.2, 12, Ends::Open);
         }
     }
     for z in [0.1, SIZE.z - 0.1] {
-        b.prism(
-            Axis::Y,
-            dvec3(6.5, -SUNK_M, z),
-            length,
-            0.45,
-            16,
-            Ends::Open,
-        );
+        b.prism(Axis::Y, dvec3(6.5, 0.0, z), length, 0.45, 16, Ends::Open);
     }
 }
 
@@ -165,9 +147,9 @@ fn walls(b: &mut MeshBuilder) {
     for (far, wall_side) in [(false, Side::ZMin), (true, Side::ZMax)] {
         let across = |depth: f64| {
             if far {
-                [SIZE.z - depth, SIZE.z + SUNK_M]
+                [SIZE.z - depth, SIZE.z]
             } else {
-                [-SUNK_M, depth]
+                [0.0, depth]
             }
         };
         b.paint("wood_panel");
@@ -185,43 +167,28 @@ fn walls(b: &mut MeshBuilder) {
         b.paint("door_wood");
         let [z0, z1] = across(0.05);
         b.cuboid(
-            dvec3(7.2, -SUNK_M, z0),
+            dvec3(7.2, 0.0, z0),
             dvec3(8.8, 2.3, z1),
             &[Side::YMin, wall_side],
         );
     }
     for (material, depth, y, z) in [
+        ("door_wood", 0.05, [seating::back_floor(), 3.8], [3.0, 5.0]),
         (
             "door_wood",
             0.05,
-            [seating::back_floor() - SUNK_M, 3.8],
-            [3.0, 5.0],
-        ),
-        (
-            "door_wood",
-            0.05,
-            [seating::back_floor() - SUNK_M, 3.8],
+            [seating::back_floor(), 3.8],
             [15.0, 17.0],
         ),
-        (
-            "curtain",
-            0.12,
-            [seating::back_floor() - SUNK_M, 3.6],
-            [5.6, 9.4],
-        ),
-        (
-            "curtain",
-            0.12,
-            [seating::back_floor() - SUNK_M, 3.6],
-            [10.6, 14.4],
-        ),
+        ("curtain", 0.12, [seating::back_floor(), 3.6], [5.6, 9.4]),
+        ("curtain", 0.12, [seating::back_floor(), 3.6], [10.6, 14.4]),
         // One above the last rows, where no seats absorb.
         ("curtain", 0.12, [4.8, 9.4], [1.0, 19.0]),
     ] {
         b.paint(material);
         b.cuboid(
             dvec3(SIZE.x - depth, y[0], z[0]),
-            dvec3(SIZE.x + SUNK_M, y[1], z[1]),
+            dvec3(SIZE.x, y[1], z[1]),
             &[Side::XMax],
         );
     }
@@ -233,8 +200,8 @@ fn walls(b: &mut MeshBuilder) {
         let outline = |wall: f64, tip: f64, [a, b, c]: [f64; 3]| {
             [(a, wall), (b, tip), (c, wall)].map(|(along, z)| dvec3(x + along, 6.4, z))
         };
-        let near = outline(-SUNK_M, 0.3, [0.1, 1.3, 1.9]);
-        let far = outline(SIZE.z + SUNK_M, SIZE.z - 0.3, [1.9, 1.3, 0.1]);
+        let near = outline(0.0, 0.3, [0.1, 1.3, 1.9]);
+        let far = outline(SIZE.z, SIZE.z - 0.3, [1.9, 1.3, 0.1]);
         for outline in [near, far] {
             b.extrude(&outline, DVec3::Y * 2.0, Ends::Closed);
         }
@@ -248,8 +215,8 @@ fn beams(b: &mut MeshBuilder) {
     for i in 0..7 {
         let x = 3.0 + 4.0 * f64::from(i);
         b.cuboid(
-            dvec3(x, SIZE.y - 0.6, -SUNK_M),
-            dvec3(x + 0.4, SIZE.y + SUNK_M, SIZE.z + SUNK_M),
+            dvec3(x, SIZE.y - 0.6, 0.0),
+            dvec3(x + 0.4, SIZE.y, SIZE.z),
             &[Side::ZMin, Side::ZMax],
         );
     }
@@ -282,14 +249,14 @@ fn organ(b: &mut MeshBuilder) {
     b.part("organ");
     b.paint("wood_panel");
     b.cuboid(
-        dvec3(-SUNK_M, floor - SUNK_M, 5.0),
+        dvec3(0.0, floor, 5.0),
         dvec3(0.5, floor + 2.4, 15.0),
         &[Side::XMin, Side::YMin],
     );
     b.paint("steel");
     for i in 0..20 {
         let from_middle = (f64::from(i) - 9.5).abs();
-        let foot = dvec3(0.25, floor + 2.4 - SUNK_M, 5.25 + 0.5 * f64::from(i));
+        let foot = dvec3(0.25, floor + 2.4, 5.25 + 0.5 * f64::from(i));
         b.prism(Axis::Y, foot, 4.0 - 0.2 * from_middle, 0.18, 10, Ends::Far);
     }
 }

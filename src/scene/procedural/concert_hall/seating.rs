@@ -2,7 +2,7 @@
 
 use glam::{DVec3, dvec3};
 
-use super::super::builder::{MeshBuilder, SUNK_M};
+use super::super::builder::MeshBuilder;
 use super::super::carving::Carving;
 use super::super::solids::{Ends, Side};
 use super::SIZE;
@@ -39,17 +39,13 @@ pub(super) fn tiers(b: &mut MeshBuilder) {
     let mut steps = Carving::in_air();
     for row in FLAT_ROWS..FLAT_ROWS + TIER_ROWS {
         steps.fill(
-            dvec3(
-                row_front(row) - 0.2,
-                row_floor(row) - TIER_RISE_M - SUNK_M,
-                -SUNK_M,
-            ),
-            dvec3(SIZE.x + SUNK_M, row_floor(row), SIZE.z + SUNK_M),
+            dvec3(row_front(row) - 0.2, row_floor(row) - TIER_RISE_M, 0.0),
+            dvec3(SIZE.x, row_floor(row), SIZE.z),
         );
     }
     b.part("tiers");
     steps.skin(b, |face| {
-        let hidden = face.middle.y < SUNK_M || face.normal.z != 0.0 || face.normal.x > 0.0;
+        let hidden = face.middle.y <= 0.0 || face.normal.z != 0.0 || face.normal.x > 0.0;
         (!hidden).then_some("wood_floor")
     });
 }
@@ -98,20 +94,20 @@ pub(super) fn balconies(b: &mut MeshBuilder) {
                 [low, high]
             }
         };
-        let [z0, z1] = across(-SUNK_M, BALCONY_DEPTH_M);
+        let [z0, z1] = across(0.0, BALCONY_DEPTH_M);
         b.paint("plaster");
         b.cuboid(
             dvec3(BALCONY_FRONT_M, under, z0),
-            dvec3(SIZE.x + SUNK_M, top, z1),
+            dvec3(SIZE.x, top, z1),
             &[Side::XMax, wall_side],
         );
         b.paint("wood_panel");
         let [z0, z1] = across(BALCONY_DEPTH_M - 0.14, BALCONY_DEPTH_M - 0.04);
         b.standing(
             dvec3(BALCONY_FRONT_M + 0.04, top, z0),
-            dvec3(SIZE.x + SUNK_M, top + 0.9, z1),
+            dvec3(SIZE.x, top + 0.9, z1),
         );
-        let [z0, z1] = across(-SUNK_M, BALCONY_DEPTH_M - 0.1);
+        let [z0, z1] = across(0.0, BALCONY_DEPTH_M - 0.1);
         b.standing(
             dvec3(BALCONY_FRONT_M + 0.06, top, z0),
             dvec3(BALCONY_FRONT_M + 0.14, top + 0.88, z1),
