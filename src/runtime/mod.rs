@@ -20,6 +20,6 @@ pub use crate::runtime::threads::workers::{MAX_THREADS, Threads};
 pub use budget::{Budget, QualityChoice, QualityLevel};
 pub use engine::{
     Controller, Engine, EngineSchedule, EngineSettings, EngineState, FrameTime, RenderReport,
-    Renderer, Statistics, StreamWriter,
+    Renderer, Statistics, StreamWriter, VirtualClock, VirtualEngine,
 };
 pub use trace::TraceLog;

@@ -33,6 +33,9 @@ mod source_table;
 mod source_virtualization;
 mod statistics;
 mod stream;
+mod virtual_clock;
+mod virtual_engine;
+mod virtual_propagation;
 mod worker;
 
 use std::sync::Arc;
@@ -46,6 +49,8 @@ pub use renderer::{RenderReport, Renderer};
 pub use settings::{EngineSchedule, EngineSettings, FrameTime, MAX_SOURCES};
 pub use statistics::Statistics;
 pub use stream::StreamWriter;
+pub use virtual_clock::VirtualClock;
+pub use virtual_engine::VirtualEngine;
 
 use crate::error::Result;
 use crate::generation::Generator;
@@ -62,6 +67,7 @@ use controller::Channels;
 use messages::AudioFrame;
 use renderer::RendererParts;
 use statistics::Metrics;
+use virtual_clock::VirtualArrivals;
 use worker::{PendingPropagator, Worker, extrapolator_for};
 
 /// Capacity of the ring of sample sources; beyond it the controller keeps the newest per source.
@@ -94,6 +100,14 @@ impl Engine {
     /// [`Error::Engine`](crate::Error::Engine) if no thread can be started.
     #[expect(clippy::new_ret_no_self, reason = "an engine is its two halves")]
     pub fn new(settings: EngineSettings) -> Result<(Controller, Renderer)> {
+        Self::with_clock(settings, None)
+    }
+
+    /// [`Self::new`], or on a virtual clock.
+    fn with_clock(
+        settings: EngineSettings,
+        clock: Option<VirtualClock>,
+    ) -> Result<(Controller, Renderer)> {
         settings.check()?;
         let hrtf = settings.load_hrtf()?;
         let (sources, slots) = (settings.source_limit(), settings.generation.max_sources);
@@ -141,6 +155,8 @@ impl Engine {
             base_scene: Arc::clone(propagator.scene()),
             scenes: None,
             update: 0,
+            warms_up: clock.is_some(),
+            virtual_arrivals: clock.map(VirtualArrivals::new),
             propagator,
         };
         let renderer = Renderer::new(RendererParts {

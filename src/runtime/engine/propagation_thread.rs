@@ -24,6 +24,8 @@ const MAX_SLEEP: Duration = Duration::from_millis(100);
 pub(super) enum Propagation {
     /// On the app's thread: steps in `wake`.
     Inline(Box<Worker>),
+    /// On the app's thread, asynchronous on a virtual clock: a tick in `wake`.
+    Virtual(Box<Worker>),
     /// On the propagation thread.
     Threaded {
         thread: JoinHandle<Box<Worker>>,
@@ -51,6 +53,9 @@ impl Propagation {
         if worker.synchronous {
             return Ok(Self::Inline(worker));
         }
+        if worker.virtual_arrivals.is_some() {
+            return Ok(Self::Virtual(worker));
+        }
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let policy = settings.affinity;
@@ -74,6 +79,10 @@ impl Propagation {
                     try_step(worker);
                 }
             }
+            Self::Virtual(worker) => {
+                let _flush = FlushToZero::begin();
+                worker.virtual_tick();
+            }
             Self::Threaded { thread, .. } => thread.thread().unpark(),
             Self::Lost => {}
         }
@@ -82,7 +91,7 @@ impl Propagation {
     /// Waits for the current step and returns the worker; `None` if it is lost.
     pub(super) fn stop(&mut self) -> Option<Box<Worker>> {
         match std::mem::replace(self, Self::Lost) {
-            Self::Inline(worker) => Some(worker),
+            Self::Inline(worker) | Self::Virtual(worker) => Some(worker),
             Self::Threaded { thread, stop } => {
                 stop.store(true, Ordering::Release);
                 thread.thread().unpark();

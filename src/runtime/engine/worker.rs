@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use super::messages::{UpdateMessage, WorldFrame};
 use super::path_snapshot::{PathSnapshot, fill_snapshot};
 use super::statistics::{Metrics, add};
+use super::virtual_clock::VirtualArrivals;
 use crate::extrapolation::{Extrapolator, PredictorKind, PredictorState, ScenePair};
 use crate::propagation::{Path, Propagator};
 use crate::runtime::budget::{ActiveQuality, Governor, UpdateCost};
@@ -63,6 +64,10 @@ pub(super) struct Worker {
     /// The scene with other instances, sent with its first update.
     pub(super) scenes: Option<ScenePair>,
     pub(super) update: u64,
+    /// Whether the first update follows one for each ray rotation.
+    pub(super) warms_up: bool,
+    /// Set if updates arrive by a virtual clock.
+    pub(super) virtual_arrivals: Option<VirtualArrivals>,
 }
 
 /// An extrapolator for a propagator's scene, with memory for the greatest number of paths and sources.
@@ -78,9 +83,17 @@ pub(super) fn extrapolator_for(
 }
 
 impl Worker {
-    /// Computes an update if there are new poses or a new propagator; returns the pause before the next, `None` if
-    /// there was nothing to do.
+    /// Computes and sends an update if there are new poses or a new propagator; returns the pause before the next,
+    /// `None` if there was nothing to do.
     pub(super) fn step(&mut self) -> Option<Duration> {
+        let message = self.compute(None)?;
+        self.send(message);
+        Some(Duration::from_secs_f64(self.governor.pause_s()))
+    }
+
+    /// Computes an update if there are new poses or a new propagator. `virtual_time` replaces the measured time of the
+    /// update.
+    pub(super) fn compute(&mut self, virtual_time: Option<Duration>) -> Option<Box<UpdateMessage>> {
         let ordered = self.take_propagator();
         let posed = self.take_poses();
         let world = self.newest.take_if(|_| ordered || posed)?;
@@ -91,6 +104,9 @@ impl Worker {
         let mut message = self.updates.take_blank(UpdateMessage::default);
         let started = now();
         let _section = section("foresound update");
+        if std::mem::take(&mut self.warms_up) {
+            self.propagator.warm_up(&world.listener, &world.sources);
+        }
         self.propagator.update_with(
             &self.threads,
             &world.listener,
@@ -100,7 +116,7 @@ impl Worker {
         );
         let trimmed = keep_loudest(&mut message.paths.paths, self.quality.max_paths);
         self.prepare(world.predictor, &mut message);
-        let elapsed = started.elapsed();
+        let elapsed = virtual_time.unwrap_or_else(|| started.elapsed());
         message.order_gain = self.quality.order_gain;
         let paths = message.paths.paths.len() as u64;
         if self.max_snapshot_paths > 0 {
@@ -131,8 +147,7 @@ impl Worker {
         self.metrics
             .propagation_ns
             .store(latest_ns, Ordering::Relaxed);
-        self.send(message);
-        Some(rest)
+        Some(message)
     }
 
     /// The predictor for the renderer.
@@ -242,7 +257,7 @@ impl Worker {
     }
 
     /// Sends an update, together with the replacements of an earlier one that was not taken.
-    fn send(&mut self, mut message: Box<UpdateMessage>) {
+    pub(super) fn send(&mut self, mut message: Box<UpdateMessage>) {
         if let Some(mut missed) = self.updates.recall() {
             if message.extrapolator.is_none() {
                 message.extrapolator = missed.extrapolator.take();

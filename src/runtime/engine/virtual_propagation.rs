@@ -1,0 +1,32 @@
+//! Propagation on a virtual clock.
+//!
+//! Control side; replaces the propagation thread. An update begins in a tick, with the poses of that tick, and is sent a
+//! given number of ticks later; the next one begins then. The first update is sent at once.
+
+use super::messages::UpdateMessage;
+use super::worker::Worker;
+
+impl Worker {
+    /// One tick: sends the update that is due, begins the next.
+    pub(super) fn virtual_tick(&mut self) {
+        let Some(mut arrivals) = self.virtual_arrivals.take() else {
+            return;
+        };
+        let due = |(at, _): &mut (u64, Box<UpdateMessage>)| *at <= arrivals.tick;
+        if let Some((_, message)) = arrivals.pending.take_if(due) {
+            self.send(message);
+        }
+        if arrivals.pending.is_none() {
+            let delay = arrivals.delay();
+            if let Some(message) = self.compute(Some(arrivals.time_of(delay))) {
+                match arrivals.updates {
+                    0 => self.send(message),
+                    _ => arrivals.pending = Some((arrivals.tick + u64::from(delay), message)),
+                }
+                arrivals.updates += 1;
+            }
+        }
+        arrivals.tick += 1;
+        self.virtual_arrivals = Some(arrivals);
+    }
+}
