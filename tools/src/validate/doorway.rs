@@ -14,7 +14,7 @@ use super::wave_cases::{Point, TONES, WaveCase, cases};
 use super::{Row, rooms};
 
 /// Levels by finite differences: case, source, listener, and the octaves of [`OCTAVES`] in dB relative to the free field.
-const LEVELS: &str = include_str!("../../../tests/reference/finite_differences.csv");
+const LEVELS: &str = include_str!("finite_differences.csv");
 
 /// Octaves: their middles, and the bands.
 const OCTAVES: [(f64, usize); 3] = [(250.0, 2), (500.0, 3), (1000.0, 4)];

@@ -1,0 +1,105 @@
+//! The packages of the registry: what they hold, and how large they are. `.ci/package` builds them too.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A dependent downloads no more than this for each package. The registry's own limit is five times as large.
+const MAX_BYTES: u64 = 2_000_000;
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+/// Runs `cargo package` without a network, or with one where this disk lacks the registry's index.
+fn cargo(arguments: &[&str]) -> String {
+    for network in [&["--offline"][..], &[]] {
+        let output = Command::new(env!("CARGO"))
+            .current_dir(ROOT)
+            .args(["package", "--allow-dirty", "--locked"])
+            .args(arguments)
+            .args(network)
+            .output()
+            .expect("cargo runs");
+        if output.status.success() {
+            return String::from_utf8(output.stdout).expect("text");
+        }
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(!network.is_empty(), "{errors}");
+    }
+    unreachable!("the second run returns or fails")
+}
+
+#[test]
+fn both_packages_are_smaller_than_two_megabytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let target = folder.path().to_str().expect("a plain name");
+    cargo(&["--workspace", "--no-verify", "--target-dir", target]);
+    for name in ["foresound", "foresound-tools"] {
+        let version = env!("CARGO_PKG_VERSION");
+        let path = folder
+            .path()
+            .join(format!("package/{name}-{version}.crate"));
+        let bytes = fs::metadata(&path).expect("a package").len();
+        println!("{name}: {bytes} bytes");
+        assert!(bytes < MAX_BYTES, "{name} takes {bytes} bytes");
+    }
+}
+
+/// Every source file is in the package, and every file that one of them includes.
+#[test]
+fn packages_hold_their_sources_and_what_those_include() {
+    for (package, folder) in [("foresound", ""), ("foresound-tools", "tools/")] {
+        let list = cargo(&["--list", "-p", package]);
+        let has = |path: &Path| list.lines().any(|line| Path::new(line) == path);
+        let root = Path::new(ROOT).join(folder);
+        let mut sources = Vec::new();
+        collect(&root.join("src"), &mut sources);
+        assert!(sources.len() > 50, "{} sources", sources.len());
+        for source in sources {
+            let inside = source.strip_prefix(&root).expect("inside");
+            assert!(has(inside), "{package} lacks {}", inside.display());
+            for included in includes(&source) {
+                let path = fs::canonicalize(&included).expect("an included file");
+                let path = path.strip_prefix(fs::canonicalize(&root).expect("a folder"));
+                let path =
+                    path.unwrap_or_else(|_| panic!("{} leaves {package}", included.display()));
+                assert!(has(path), "{package} lacks {}", path.display());
+            }
+        }
+        for wanted in ["README.md", "LICENSE-APACHE", "LICENSE-MIT"] {
+            assert!(has(Path::new(wanted)), "{package} lacks {wanted}");
+        }
+        for foreign in [
+            "assets/speech",
+            "assets/scenes",
+            "tests/",
+            "android/",
+            "docs/",
+        ] {
+            let found = list.lines().find(|line| line.starts_with(foreign));
+            assert_eq!(found, None, "{package} has what nobody builds");
+        }
+    }
+}
+
+fn collect(folder: &Path, into: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            collect(&path, into);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            into.push(path);
+        }
+    }
+}
+
+/// Files that a source names in `include_bytes!` and `include_str!`.
+fn includes(source: &Path) -> Vec<PathBuf> {
+    let text = fs::read_to_string(source).expect("a source");
+    let folder = source.parent().expect("a folder");
+    ["include_bytes!(", "include_str!("]
+        .iter()
+        .flat_map(|call| text.split(call).skip(1))
+        .filter_map(|rest| rest.trim_start().strip_prefix('"')?.split('"').next())
+        .map(|name| folder.join(name))
+        .collect()
+}
