@@ -16,15 +16,15 @@ const SQUARES: f32 = 40.0;
 /// Widest squares around the walk, in metres: a room has some.
 const NEAR_SQUARE_M: f32 = 0.75;
 /// Height of ears and mouths above the floor, in metres.
-const EAR_HEIGHT_M: f32 = 1.6;
+pub(crate) const EAR_HEIGHT_M: f32 = 1.6;
 /// Least clear height above a floor, in metres.
 const HEADROOM_M: f32 = 1.9;
 /// Minimum horizontal distance to any surface, in metres.
-const CLEARANCE_M: f32 = 0.35;
+pub(crate) const CLEARANCE_M: f32 = 0.35;
 /// Shortest and longest walk, in metres.
 const WALK_M: [f32; 2] = [1.5, 10.0];
 /// Largest step up or down between neighbouring squares, in metres.
-const STEP_M: f32 = 0.5;
+pub(crate) const STEP_M: f32 = 0.5;
 /// Least distance of sources from each other and from the walk, in metres.
 const APART_M: f32 = 1.0;
 /// Largest distance of a source from the walk's middle, in metres.
@@ -45,9 +45,9 @@ pub struct OpenSpace {
 
 /// A position at ear height above a floor.
 #[derive(Debug, Clone, Copy)]
-struct FloorPosition {
-    square: [i32; 2],
-    at: Vec3,
+pub(crate) struct FloorPosition {
+    pub(crate) square: [i32; 2],
+    pub(crate) at: Vec3,
 }
 
 /// Finds a walk and up to `most_sources` positions.
@@ -64,7 +64,7 @@ pub fn open_space(scene: &Scene, most_sources: usize) -> Result<OpenSpace> {
         None => median_corner(scene),
     };
     // The squares of a large mesh are wider than a house: those around the walk, or where most of the mesh is, are finer.
-    let near = Squares::near([low, high], middle);
+    let near = Squares::around([low, high], middle, FAR_M, NEAR_SQUARE_M);
     if near.pitch_m < squares.pitch_m {
         squares = near;
         found = candidates(scene, &squares);
@@ -105,17 +105,30 @@ impl Squares {
         Self { low, high, pitch_m }
     }
 
-    /// Over what is up to [`FAR_M`] from a position.
-    fn near([low, high]: [Vec3; 2], middle: Vec3) -> Self {
-        let reach = Vec3::new(FAR_M, 0.0, FAR_M);
+    /// Over what is up to `reach_m` from a position.
+    fn around([low, high]: [Vec3; 2], middle: Vec3, reach_m: f32, pitch_m: f32) -> Self {
+        let reach = Vec3::new(reach_m, 0.0, reach_m);
         let middle = Vec3::new(middle.x, 0.0, middle.z);
         let heights = [low, high].map(|corner| Vec3::Y * corner.y);
         Self {
             low: low.max(middle - reach + heights[0]),
             high: high.min(middle + reach + heights[1]),
-            pitch_m: NEAR_SQUARE_M,
+            pitch_m,
         }
     }
+}
+
+/// Positions at ear height in open space up to `reach_m` from a position, on a grid.
+pub(crate) fn floor_positions(
+    scene: &Scene,
+    middle: Vec3,
+    reach_m: f32,
+    pitch_m: f32,
+) -> Vec<FloorPosition> {
+    candidates(
+        scene,
+        &Squares::around(bounds(scene), middle, reach_m, pitch_m),
+    )
 }
 
 /// The median of all corners, in each coordinate.
@@ -129,7 +142,8 @@ fn median_corner(scene: &Scene) -> Vec3 {
     Vec3::new(median(0), median(1), median(2))
 }
 
-fn hits(scene: &Scene, from: Vec3, to: Vec3) -> bool {
+/// Whether a surface lies between two positions.
+pub(crate) fn hits(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     let local = |p: Vec3| scene.to_local(p).as_vec3();
     let ray = Ray::between(local(from), local(to));
     scene.bvh().any_hit(&ray, [NO_GROUP; 2])
@@ -151,7 +165,7 @@ fn bounds(scene: &Scene) -> [Vec3; 2] {
 }
 
 /// Whether no surface is nearer than [`CLEARANCE_M`] in eight horizontal directions.
-fn is_clear(scene: &Scene, at: Vec3) -> bool {
+pub(crate) fn is_clear(scene: &Scene, at: Vec3) -> bool {
     (0..8).all(|k| {
         let (sine, cosine) = (std::f32::consts::TAU * k as f32 / 8.0).sin_cos();
         !hits(scene, at, at + CLEARANCE_M * Vec3::new(cosine, 0.0, sine))
@@ -206,7 +220,7 @@ fn candidates(scene: &Scene, squares: &Squares) -> Vec<FloorPosition> {
 }
 
 /// Whether a straight walk is free: no surface between its ends, a floor below all of it.
-fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
+pub(crate) fn can_walk(scene: &Scene, from: Vec3, to: Vec3) -> bool {
     if hits(scene, from, to) {
         return false;
     }

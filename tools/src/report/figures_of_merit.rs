@@ -5,8 +5,19 @@ use crate::cells::Condition;
 use crate::scores::Spread;
 use crate::si_snr::{CAP_DB, capped_text};
 
-/// Targets of `best` with a listener at rest and a walking one: PESQ, SSIM, SI-SNR.
-const TARGETS: [[f64; 3]; 2] = [[4.63, 0.9995, 40.0], [4.50, 0.990, 25.0]];
+/// Targets of `best`: PESQ, SSIM, SI-SNR; infinite where none is set.
+fn targets(condition: Condition) -> [f64; 3] {
+    const NONE: f64 = f64::INFINITY;
+    match condition {
+        Condition::Static => [4.63, 0.9995, 40.0],
+        Condition::Dynamic => [4.50, 0.990, 25.0],
+        Condition::Stress => [4.0, NONE, NONE],
+        Condition::Restless => [4.4, NONE, 20.0],
+        Condition::Dash => [4.3, NONE, 17.0],
+        Condition::Irregular => [4.3, NONE, 16.0],
+        Condition::Teleport | Condition::Jump => [4.0, NONE, 13.0],
+    }
+}
 
 /// The predictors in the order of the tables.
 pub(super) const PLAIN: [&str; 3] = ["hold", "linear", "best"];
@@ -32,11 +43,7 @@ fn si_snr_text(spread: Spread) -> String {
 
 /// The three figures' texts, and whether each meets the target.
 pub(super) fn figures(row: &Row) -> [(String, bool); 3] {
-    let target = match row.condition {
-        Condition::Static => TARGETS[0],
-        Condition::Dynamic => TARGETS[1],
-        Condition::Stress => [f64::INFINITY; 3],
-    };
+    let target = targets(row.condition);
     let pesq = row.pesq.map_or(("–".to_owned(), false), |s| {
         (spread_text(s, 2), s.mean >= target[0])
     });

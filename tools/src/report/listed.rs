@@ -3,6 +3,7 @@
 use super::Row;
 use super::figures_of_merit::figures;
 use super::html::{escaped, figure, row, table};
+use crate::cells::RendererKind;
 
 /// A table with a line for each row.
 pub(super) fn listed(rows: &[Row]) -> String {
@@ -21,6 +22,9 @@ pub(super) fn listed(rows: &[Row]) -> String {
         let mut cell = format!("{}, {}, {}", r.scene, r.platform.name(), r.sources);
         if r.signal != "speech" {
             cell = format!("{cell}, {}", r.signal);
+        }
+        if r.renderer != RendererKind::Offline {
+            cell = format!("{cell}, {}", r.renderer.name());
         }
         if !r.is_late {
             cell.push_str(", at once");

@@ -1,7 +1,9 @@
 //! The report on an evaluation: one HTML page with its style and pictures inside and the WAV files beside it.
 
+mod equal_terms;
 mod figures_of_merit;
 mod html;
+mod jumps;
 mod listed;
 mod overload;
 mod similarity;
@@ -18,12 +20,15 @@ pub use self::overload::OverloadRow;
 pub use self::similarity_map::SimilarityMap;
 
 use self::html::escaped;
-use super::cells::{Condition, Platform};
-use super::scores::Spread;
+use super::cells::{Condition, Platform, RendererKind};
+use super::scores::{Scores, Spread};
+use super::settling::Settling;
 
 /// One cell and predictor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
+    /// What rendered both schedules.
+    pub renderer: RendererKind,
     /// Platform of the graphics rate and level.
     pub platform: Platform,
     /// Name of the scene.
@@ -50,18 +55,35 @@ pub struct Row {
     pub ssim: Spread,
     /// SI-SNR in dB, not capped.
     pub si_snr_db: Spread,
+    /// The difference after jumps of listener or sources, the largest of all repeats, if there are any.
+    pub settling: Option<Settling>,
     /// Processor time of a graphics frame's extrapolation in µs, the mean of all frames.
     pub extrapolation_us: f64,
     /// Paths of the reference, median over updates of the first repeat.
     pub reference_paths: usize,
-    /// Share of the paths of a search with more rays that the reference has in mid-walk.
-    pub reference_recall: f64,
+    /// Extrapolation level in use: median and 99th percentile over updates.
+    pub extrapolation_level: [f64; 2],
+    /// Median time of an update of its schedule, and of the reference.
+    pub update_ms: f64,
+    /// The same of the reference.
+    pub reference_update_ms: f64,
+    /// The reference with another ray seed, compared with the reference.
+    pub other_seed: Option<Scores>,
+    /// Share of the paths of a search with more rays that the reference has in mid-walk, where it is known.
+    pub reference_recall: Option<f64>,
     /// The same by energy.
-    pub reference_energy_recall: f64,
+    pub reference_energy_recall: Option<f64>,
     /// Checksum of the first repeat's reference.
     pub reference_checksum: String,
     /// Stem of the cell's WAV files.
     pub wav_stem: String,
+}
+
+impl Row {
+    /// Extrapolation's share of a core.
+    pub fn extrapolation_share(&self) -> f64 {
+        1e-6 * self.extrapolation_us * self.graphics_rate_hz
+    }
 }
 
 /// A picture with a title and a caption.
@@ -119,9 +141,19 @@ impl Report {
                 similarity::similarity(&self.rows),
             ),
             (
+                "jumps",
+                "After teleports and jumps",
+                jumps::jumps(&self.rows),
+            ),
+            (
                 "wins",
                 "Extrapolation against hold (Table 6)",
                 tables::wins(&self.rows),
+            ),
+            (
+                "equal",
+                "Level, cost and fidelity of each predictor",
+                equal_terms::equal_terms(&self.rows),
             ),
             ("speed", "Speed (Tables 3 and 4)", speed::speed(&self.speed)),
             (
@@ -234,5 +266,68 @@ impl Report {
             .map(|(name, value)| format!("<dt>{}</dt><dd>{}</dd>", escaped(name), escaped(value)))
             .collect();
         format!("<dl>{rows}</dl>")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row for tests.
+    pub(super) fn row() -> Row {
+        let spread = Spread { mean: 1.0, sd: 0.0 };
+        Row {
+            renderer: RendererKind::EngineVirtual,
+            platform: Platform::Workstation,
+            scene: "doorway".to_owned(),
+            condition: Condition::Teleport,
+            sources: 4,
+            level: 12,
+            graphics_rate_hz: 74.6,
+            predictor: "best".to_owned(),
+            is_late: true,
+            signal: "speech".to_owned(),
+            repeats: 1,
+            pesq: Some(spread),
+            ssim: spread,
+            si_snr_db: spread,
+            settling: Some(Settling {
+                jumps: 6,
+                after_db: [-40.0, -20.0],
+                settled_ms: [100.0, 300.0],
+            }),
+            extrapolation_us: 1000.0,
+            extrapolation_level: [12.0; 2],
+            update_ms: 2.0,
+            reference_update_ms: 1.0,
+            other_seed: None,
+            reference_paths: 100,
+            reference_recall: None,
+            reference_energy_recall: None,
+            reference_checksum: String::new(),
+            wav_stem: "workstation-doorway-teleport-4".to_owned(),
+        }
+    }
+
+    #[test]
+    fn every_section_has_the_row() {
+        let report = Report {
+            rows: vec![row()],
+            doorway: Vec::new(),
+            speed: serde_json::Value::Null,
+            overload: Vec::new(),
+            figures: Vec::new(),
+            listening: Vec::new(),
+            conditions: Vec::new(),
+        };
+        let page = report.html();
+        for text in [
+            "id=\"jumps\"",
+            "id=\"equal\"",
+            "best, engine-virtual",
+            "7.5 %",
+        ] {
+            assert!(page.contains(text), "{text}");
+        }
     }
 }

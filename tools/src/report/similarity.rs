@@ -3,11 +3,23 @@
 use super::Row;
 use super::figures_of_merit::{PLAIN, figures};
 use super::html::{NONE, escaped, figure, row, table};
-use crate::cells::{Condition, Platform};
+use crate::cells::{Condition, Platform, RendererKind};
 use crate::paper::{Printed, table_five};
 
 /// Names of the figures, in the order of [`figures`].
 const FIGURES: [&str; 3] = ["PESQ", "SSIM", "SI-SNR dB"];
+
+/// Conditions in the order of the tables.
+const ORDER: [Condition; 8] = [
+    Condition::Dynamic,
+    Condition::Static,
+    Condition::Stress,
+    Condition::Restless,
+    Condition::Dash,
+    Condition::Irregular,
+    Condition::Teleport,
+    Condition::Jump,
+];
 
 /// Platform, condition and signal of a table.
 type Heading<'a> = (Platform, Condition, &'a str);
@@ -16,7 +28,7 @@ type Heading<'a> = (Platform, Condition, &'a str);
 pub(super) fn similarity(rows: &[Row]) -> String {
     let mut headings: Vec<Heading<'_>> = Vec::new();
     for platform in Platform::ALL {
-        for condition in [Condition::Dynamic, Condition::Static, Condition::Stress] {
+        for condition in ORDER {
             for row in rows {
                 let heading = (row.platform, row.condition, row.signal.as_str());
                 if (heading.0, heading.1) == (platform, condition) && !headings.contains(&heading) {
@@ -45,11 +57,7 @@ fn similarity_table(rows: &[Row], (platform, condition, signal): Heading<'_>) ->
             scenes.push(&row.scene);
         }
     }
-    let title = format!(
-        "{}, {} listener, {signal}",
-        platform.name(),
-        condition.listener()
-    );
+    let title = format!("{}, {}, {signal}", platform.name(), condition.motion());
     let title = escaped(&title);
     let counts_text: Vec<String> = counts.iter().map(|n| n.to_string()).collect();
     let head = ["figure", "predictor"]
@@ -83,14 +91,18 @@ fn scene_lines(part: &[&Row], scene: &str, counts: &[usize]) -> String {
             names.push(&row.predictor);
         }
     }
-    let mut series: Vec<(&str, bool)> = Vec::new();
+    let mut series: Vec<(&str, bool, RendererKind)> = Vec::new();
     for name in names {
-        for is_late in [true, false] {
-            let ran = part
-                .iter()
-                .any(|r| r.scene == scene && r.predictor == name && r.is_late == is_late);
+        for (is_late, renderer) in [true, false]
+            .into_iter()
+            .flat_map(|is_late| RendererKind::ALL.map(|renderer| (is_late, renderer)))
+        {
+            let ran = part.iter().any(|r| {
+                let is_cell = r.scene == scene && r.predictor == name;
+                is_cell && (r.is_late, r.renderer) == (is_late, renderer)
+            });
             if ran {
-                series.push((name, is_late));
+                series.push((name, is_late, renderer));
             }
         }
     }
@@ -99,18 +111,25 @@ fn scene_lines(part: &[&Row], scene: &str, counts: &[usize]) -> String {
         if index == 0 && !is_speech {
             continue;
         }
-        for (line, &(name, is_late)) in series.iter().enumerate() {
+        for (line, &(name, is_late, renderer)) in series.iter().enumerate() {
             let find = |sources: usize| {
                 part.iter().find(|r| {
                     r.scene == scene
                         && r.sources == sources
                         && r.predictor == name
-                        && r.is_late == is_late
+                        && (r.is_late, r.renderer) == (is_late, renderer)
                 })
             };
             let name_cell = if line == 0 { *merit } else { "" };
             let at_once = if is_late { "" } else { ", at once" };
-            let mut cells = vec![name_cell.to_owned(), format!("{}{at_once}", escaped(name))];
+            let renderer = match renderer {
+                RendererKind::Offline => String::new(),
+                engine => format!(", {}", engine.name()),
+            };
+            let mut cells = vec![
+                name_cell.to_owned(),
+                format!("{}{at_once}{renderer}", escaped(name)),
+            ];
             cells.extend(counts.iter().map(|&sources| {
                 find(sources).map_or(NONE.to_owned(), |r| figure(figures(r)[index].clone()))
             }));

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::Row;
 use super::figures_of_merit::PLAIN;
 use super::html::{NONE, escaped, row, table};
-use crate::cells::{Condition, Platform, SCENES, SOURCE_COUNTS};
+use crate::cells::{Condition, Platform, RendererKind, SCENES, SOURCE_COUNTS};
 use crate::paper::table_six;
 
 /// Tiles above everything: the worst cell of each predictor with a walking listener.
@@ -13,7 +13,10 @@ pub(super) fn summary(rows: &[Row]) -> String {
     let mut tiles = String::new();
     for name in PLAIN {
         let walking = || {
-            let walks = |r: &&Row| r.condition == Condition::Dynamic && r.is_late;
+            let walks = |r: &&Row| {
+                let is_offline = r.renderer == RendererKind::Offline;
+                r.condition == Condition::Dynamic && r.is_late && is_offline
+            };
             rows.iter().filter(walks).filter(|r| r.predictor == name)
         };
         if walking().next().is_none() {
@@ -47,6 +50,7 @@ pub(super) fn wins(rows: &[Row]) -> String {
     let find = |scene: &str, sources: usize, name: &str| {
         rows.iter().find(|r| {
             r.platform == Platform::Workstation
+                && r.renderer == RendererKind::Offline
                 && r.condition == Condition::Dynamic
                 && r.is_late
                 && r.scene == scene
@@ -128,6 +132,9 @@ pub(super) fn references(rows: &[Row]) -> String {
         "repeats",
         "checksum",
     ];
+    let percent = |share: Option<f64>| {
+        share.map_or(NONE.to_owned(), |share| format!("{:.2} %", 100.0 * share))
+    };
     let mut body = String::new();
     let mut last = "";
     for r in rows.iter() {
@@ -135,8 +142,8 @@ pub(super) fn references(rows: &[Row]) -> String {
             let cells = [
                 escaped(&r.wav_stem),
                 r.reference_paths.to_string(),
-                format!("{:.2} %", 100.0 * r.reference_recall),
-                format!("{:.2} %", 100.0 * r.reference_energy_recall),
+                percent(r.reference_recall),
+                percent(r.reference_energy_recall),
                 r.repeats.to_string(),
                 format!("<code>{}</code>", r.reference_checksum),
             ];

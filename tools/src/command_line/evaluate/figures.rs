@@ -4,7 +4,7 @@ use std::path::Path;
 
 use foresound::runtime::Latency;
 use foresound::{Error, Result};
-use foresound_tools::cells::Condition;
+use foresound_tools::cells::{Condition, RendererKind};
 use foresound_tools::report::{Figure, Listening, Report, Row, SimilarityMap, data_uri};
 use foresound_tools::spectrogram_figure::SpectrogramFigure;
 use foresound_tools::talk::{PAUSE_S, TALK_S};
@@ -41,6 +41,7 @@ fn is_pictured(unit: &Unit, units: &[Unit]) -> bool {
         u.scene == unit.scene
             && u.part == Part::Table
             && u.condition == Condition::Dynamic
+            && u.renderer == RendererKind::Offline
             && u.signal == "speech"
     };
     let most = units.iter().filter(fits).map(|u| u.sources).max();
@@ -60,8 +61,9 @@ fn listening(out: &Path, unit: &Unit) -> Listening {
         });
     Listening {
         title: format!(
-            "{}, {}, {}, {} of {}",
+            "{}, {}, {}, {}, {} of {}",
             unit.scene,
+            unit.renderer.name(),
             unit.platform.name(),
             unit.condition.name(),
             sources_text(unit.sources),
@@ -238,10 +240,13 @@ pub(super) fn conditions(
         ("Length", format!("{seconds} s, the first half second not scored, 44.1 kHz")),
         ("Speech", format!("{speech}; all speak for {TALK_S} s and pause for {PAUSE_S} s, which PESQ needs to find utterances")),
         ("Rays", "1024 guide rays, 128 source rays a source, depth 4".to_owned()),
-        ("Reference", "the synchronous schedule of the same engine: a whole propagation every graphics frame".to_owned()),
+        ("Reference", "the synchronous schedule of the same renderer: a whole propagation every graphics frame".to_owned()),
         ("Late reverb", if arguments.no_late { "left out of all renderings" } else { "heard in all renderings" }.to_owned()),
         ("Latency", "modelled: a result is used L + 1 graphics frames after its poses, unless a row says \"at once\"".to_owned()),
         ("Stress", "a listener at 5 m/s who turns at 180 degrees a second, sources that sway at up to 2 m/s, L = 24".to_owned()),
+        ("Without prediction", "restless: a random walk at 0.7 to 1.8 m/s with sudden turns and stops, the head up to 180 degrees a second; dash: 5 m/s through doorways and around corners; irregular: sources at up to 2 m/s on random smooth curves; teleport: the listener is put elsewhere every 1.5 s and walks on; jump: a source is put elsewhere every second; 74.6 graphics frames a second and L = 12 unless a platform was named".to_owned()),
+        ("Engine", "engine-virtual: the engine on a virtual clock, an update arrives L + 1 graphics frames after its poses; engine-real: by this machine's clock, levels as they come; default settings at the highest quality, each against the engine's own synchronous schedule on the virtual clock".to_owned()),
+        ("Seeds", "reference and estimate share the seed of their rays".to_owned()),
         ("SI-SNR", "both ears averaged; means above 40 dB are written \"> 40\" as in the paper".to_owned()),
         ("PESQ", "wideband, crate pesq 0.2, an ear that has no utterance left out; within 0.02 of the ITU's program on ordinary degradations, up to 0.15 off where a delay varies slowly within the sound, within 0.001 on cells of this report (tools/src/pesq.rs)".to_owned()),
         ("Recall", "of the reference, in the table above: paths that it misses are missing in both renderings".to_owned()),

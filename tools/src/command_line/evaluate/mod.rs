@@ -4,6 +4,7 @@ mod figures;
 mod motion;
 mod overload;
 mod plan;
+mod rendering;
 mod stage;
 mod tables;
 mod unit;
@@ -27,9 +28,10 @@ const SPEED_FILE: &str = "out/speed.json";
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Platform of graphics rates and levels: workstation, mobile or both.
-    #[arg(long, default_value = "both")]
-    platform: String,
+    /// Platform of graphics rates and levels: workstation, mobile or both; default both. Motion without prediction has
+    /// 74.6 graphics frames a second and L = 12 unless one platform is named.
+    #[arg(long)]
+    platform: Option<String>,
     /// One scene instead of the paper's three: a name, or an OBJ file. Without a layout beside it (FILE.toml), sources and
     /// a walk are put in open space.
     #[arg(long)]
@@ -42,9 +44,11 @@ pub(crate) struct Arguments {
     /// One number of sources instead of 1, 2, 4, 8 and 16.
     #[arg(long)]
     sources: Option<usize>,
-    /// static, dynamic, stress (a running listener, moving sources, L = 24), both (the paper's two), or all.
-    #[arg(long, default_value = "both")]
-    condition: String,
+    /// static, dynamic, stress (a running listener, moving sources, L = 24); without prediction restless (random walk with
+    /// stops), dash (5 m/s around corners), irregular (sources on random curves), teleport (listener), jump (sources); or
+    /// both (the paper's two), unpredicted (those five), usual (both and unpredicted, the default), or all.
+    #[arg(long)]
+    condition: Option<String>,
     /// Add the stress condition.
     #[arg(long)]
     stress: bool,
@@ -54,6 +58,10 @@ pub(crate) struct Arguments {
     /// When results are used: modelled (L + 1 graphics frames later), none (at once) or both.
     #[arg(long, default_value = "modelled")]
     latency: String,
+    /// Score the engine too, beside the offline renderer: virtual (updates arrive L + 1 graphics frames after their poses)
+    /// or real (by this machine's clock, one cell after another), or both with a comma.
+    #[arg(long, value_delimiter = ',')]
+    engine: Vec<String>,
     /// speech, music, percussion, or all.
     #[arg(long, default_value = "speech")]
     signal: String,
@@ -80,18 +88,12 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-impl Arguments {
-    /// Whether neither platform nor condition was chosen.
-    fn is_default_choice(&self) -> bool {
-        self.platform == "both" && self.condition == "both"
-    }
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     within("--seconds", arguments.seconds, 2.0..=120.0, " s")?;
     let speed = speed(arguments.speed.as_deref())?;
     let mut units = plan::units(arguments)?;
     let stages = stages(arguments, &units)?;
+    keep_with_floor(arguments, &stages, &mut units)?;
     keep_possible(arguments, &stages, &mut units)?;
     let signals = units.iter().map(|unit| unit.signal.as_str());
     let props = stage::props(arguments, signals)?;
@@ -136,9 +138,36 @@ fn stages(arguments: &Arguments, units: &[Unit]) -> Result<BTreeMap<String, Stag
             Some(named) if unit.part == Part::Table => named,
             _ => &unit.scene,
         };
-        stages.insert(unit.scene.clone(), stage::stage(named, &arguments.intake)?);
+        let needs_floor =
+            |other: &Unit| other.condition.is_unpredicted() && other.scene == unit.scene;
+        let needs_floor = units.iter().any(needs_floor);
+        let stage = stage::stage(named, &arguments.intake, needs_floor)?;
+        stages.insert(unit.scene.clone(), stage);
     }
     Ok(stages)
+}
+
+/// Removes motion without prediction where no floor is found around the walk; refuses it if `--condition` names it.
+fn keep_with_floor(
+    arguments: &Arguments,
+    stages: &BTreeMap<String, Stage>,
+    units: &mut Vec<Unit>,
+) -> Result<()> {
+    let without = stages.iter().filter(|(_, stage)| stage.floor.is_none());
+    for (label, _) in without {
+        let needs_floor = |unit: &Unit| unit.scene == *label && unit.condition.is_unpredicted();
+        if !units.iter().any(needs_floor) {
+            continue;
+        }
+        let problem = format!("{label}: no floor was found around the walk");
+        if arguments.condition.is_some() {
+            let advice = "check --scale and --up, and the listener of the TOML file";
+            return Err(Error::setting("--condition", problem, advice));
+        }
+        print_notes(&[format!("{problem}; motion without prediction is left out")]);
+        units.retain(|unit| !needs_floor(unit));
+    }
+    Ok(())
 }
 
 /// Removes cells with more sources than their scene has; refuses them if `--sources` names them.

@@ -6,7 +6,7 @@ use foresound::Result;
 use foresound::extrapolation::GeometricSettings;
 use foresound::output::wav::{WavFormat, WavSink};
 use foresound::runtime::Latency;
-use foresound_tools::cells::Condition;
+use foresound_tools::cells::{Condition, RendererKind};
 use foresound_tools::paper::printed_speed;
 use foresound_tools::playback::{AHEAD, Playback, play};
 use foresound_tools::report::{Figure, Listening, OverloadRow};
@@ -51,6 +51,7 @@ pub(super) fn overload(out: &Path, units: &[Unit], results: &[UnitResult]) -> Re
         unit.part == Part::Table
             && unit.scene == SCENE
             && unit.condition == Condition::Dynamic
+            && unit.renderer == RendererKind::Offline
             && unit.signal == "speech"
             && unit.repeat == 0
             && unit.sources <= SOURCES

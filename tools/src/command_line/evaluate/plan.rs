@@ -3,7 +3,7 @@
 use foresound::extrapolation::PredictorKind;
 use foresound::runtime::Latency;
 use foresound::{Error, Result};
-use foresound_tools::cells::{self, Condition, Platform, SCENES, SOURCE_COUNTS};
+use foresound_tools::cells::{self, Condition, Platform, RendererKind, SCENES, SOURCE_COUNTS};
 use foresound_tools::paper;
 
 use super::Arguments;
@@ -28,6 +28,7 @@ pub(super) enum Part {
 #[derive(Debug, Clone)]
 pub(super) struct Unit {
     pub(super) part: Part,
+    pub(super) renderer: RendererKind,
     pub(super) platform: Platform,
     /// The scene's label, valid in file names.
     pub(super) scene: String,
@@ -52,8 +53,12 @@ impl Unit {
             other => format!("-{other}"),
         };
         let late = if self.late { "" } else { "-no-late" };
+        let renderer = match self.renderer {
+            RendererKind::Offline => String::new(),
+            engine => format!("-{}", engine.name()),
+        };
         format!(
-            "{}-{}-{}-{}{signal}{late}",
+            "{}-{}-{}-{}{signal}{late}{renderer}",
             self.platform.name(),
             self.scene,
             self.condition.name(),
@@ -117,22 +122,40 @@ fn chosen<T: Copy>(
     ))
 }
 
+/// The renderers of `--engine`; the offline one comes first.
+fn renderers(engines: &[String]) -> Result<Vec<RendererKind>> {
+    use RendererKind::{EngineReal, EngineVirtual, Offline};
+    let mut found = vec![Offline];
+    for engine in engines {
+        let single = [("virtual", EngineVirtual), ("real", EngineReal)];
+        found.extend(chosen("--engine", engine, &single, &[])?);
+    }
+    found.dedup();
+    Ok(found)
+}
+
 /// All units of a command line, cell by cell.
 pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     use Condition::{Dynamic, Static, Stress};
+    let is_default = arguments.condition.is_none();
     let platforms = Platform::ALL.map(|platform| (platform.name(), platform));
     let platforms = chosen(
         "--platform",
-        &arguments.platform,
+        arguments.platform.as_deref().unwrap_or("both"),
         &platforms,
         &[("both", &Platform::ALL)],
     )?;
     let conditions = Condition::ALL.map(|condition| (condition.name(), condition));
     let mut conditions = chosen(
         "--condition",
-        &arguments.condition,
+        arguments.condition.as_deref().unwrap_or("usual"),
         &conditions,
-        &[("both", &[Static, Dynamic]), ("all", &Condition::ALL)],
+        &[
+            ("usual", &Condition::USUAL),
+            ("both", &[Static, Dynamic]),
+            ("unpredicted", &Condition::UNPREDICTED),
+            ("all", &Condition::ALL),
+        ],
     )?;
     if arguments.stress && !conditions.contains(&Stress) {
         conditions.push(Stress);
@@ -143,6 +166,16 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
         &[("modelled", Latency::Modelled), ("none", Latency::None)],
         &[("both", &[Latency::Modelled, Latency::None])],
     )?;
+    let renderers = renderers(&arguments.engine)?;
+    let is_engine = renderers.iter().any(|kind| *kind != RendererKind::Offline);
+    if is_engine && latencies.contains(&Latency::None) {
+        let problem = "the engine's updates take time";
+        return Err(Error::setting(
+            "--latency",
+            problem,
+            "leave it out, or --engine",
+        ));
+    }
     let signals = ["speech", "music", "percussion"];
     let signals = chosen(
         "--signal",
@@ -176,14 +209,19 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
         &predictors,
         &[("all", &PredictorKind::ALL)],
     )?;
-    let unit = |platform, condition, scene: &str, sources, repeat, signal: &str| {
+    let is_any_platform = platforms.len() > 1;
+    let unit = |platform, condition: Condition, scene: &str, sources, repeat, signal: &str| {
         let scene = label(scene);
         let mut pace = paper::pace(platform, &scene, sources);
         if condition == Stress {
             pace.level = cells::STRESS_LEVEL;
         }
+        if condition.is_unpredicted() && is_any_platform {
+            pace = paper::pace(Platform::Workstation, SCENES[0], 16);
+        }
         Unit {
             part: Part::Table,
+            renderer: RendererKind::Offline,
             platform,
             scene,
             sources,
@@ -201,21 +239,29 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     for &platform in &platforms {
         for &condition in &conditions {
             let left_out = match condition {
-                Static => arguments.quick && arguments.is_default_choice(),
+                Static => arguments.quick && is_default && is_any_platform,
                 Dynamic => false,
-                // Its level is the same on both platforms.
-                Stress => platform == Platform::Mobile && platforms.len() > 1,
+                // Rate and level, or the level, are the same on both platforms.
+                _ => platform == Platform::Mobile && is_any_platform,
             };
             let quick_mobile =
-                arguments.quick && platform == Platform::Mobile && arguments.is_default_choice();
+                arguments.quick && platform == Platform::Mobile && is_default && is_any_platform;
             if left_out || quick_mobile {
                 continue;
             }
+            let counts = match (condition.is_unpredicted(), arguments.sources) {
+                (true, None) => &[cells::UNPREDICTED_SOURCES][..],
+                _ => &counts,
+            };
             for scene in &scenes {
-                for &sources in &counts {
-                    for signal in &signals {
-                        units.extend((0..repeats).map(|repeat| {
-                            unit(platform, condition, scene, sources, repeat, signal)
+                for &sources in counts {
+                    for (signal, &renderer) in signals.iter().flat_map(|signal| {
+                        let renderers = renderers.iter();
+                        renderers.map(move |renderer| (signal, renderer))
+                    }) {
+                        units.extend((0..repeats).map(|repeat| Unit {
+                            renderer,
+                            ..unit(platform, condition, scene, sources, repeat, signal)
                         }));
                     }
                 }
@@ -226,11 +272,12 @@ pub(super) fn units(arguments: &Arguments) -> Result<Vec<Unit>> {
     if arguments.scene.is_none() && walks && signals.contains(&"speech") {
         let platform = platforms[0];
         let pictured = unit(platform, Dynamic, DOORWAY, 4, 0, "speech");
-        units.push(Unit {
+        units.extend(renderers.iter().map(|&renderer| Unit {
             part: Part::Doorway,
+            renderer,
             latencies: vec![latencies[0]],
-            ..pictured
-        });
+            ..pictured.clone()
+        }));
     }
     Ok(units)
 }

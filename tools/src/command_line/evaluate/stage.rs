@@ -9,6 +9,7 @@ use foresound::scene::Scene;
 use foresound::scene::layout::Walk;
 use foresound::{Error, Result};
 use foresound_tools::clip::{Clip, load_clip, load_recording};
+use foresound_tools::motion::ReachableFloor;
 use foresound_tools::open_space::{clear_m, open_space};
 use glam::Vec3;
 
@@ -31,6 +32,8 @@ pub(super) struct Stage {
     /// Direction and distance of each source's sway.
     pub(super) sways: Vec<Vec3>,
     pub(super) walk: Walk,
+    /// The floor around the walk, if motion without prediction needs it and there is one.
+    pub(super) floor: Option<ReachableFloor>,
     /// Checksum of the scene and all positions.
     pub(super) checksum: u64,
 }
@@ -49,8 +52,9 @@ pub(super) fn label(named: &str) -> String {
     stem.chars().map(plain).collect()
 }
 
-/// Loads a scene by name or file. Sources or a walk that its layout lacks are put in open space.
-pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
+/// Loads a scene by name or file. Sources or a walk that its layout lacks are put in open space. The floor is searched if
+/// `needs_floor`.
+pub(super) fn stage(named: &str, intake: &SceneArguments, needs_floor: bool) -> Result<Stage> {
     let loaded = load_scene(Path::new(named), intake)?;
     print_notes(&loaded.notes);
     let mut sources = loaded.sources();
@@ -78,6 +82,10 @@ pub(super) fn stage(named: &str, intake: &SceneArguments) -> Result<Stage> {
         .map(|position| sway(&loaded.scene, *position))
         .collect();
     Ok(Stage {
+        floor: match needs_floor {
+            true => ReachableFloor::around(&loaded.scene, walk.standing),
+            false => None,
+        },
         checksum: checksum(&loaded.scene, &sources, &walk),
         scene: loaded.scene,
         sources,

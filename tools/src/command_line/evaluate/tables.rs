@@ -9,6 +9,7 @@ use foresound::{Error, Result};
 use foresound_tools::paper::table_five;
 use foresound_tools::report::{OverloadRow, Row};
 use foresound_tools::scores::Spread;
+use foresound_tools::settling::Settling;
 use foresound_tools::si_snr::capped_text;
 use serde_json::{Value, json};
 
@@ -57,11 +58,13 @@ fn row(unit: &Unit, repeats: &[UnitResult], name: &str, latency: Latency) -> Opt
     let spread = |pick: &dyn Fn(&Estimate) -> f64| {
         Spread::of(estimates.iter().map(|estimate| pick(estimate)))
     };
-    let mean = |pick: &dyn Fn(&UnitResult) -> f64| {
-        Spread::of(repeats.iter().map(pick)).map_or(0.0, |spread| spread.mean)
+    let recall = |index: usize| {
+        let found = repeats.iter().filter_map(|result| result.reference_recall);
+        Spread::of(found.map(|recall| recall[index])).map(|spread| spread.mean)
     };
     let first = repeats.first()?;
     Some(Row {
+        renderer: unit.renderer,
         platform: unit.platform,
         scene: unit.scene.clone(),
         condition: unit.condition,
@@ -75,10 +78,15 @@ fn row(unit: &Unit, repeats: &[UnitResult], name: &str, latency: Latency) -> Opt
         pesq: Spread::of(estimates.iter().filter_map(|e| e.scores.pesq)),
         ssim: spread(&|e| e.scores.ssim)?,
         si_snr_db: spread(&|e| e.scores.si_snr_db)?,
+        settling: Settling::worst(estimates.iter().filter_map(|e| e.settling)),
         extrapolation_us: spread(&|e| e.extrapolation_us)?.mean,
         reference_paths: first.reference_paths,
-        reference_recall: mean(&|result| result.reference_recall),
-        reference_energy_recall: mean(&|result| result.reference_energy_recall),
+        extrapolation_level: [0, 1].map(|i| spread(&|e| e.level[i]).map_or(0.0, |s| s.mean)),
+        update_ms: spread(&|e| e.update_ms)?.mean,
+        reference_update_ms: Spread::of(repeats.iter().map(|r| r.reference_update_ms))?.mean,
+        other_seed: first.other_seed,
+        reference_recall: recall(0),
+        reference_energy_recall: recall(1),
         reference_checksum: first.reference_checksum.clone(),
         wav_stem: unit.cell_name(),
     })
@@ -87,6 +95,7 @@ fn row(unit: &Unit, repeats: &[UnitResult], name: &str, latency: Latency) -> Opt
 fn value(row: &Row) -> Value {
     let printed = table_five(row.platform, &row.scene, row.condition, row.sources);
     json!({
+        "renderer": row.renderer,
         "platform": row.platform,
         "scene": row.scene,
         "condition": row.condition.name(),
@@ -103,7 +112,20 @@ fn value(row: &Row) -> Value {
         "latency": if row.is_late { "modelled" } else { "none" },
         "signal": row.signal,
         "repeats": row.repeats,
+        "jumps": row.settling.map(|s| s.jumps),
+        "after_250_ms_db_p50": row.settling.map(|s| s.after_db[0]),
+        "after_250_ms_db": row.settling.map(|s| s.after_db[1]),
+        "settled_ms_p50": row.settling.map(|s| s.settled_ms[0]),
+        "settled_ms": row.settling.map(|s| s.settled_ms[1]),
         "extrapolation_us": row.extrapolation_us,
+        "extrapolation_share": row.extrapolation_share(),
+        "level_p50": row.extrapolation_level[0],
+        "level_p99": row.extrapolation_level[1],
+        "update_ms": row.update_ms,
+        "reference_update_ms": row.reference_update_ms,
+        "other_seed_pesq": row.other_seed.and_then(|s| s.pesq),
+        "other_seed_ssim": row.other_seed.map(|s| s.ssim),
+        "other_seed_si_snr_db": row.other_seed.map(|s| s.si_snr_db),
         "reference_paths": row.reference_paths,
         "reference_recall": row.reference_recall,
         "reference_energy_recall": row.reference_energy_recall,
@@ -160,10 +182,11 @@ pub(super) fn write(out: &Path, found: &Found, text: &Value) -> Result<()> {
 /// The rows on standard output.
 pub(super) fn print(rows: &[Row]) {
     outln!(
-        "{:<12} {:<13} {:<8} {:>3} {:>3} {:<22} {:>6} {:>7} {:>8}   paper: PESQ, SSIM, SI-SNR",
+        "{:<14} {:<12} {:<13} {:<9} {:>3} {:>3} {:<22} {:>6} {:>7} {:>8}   paper: PESQ, SSIM, SI-SNR",
+        "renderer",
         "platform",
         "scene",
-        "listener",
+        "motion",
         "n",
         "L",
         "predictor",
@@ -174,7 +197,8 @@ pub(super) fn print(rows: &[Row]) {
     for row in rows {
         let printed = table_five(row.platform, &row.scene, row.condition, row.sources);
         outln!(
-            "{:<12} {:<13} {:<8} {:>3} {:>3} {:<22} {:>6} {:>7.4} {:>8}   {}",
+            "{:<14} {:<12} {:<13} {:<9} {:>3} {:>3} {:<22} {:>6} {:>7.4} {:>8}   {}",
+            row.renderer.name(),
             row.platform.name(),
             row.scene,
             row.condition.name(),

@@ -13,16 +13,20 @@ use foresound::runtime::{
 };
 use foresound::{Error, Result};
 use foresound_tools::scores::Scores;
+use foresound_tools::settling::Settling;
 use foresound_tools::talk;
 use serde::{Deserialize, Serialize};
 
-use super::motion;
+use super::motion::Motion;
 use super::plan::Unit;
 use super::stage::{Props, RATE_HZ, Sounds, Stage, fnv};
 use crate::session::median;
 
 /// Factor on the rays of the search that the reference's recall is measured against.
 const THOROUGH: u32 = 8;
+
+/// Distance of the other ray seed from a unit's own; repeats have neighbouring ones.
+const OTHER_SEED: u64 = 1000;
 
 /// Result of a unit.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -32,12 +36,15 @@ pub(super) struct UnitResult {
     pub(super) reference_checksum: String,
     /// Paths of the reference, median over updates.
     pub(super) reference_paths: usize,
-    /// Share of the paths of a search with eight times the rays that the reference has in mid-walk.
-    pub(super) reference_recall: f64,
-    /// The same by energy.
-    pub(super) reference_energy_recall: f64,
+    /// Share of the paths of a search with eight times the rays that the reference has in mid-walk, by number and by
+    /// energy; of the offline renderer only.
+    pub(super) reference_recall: Option<[f64; 2]>,
     /// Rays of each of the reference's updates, of the first repeat.
     pub(super) reference_rays: Vec<u64>,
+    /// Median time of the reference's updates.
+    pub(super) reference_update_ms: f64,
+    /// The reference with another ray seed compared with the reference; of the first repeat only.
+    pub(super) other_seed: Option<Scores>,
     /// Files of the first repeat, the reference's first, by name and FNV-1a of their bytes.
     files: Vec<(String, String)>,
     /// Duration of all of it in seconds.
@@ -52,20 +59,14 @@ pub(super) struct Estimate {
     /// modelled or none.
     pub(super) latency: String,
     pub(super) scores: Scores,
-    /// Mean processor time of a graphics frame's extrapolation in µs.
+    /// After each jump of listener or sources, if there are any.
+    pub(super) settling: Option<Settling>,
+    /// Processor time of a graphics frame's extrapolation in µs, mean; through the engine elapsed time, median.
     pub(super) extrapolation_us: f64,
-}
-
-/// Mean in seconds. Frames in which an update arrives take longer and count like the others.
-fn mean_s(times: &[Duration]) -> f64 {
-    let all: Duration = times.iter().sum();
-    all.as_secs_f64() / times.len().max(1) as f64
-}
-
-struct Rendered {
-    ears: [Vec<f32>; 2],
-    report: OfflineReport,
-    middle: PathSet,
+    /// Extrapolation level: median and 99th percentile.
+    pub(super) level: [f64; 2],
+    /// Median time of its updates.
+    pub(super) update_ms: f64,
 }
 
 /// The unit's result, and whether it comes from the file of an earlier run.
@@ -110,46 +111,73 @@ fn are_unchanged(files: &[(String, String)], props: &Props) -> bool {
 fn make(unit: &Unit, stage: &Stage, props: &Props, key: String) -> Result<UnitResult> {
     let started = Instant::now();
     let mut files = Vec::new();
-    let reference = render(
-        unit,
-        stage,
-        props,
-        Schedule::Synchronous,
-        PredictorKind::Hold,
-    )?;
+    let seed = unit.repeat + 1;
+    let synchronous = How {
+        schedule: Schedule::Synchronous,
+        predictor: PredictorKind::Hold,
+        seed,
+    };
+    let reference = render(unit, stage, props, synchronous)?;
     files.extend(write_wav(unit, props, "reference", &reference.ears)?);
     let ears = both(&reference.ears);
+    let speech = unit.signal == "speech";
+    let scores = |heard: &Rendered| Scores::of(ears, both(&heard.ears), RATE_HZ, speech);
+    let other_seed = match unit.repeat {
+        0 => {
+            let seed = seed + OTHER_SEED;
+            let other = render(
+                unit,
+                stage,
+                props,
+                How {
+                    seed,
+                    ..synchronous
+                },
+            )?;
+            Some(scores(&other)?)
+        }
+        _ => None,
+    };
+    let jumps_s = Motion::of(unit, stage).jumps_s();
     let mut estimates = Vec::new();
     for (predictor, latency) in unit.estimates() {
         let schedule = Schedule::Asynchronous {
             extrapolation_level: unit.pace.level,
             latency,
         };
-        let estimate = render(unit, stage, props, schedule, predictor)?;
+        let how = How {
+            schedule,
+            predictor,
+            seed,
+        };
+        let estimate = render(unit, stage, props, how)?;
         let name = heard_as(predictor.name(), latency);
         files.extend(write_wav(unit, props, &name, &estimate.ears)?);
-        let speech = unit.signal == "speech";
         estimates.push(Estimate {
             predictor: predictor.name().to_owned(),
             latency: latency_name(latency).to_owned(),
-            scores: Scores::of(ears, both(&estimate.ears), RATE_HZ, speech)?,
-            extrapolation_us: mean_s(&estimate.report.extrapolation) * 1e6,
+            scores: scores(&estimate)?,
+            settling: Settling::of(ears, both(&estimate.ears), RATE_HZ, &jumps_s),
+            extrapolation_us: 1e6 * estimate.extrapolation_s,
+            level: estimate.level,
+            update_ms: 1e3 * estimate.update_s,
         });
     }
     let samples = reference.ears.iter().flatten();
     let checksum = fnv(samples.flat_map(|s| s.to_bits().to_le_bytes()));
-    let [recall, energy_recall] = recall(&reference.middle, stage)?;
+    let recall = reference.middle.map(|middle| recall(&middle, stage));
     Ok(UnitResult {
         key,
         reference_checksum: format!("{checksum:016x}"),
-        reference_paths: median(&reference.report.paths),
-        reference_recall: recall,
-        reference_energy_recall: energy_recall,
+        reference_paths: reference.paths,
+        reference_recall: recall.transpose()?,
         reference_rays: if unit.repeat == 0 {
-            reference.report.rays
+            reference.rays
         } else {
             Vec::new()
         },
+        reference_update_ms: 1e3 * reference.update_s,
+        other_seed,
         files,
         seconds: started.elapsed().as_secs_f64(),
         estimates,
@@ -170,60 +198,6 @@ pub(super) fn heard_as(predictor: &str, latency: Latency) -> String {
         Latency::Modelled => predictor.to_owned(),
         Latency::None => format!("{predictor}-at-once"),
     }
-}
-
-fn render(
-    unit: &Unit,
-    stage: &Stage,
-    props: &Props,
-    schedule: Schedule,
-    predictor: PredictorKind,
-) -> Result<Rendered> {
-    let mut settings = OfflineSettings::default();
-    settings.graphics_rate_hz = unit.pace.graphics_rate_hz;
-    settings.block_frames = 1024;
-    settings.schedule = schedule;
-    settings.predictor = predictor;
-    settings.propagation.seed = unit.repeat + 1;
-    settings.generation.rate_hz = RATE_HZ;
-    settings.generation.max_sources = unit.sources;
-    settings.generation.late = unit.late;
-    let mut poses = Poses::default();
-    let mut renderer =
-        OfflineRenderer::new(Arc::clone(&stage.scene), Arc::clone(&props.hrtf), settings)?;
-    let frames = (unit.duration_s * unit.pace.graphics_rate_hz).ceil() as u64;
-    // A fraction that spreads the starts of repeats over the walk there and back.
-    let start_m =
-        unit.repeat as f64 * 0.382 * 2.0 * f64::from(stage.walk.from.distance(stage.walk.to));
-    let mut ears = [Vec::new(), Vec::new()];
-    let mut middle = PathSet::default();
-    let Sounds { clips, .. } = &props.sounds[&unit.signal];
-    let mut signal = |slot: usize, from: u64, samples: &mut [f32]| {
-        let clip = &clips[slot % clips.len()];
-        if unit.signal == "speech" {
-            talk::spoken(clip, from, samples);
-        } else {
-            clip.looped(from as usize, samples);
-        }
-    };
-    for frame in 0..frames {
-        motion::set_poses(unit, stage, renderer.time_s(), start_m, &mut poses);
-        renderer.next_frame(&poses, &mut signal, &mut |block| {
-            for stereo in block.chunks_exact(2) {
-                ears[0].push(stereo[0]);
-                ears[1].push(stereo[1]);
-            }
-            Ok(())
-        })?;
-        if frame == frames / 2 {
-            middle = renderer.paths().clone();
-        }
-    }
-    Ok(Rendered {
-        ears,
-        report: renderer.report().clone(),
-        middle,
-    })
 }
 
 /// Share of the paths of a search with more rays that a set has, by number and by energy.

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 
 use foresound::Result;
+use foresound_tools::cells::RendererKind;
 
 use super::plan::Unit;
 use super::stage::{Props, Stage};
@@ -18,7 +19,8 @@ pub(super) fn all_results(
     stages: &BTreeMap<String, Stage>,
     props: &Props,
 ) -> Result<Vec<UnitResult>> {
-    let mut order: Vec<usize> = (0..units.len()).collect();
+    let is_real = |index: &usize| units[*index].renderer == RendererKind::EngineReal;
+    let (real, mut order): (Vec<usize>, Vec<usize>) = (0..units.len()).partition(is_real);
     order.sort_by_key(|&index| (std::cmp::Reverse(units[index].weight()), index));
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
@@ -28,7 +30,7 @@ pub(super) fn all_results(
     let mut progress = Progress::new("evaluate", total);
     std::thread::scope(|scope| -> Result<()> {
         let (sender, receiver) = mpsc::channel();
-        for _ in 0..workers.min(units.len()) {
+        for _ in 0..workers.min(order.len()) {
             let (sender, next, stop, order) = (sender.clone(), &next, &stop, &order);
             scope.spawn(move || {
                 while !stop.load(Ordering::Relaxed) {
@@ -58,5 +60,14 @@ pub(super) fn all_results(
         }
         Ok(())
     })?;
+    // The engine by the clock has the machine to itself.
+    for index in real {
+        let unit = &units[index];
+        if let Some(stage) = stages.get(&unit.scene) {
+            let (result, kept) = unit::result(unit, stage, props)?;
+            results[index] = Some(result);
+            progress.advance(unit.weight(), kept);
+        }
+    }
     Ok(results.into_iter().flatten().collect())
 }

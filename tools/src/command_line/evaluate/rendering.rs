@@ -1,0 +1,348 @@
+//! One rendering of a unit: by the offline renderer, or through the engine on a virtual clock or by this machine's.
+//!
+//! Through the engine all settings are its defaults, except that quality stays at its highest: the budget would act on
+//! this machine's clock.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use foresound::extrapolation::PredictorKind;
+use foresound::propagation::PathSet;
+use foresound::runtime::engine::Statistics;
+use foresound::runtime::threads::clock::thread_processor_time;
+use foresound::runtime::{
+    AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, Latency, OfflineRenderer,
+    OfflineSettings, Poses, QualityChoice, QualityLevel, Schedule, VirtualClock, VirtualEngine,
+};
+use foresound::scene::SourceId;
+use foresound::{Error, Result};
+use foresound_tools::cells::RendererKind;
+use foresound_tools::talk;
+
+use super::motion::Motion;
+use super::plan::Unit;
+use super::stage::{Props, RATE_HZ, Stage};
+use crate::session::median;
+
+/// Updates before a rendering by the clock begins: every ray rotation has been seen.
+const WARM_UPDATES: u64 = 17;
+
+/// Sound and cost.
+pub(super) struct Rendered {
+    pub(super) ears: [Vec<f32>; 2],
+    /// Extrapolation level: median and 99th percentile over updates.
+    pub(super) level: [f64; 2],
+    /// Mean time of a graphics frame's extrapolation in seconds; through the engine the median.
+    pub(super) extrapolation_s: f64,
+    /// Median time of an update in seconds.
+    pub(super) update_s: f64,
+    /// Paths of an update, median.
+    pub(super) paths: usize,
+    /// Rays of each update; by the offline renderer only.
+    pub(super) rays: Vec<u64>,
+    /// The update in mid-walk; by the offline renderer only.
+    pub(super) middle: Option<PathSet>,
+}
+
+/// How a unit is rendered.
+#[derive(Clone, Copy)]
+pub(super) struct How {
+    pub(super) schedule: Schedule,
+    pub(super) predictor: PredictorKind,
+    /// Seed of the rays.
+    pub(super) seed: u64,
+}
+
+/// Renders a unit.
+pub(super) fn render(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Rendered> {
+    match unit.renderer {
+        RendererKind::Offline => offline(unit, stage, props, how),
+        RendererKind::EngineVirtual => virtual_engine(unit, stage, props, how),
+        RendererKind::EngineReal if how.schedule == Schedule::Synchronous => {
+            virtual_engine(unit, stage, props, how)
+        }
+        RendererKind::EngineReal => real_engine(unit, stage, props, how),
+    }
+}
+
+/// Number of graphics frames of a unit.
+fn graphics_frames(unit: &Unit) -> u64 {
+    (unit.duration_s * unit.pace.graphics_rate_hz).ceil() as u64
+}
+
+fn push_block(ears: &mut [Vec<f32>; 2], block: &[f32]) {
+    for stereo in block.chunks_exact(2) {
+        ears[0].push(stereo[0]);
+        ears[1].push(stereo[1]);
+    }
+}
+
+/// Samples of a source's sound from one on.
+fn signal(unit: &Unit, props: &Props, slot: usize, from: u64, samples: &mut [f32]) {
+    let clips = &props.sounds[&unit.signal].clips;
+    let clip = &clips[slot % clips.len()];
+    if unit.signal == "speech" {
+        talk::spoken(clip, from, samples);
+    } else {
+        clip.looped(from as usize, samples);
+    }
+}
+
+fn offline(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Rendered> {
+    let mut settings = OfflineSettings::default();
+    settings.graphics_rate_hz = unit.pace.graphics_rate_hz;
+    settings.block_frames = 1024;
+    settings.schedule = how.schedule;
+    settings.predictor = how.predictor;
+    settings.propagation.seed = how.seed;
+    settings.generation.rate_hz = RATE_HZ;
+    settings.generation.max_sources = unit.sources;
+    settings.generation.late = unit.late;
+    let mut poses = Poses::default();
+    let motion = Motion::of(unit, stage);
+    let mut renderer =
+        OfflineRenderer::new(Arc::clone(&stage.scene), Arc::clone(&props.hrtf), settings)?;
+    let frames = graphics_frames(unit);
+    let mut ears = [Vec::new(), Vec::new()];
+    let mut middle = None;
+    let mut sounds =
+        |slot: usize, from: u64, samples: &mut [f32]| signal(unit, props, slot, from, samples);
+    for frame in 0..frames {
+        motion.set_poses(renderer.time_s(), &mut poses);
+        renderer.next_frame(&poses, &mut sounds, &mut |block| {
+            push_block(&mut ears, block);
+            Ok(())
+        })?;
+        if frame == frames / 2 {
+            middle = Some(renderer.paths().clone());
+        }
+    }
+    let report = renderer.report();
+    let extrapolation: Duration = report.extrapolation.iter().sum();
+    let level = f64::from(how.schedule.extrapolation_level());
+    Ok(Rendered {
+        ears,
+        level: [level; 2],
+        extrapolation_s: extrapolation.as_secs_f64() / report.extrapolation.len().max(1) as f64,
+        update_s: median(&report.propagation).as_secs_f64(),
+        paths: median(&report.paths),
+        rays: report.rays.clone(),
+        middle,
+    })
+}
+
+/// The engine's default settings for a unit.
+fn engine_settings(unit: &Unit, props: &Props, how: How) -> EngineSettings {
+    let mut settings = EngineSettings::default();
+    settings.generation.rate_hz = RATE_HZ;
+    settings.generation.max_sources = unit.sources;
+    settings.generation.late = unit.late;
+    settings.hrtf = Some(Arc::clone(&props.hrtf));
+    settings.propagation.seed = how.seed;
+    settings.predictor = how.predictor;
+    settings.schedule = match how.schedule {
+        Schedule::Synchronous => EngineSchedule::Synchronous,
+        Schedule::Asynchronous { .. } => EngineSchedule::Asynchronous,
+    };
+    // Units are rendered side by side.
+    settings.tracing_threads = 1;
+    settings.affinity = AffinityPolicy::None;
+    settings.budget.quality = QualityChoice::Exactly(QualityLevel(0));
+    settings
+}
+
+/// Adds the sources where they are at first and returns their handles.
+fn add_sources(controller: &mut Controller, poses: &Poses) -> Result<Vec<SourceId>> {
+    let sources = poses.sources.iter();
+    sources
+        .map(|pose| controller.add_source(pose.position))
+        .collect()
+}
+
+/// Gives every source its sound, from the next block on.
+fn play(controller: &mut Controller, ids: &[SourceId], unit: &Unit, props: &Props) -> Result<()> {
+    let samples = ((unit.duration_s + 1.0) * f64::from(RATE_HZ)) as usize;
+    for (slot, id) in ids.iter().enumerate() {
+        let mut sound = vec![0.0; samples];
+        signal(unit, props, slot, 0, &mut sound);
+        controller.play(*id, sound.into(), false)?;
+    }
+    Ok(())
+}
+
+/// Poses at a time under the engine's handles.
+fn set_poses(motion: &Motion<'_>, ids: &[SourceId], time_s: f64, poses: &mut Poses) {
+    motion.set_poses(time_s, poses);
+    for (pose, id) in poses.sources.iter_mut().zip(ids) {
+        pose.id = *id;
+    }
+}
+
+/// Numbers of an engine over time.
+#[derive(Default)]
+struct Observed {
+    updates: u64,
+    levels: Vec<f64>,
+    paths: Vec<usize>,
+}
+
+impl Observed {
+    fn add(&mut self, statistics: &Statistics) {
+        if statistics.updates > self.updates {
+            self.updates = statistics.updates;
+            self.levels.push(statistics.extrapolation_level.into());
+            self.paths.push(statistics.paths as usize);
+        }
+    }
+
+    fn rendered(self, ears: [Vec<f32>; 2], statistics: &Statistics, update_s: f64) -> Rendered {
+        let mut levels = self.levels;
+        levels.sort_by(f64::total_cmp);
+        let share = |share: f64| {
+            let index = (share * levels.len() as f64) as usize;
+            let last = levels.len().saturating_sub(1);
+            levels.get(index.min(last)).copied().unwrap_or_default()
+        };
+        Rendered {
+            ears,
+            level: [share(0.5), share(0.99)],
+            extrapolation_s: statistics.direct.p50_s + statistics.extrapolation.p50_s,
+            update_s,
+            paths: median(&self.paths),
+            rays: Vec::new(),
+            middle: None,
+        }
+    }
+}
+
+/// The engine on a virtual clock.
+fn virtual_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Rendered> {
+    if matches!(
+        how.schedule,
+        Schedule::Asynchronous {
+            latency: Latency::None,
+            ..
+        }
+    ) {
+        let advice = "leave --latency out";
+        return Err(Error::setting(
+            "--latency",
+            "the engine's updates take time",
+            advice,
+        ));
+    }
+    let level = how.schedule.extrapolation_level();
+    let clock = VirtualClock::at_level(unit.pace.graphics_rate_hz, level);
+    let mut engine = VirtualEngine::new(engine_settings(unit, props, how), clock)?;
+    engine.controller().set_scene(Arc::clone(&stage.scene))?;
+    let motion = Motion::of(unit, stage);
+    let mut poses = Poses::default();
+    motion.set_poses(0.0, &mut poses);
+    let ids = add_sources(engine.controller(), &poses)?;
+    play(engine.controller(), &ids, unit, props)?;
+    let mut ears = [Vec::new(), Vec::new()];
+    let mut observed = Observed::default();
+    let (mut with_update, mut without) = (Vec::new(), Vec::new());
+    let mut rays = 0;
+    for frame in 0..graphics_frames(unit) {
+        set_poses(&motion, &ids, engine.time_s(), &mut poses);
+        let before = Processor::now();
+        engine.next_frame(poses.listener, &poses.sources, |block| {
+            push_block(&mut ears, block);
+        })?;
+        let elapsed_s = before.elapsed_s();
+        let statistics = engine.controller().statistics();
+        // Another number of rays: an update was computed. Its time is what such a frame takes longer.
+        let computes = how.schedule == Schedule::Synchronous || statistics.rays != rays;
+        rays = statistics.rays;
+        if frame > 0 {
+            let times = if computes {
+                &mut with_update
+            } else {
+                &mut without
+            };
+            times.push(elapsed_s);
+        }
+        observed.add(&statistics);
+    }
+    let update_s = (median(&with_update) - median(&without)).max(0.0);
+    let statistics = engine.controller().statistics();
+    Ok(observed.rendered(ears, &statistics, update_s))
+}
+
+/// The engine with its threads: both halves here, in lockstep as on the virtual clock, propagation on its own thread.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "renders by this machine's clock; nobody else waits for this thread"
+)]
+fn real_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Rendered> {
+    let (mut controller, mut renderer) = Engine::new(engine_settings(unit, props, how))?;
+    controller.set_scene(Arc::clone(&stage.scene))?;
+    let motion = Motion::of(unit, stage);
+    let mut poses = Poses::default();
+    motion.set_poses(0.0, &mut poses);
+    let ids = add_sources(&mut controller, &poses)?;
+    let mut block = vec![0.0; 2 * renderer.block_frames()];
+    let block_s = renderer.block_frames() as f64 / f64::from(RATE_HZ);
+    let frame_s = unit.pace.graphics_rate_hz.recip();
+    set_poses(&motion, &ids, 0.0, &mut poses);
+    while controller.statistics().updates < WARM_UPDATES {
+        controller.tick(poses.listener, &poses.sources)?;
+        renderer.render(&mut block);
+        std::thread::sleep(Duration::from_secs_f64(frame_s));
+    }
+    play(&mut controller, &ids, unit, props)?;
+    let mut ears = [Vec::new(), Vec::new()];
+    let mut observed = Observed {
+        updates: controller.statistics().updates,
+        ..Observed::default()
+    };
+    let began = Instant::now();
+    let wait_until = |time_s: f64| {
+        let left_s = time_s - began.elapsed().as_secs_f64();
+        if left_s > 0.0 {
+            std::thread::sleep(Duration::from_secs_f64(left_s));
+        }
+    };
+    let mut blocks = 0u32;
+    for frame in 0..graphics_frames(unit) {
+        let time_s = frame as f64 * frame_s;
+        wait_until(time_s);
+        set_poses(&motion, &ids, time_s, &mut poses);
+        controller.tick(poses.listener, &poses.sources)?;
+        while f64::from(blocks) * block_s < time_s + frame_s {
+            wait_until(f64::from(blocks) * block_s);
+            renderer.render(&mut block);
+            push_block(&mut ears, &block);
+            blocks += 1;
+        }
+        observed.add(&controller.statistics());
+    }
+    let statistics = controller.statistics();
+    Ok(observed.rendered(ears, &statistics, statistics.propagation.p50_s))
+}
+
+/// Processor time of this thread, or elapsed time where the system has none.
+struct Processor {
+    used: Option<Duration>,
+    began: Instant,
+}
+
+impl Processor {
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "measures the time of the work; no sound depends on it"
+    )]
+    fn now() -> Self {
+        Self {
+            used: thread_processor_time(),
+            began: Instant::now(),
+        }
+    }
+
+    fn elapsed_s(&self) -> f64 {
+        let used = self.used.zip(thread_processor_time());
+        used.map_or_else(|| self.began.elapsed(), |(before, now)| now - before)
+            .as_secs_f64()
+    }
+}
