@@ -74,6 +74,48 @@ fn a_listener_at_rest_scores_as_identical_and_results_are_reused() {
     assert_eq!(cells(), kept);
 }
 
+/// Motion without prediction through both renderers: keys, pace, jumps.
+#[test]
+fn teleports_are_scored_through_the_engine_too() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = [
+        "--condition",
+        "teleport",
+        "--predictor",
+        "best",
+        "--engine",
+        "virtual",
+    ];
+    let (code, text) = evaluate(folder.path(), &arguments);
+    assert_eq!(code, Some(0));
+    let found: Value = serde_json::from_str(&text).expect("one JSON object");
+    let rows = found["rows"].as_array().expect("rows");
+    let renderers: Vec<_> = rows.iter().map(|row| row["renderer"].as_str()).collect();
+    assert_eq!(renderers, [Some("offline"), Some("engine-virtual")]);
+    for row in rows {
+        // The one jump of two seconds, at 1.5 s.
+        assert_eq!(row["jumps"], 1, "{row}");
+        // A named platform has its own pace.
+        assert_eq!((&row["level"], &row["fps"]), (&3.into(), &82.4.into()));
+        assert_eq!(row["level_p50"], 3.0, "{row}");
+        for key in [
+            "after_250_ms_db",
+            "settled_ms",
+            "extrapolation_share",
+            "level_p99",
+            "update_ms",
+            "other_seed_si_snr_db",
+        ] {
+            assert!(row[key].is_number(), "{key}: {row}");
+        }
+    }
+    let sounds = folder.path().join("wav");
+    for renderer in ["", "-engine-virtual"] {
+        let file = format!("mobile-doorway-teleport-1{renderer}-reference.wav");
+        assert!(sounds.join(&file).is_file(), "{file}");
+    }
+}
+
 #[test]
 fn an_invalid_choice_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -81,6 +123,7 @@ fn an_invalid_choice_is_refused() {
         ["--predictor", "guess"],
         ["--condition", "sitting"],
         ["--latency", "much"],
+        ["--engine", "steam"],
         ["--signal", "silence"],
         ["--repeats", "0"],
         ["--speech", "no/such/folder"],

@@ -49,6 +49,13 @@ impl ProcessorShares {
     }
 }
 
+/// Processor time of this thread in seconds; 0 where the system does not report it.
+pub(crate) fn processor_s() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = text.split_whitespace().next().map(str::parse::<f64>);
+    1e-9 * nanoseconds.and_then(|ns| ns.ok()).unwrap_or(0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

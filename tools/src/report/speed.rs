@@ -13,6 +13,7 @@ pub(super) fn speed(measured: &Value) -> String {
     };
     let head = [
         "scene, sources",
+        "predictor",
         "own work ms",
         "sync FPS",
         "async FPS",
@@ -36,7 +37,7 @@ pub(super) fn speed(measured: &Value) -> String {
         "<p>Graphics frames a second by <code>bench speed</code>, audio work on two threads. Measured on {}. The paper's \
          rates are of its machines and scenes: baseline → proposed (speedup).</p>{}",
         escaped(&machine.join(", ")),
-        table("", "", &head, &body)
+        table("names", "", &head, &body)
     )
 }
 
@@ -63,6 +64,7 @@ fn measured_row(measured: &Value) -> String {
     };
     let cells = [
         format!("{}, {sources}", escaped(scene)),
+        escaped(measured["predictor"].as_str().unwrap_or(NONE)),
         measured["graphics_ms"]
             .as_f64()
             .unwrap_or_default()

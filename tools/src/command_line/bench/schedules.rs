@@ -26,6 +26,7 @@ use serde_json::{Value, json};
 
 use super::share;
 use crate::inputs::voice;
+use crate::processor_shares::processor_s;
 
 /// Audio frames of a graphics frame: 1/60 s at 44.1 kHz.
 const AUDIO_FRAMES: usize = 735;
@@ -264,13 +265,6 @@ impl Side {
     fn ratio(&self) -> f64 {
         self.controller.statistics().propagation.p50_s * share(&self.fps, 0.5)
     }
-}
-
-/// Processor time of this thread in seconds; 0 where the system does not report it.
-fn processor_s() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = text.split_whitespace().next().map(str::parse::<f64>);
-    1e-9 * nanoseconds.and_then(|ns| ns.ok()).unwrap_or(0.0)
 }
 
 fn row(synchronous: &Side, asynchronous: &Side, load: f64) -> Value {

@@ -6,7 +6,7 @@
 
 use std::path::PathBuf;
 
-use foresound::runtime::{Budget, QualityChoice, QualityLevel, TraceLog};
+use foresound::runtime::{Budget, EngineSettings, QualityChoice, QualityLevel, TraceLog};
 use foresound::{Error, Result};
 use foresound_tools::cells::{Platform, SCENES, SOURCE_COUNTS};
 use foresound_tools::paper::{pace, printed_speed};
@@ -47,9 +47,9 @@ pub(crate) struct Arguments {
     /// Schedule whose T_SPS is L graphics frames.
     #[arg(long, value_enum, default_value_t = LevelOf::Asynchronous, requires = "level")]
     level_of: LevelOf,
-    /// Predictor of the asynchronous schedule: hold, linear or best.
-    #[arg(long, default_value = "linear")]
-    predictor: String,
+    /// Predictor of the asynchronous schedule: hold, linear or best; default that of the engine.
+    #[arg(long)]
+    predictor: Option<String>,
     /// Quality level, 0 (everything) to 5.
     #[arg(long, default_value_t = 0)]
     tier: u8,
@@ -80,7 +80,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut rows = Vec::new();
     let mut log = TraceLog::default();
-    let predictor = predictor_named(&arguments.predictor)?;
+    let predictor = match &arguments.predictor {
+        Some(name) => predictor_named(name)?,
+        None => EngineSettings::default().predictor,
+    };
     within("--load", arguments.load, 0.01..=64.0, "")?;
     within("--graphics-ms", arguments.graphics_ms, 0.0..=1000.0, " ms")?;
     let mut first_scene: Vec<Fastest> = Vec::new();
@@ -119,8 +122,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 None => cell.measure(arguments.load, &mut log)?,
             };
             let load = engine["load"].as_f64().unwrap_or(arguments.load);
-            let mut row =
-                json!({"scene": name, "sources": count, "graphics_ms": arguments.graphics_ms});
+            let mut row = json!({"scene": name, "sources": count, "predictor": predictor.name(), "graphics_ms": arguments.graphics_ms});
             if !arguments.schedules_only {
                 let times = updates::alone(&walk, &poses, loaded(load), arguments.seconds)?;
                 let ms = times["sps_best_ms"].as_f64().unwrap_or_default();

@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 use foresound::extrapolation::PredictorKind;
 use foresound::propagation::PathSet;
 use foresound::runtime::engine::Statistics;
-use foresound::runtime::threads::clock::thread_processor_time;
 use foresound::runtime::{
     AffinityPolicy, Controller, Engine, EngineSchedule, EngineSettings, Latency, OfflineRenderer,
     OfflineSettings, Poses, QualityChoice, QualityLevel, Schedule, VirtualClock, VirtualEngine,
@@ -22,10 +21,14 @@ use foresound_tools::talk;
 use super::motion::Motion;
 use super::plan::Unit;
 use super::stage::{Props, RATE_HZ, Stage};
+use crate::processor_shares::processor_s;
 use crate::session::median;
 
 /// Updates before a rendering by the clock begins: every ray rotation has been seen.
 const WARM_UPDATES: u64 = 17;
+
+/// Silent graphics frames before a rendering on the virtual clock begins: every source has its slot.
+const LEAD_IN_FRAMES: u32 = 20;
 
 /// Sound and cost.
 pub(super) struct Rendered {
@@ -107,12 +110,16 @@ fn offline(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Render
     let mut middle = None;
     let mut sounds =
         |slot: usize, from: u64, samples: &mut [f32]| signal(unit, props, slot, from, samples);
+    let mut times = UpdateTimes::default();
     for frame in 0..frames {
         motion.set_poses(renderer.time_s(), &mut poses);
+        let before_s = processor_s();
         renderer.next_frame(&poses, &mut sounds, &mut |block| {
             push_block(&mut ears, block);
             Ok(())
         })?;
+        let elapsed_s = processor_s() - before_s;
+        times.add(frame, elapsed_s, renderer.report().propagation.len() as u64);
         if frame == frames / 2 {
             middle = Some(renderer.paths().clone());
         }
@@ -124,7 +131,7 @@ fn offline(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Render
         ears,
         level: [level; 2],
         extrapolation_s: extrapolation.as_secs_f64() / report.extrapolation.len().max(1) as f64,
-        update_s: median(&report.propagation).as_secs_f64(),
+        update_s: times.update_s(),
         paths: median(&report.paths),
         rays: report.rays.clone(),
         middle,
@@ -239,35 +246,55 @@ fn virtual_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result
     let mut poses = Poses::default();
     motion.set_poses(0.0, &mut poses);
     let ids = add_sources(engine.controller(), &poses)?;
+    set_poses(&motion, &ids, 0.0, &mut poses);
+    for _ in 0..LEAD_IN_FRAMES {
+        engine.next_frame(poses.listener, &poses.sources, |_| ())?;
+    }
+    let start_s = engine.time_s();
     play(engine.controller(), &ids, unit, props)?;
     let mut ears = [Vec::new(), Vec::new()];
     let mut observed = Observed::default();
-    let (mut with_update, mut without) = (Vec::new(), Vec::new());
-    let mut rays = 0;
+    let mut times = UpdateTimes::default();
     for frame in 0..graphics_frames(unit) {
-        set_poses(&motion, &ids, engine.time_s(), &mut poses);
-        let before = Processor::now();
+        set_poses(&motion, &ids, engine.time_s() - start_s, &mut poses);
+        let before_s = processor_s();
         engine.next_frame(poses.listener, &poses.sources, |block| {
             push_block(&mut ears, block);
         })?;
-        let elapsed_s = before.elapsed_s();
+        let elapsed_s = processor_s() - before_s;
         let statistics = engine.controller().statistics();
-        // Another number of rays: an update was computed. Its time is what such a frame takes longer.
-        let computes = how.schedule == Schedule::Synchronous || statistics.rays != rays;
-        rays = statistics.rays;
-        if frame > 0 {
-            let times = if computes {
-                &mut with_update
-            } else {
-                &mut without
-            };
-            times.push(elapsed_s);
-        }
+        times.add(frame, elapsed_s, statistics.rays);
         observed.add(&statistics);
     }
-    let update_s = (median(&with_update) - median(&without)).max(0.0);
+    let update_s = times.update_s();
     let statistics = engine.controller().statistics();
     Ok(observed.rendered(ears, &statistics, update_s))
+}
+
+/// Processor times of graphics frames in which an update was computed, and of others.
+#[derive(Default)]
+struct UpdateTimes {
+    with_update: Vec<f64>,
+    without: Vec<f64>,
+    mark: u64,
+}
+
+impl UpdateTimes {
+    /// Adds a graphics frame. `mark` is a number that changes with every update.
+    fn add(&mut self, frame: u64, elapsed_s: f64, mark: u64) {
+        // The first one warms up.
+        if frame > 0 && mark != self.mark {
+            self.with_update.push(elapsed_s);
+        } else if frame > 0 {
+            self.without.push(elapsed_s);
+        }
+        self.mark = mark;
+    }
+
+    /// Time of an update: what such a graphics frame takes longer.
+    fn update_s(&self) -> f64 {
+        (median(&self.with_update) - median(&self.without)).max(0.0)
+    }
 }
 
 /// The engine with its threads: both halves here, in lockstep as on the virtual clock, propagation on its own thread.
@@ -320,29 +347,4 @@ fn real_engine(unit: &Unit, stage: &Stage, props: &Props, how: How) -> Result<Re
     }
     let statistics = controller.statistics();
     Ok(observed.rendered(ears, &statistics, statistics.propagation.p50_s))
-}
-
-/// Processor time of this thread, or elapsed time where the system has none.
-struct Processor {
-    used: Option<Duration>,
-    began: Instant,
-}
-
-impl Processor {
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "measures the time of the work; no sound depends on it"
-    )]
-    fn now() -> Self {
-        Self {
-            used: thread_processor_time(),
-            began: Instant::now(),
-        }
-    }
-
-    fn elapsed_s(&self) -> f64 {
-        let used = self.used.zip(thread_processor_time());
-        used.map_or_else(|| self.began.elapsed(), |(before, now)| now - before)
-            .as_secs_f64()
-    }
 }

@@ -2,25 +2,22 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use foresound::extrapolation::PredictorKind;
 use foresound::output::WholeFile;
 use foresound::output::wav::{WavFormat, WavSink};
 use foresound::propagation::{self, PathSet, PropagationSettings, Propagator};
-use foresound::runtime::{
-    Latency, OfflineRenderer, OfflineReport, OfflineSettings, Poses, Schedule,
-};
+use foresound::runtime::{Latency, Schedule};
 use foresound::{Error, Result};
 use foresound_tools::scores::Scores;
 use foresound_tools::settling::Settling;
-use foresound_tools::talk;
 use serde::{Deserialize, Serialize};
 
 use super::motion::Motion;
 use super::plan::Unit;
-use super::stage::{Props, RATE_HZ, Sounds, Stage, fnv};
-use crate::session::median;
+use super::rendering::{How, Rendered, render};
+use super::stage::{Props, RATE_HZ, Stage, fnv};
 
 /// Factor on the rays of the search that the reference's recall is measured against.
 const THOROUGH: u32 = 8;
