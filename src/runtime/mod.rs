@@ -6,6 +6,7 @@ pub mod engine;
 pub mod handover;
 pub mod offline;
 pub mod phone;
+pub(crate) mod pipeline;
 pub mod threads;
 pub mod trace;
 

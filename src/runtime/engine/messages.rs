@@ -1,12 +1,14 @@
 //! Messages between the engine's threads.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::extrapolation::{
     Extrapolator, PredictorKind, PredictorState, PreparedUpdate, ScenePair,
 };
 use crate::propagation::{MAX_ORDER, PathSet};
 use crate::runtime::budget::Budget;
+use crate::runtime::pipeline::pose_history::PoseHistory;
 use crate::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 use crate::runtime::engine::sample_source::SampleSource;
@@ -64,6 +66,10 @@ pub(super) struct WorldFrame {
     pub(super) budget: Budget,
     /// Seconds since the engine was made.
     pub(super) time_s: f64,
+    /// When this was sent.
+    pub(super) sent: Instant,
+    /// Positions of this graphics frame and of those before it that propagation has not taken.
+    pub(super) recent: PoseHistory,
 }
 
 /// One propagation update for the renderer, with replacements of other state. The renderer swaps the old state into the

@@ -61,6 +61,8 @@ use super::budget::Governor;
 use super::phone::DeviceHints;
 use super::trace::{Track, spans};
 use crate::runtime::handover::newest::newest;
+use crate::runtime::pipeline::update_pipeline::UpdatePipeline;
+use crate::runtime::pipeline::update_timing::UpdateTiming;
 use crate::runtime::threads::clock::now;
 use crate::runtime::threads::workers::Threads;
 use controller::Channels;
@@ -158,6 +160,8 @@ impl Engine {
             warms_up: clock.is_some(),
             virtual_arrivals: clock.map(VirtualArrivals::new),
             propagator,
+            pipeline: UpdatePipeline::default(),
+            timing: UpdateTiming::default(),
         };
         let renderer = Renderer::new(RendererParts {
             frames,

@@ -51,8 +51,9 @@ impl VirtualArrivals {
         delay.map_or(1, |delay| (*delay).max(1))
     }
 
-    /// Time of an update that arrives after so many graphics frames: half a frame before its arrival.
+    /// Time of an update that arrives after so many graphics frames; a nanosecond less, since Eq. 1 rounds up.
     pub(super) fn time_of(&self, delay: u32) -> Duration {
-        Duration::from_secs_f64((f64::from(delay) - 0.5) / self.clock.graphics_rate_hz)
+        let frames_s = f64::from(delay) / self.clock.graphics_rate_hz;
+        Duration::from_secs_f64(frames_s).saturating_sub(Duration::from_nanos(1))
     }
 }

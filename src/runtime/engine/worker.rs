@@ -12,11 +12,14 @@ use super::path_snapshot::{PathSnapshot, fill_snapshot};
 use super::statistics::{Metrics, add};
 use super::virtual_clock::VirtualArrivals;
 use crate::extrapolation::{Extrapolator, PredictorKind, PredictorState, ScenePair};
-use crate::propagation::{Path, Propagator};
+use crate::propagation::Propagator;
 use crate::runtime::budget::{ActiveQuality, Governor, UpdateCost};
 use crate::runtime::handover::atomic_box::AtomicBox;
 use crate::runtime::handover::newest::{Receiver, Sender};
 use crate::runtime::phone::DeviceHints;
+use crate::runtime::pipeline::pose_prediction::UseInterval;
+use crate::runtime::pipeline::update_pipeline::{UpdatePipeline, UpdateRequest};
+use crate::runtime::pipeline::update_timing::UpdateTiming;
 use crate::runtime::threads::clock::{nanoseconds, now};
 use crate::runtime::threads::workers::Threads;
 use crate::runtime::trace::system_trace::section;
@@ -29,6 +32,8 @@ pub(super) type PendingPropagator = Arc<AtomicBox<Propagator>>;
 /// Propagation and its ends of the channels.
 pub(super) struct Worker {
     pub(super) propagator: Box<Propagator>,
+    pub(super) pipeline: UpdatePipeline,
+    pub(super) timing: UpdateTiming,
     pub(super) pending_propagator: PendingPropagator,
     pub(super) world: Receiver<WorldFrame>,
     pub(super) updates: Sender<UpdateMessage>,
@@ -97,6 +102,9 @@ impl Worker {
         let ordered = self.take_propagator();
         let posed = self.take_poses();
         let world = self.newest.take_if(|_| ordered || posed)?;
+        if posed {
+            self.pipeline.history_mut().append(&world.recent);
+        }
         self.take_instances(&world);
         if let Some(before_update) = self.before_update {
             before_update(self.update);
@@ -107,15 +115,21 @@ impl Worker {
         if std::mem::take(&mut self.warms_up) {
             self.propagator.warm_up(&world.listener, &world.sources);
         }
-        self.propagator.update_with(
-            &self.threads,
-            &world.listener,
-            &world.sources,
-            world.time_s,
-            &mut message.paths,
-        );
-        let trimmed = keep_loudest(&mut message.paths.paths, self.quality.max_paths);
-        self.prepare(world.predictor, &mut message);
+        let request = UpdateRequest {
+            listener: &world.listener,
+            sources: &world.sources,
+            time_s: world.time_s,
+            predictor: world.predictor,
+            in_use: self.in_use(&world, virtual_time.is_some()),
+            max_paths: self.quality.max_paths,
+        };
+        let UpdateMessage {
+            paths, prepared, ..
+        } = &mut *message;
+        let propagator = (&mut *self.propagator, &self.threads);
+        let trimmed = self
+            .pipeline
+            .update(propagator, &request, (paths, prepared));
         let elapsed = virtual_time.unwrap_or_else(|| started.elapsed());
         message.order_gain = self.quality.order_gain;
         let paths = message.paths.paths.len() as u64;
@@ -127,6 +141,7 @@ impl Worker {
         self.metrics
             .rays
             .store(message.paths.rays, Ordering::Relaxed);
+        self.timing.observe(elapsed.as_secs_f64());
         self.govern(&world, elapsed);
         let rest = Duration::from_secs_f64(self.governor.pause_s());
         message.interval_s = (elapsed + rest).as_secs_f64();
@@ -158,17 +173,19 @@ impl Worker {
         }
     }
 
-    /// Precomputes the predictor's values, which saves work on the sound thread.
-    fn prepare(&self, predictor: PredictorKind, message: &mut UpdateMessage) {
-        let UpdateMessage {
-            paths, prepared, ..
-        } = message;
-        match predictor {
-            PredictorKind::Geometric(_) => {
-                prepared.prepare(paths, self.propagator.scene());
+    /// When an update that begins now will be in use; `None` if it is used at once, or before the first.
+    fn in_use(&self, world: &WorldFrame, is_virtual: bool) -> Option<UseInterval> {
+        let frame_s = self.pipeline.history().frame_s().unwrap_or(0.0);
+        let pause_s = self.governor.pause_s();
+        let times = match is_virtual {
+            true => [0.0, 0.0, frame_s, pause_s],
+            // A finished update waits half a graphics frame on average.
+            false => {
+                let age_s = world.sent.elapsed().as_secs_f64();
+                [age_s, 0.5 * frame_s, frame_s, pause_s]
             }
-            PredictorKind::Hold | PredictorKind::Linear => prepared.clear(),
-        }
+        };
+        self.timing.in_use(times).filter(|_| !self.synchronous)
     }
 
     /// Applies budget and thermal state after an update.
@@ -222,6 +239,7 @@ impl Worker {
             self.extrapolator = Some(extrapolator_for(&self.propagator, kind, room));
             self.scenes = None;
             self.governor.reset_costs();
+            self.timing = UpdateTiming::default();
         } else if scene.has_instances() || before.scene().has_instances() {
             self.scenes = Some(ScenePair::of(scene));
         }
@@ -269,85 +287,5 @@ impl Worker {
             self.updates.keep(missed);
         }
         self.updates.send(message);
-    }
-}
-
-/// Energy relative to the loudest dropped path below which kept paths are attenuated, against steps when ranks change:
-/// 6 dB.
-const FADE_RANGE: f32 = 4.0;
-
-/// Drops the quietest paths beyond a limit, keeps paths sorted by id and returns the number dropped.
-fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
-    let dropped = paths.len().saturating_sub(most);
-    if dropped > 0 {
-        let energy = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
-        paths.select_nth_unstable_by(most, |a, b| {
-            energy(b)
-                .total_cmp(&energy(a))
-                .then_with(|| a.id.cmp(&b.id))
-        });
-        let silent = energy(&paths[most]).max(f32::MIN_POSITIVE);
-        paths.truncate(most);
-        for path in paths.iter_mut() {
-            let over = energy(path) / silent;
-            if over < FADE_RANGE {
-                let gain = (over - 1.0) / (FADE_RANGE - 1.0);
-                path.amplitude = path.amplitude.map(|a| a * gain.max(0.0));
-            }
-        }
-        paths.sort_unstable_by_key(|path| path.id);
-    }
-    dropped
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::propagation::{MAX_DIFFRACTION_ORDER, MAX_ORDER, PathId};
-    use crate::scene::SourceId;
-    use glam::Vec3;
-
-    fn path(number: u64, amplitude: f32) -> Path {
-        Path {
-            id: PathId(number),
-            source: SourceId::default(),
-            order: 1,
-            diffraction_order: 0,
-            edges: [0; MAX_DIFFRACTION_ORDER],
-            surfaces: [0; MAX_ORDER],
-            points: [Vec3::ZERO; MAX_ORDER],
-            image: Vec3::ZERO,
-            length_m: 1.0,
-            amplitude: [amplitude; 8],
-        }
-    }
-
-    #[test]
-    fn a_path_fades_before_it_is_dropped() {
-        let heard = |amplitude: f32| {
-            let others = (1..6).map(|n| path(n, 0.1 + 0.2 * n as f32));
-            let mut paths: Vec<Path> = others.chain([path(9, amplitude)]).collect();
-            assert_eq!(keep_loudest(&mut paths, 4), 2);
-            assert!(paths.is_sorted_by_key(|path| path.id));
-            let found = paths.iter().find(|path| path.id == PathId(9));
-            found.map_or(0.0, |path| path.amplitude[0])
-        };
-        let mut last = heard(0.3);
-        assert_eq!(last, 0.0);
-        for step in 1..=1000 {
-            let next = heard(0.3 + 0.001 * step as f32);
-            // 6 dB at the limit: at most three times the slope of the path itself.
-            assert!((next - last).abs() < 0.005, "{last} to {next}");
-            last = next;
-        }
-        assert_eq!(last, 1.3);
-    }
-
-    #[test]
-    fn quality_is_unchanged_within_the_limit() {
-        let mut paths: Vec<Path> = (0..4).map(|n| path(n, 0.5)).collect();
-        let before = paths.clone();
-        assert_eq!(keep_loudest(&mut paths, 4), 0);
-        assert_eq!(paths, before);
     }
 }

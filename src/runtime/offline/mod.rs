@@ -1,8 +1,6 @@
 //! Offline rendering on a virtual clock: all stages in turn, on the caller's thread.
 
 pub(crate) mod instances;
-pub(crate) mod motion_model;
-pub(crate) mod pose_prediction;
 pub mod renderer;
 pub mod schedule;
 pub(crate) mod scheduled_propagation;

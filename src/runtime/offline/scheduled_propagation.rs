@@ -1,9 +1,10 @@
 //! Runs propagation by a schedule, on a virtual clock that counts graphics frames. No thread, no clock.
 
 use crate::extrapolation::{PredictorKind, PreparedUpdate};
-use crate::propagation::{Path, PathSet, Propagator};
-use crate::runtime::offline::pose_prediction::PosePrediction;
+use crate::propagation::{PathSet, Propagator, Serial};
 use crate::runtime::offline::schedule::{Latency, Poses, Schedule};
+use crate::runtime::pipeline::pose_prediction::UseInterval;
+use crate::runtime::pipeline::update_pipeline::{UpdatePipeline, UpdateRequest};
 
 /// A propagator with its schedule.
 #[derive(Debug)]
@@ -19,9 +20,7 @@ pub(crate) struct ScheduledPropagation {
     newest_prepared: PreparedUpdate,
     predictor: PredictorKind,
     spare: PathSet,
-    /// The paths behind a surface that the listener comes near.
-    beyond_surface: PathSet,
-    prediction: PosePrediction,
+    pipeline: UpdatePipeline,
 }
 
 impl ScheduledPropagation {
@@ -33,7 +32,6 @@ impl ScheduledPropagation {
         predictor: PredictorKind,
     ) -> Self {
         Self {
-            prediction: PosePrediction::new(schedule, predictor),
             schedule,
             propagator,
             graphics_rate_hz,
@@ -43,7 +41,7 @@ impl ScheduledPropagation {
             newest_prepared: PreparedUpdate::default(),
             predictor,
             spare: PathSet::default(),
-            beyond_surface: PathSet::default(),
+            pipeline: UpdatePipeline::default(),
         }
     }
 
@@ -88,6 +86,9 @@ impl ScheduledPropagation {
     /// updates follow every L + 1 frames from frame 1 on.
     pub(crate) fn next_frame(&mut self, poses: &Poses) -> Option<PathSet> {
         let first = self.frame == 0;
+        let time_s = self.time_s();
+        let history = self.pipeline.history_mut();
+        history.push(time_s, &poses.listener, &poses.sources);
         let arrived = if first {
             self.propagator.warm_up(&poses.listener, &poses.sources);
             Some(self.compute(poses))
@@ -105,69 +106,47 @@ impl ScheduledPropagation {
         if !first && self.is_late() && self.starts_update() {
             self.pending = Some(self.compute(poses));
         }
-        self.prediction.push(poses);
         self.frame += 1;
         arrived
     }
 
     fn compute(&mut self, poses: &Poses) -> PathSet {
         let mut result = std::mem::take(&mut self.spare);
-        let time_s = self.frame as f64 / self.graphics_rate_hz;
-        let radius_m = self.prediction.nearby_radius_m(poses);
-        let poses = self
-            .prediction
-            .predict(poses, self.propagator.scene())
-            .clone();
-        let Poses { listener, sources } = &poses;
-        let beyond = self
-            .prediction
-            .beyond_surface()
-            .filter(|_| radius_m.is_some());
-        if let Some(beyond) = &beyond {
-            self.propagator.set_nearby_radius(None);
-            self.propagator.set_predicted_positions(&[], &[]);
-            self.propagator
-                .update(beyond, sources, time_s, &mut self.beyond_surface);
-        }
-        self.propagator.set_nearby_radius(radius_m);
-        let (positions, source_positions) = self.prediction.sampled_positions();
-        self.propagator
-            .set_predicted_positions(positions, source_positions);
-        self.propagator
-            .update(listener, sources, time_s, &mut result);
-        if beyond.is_some() {
-            add_nearby(&mut result, &self.beyond_surface);
-        }
-        // As the engine does.
-        match self.predictor {
-            PredictorKind::Geometric(_) => {
-                self.newest_prepared
-                    .prepare(&result, self.propagator.scene());
-            }
-            PredictorKind::Hold | PredictorKind::Linear => self.newest_prepared.clear(),
-        }
+        let request = UpdateRequest {
+            listener: &poses.listener,
+            sources: &poses.sources,
+            time_s: self.time_s(),
+            predictor: self.predictor,
+            in_use: self.in_use(),
+            max_paths: usize::MAX,
+        };
+        let output = (&mut result, &mut self.newest_prepared);
+        self.pipeline
+            .update((&mut self.propagator, &Serial), &request, output);
         result
     }
-}
 
-/// Adds the paths of another update to the nearby paths, and its direct edges.
-fn add_nearby(result: &mut PathSet, other: &PathSet) {
-    let known = |path: &Path| {
-        let by_id = |known: &Path| known.id.cmp(&path.id);
-        result.paths.binary_search_by(by_id).is_ok()
-            || result.nearby.binary_search_by(by_id).is_ok()
-    };
-    let paths = other.paths.iter();
-    let new = paths.filter(|path| !path.is_frame_validated() && !known(path));
-    let new: Vec<Path> = new.copied().collect();
-    result.nearby.extend(new);
-    result.nearby.sort_unstable_by_key(|path| path.id);
-    result.direct_edges.extend(&other.direct_edges);
-    let known = result.reflection_edges.len();
-    for edge in &other.reflection_edges {
-        if !result.reflection_edges[..known].contains(edge) {
-            result.reflection_edges.push(*edge);
-        }
+    fn time_s(&self) -> f64 {
+        self.frame as f64 / self.graphics_rate_hz
     }
-    result.rays += other.rays;
+
+    /// When an update that begins now is in use.
+    fn in_use(&self) -> Option<UseInterval> {
+        let Schedule::Asynchronous {
+            extrapolation_level,
+            latency,
+        } = self.schedule
+        else {
+            return None;
+        };
+        let seconds = |frames: u32| f64::from(frames) / self.graphics_rate_hz;
+        Some(UseInterval {
+            arrival_s: match latency {
+                Latency::Modelled => seconds(extrapolation_level + 1),
+                Latency::None => 0.0,
+            },
+            // The last graphics frame of an interval comes one frame before its end.
+            used_s: seconds(extrapolation_level),
+        })
+    }
 }

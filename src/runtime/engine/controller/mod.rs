@@ -28,6 +28,7 @@ use crate::runtime::engine::sample_source::SampleSource;
 use crate::runtime::engine::slot_release::{PlaybackProgress, release_s};
 use crate::runtime::engine::source_virtualization::{SourceVirtualizer, VirtualSource};
 use crate::runtime::handover::newest::{Receiver, Sender};
+use crate::runtime::pipeline::pose_history::PoseHistory;
 use crate::runtime::threads::clock::now;
 use crate::runtime::trace::{SpanKind, SpanReader, SpanWriter, TraceLog};
 use crate::scene::{InstancePose, ListenerPose, Scene, SourcePose};
@@ -146,7 +147,15 @@ impl Controller {
             predictor: PredictorKind::default(),
             budget: Budget::default(),
             time_s: 0.0,
+            sent: began,
+            recent: PoseHistory::default(),
         });
+        // Positions of graphics frames that propagation has not taken go with the next one.
+        world.recent.clear();
+        if let Some(mut missed) = self.channels.world.recall() {
+            std::mem::swap(&mut world.recent, &mut missed.recent);
+            self.channels.world.keep(missed);
+        }
         world.listener = self.listener;
         world.sources.clear();
         world.sources.extend_from_slice(&self.slot_poses);
@@ -157,6 +166,8 @@ impl Controller {
         world.predictor = self.settings.predictor;
         world.budget = self.settings.budget;
         world.time_s = time_s;
+        world.sent = began;
+        world.recent.push(time_s, &self.listener, &self.slot_poses);
         self.channels.world.send(world);
         self.propagation.wake();
         self.send_frame(true);

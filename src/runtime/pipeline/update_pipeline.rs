@@ -1,0 +1,110 @@
+//! One update, from the poses known at its start to values prepared for the predictor.
+//!
+//! Control side. Steps: prediction of the poses at which the update is used, propagation for those, with closed paths nearby
+//! and late energy along the way, an update behind a surface that the listener comes near, a limit on the number of paths,
+//! preparation. The caller says when the update will be in use.
+
+use crate::extrapolation::{PredictorKind, PreparedUpdate};
+use crate::propagation::{Path, PathSet, Propagator, Workers};
+use crate::runtime::pipeline::loudest_paths::keep_loudest;
+use crate::runtime::pipeline::pose_history::PoseHistory;
+use crate::runtime::pipeline::pose_prediction::{PredictedPoses, UseInterval};
+use crate::scene::{ListenerPose, SourcePose};
+
+/// What an update is computed for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct UpdateRequest<'a> {
+    /// Present poses: those of the newest graphics frame that was recorded.
+    pub(crate) listener: &'a ListenerPose,
+    pub(crate) sources: &'a [SourcePose],
+    /// Time of those in seconds.
+    pub(crate) time_s: f64,
+    pub(crate) predictor: PredictorKind,
+    /// When the update is in use; `None` if every graphics frame has its own.
+    pub(crate) in_use: Option<UseInterval>,
+    /// Greatest number of paths.
+    pub(crate) max_paths: usize,
+}
+
+/// Updates for one propagator.
+#[derive(Debug, Default)]
+pub(crate) struct UpdatePipeline {
+    history: PoseHistory,
+    poses: PredictedPoses,
+    /// The paths behind a surface that the listener comes near.
+    beyond_surface: PathSet,
+}
+
+impl UpdatePipeline {
+    /// Positions of the last graphics frames; the caller records each before an update.
+    pub(crate) fn history_mut(&mut self) -> &mut PoseHistory {
+        &mut self.history
+    }
+
+    /// The same, to read.
+    pub(crate) fn history(&self) -> &PoseHistory {
+        &self.history
+    }
+
+    /// Computes an update; returns the number of paths dropped as too many.
+    pub(crate) fn update(
+        &mut self,
+        (propagator, workers): (&mut Propagator, &impl Workers),
+        request: &UpdateRequest<'_>,
+        (result, prepared): (&mut PathSet, &mut PreparedUpdate),
+    ) -> usize {
+        let poses = &mut self.poses;
+        let present = (request.listener, request.sources);
+        match request.in_use {
+            Some(interval) => {
+                let target = request.predictor.prediction_target();
+                let scene = propagator.scene();
+                poses.predict(present, &self.history, (interval, target), scene);
+            }
+            None => poses.set_present(present.0, present.1),
+        }
+        let uses_nearby = request.in_use.is_some() && request.predictor.uses_nearby();
+        let (time_s, sources) = (request.time_s, &poses.sources);
+        let beyond = poses.beyond_surface.filter(|_| uses_nearby);
+        if let Some(beyond) = &beyond {
+            let result = &mut self.beyond_surface;
+            propagator.set_nearby_radius(None);
+            propagator.set_predicted_positions(&[], &[]);
+            propagator.update_with(workers, beyond, sources, time_s, result);
+        }
+        propagator.set_nearby_radius(uses_nearby.then_some(poses.nearby_radius_m));
+        propagator.set_predicted_positions(&poses.sampled_listener, &poses.sampled_sources);
+        propagator.update_with(workers, &poses.listener, sources, time_s, result);
+        if beyond.is_some() {
+            add_nearby(result, &self.beyond_surface);
+        }
+        let dropped = keep_loudest(&mut result.paths, request.max_paths);
+        match request.predictor {
+            PredictorKind::Geometric(_) => prepared.prepare(result, propagator.scene()),
+            PredictorKind::Hold | PredictorKind::Linear => prepared.clear(),
+        }
+        dropped
+    }
+}
+
+/// Adds the paths of another update to the nearby paths, and its direct edges.
+fn add_nearby(result: &mut PathSet, other: &PathSet) {
+    let known = |path: &Path| {
+        let by_id = |known: &Path| known.id.cmp(&path.id);
+        result.paths.binary_search_by(by_id).is_ok()
+            || result.nearby.binary_search_by(by_id).is_ok()
+    };
+    let paths = other.paths.iter();
+    let new = paths.filter(|path| !path.is_frame_validated() && !known(path));
+    let new: Vec<Path> = new.copied().collect();
+    result.nearby.extend(new);
+    result.nearby.sort_unstable_by_key(|path| path.id);
+    result.direct_edges.extend(&other.direct_edges);
+    let known = result.reflection_edges.len();
+    for edge in &other.reflection_edges {
+        if !result.reflection_edges[..known].contains(edge) {
+            result.reflection_edges.push(*edge);
+        }
+    }
+    result.rays += other.rays;
+}
