@@ -1,5 +1,5 @@
 //! The command line: `foresound demo`, `render`, `rir`, `inspect`, `validate`, `evaluate`, `bench`, `soak`,
-//! `scenes`, and with the feature `play` also `play`.
+//! `scenes`, `view`, and with the feature `play` also `play`.
 //!
 //! Results go to standard output, everything else to standard error. A wrong argument or file gives one line with advice
 //! and exit code 2; a violated law gives exit code 1.
@@ -32,7 +32,7 @@ mod signals;
 mod soak;
 mod traces;
 mod validate;
-#[cfg(feature = "play")]
+mod view;
 mod walker;
 
 use std::process::ExitCode;
@@ -69,6 +69,8 @@ enum Command {
     /// Plays a scene live on the sound device; the keyboard moves the listener.
     #[cfg(feature = "play")]
     Play(play::Arguments),
+    /// Shows a scene live in the browser: walk, drag sources and doors, see paths, hear it.
+    View(view::Arguments),
     /// Scores asynchronous rendering against synchronous: the paper's Tables 5 and 6, with a report.
     Evaluate(evaluate::Arguments),
     /// Writes the benchmark scenes.
@@ -113,6 +115,7 @@ fn run(cli: Cli) -> Result<ExitCode> {
         Command::Soak(arguments) => soak::run(&arguments)?,
         #[cfg(feature = "play")]
         Command::Play(arguments) => play::run(&arguments)?,
+        Command::View(arguments) => view::run(&arguments)?,
         Command::Evaluate(arguments) => evaluate::run(&arguments)?,
         Command::Scenes(arguments) => scenes::run(&arguments)?,
         Command::Bench(arguments) => bench::run(&arguments)?,

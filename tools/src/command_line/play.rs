@@ -163,7 +163,7 @@ impl Session {
             }
             let listener = match by_keys {
                 true => self.walker.step(GRAPHICS_FRAME.as_secs_f32()),
-                false => self.walker.at(time_s),
+                false => self.walker.follow(time_s),
             };
             self.controller.tick(listener, &[])?;
             if self.controller.state() == EngineState::PropagationFailed {

@@ -54,6 +54,11 @@ impl Walker {
         }
     }
 
+    /// Where the listener is, in metres.
+    pub(crate) fn position(&self) -> Vec3 {
+        self.position
+    }
+
     pub(crate) fn press(&mut self, pressed: Pressed) {
         self.held_s[pressed as usize] = HELD_S;
     }
@@ -88,11 +93,11 @@ impl Walker {
         }
     }
 
-    /// The pose of the scene's own walk at a time in seconds.
-    pub(crate) fn at(&self, time_s: f64) -> ListenerPose {
-        let position = self
-            .walk
-            .map_or(self.position, |walk| walk.position_at(time_s, 0.0));
-        ListenerPose::facing(position, self.yaw)
+    /// Takes the scene's own walk at a time in seconds.
+    pub(crate) fn follow(&mut self, time_s: f64) -> ListenerPose {
+        if let Some(walk) = self.walk {
+            self.position = walk.position_at(time_s, 0.0);
+        }
+        ListenerPose::facing(self.position, self.yaw)
     }
 }
