@@ -4,7 +4,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::acoustics::{BANDS, BandArray};
+use crate::acoustics::{BANDS, BandArray, Material};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::amplitude::{apply_directivity, free_field};
@@ -84,19 +84,21 @@ pub fn direct_path_of(
 
 /// One intersection of the line with a surface.
 #[derive(Clone, Copy)]
-struct Crossing {
+struct Crossing<'a> {
     distance_m: f32,
-    material: u32,
+    material: &'a Material,
     /// Unit normal of the triangle, on either side.
     normal: Vec3,
     /// Whether the triangle is part of a closed solid.
     is_closed: bool,
 }
 
-impl Crossing {
+impl Crossing<'_> {
     /// Whether two successive crossings are the two faces of one wall. Winding has no effect.
-    fn is_one_wall_with(&self, next: &Self) -> bool {
-        self.material == next.material
+    fn is_one_wall_with(&self, next: &Crossing<'_>) -> bool {
+        // The faces of a wall may be rough in different degrees.
+        let is_same = |a: &Material, b: &Material| std::ptr::eq(a, b) || a.name == b.name;
+        is_same(self.material, next.material)
             && next.distance_m - self.distance_m < MAX_THICKNESS_M
             && (self.is_closed && next.is_closed || self.normal.dot(next.normal).abs() > PARALLEL)
     }
@@ -116,7 +118,7 @@ pub fn transmission(scene: &Scene, from: DVec3, to: DVec3, rays: &mut u64) -> Op
     let length_m = ray.direction.length();
     let mut ignored = NO_GROUP;
     let mut walls = 0;
-    let mut unpaired: Option<Crossing> = None;
+    let mut unpaired: Option<Crossing<'_>> = None;
     loop {
         *rays += 1;
         let Some(hit) = scene.closest_hit(&ray, [ignored, NO_GROUP]) else {
@@ -124,11 +126,11 @@ pub fn transmission(scene: &Scene, from: DVec3, to: DVec3, rays: &mut u64) -> Op
         };
         let crossing = Crossing {
             distance_m: hit.t * length_m,
-            material: scene.surface(hit.group).material,
+            material: scene.material(hit.group),
             normal: scene.triangle_normal(hit.triangle).normalize_or_zero(),
             is_closed: scene.is_in_closed_part(hit.triangle),
         };
-        let leaves_wall = |first: &mut Crossing| first.is_one_wall_with(&crossing);
+        let leaves_wall = |first: &mut Crossing<'_>| first.is_one_wall_with(&crossing);
         if unpaired.take_if(leaves_wall).is_none() {
             walls += 1;
             if walls > MAX_WALLS {

@@ -8,6 +8,7 @@ pub mod commit;
 pub mod committed;
 pub mod directivity;
 pub mod edges;
+mod flatten;
 #[cfg(feature = "files")]
 pub mod io;
 pub mod layout;
@@ -20,7 +21,7 @@ mod spatial_hash;
 pub mod surface;
 pub mod weld;
 
-pub use commit::{CommittedMesh, commit_mesh};
+pub use commit::{CommittedMesh, RoughnessSettings, commit_mesh, commit_rough_mesh};
 pub use committed::{Scene, SceneSettings, instances};
 pub use directivity::{Directivity, DirectivityTable};
 pub use edges::{Edge, EdgeSet};

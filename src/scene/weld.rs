@@ -66,6 +66,13 @@ pub struct IntakeReport {
 /// [`Error::Mesh`] for lists that do not fit together ([`TriangleMesh::check_indices`]), for a corner farther out than
 /// [`LARGEST_COORDINATE_M`], and where no triangle is left.
 pub fn clean(mesh: &TriangleMesh) -> Result<(TriangleMesh, IntakeReport)> {
+    clean_with_sources(mesh).map(|(clean, report, _)| (clean, report))
+}
+
+/// [`clean`], with the index of each kept triangle in the input.
+pub(super) fn clean_with_sources(
+    mesh: &TriangleMesh,
+) -> Result<(TriangleMesh, IntakeReport, Vec<u32>)> {
     mesh.check_indices()?;
     if mesh.triangles.len() > MOST_TRIANGLES {
         return Err(Error::mesh(
@@ -106,18 +113,21 @@ pub fn clean(mesh: &TriangleMesh) -> Result<(TriangleMesh, IntakeReport)> {
     report.vertices_welded = used_count - positions.len();
 
     let mut kept: Vec<([u32; 3], u32)> = Vec::with_capacity(mesh.triangles.len());
-    for (triangle, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+    let mut sources: Vec<u32> = Vec::with_capacity(mesh.triangles.len());
+    let triangles = mesh.triangles.iter().zip(&mesh.triangle_materials);
+    for (source, (triangle, &material)) in (0..).zip(triangles) {
         if !finite(triangle) {
             continue;
         }
         let corners = triangle.map(|i| welded[i as usize]);
         if has_area(corners.map(|i| positions[i as usize].as_dvec3())) {
             kept.push((corners, material));
+            sources.push(source);
         } else {
             report.dropped_degenerate += 1;
         }
     }
-    drop_duplicates(&mut kept, &mesh.material_names, &mut report);
+    drop_duplicates(&mut kept, &mut sources, &mesh.material_names, &mut report);
     if kept.is_empty() {
         return Err(Error::mesh(
             format!(
@@ -136,7 +146,7 @@ pub fn clean(mesh: &TriangleMesh) -> Result<(TriangleMesh, IntakeReport)> {
         high = high.max(vertex);
     }
     (report.bounds_min, report.bounds_max) = (low, high);
-    Ok((clean, report))
+    Ok((clean, report, sources))
 }
 
 /// Welds vertices in use. Returns the sorted positions and, for each vertex, the index of its position.
@@ -200,7 +210,12 @@ pub(super) fn has_area([a, b, c]: [DVec3; 3]) -> bool {
 }
 
 /// Keeps the first of triangles with the same corners.
-fn drop_duplicates(kept: &mut Vec<([u32; 3], u32)>, names: &[String], report: &mut IntakeReport) {
+fn drop_duplicates(
+    kept: &mut Vec<([u32; 3], u32)>,
+    sources: &mut Vec<u32>,
+    names: &[String],
+    report: &mut IntakeReport,
+) {
     let mut sorted: Vec<([u32; 3], u32)> = kept
         .iter()
         .enumerate()
@@ -222,8 +237,10 @@ fn drop_duplicates(kept: &mut Vec<([u32; 3], u32)>, names: &[String], report: &m
             }
         }
     }
-    let mut flags = doubled.into_iter();
-    kept.retain(|_| !flags.next().unwrap_or(false));
+    let mut flags = doubled.iter();
+    kept.retain(|_| flags.next() != Some(&true));
+    flags = doubled.iter();
+    sources.retain(|_| flags.next() != Some(&true));
 }
 
 /// A mesh of the given triangles, without unused vertices and materials.

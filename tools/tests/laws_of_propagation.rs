@@ -75,6 +75,7 @@ laws! {
     corner "corner"
     transmission "transmission"
     thread_count "thread count"
+    mesh "mesh"
 }
 
 /// Rows that are not reached yet: lengths of narrow faces are metres and do not scale, and some paths over two edges are found

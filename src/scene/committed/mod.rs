@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::commit::{CommittedMesh, commit_mesh};
+use super::commit::{CommittedMesh, RoughnessSettings, commit_rough_mesh};
 use super::edges::EdgeSet;
 use super::materials::MaterialTable;
 use super::mesh::{MOST_TRIANGLES, TriangleMesh};
@@ -39,6 +39,11 @@ pub struct SceneSettings {
     /// Largest area in m² of a finite panel: a connected planar panel with free edges. Its size limits its reflection,
     /// which fades at its edges; 0 for none. A panel of 40 m² at a* = 10 m reflects from 43 Hz on.
     pub max_finite_panel_m2: f64,
+    /// Distance in metres from a common plane within which the corners of neighbouring triangles are roughness of one
+    /// plane surface: they are moved into the plane, and scatter instead. Larger structure stays. 0 leaves all corners
+    /// where they are. `None` is an eighth of the wavelength at 1 kHz, 43 mm: by Rayleigh's criterion such a surface is
+    /// smooth up to there.
+    pub acoustic_tolerance_m: Option<f64>,
     /// Most triangles of a mesh; a mesh with more is an error.
     pub most_triangles: usize,
 }
@@ -49,10 +54,17 @@ impl Default for SceneSettings {
             medium: Medium::default(),
             min_panel_m2: 0.5,
             max_finite_panel_m2: 40.0,
+            acoustic_tolerance_m: None,
             most_triangles: MOST_TRIANGLES,
         }
     }
 }
+
+/// Highest frequency in Hz that a surface as rough as the default tolerance mirrors.
+const SMOOTH_TO_HZ: f64 = 1000.0;
+
+/// Largest tolerance in metres: an eighth of the wavelength at 86 Hz.
+const MOST_TOLERANCE_M: f64 = 0.5;
 
 /// An acoustic scene: a fixed part, shared by all copies, and instances of moving parts ([`Scene::add_instance`]).
 ///
@@ -67,6 +79,7 @@ pub struct Scene {
     speed_of_sound_m_s: f64,
     air_np_per_m: BandArray,
     high_air_np_per_m: [f32; HIGH_AIR_HZ.len()],
+    acoustic_tolerance_m: f64,
     diagonal_m: f32,
     finite_panels: Arc<FinitePanels>,
     instances: Instances,
@@ -114,7 +127,19 @@ impl Scene {
                 "simplify the model, sound needs walls and not ornaments; or raise most_triangles";
             return Err(Error::mesh(problem, advice));
         }
-        let mesh = commit_mesh(mesh, materials, settings.min_panel_m2)?;
+        let acoustic_tolerance_m = settings
+            .acoustic_tolerance_m
+            .unwrap_or(speed_of_sound_m_s / SMOOTH_TO_HZ / 8.0);
+        if !(0.0..=MOST_TOLERANCE_M).contains(&acoustic_tolerance_m) {
+            let problem = format!("{acoustic_tolerance_m} is outside 0 to {MOST_TOLERANCE_M}");
+            let advice = "give metres: an eighth of the shortest wave that is to be mirrored";
+            return Err(Error::setting("acoustic_tolerance_m", problem, advice));
+        }
+        let rough = RoughnessSettings {
+            tolerance_m: acoustic_tolerance_m,
+            speed_m_s: speed_of_sound_m_s,
+        };
+        let mesh = commit_rough_mesh(mesh, materials, settings.min_panel_m2, rough)?;
         let bvh = Bvh::build(
             &mesh.vertices,
             &mesh.triangles,
@@ -147,6 +172,7 @@ impl Scene {
             speed_of_sound_m_s,
             air_np_per_m,
             high_air_np_per_m: settings.medium.high_absorption_np_per_m(),
+            acoustic_tolerance_m,
             diagonal_m: mesh.report.bounds_min.distance(mesh.report.bounds_max),
             mesh: Arc::new(mesh),
             instances: Instances::default(),
@@ -382,6 +408,16 @@ impl Scene {
     /// Counts of the intake.
     pub fn report(&self) -> &IntakeReport {
         &self.mesh.report
+    }
+
+    /// Tolerance of [`SceneSettings::acoustic_tolerance_m`] in metres.
+    pub fn acoustic_tolerance_m(&self) -> f64 {
+        self.acoustic_tolerance_m
+    }
+
+    /// Number of rough regions of the fixed part that were moved into planes.
+    pub fn flattened_regions(&self) -> usize {
+        self.mesh.flattened_regions
     }
 
     /// Speed of sound in m/s.

@@ -1,5 +1,6 @@
 //! `inspect`: triangles, surfaces, area, materials, edges and bounds of a mesh.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use foresound::Result;
@@ -36,13 +37,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     print_notes(&loaded.notes);
     let scene = &loaded.scene;
     let report = scene.report();
-    let names: Vec<&str> = scene.materials().iter().map(|m| m.name.as_str()).collect();
+    let mut names: Vec<&str> = scene.materials().iter().map(|m| m.name.as_str()).collect();
+    // Rough surfaces have a material of their own under the same name.
+    let mut known = HashSet::new();
+    names.retain(|name| known.insert(*name));
     let area_m2: f64 = scene.surfaces().iter().map(|s| s.area_m2).sum();
     let (min, max) = (report.bounds_min, report.bounds_max);
     if arguments.json {
         let value = json!({
             "triangles": report.triangles,
             "surfaces": scene.surfaces().len(),
+            "acoustic_tolerance_m": scene.acoustic_tolerance_m(),
+            "flattened_regions": scene.flattened_regions(),
             "area_m2": area_m2,
             "materials": names,
             "defaulted_materials": scene.defaulted_materials(),
@@ -70,6 +76,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         report.triangles_in
     );
     outln!("  surfaces    {}", scene.surfaces().len());
+    if scene.flattened_regions() > 0 {
+        outln!(
+            "  flattened   {} rough regions, within {:.0} mm",
+            scene.flattened_regions(),
+            1e3 * scene.acoustic_tolerance_m()
+        );
+    }
     outln!("  area        {area_m2:.3} m²");
     outln!("  materials   {}", names.join(", "));
     let watertight = if report.watertight {

@@ -14,6 +14,8 @@ mod invariance;
 pub mod joining;
 pub mod late_figures;
 mod leak;
+mod mesh;
+mod mesh_rooms;
 pub mod recall;
 mod recall_rooms;
 pub mod reciprocity;
@@ -96,7 +98,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 17] = [
+const LAWS: [(&str, Law); 18] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -114,6 +116,7 @@ const LAWS: [(&str, Law); 17] = [
     ("corner", corner::rows),
     ("transmission", transmission::rows),
     ("thread count", thread_count::rows),
+    ("mesh", mesh::rows),
 ];
 
 /// Names of all laws.

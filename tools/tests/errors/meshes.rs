@@ -45,6 +45,9 @@ pub(crate) fn make(errors: &mut Errors) {
     let mut cold = usual;
     cold.medium.temperature_c = -300.0;
     errors.of("no air", commit(&room(), &cold));
+    let mut coarse = usual;
+    coarse.acoustic_tolerance_m = Some(2.0);
+    errors.of("a tolerance of two metres", commit(&room(), &coarse));
     parts(errors);
 }
 
