@@ -201,6 +201,45 @@ prove_scripts() {
     echo "4 scripts compile against stand-ins and make: $words"
 }
 
+# --- Unity ----------------------------------------------------------------------------------------------------------
+
+unity=$work/unity
+mono_compile() { # target, output, arguments: all warnings are errors
+    local target=$1 out=$2
+    shift 2
+    mcs -unsafe -warnaserror -warn:4 -target:"$target" -out:"$unity/$out" "$@"
+}
+unity_part() { # part, arguments: its last line is its figure
+    LD_LIBRARY_PATH=$host/release timeout 900 mono "$unity/Foresound.Check.exe" "$@" >"$unity/part.out" 2>&1
+    local code=$?
+    cat "$unity/part.out"
+    [ $code = 0 ] || return 1
+    figures+="; $(tail -n 1 "$unity/part.out")"
+}
+# The package against stand-ins of Unity's types, and the library really called.
+prove_unity() {
+    need mcs mono
+    local own=android/check/unity package=android/unity stand=() own_sources=() name figures=
+    mkdir -p "$unity"
+    for name in UnityEngine UnityEditor Foresound Foresound.Editor Foresound.FirstSound; do stand+=("-r:$unity/$name.dll"); done
+    for name in "$own"/*.cs; do case $name in */Maths.cs | */Objects.cs | */Assets.cs | */EditorStandIns.cs) ;; *) own_sources+=("$name") ;; esac; done
+    mono_compile library UnityEngine.dll $own/Maths.cs $own/Objects.cs $own/Assets.cs || return 1
+    mono_compile library UnityEditor.dll $own/EditorStandIns.cs "${stand[0]}" || return 1
+    mono_compile library Foresound.dll $(find $package/Runtime -name '*.cs') "${stand[0]}" || return 1
+    mono_compile library Foresound.Editor.dll $(find $package/Editor -name '*.cs') "${stand[@]:0:3}" || return 1
+    mono_compile library Foresound.FirstSound.dll $package/Samples~/*/*.cs "${stand[@]:0:3}" || return 1
+    mono_compile exe Foresound.Check.exe "${own_sources[@]}" "${stand[@]}" || return 1
+    unity_part walk assets/scenes/doorway.obj "$work/unity.raw" || return 1
+    same "$work/unity.raw" || return 1
+    unity_part components assets/scenes/doorway.obj "$work/unity-components.raw" || return 1
+    same "$work/unity-components.raw" || return 1
+    for name in coordinates geometry editor audio abuse "cycles 10000" tick; do
+        # shellcheck disable=SC2086
+        unity_part $name || return 1
+    done
+    echo "six assemblies compile without warnings; bindings and components have the bits of Rust$figures"
+}
+
 # --- aarch64-linux-android ------------------------------------------------------------------------------------------
 
 debian_rust() {
@@ -335,6 +374,7 @@ prove java_threads
 prove java_tick
 prove kotlin
 prove scripts
+prove unity
 prove android
 prove apk
 for name in arm64 arm64_count arm64_tests; do

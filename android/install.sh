@@ -5,6 +5,8 @@ set -euo pipefail
 packages=(gcc g++ libc6-dev openjdk-17-jdk-headless)
 # Linking for Android without an NDK: standard library's source, a rustc that it fits, clang, C++ headers for Oboe.
 packages+=(rustc-web rust-web-src clang-22 lld-22 llvm-22 libc++-22-dev musl-dev:arm64)
+# The Unity package, without Unity.
+packages+=(mono-mcs mono-runtime)
 # The Kotlin compiler comes from a registry; the APK.
 packages+=(python3-pip unzip aapt apksigner zipalign android-framework-res)
 if [ "${1:-}" = --all ]; then

@@ -1,4 +1,7 @@
-//! `include/foresound.h` and `Native.java` are written from the tables of `src/bridge`, and are up to date.
+//! `include/foresound.h`, `Native.java` and `Native.cs` are written from the tables of `src/bridge`, and are up to date.
+
+#[path = "c_header/csharp.rs"]
+mod csharp;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -215,6 +218,15 @@ fn the_header_is_up_to_date() {
 fn the_natives_are_up_to_date() {
     let file = "android/foresound/src/main/java/dev/foresound/Native.java";
     is_up_to_date(root().join(file), &native_java());
+}
+
+#[test]
+fn the_bindings_of_unity_are_up_to_date() {
+    let made = csharp::native_cs(&header(), foresound::bridge::VERSION);
+    is_up_to_date(
+        root().join("android/unity/Runtime/Interop/Native.cs"),
+        &made,
+    );
 }
 
 /// The header declares every function of the table and of the folder `capi`.

@@ -1,0 +1,4 @@
+using System.Runtime.CompilerServices;
+
+[assembly: InternalsVisibleTo("Foresound.Editor")]
+[assembly: InternalsVisibleTo("Foresound.Check")]

@@ -1,0 +1,695 @@
+// Written from include/foresound.h by `FORESOUND_WRITE_HEADER=1 cargo test --test c_header`; do not edit.
+
+using System;
+using System.Runtime.InteropServices;
+
+namespace Foresound.Interop
+{
+    /// <summary>Result of every call.</summary>
+    public enum Status : int
+    {
+        /// <summary>Success.</summary>
+        Ok = 0,
+        /// <summary>A number, size or text is out of range.</summary>
+        BadArgument = 1,
+        /// <summary>A pointer or reference is null where a value is required.</summary>
+        Null = 2,
+        /// <summary>The handle was closed or never existed.</summary>
+        Closed = 3,
+        /// <summary>The handle is of another kind.</summary>
+        WrongKind = 4,
+        /// <summary>Another thread is using the handle; audio calls do not wait.</summary>
+        Busy = 5,
+        /// <summary>A file cannot be read.</summary>
+        File = 6,
+        /// <summary>The content of a file or mesh is invalid.</summary>
+        Format = 7,
+        /// <summary>The source was removed or never added.</summary>
+        StaleSource = 8,
+        /// <summary>The call is not possible in the engine's present state.</summary>
+        State = 9,
+        /// <summary>Too many handles are open.</summary>
+        Full = 10,
+        /// <summary>
+        /// A defect of the library was caught. The handle accepts nothing but foresound_close from now on.
+        /// </summary>
+        Panic = 11,
+        /// <summary>The instance was removed or never added.</summary>
+        StaleInstance = 12,
+    }
+
+    /// <summary>Settings of an engine. Fill it with the defaults, then change fields.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct Options
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 120;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+        /// </summary>
+        public uint Size;
+        /// <summary>Sample rate in Hz: 44,100 or 48,000 with the built-in HRTF set.</summary>
+        public uint RateHz;
+        /// <summary>Audio frames a block, 32 to 4,096.</summary>
+        public uint BlockFrames;
+        /// <summary>Maximum number of sources, 1 to 256.</summary>
+        public uint MaxSources;
+        /// <summary>Maximum number of paths rendered at once, 1 to 16,384.</summary>
+        public uint MaxVoices;
+        /// <summary>The loudest of them are rendered in full detail: their number.</summary>
+        public uint FineVoices;
+        /// <summary>Maximum number of paths of one update, 1 to 16,384.</summary>
+        public uint MaxPaths;
+        /// <summary>Rays from the listener an update, 1 to 65,536.</summary>
+        public uint GuideRays;
+        /// <summary>Rays from each source an update, 1 to 65,536.</summary>
+        public uint SourceRays;
+        /// <summary>Maximum reflection order, 0 to 4.</summary>
+        public uint Depth;
+        /// <summary>Seed of the ray directions.</summary>
+        public uint Seed;
+        /// <summary>0: propagation on its own thread; 1: within every tick.</summary>
+        public uint Schedule;
+        /// <summary>Extrapolation of paths between updates: 0 hold, 1 linear, 2 geometric.</summary>
+        public uint Predictor;
+        /// <summary>
+        /// Cores: 0 chosen by the system, 1 the two fastest, 2 those of the next two fields.
+        /// </summary>
+        public uint Affinity;
+        /// <summary>Core of the propagation thread, if `affinity` is 2.</summary>
+        public uint PropagationCore;
+        /// <summary>Core of the audio thread, if `affinity` is 2.</summary>
+        public uint SoundCore;
+        /// <summary>
+        /// 0: the HRTF set passed at creation, else the built-in one; 1: none, both ears receive the same signal.
+        /// </summary>
+        public uint Hrtf;
+        /// <summary>1: with late reverb; 0: without.</summary>
+        public uint LateReverb;
+        /// <summary>1: with limiter; 0: without.</summary>
+        public uint Limiter;
+        /// <summary>Distance in metres below which a source gets no louder.</summary>
+        public float MinDistanceM;
+        /// <summary>Ceiling of the limiter in dB re full scale, -60 to 0.</summary>
+        public float CeilingDb;
+        /// <summary>
+        /// Duration of a graphics frame in seconds, 0.001 to 1; 0: measured from the ticks.
+        /// </summary>
+        public double FrameS;
+        /// <summary>Maximum path delay in seconds, 0.01 to 10.</summary>
+        public double MaxDelayS;
+        /// <summary>
+        /// Exchange with a phone's system, a sum of bits: 1 heat lowers the quality level, 2 performance hints. Without
+        /// effect where the system lacks the functions.
+        /// </summary>
+        public uint DeviceHints;
+        /// <summary>Maximum number of paths that foresound_engine_paths returns, 0 to 16,384.</summary>
+        public uint ShownPaths;
+        /// <summary>
+        /// Maximum memory of the engine in MiB, without scenes and sounds; an engine of more is refused. Most of it is
+        /// 32 bytes x `rate_hz` x `max_delay_s` for each of `max_sources`.
+        /// </summary>
+        public uint MaxMemoryMib;
+    }
+
+    /// <summary>Percentiles of durations in seconds; zeros without a measurement.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct Percentiles
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 40;
+
+        /// <summary>Number of measurements.</summary>
+        public ulong Count;
+        /// <summary>50th percentile.</summary>
+        public double P50S;
+        /// <summary>95th percentile.</summary>
+        public double P95S;
+        /// <summary>99.9th percentile.</summary>
+        public double P999S;
+        /// <summary>Maximum.</summary>
+        public double WorstS;
+    }
+
+    /// <summary>Statistics of an engine. Counts are since its creation.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct EngineStatistics
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 264;
+
+        /// <summary>
+        /// 0 running, 1 paused, 2 propagation failed (restart), 3 the renderer was closed (create another engine).
+        /// </summary>
+        public uint State;
+        /// <summary>Extrapolation level L in use.</summary>
+        public uint ExtrapolationLevel;
+        /// <summary>Paths in the update in use.</summary>
+        public uint Paths;
+        /// <summary>Number of sources.</summary>
+        public uint Sources;
+        /// <summary>Durations of propagation updates.</summary>
+        public Percentiles Propagation;
+        /// <summary>Durations of extrapolation a graphics frame.</summary>
+        public Percentiles Extrapolation;
+        /// <summary>Durations of generation a block.</summary>
+        public Percentiles Generation;
+        /// <summary>Durations of whole render calls.</summary>
+        public Percentiles Block;
+        /// <summary>Render calls.</summary>
+        public ulong Blocks;
+        /// <summary>Render calls that took longer than the duration of their sound.</summary>
+        public ulong MissedDeadlines;
+        /// <summary>Propagation updates in use so far.</summary>
+        public ulong Updates;
+        /// <summary>The quietest paths, dropped beyond the limit of an update.</summary>
+        public ulong TrimmedPaths;
+        /// <summary>Paths without a voice.</summary>
+        public ulong DroppedPaths;
+        /// <summary>Samples missing from streams at their time.</summary>
+        public ulong UnderrunSamples;
+        /// <summary>Duration of the update in use, in seconds.</summary>
+        public double PropagationS;
+        /// <summary>Time between graphics frames in seconds.</summary>
+        public double GraphicsFrameS;
+        /// <summary>Cores allowed for the propagation thread, a bit each.</summary>
+        public ulong PropagationCores;
+        /// <summary>Cores allowed for the audio thread, a bit each.</summary>
+        public ulong SoundCores;
+        /// <summary>Real-time priority of the audio thread; 0 outside that class.</summary>
+        public int SoundPriority;
+        /// <summary>Niceness of the audio thread, -20 to 19.</summary>
+        public int SoundNice;
+    }
+
+    /// <summary>Budget of an engine. Fill it with the defaults, then change fields.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct BudgetOptions
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 32;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+        /// </summary>
+        public uint Size;
+        /// <summary>Finest quality level in use: 0 full detail to 5 the coarsest.</summary>
+        public uint QualityLevel;
+        /// <summary>1: that level exactly, regardless of load and temperature; else 0.</summary>
+        public uint Fixed;
+        /// <summary>Maximum duration of a propagation update in seconds, 0.0001 to 10; 0: no limit.</summary>
+        public double UpdateS;
+        /// <summary>
+        /// Maximum share of one core for propagation and sound together, 0.05 to 2; 0: no limit.
+        /// </summary>
+        public double CoreShare;
+    }
+
+    /// <summary>Load of an engine and temperature of the phone.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct EngineHealth
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 56;
+
+        /// <summary>
+        /// 0 running, 1 paused, 2 propagation failed (restart), 3 the renderer was closed (create another engine).
+        /// </summary>
+        public uint State;
+        /// <summary>Quality level in use, 0 full detail to 5 the coarsest.</summary>
+        public uint QualityLevel;
+        /// <summary>Finest quality level allowed by the temperature; 0 if unknown.</summary>
+        public uint ThermalQualityLevel;
+        /// <summary>
+        /// The system's thermal status: 0 none, 1 light, 2 moderate, 3 severe, 4 critical, 5 emergency, 6 shutdown; -1 if
+        /// unknown.
+        /// </summary>
+        public int ThermalStatus;
+        /// <summary>The system's thermal headroom: 1 is severe throttling; -1 if unknown.</summary>
+        public float ThermalHeadroom;
+        /// <summary>Threads with a performance hint session, a sum of bits: 1 propagation, 2 sound.</summary>
+        public uint Hinted;
+        /// <summary>Sources that louder ones mask, if there are more sources than slots.</summary>
+        public uint UnheardSources;
+        /// <summary>Rays cast by the newest update.</summary>
+        public uint Rays;
+        /// <summary>Share of one core used by sound.</summary>
+        public double SoundShare;
+        /// <summary>Duration of the newest update in seconds.</summary>
+        public double PropagationS;
+        /// <summary>Time between graphics frames in seconds.</summary>
+        public double GraphicsFrameS;
+    }
+
+    /// <summary>
+    /// Position and orientation of a listener, a source or an instance.
+    ///
+    /// Metres, right-handed, +y up. The orientation rotates local coordinates (+x right, +y up, -z ahead) into the world's: a
+    /// quaternion x, y, z, w of length 1.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct Pose
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 32;
+
+        /// <summary>Id of the source; ignored for listeners and instances.</summary>
+        public uint Source;
+        /// <summary>Position in metres.</summary>
+        public fixed float PositionM[3];
+        /// <summary>Quaternion x, y, z, w; (0, 0, 0, 1) faces -z.</summary>
+        public fixed float Orientation[4];
+    }
+
+    /// <summary>Settings of a scene. Fill it with the defaults, then change fields.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct SceneOptions
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 24;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+        /// </summary>
+        public uint Size;
+        /// <summary>Up axis of a file: 0 for +y, 1 for +z.</summary>
+        public uint Up;
+        /// <summary>Metres a unit of a file, above zero.</summary>
+        public float Scale;
+        /// <summary>Air temperature in degrees Celsius.</summary>
+        public float TemperatureC;
+        /// <summary>Relative humidity in percent.</summary>
+        public float HumidityPercent;
+        /// <summary>Static pressure in kPa.</summary>
+        public float PressureKpa;
+    }
+
+    /// <summary>Properties of a scene.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct SceneInfo
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 72;
+
+        /// <summary>Triangles of the mesh.</summary>
+        public ulong TrianglesIn;
+        /// <summary>Triangles kept: finite, with an area.</summary>
+        public ulong Triangles;
+        /// <summary>Plane surfaces that they form.</summary>
+        public ulong Surfaces;
+        /// <summary>Materials that no table defines; they have the default's properties.</summary>
+        public ulong UnknownMaterials;
+        /// <summary>Memory of the scene in bytes.</summary>
+        public ulong MemoryBytes;
+        /// <summary>Speed of sound in m/s.</summary>
+        public double SpeedOfSoundMS;
+        /// <summary>Minimum coordinates in metres.</summary>
+        public fixed float BoundsMinM[3];
+        /// <summary>Maximum coordinates in metres.</summary>
+        public fixed float BoundsMaxM[3];
+    }
+
+    /// <summary>Properties and state of a device.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct OutputInfo
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 80;
+
+        /// <summary>1 playing, 0 closed and to be opened again.</summary>
+        public uint Playing;
+        /// <summary>Granted sample rate in Hz.</summary>
+        public uint RateHz;
+        /// <summary>Audio frames of the device's burst.</summary>
+        public uint BurstFrames;
+        /// <summary>Audio frames of the device's buffer.</summary>
+        public uint BufferFrames;
+        /// <summary>1 in exclusive mode.</summary>
+        public uint Exclusive;
+        /// <summary>1 in low-latency mode.</summary>
+        public uint LowLatency;
+        /// <summary>1 AAudio, 2 OpenSL ES, 0 neither.</summary>
+        public uint Interface;
+        /// <summary>Latency of the ring buffer in audio frames.</summary>
+        public uint RingFrames;
+        /// <summary>Successful attempts to open a device.</summary>
+        public uint Opened;
+        /// <summary>Failed attempts to open a device.</summary>
+        public uint Refused;
+        /// <summary>Disconnections of the device.</summary>
+        public uint Lost;
+        /// <summary>Times that the device stopped its callbacks and was closed.</summary>
+        public uint Stalled;
+        /// <summary>Underruns counted by the device since it was opened.</summary>
+        public uint Xruns;
+        /// <summary>Minimum audio frames of a callback.</summary>
+        public uint LeastFrames;
+        /// <summary>Maximum audio frames of a callback.</summary>
+        public uint MostFrames;
+        /// <summary>Callbacks.</summary>
+        public ulong Callbacks;
+        /// <summary>Audio frames that were not rendered in time.</summary>
+        public ulong UnderrunFrames;
+    }
+
+    /// <summary>Settings of a source. Fill it with the defaults, then change fields.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct SourceOptions
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 48;
+
+        /// <summary>
+        /// Bytes of this structure in the caller's version of the header: fields beyond keep their defaults.
+        /// </summary>
+        public uint Size;
+        /// <summary>
+        /// Computed parts, a sum of bits: 1 direct, 2 reflections, 4 diffraction, 8 transmission, 16 late reverb.
+        /// </summary>
+        public uint Effects;
+        /// <summary>Radius in metres within which the source gets no louder; 0: the engine's.</summary>
+        public float RadiusM;
+        /// <summary>Exponent of the directivity, 0 to 64.</summary>
+        public float Order;
+        /// <summary>
+        /// Directivity in each octave band, from the lowest: 0 omnidirectional, 0.5 cardioid, 1 dipole.
+        /// </summary>
+        public fixed float Directivity[8];
+    }
+
+    /// <summary>A path as a polyline from source to listener.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct ShownPath
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 92;
+
+        /// <summary>Id of the source.</summary>
+        public uint Source;
+        /// <summary>Corners in use, both ends included.</summary>
+        public uint CornerCount;
+        /// <summary>Number of reflections.</summary>
+        public uint Reflections;
+        /// <summary>Number of diffractions.</summary>
+        public uint DiffractionOrder;
+        /// <summary>Level in dB re the free field at 1 m.</summary>
+        public float LevelDb;
+        /// <summary>Corners in metres.</summary>
+        public fixed float CornersM[18];
+    }
+
+    /// <summary>Result of one foresound_render.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct RenderInfo
+    {
+        /// <summary>Bytes in C.</summary>
+        public const uint Bytes = 36;
+
+        /// <summary>Audio frames written.</summary>
+        public uint Frames;
+        /// <summary>Graphics frames consumed.</summary>
+        public uint GraphicsFrames;
+        /// <summary>Propagation updates consumed.</summary>
+        public uint Updates;
+        /// <summary>Extrapolation level L in use.</summary>
+        public uint ExtrapolationLevel;
+        /// <summary>Voices, fading ones included.</summary>
+        public uint Voices;
+        /// <summary>Paths without a voice.</summary>
+        public uint DroppedPaths;
+        /// <summary>Samples missing from streams at their time.</summary>
+        public uint UnderrunSamples;
+        /// <summary>1 if the call took longer than the duration of its sound.</summary>
+        public uint MissedDeadline;
+        /// <summary>1 if the engine was closed: sound continues with the last poses.</summary>
+        public uint EngineGone;
+    }
+
+    /// <summary>
+    /// The C interface, function by function: foresound_engine_tick is <see cref="EngineTick"/>, and so on. Comments are those
+    /// of foresound.h, which has the rules for handles, threads, units and pointers. Calls neither allocate nor throw, except
+    /// for a DllNotFoundException where the library is missing.
+    /// </summary>
+    public static unsafe class Native
+    {
+        const string Library = "foresound";
+
+        /// <summary>The version of this file.</summary>
+        public const uint ApiVersion = 0x00020000;
+
+        /// <summary>
+        /// Closes a handle of any kind and destroys its object: an engine after its running update, an output after its
+        /// threads. Waits for a call that uses the handle. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_close", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status Close(ulong handle);
+
+        /// <summary>Writes the default options. Any thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status OptionsDefault(Options* options);
+
+        /// <summary>
+        /// Creates an engine in free field without sources. `engine` receives the handle of the control half, `renderer`
+        /// that of the audio half. Takes some ten milliseconds. Control thread.
+        ///
+        /// `options`: null for the defaults. `hrtf`: content of an HRTF set's file; null for the built-in set.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_create", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineCreate(
+            Options* options, byte* hrtf, UIntPtr hrtfBytes, ulong* engine, ulong* renderer);
+
+        /// <summary>
+        /// Replaces the scene. The old one is audible until the first update with the new one. The scene's handle may be
+        /// closed afterwards. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_scene", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetScene(ulong engine, ulong scene);
+
+        /// <summary>
+        /// Sets the rays of propagation from the listener and from each source (1 to 65,536) and the maximum reflection
+        /// order (0 to 4). Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_propagation", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetPropagation(ulong engine, uint guideRays, uint sourceRays, uint depth);
+
+        /// <summary>
+        /// Fades to silence within milliseconds and stops the playback positions. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_pause", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EnginePause(ulong engine);
+
+        /// <summary>Continues after foresound_engine_pause. Control thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_resume", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineResume(ulong engine);
+
+        /// <summary>
+        /// Restarts propagation after its failure (state 2), after the running update. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_restart", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineRestart(ulong engine);
+
+        /// <summary>
+        /// Writes the engine's statistics. Takes microseconds; meant for some ten calls a second. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_statistics", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineStatistics(ulong engine, EngineStatistics* statistics);
+
+        /// <summary>Writes the default budget, which has no limit. Any thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_budget_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status BudgetOptionsDefault(BudgetOptions* options);
+
+        /// <summary>
+        /// Sets the budget from the next update on: rays, reflection orders and paths are reduced to meet it. Temperature may
+        /// reduce them further unless the level is fixed. `options`: null for no limit. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_set_budget", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineSetBudget(ulong engine, BudgetOptions* options);
+
+        /// <summary>
+        /// Writes the engine's load and the phone's temperature. Takes microseconds; meant for some ten calls a second.
+        /// Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_health", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineHealth(ulong engine, EngineHealth* health);
+
+        /// <summary>
+        /// Adds an instance of a part, such as a door, at a pose from the next tick on; `instance` receives its id. A part is
+        /// a scene in local coordinates, a hinge at the origin; its handle may be closed afterwards, and instances may
+        /// share it. Instances stay when the scene is replaced. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_instance_add", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status InstanceAdd(ulong engine, ulong part, Pose* pose, uint* instance);
+
+        /// <summary>
+        /// Moves an instance from the next tick on. The orientation is a quaternion of length 1; after an invalid pose the
+        /// last valid one stays. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_instance_move", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status InstanceMove(ulong engine, uint instance, Pose* pose);
+
+        /// <summary>
+        /// Removes an instance from the next tick on. Its id is invalid at once. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_instance_remove", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status InstanceRemove(ulong engine, uint instance);
+
+        /// <summary>Writes the default options. Any thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_scene_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SceneOptionsDefault(SceneOptions* options);
+
+        /// <summary>
+        /// Builds a scene from an OBJ file, whose `usemtl` names materials. Else as foresound_scene_from_mesh.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_scene_from_file", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SceneFromFile(byte* path, byte* materialsToml, SceneOptions* options, ulong* scene);
+
+        /// <summary>Writes the properties of a scene. Control thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_scene_info", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SceneInfo(ulong scene, SceneInfo* info);
+
+        /// <summary>
+        /// Writes the renderer's latency from geometry to sound in audio frames, without the device's buffer. Does not
+        /// disturb foresound_render. Any thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_renderer_latency", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status RendererLatency(ulong renderer, uint* frames);
+
+        /// <summary>
+        /// Plays a renderer on the system's device (Oboe on Android, a silent device elsewhere), rendered `blocks_ahead`
+        /// blocks ahead (1 to 64) on a thread of its own. Closes the renderer's handle. A device that is lost or does not
+        /// open is opened again at growing intervals. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_output_start", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status OutputStart(ulong renderer, UIntPtr blocksAhead, ulong* output);
+
+        /// <summary>Writes the properties and the state of an output's device. Control thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_output_info", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status OutputInfo(ulong output, OutputInfo* info);
+
+        /// <summary>
+        /// Adds a silent source at a position in metres; `source` receives its id. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_add", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceAdd(ulong engine, float xM, float yM, float zM, uint* source);
+
+        /// <summary>
+        /// Removes a source from the next tick on; sound under way fades. Its id is invalid at once and is never given
+        /// again: an engine has 1,048,576 ids for each of its `max_sources`. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_remove", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceRemove(ulong engine, uint source);
+
+        /// <summary>Writes the default options. Any thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_source_options_default", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceOptionsDefault(SourceOptions* options);
+
+        /// <summary>
+        /// Sets a source's options from the next tick on. `options`: null for the defaults. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_configure", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceConfigure(ulong engine, uint source, SourceOptions* options);
+
+        /// <summary>Sets a source's linear gain, 0 to 1000, from the next tick on. Control thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_source_set_gain", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceSetGain(ulong engine, uint source, float gain);
+
+        /// <summary>
+        /// Mutes (1) or unmutes (0) a source; its playback position advances. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_mute", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceMute(ulong engine, uint source, uint muted);
+
+        /// <summary>
+        /// Plays a clip from its beginning, once (0) or in a loop (1). The clip's handle may be closed afterwards. Control
+        /// thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_play", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourcePlay(ulong engine, uint source, ulong clip, uint looped);
+
+        /// <summary>Silences a source and releases its clip or stream. Control thread.</summary>
+        [DllImport(Library, EntryPoint = "foresound_source_stop", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceStop(ulong engine, uint source);
+
+        /// <summary>
+        /// Attaches a stream to a source, through a ring buffer of `capacity` samples (1 to 16,777,216); `stream` receives
+        /// the handle for foresound_stream_write. After a failure the source plays on as before. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_source_stream", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SourceStream(ulong engine, uint source, UIntPtr capacity, ulong* stream);
+
+        /// <summary>
+        /// Makes a clip of mono samples at `rate_hz` for engines at `engine_rate_hz` (1,000 to 384,000 Hz), copied and
+        /// resampled. A sample of 1 is full scale at 1 m. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_clip_from_samples", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ClipFromSamples(
+            float* samples, UIntPtr count, uint rateHz, uint engineRateHz, ulong* clip);
+
+        /// <summary>
+        /// Makes a clip of the bytes of a WAV file (PCM of 8 to 32 bits or float; channels are averaged) for engines at
+        /// `engine_rate_hz`. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_clip_from_wav", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status ClipFromWav(byte* bytes, UIntPtr count, uint engineRateHz, ulong* clip);
+
+        /// <summary>
+        /// Version of this interface: 65,536 x major + 256 x minor + patch. Another major number than
+        /// FORESOUND_API_VERSION's is incompatible. Any thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_version", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern uint Version();
+
+        /// <summary>
+        /// Message of this thread's last failed call: one line in UTF-8, the cause and the remedy. Valid until the thread's next
+        /// failure; empty before the first. Never null; not to be freed. foresound_render and foresound_stream_write leave no
+        /// message. Any thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_last_error", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern byte* LastError();
+
+        /// <summary>
+        /// Submits a graphics frame: the listener's pose, and the poses of the sources that moved. Meant for one call a frame;
+        /// never waits for propagation or sound, except that the synchronous schedule runs propagation in it. After an invalid pose
+        /// or an unknown source it fails, and the frame is submitted with the last valid poses. `sources`: null if none. Control
+        /// thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_tick", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EngineTick(ulong engine, Pose* listener, Pose* sources, UIntPtr sourceCount);
+
+        /// <summary>
+        /// Writes the loudest paths of the newest update, in no order, as many as fit, and their number. At most the option
+        /// `shown_paths` of them are available. Control thread.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_engine_paths", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status EnginePaths(ulong engine, ShownPath* paths, UIntPtr capacity, UIntPtr* count);
+
+        /// <summary>
+        /// Builds a scene from triangles: three coordinates a vertex in metres, +y up, and three indices a triangle. With
+        /// materials: their names, and one index into them a triangle; without: null and zero. `materials_toml`: the text of a
+        /// materials file, or null. `options`: null for the defaults. Takes milliseconds to seconds: a control thread, but not the
+        /// one that draws.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_scene_from_mesh", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status SceneFromMesh(
+            float* positionsM, UIntPtr vertexCount, uint* indices, UIntPtr indexCount, uint* triangleMaterials, byte** materialNames, UIntPtr materialCount, byte* materialsToml, SceneOptions* options, ulong* scene);
+
+        /// <summary>
+        /// Renders `frames` audio frames of interleaved stereo into `output`; silence on failure. `info`: null if unused. One thread
+        /// at a time a renderer; a second concurrent call gets FORESOUND_STATUS_BUSY. Multiples of the engine's block size are the
+        /// most efficient. Audio thread: wait-free, without allocation, without a message.
+        ///
+        /// `output` has 2 x `frames` elements.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_render", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status Render(ulong renderer, float* output, UIntPtr frames, RenderInfo* info);
+
+        /// <summary>
+        /// Appends as many of `count` samples to a stream as fit; `written` (null if unused) receives their number. Fails with
+        /// FORESOUND_STATUS_STATE once the stream has no reader. Any one thread at a time, the audio thread included: wait-free,
+        /// without allocation, without a message.
+        /// </summary>
+        [DllImport(Library, EntryPoint = "foresound_stream_write", CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        public static extern Status StreamWrite(ulong stream, float* samples, UIntPtr count, UIntPtr* written);
+    }
+}
