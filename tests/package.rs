@@ -92,14 +92,27 @@ fn collect(folder: &Path, into: &mut Vec<PathBuf>) {
     }
 }
 
-/// Files that a source names in `include_bytes!` and `include_str!`.
+/// Files that a source names in `include_bytes!`, `include_str!` and `#[path]`, but for what only tests compile.
 fn includes(source: &Path) -> Vec<PathBuf> {
     let text = fs::read_to_string(source).expect("a source");
     let folder = source.parent().expect("a folder");
-    ["include_bytes!(", "include_str!("]
+    let text: String = text
+        .split_inclusive('\n')
+        .filter(|line| !line.contains("//"))
+        .collect();
+    ["include_bytes!(", "include_str!(", "#[path = "]
         .iter()
-        .flat_map(|call| text.split(call).skip(1))
-        .filter_map(|rest| rest.trim_start().strip_prefix('"')?.split('"').next())
+        .flat_map(|call| text.split(call).zip(text.split(call).skip(1)))
+        .filter(|(before, _)| !is_for_tests(before))
+        .filter_map(|(_, rest)| rest.trim_start().strip_prefix('"')?.split('"').next())
         .map(|name| folder.join(name))
         .collect()
+}
+
+/// Whether the attribute of tests or of documentation tests stands in the lines right before.
+fn is_for_tests(before: &str) -> bool {
+    let lines: Vec<&str> = before.lines().rev().take(3).collect();
+    lines
+        .iter()
+        .any(|line| line.contains("#[cfg(test)]") || line.contains("#[cfg(doctest)]"))
 }

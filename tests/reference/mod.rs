@@ -10,7 +10,10 @@ pub mod boundary_elements;
 pub mod crossover;
 pub mod dft;
 pub mod generators;
+#[path = "../../tools/src/validate/oracles/shoebox.rs"]
 pub mod shoebox;
 pub mod synthetic_hrtf;
+#[path = "../../tools/src/validate/oracles/visibility.rs"]
 pub mod visibility;
+#[path = "../../tools/src/validate/oracles/wedge.rs"]
 pub mod wedge;

@@ -9,7 +9,7 @@
 #[path = "../../tests/reference/finite_differences.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 mod finite_differences;
-#[path = "../../tests/reference/wedge.rs"]
+#[path = "../src/validate/oracles/wedge.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 mod wedge;
 

@@ -3,7 +3,7 @@
 //! The exact response comes from image sources of all orders that arrive in time and, for scattered energy, from
 //! particles: both in `f64` and independent of the library.
 
-#[path = "../../../tests/reference/particles.rs"]
+#[path = "oracles/particles.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 mod particles;
 

@@ -27,7 +27,7 @@ mod thick;
 pub mod thread_count;
 pub mod transmission;
 pub mod wave_cases;
-#[path = "../../../tests/reference/wedge.rs"]
+#[path = "oracles/wedge.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 pub(crate) mod wedge;
 

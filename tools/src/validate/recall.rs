@@ -1,10 +1,10 @@
 //! Law *recall*: the share of all paths to order 4 that propagation finds in non-rectangular rooms, after one update and
 //! after sixteen, and the share of false births and deaths while a listener walks. The oracle enumerates all paths.
 
-#[path = "../../../tests/reference/full_enumeration.rs"]
+#[path = "oracles/full_enumeration.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 pub(super) mod oracle;
-#[path = "../../../tests/reference/visibility.rs"]
+#[path = "oracles/visibility.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 #[allow(dead_code, reason = "only part of the oracle is used here")]
 mod visibility;

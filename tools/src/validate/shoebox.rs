@@ -1,6 +1,6 @@
 //! Law *shoebox*: every image source to order 4 of a rectangular room, against the closed form.
 
-#[path = "../../../tests/reference/shoebox.rs"]
+#[path = "oracles/shoebox.rs"]
 #[expect(unreachable_pub, reason = "the oracle is a file of the tests")]
 pub(super) mod oracle;
 
