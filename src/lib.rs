@@ -173,3 +173,20 @@ pub mod diagnostics {
     pub use crate::runtime::engine::{Percentiles, SnapshotPath};
     pub use crate::runtime::{Statistics, TraceLog};
 }
+
+/// The Rust code of the pages, run by `cargo test --doc`.
+#[cfg(doctest)]
+mod pages {
+    #[cfg(doctest)]
+    #[doc = include_str!("../README.md")]
+    mod readme {}
+    #[cfg(doctest)]
+    #[doc = include_str!("../docs/src/first-sound.md")]
+    mod first_sound {}
+    #[cfg(doctest)]
+    #[doc = include_str!("../docs/src/geometry.md")]
+    mod geometry {}
+    #[cfg(doctest)]
+    #[doc = include_str!("../docs/src/phone.md")]
+    mod phone {}
+}

@@ -23,6 +23,10 @@ public class Context {
         return getCacheDir();
     }
 
+    public File getExternalFilesDir(String kind) {
+        return getCacheDir();
+    }
+
     public AssetManager getAssets() {
         return new AssetManager(folder);
     }
