@@ -96,6 +96,11 @@ prove_c() {
     g++ -std=c++11 -Wall -Wextra -Wpedantic -Werror -fsyntax-only -x c++ include/foresound.h || return 1
     "$work/walk" assets/scenes/doorway.obj "$work/c.raw" || return 1
     same "$work/c.raw" || return 1
+    # The guide's program.
+    gcc -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -Iinclude android/c/first.c -o "$work/first" \
+        -L"$host/release" -lforesound -Wl,-rpath,"$host/release" || return 1
+    "$work/first" assets/scenes/doorway.obj assets/speech/voice01.wav "$work/first.raw" || return 1
+    [ "$(tr -d '\0' <"$work/first.raw" | wc -c)" -gt 100000 ] || { echo "the guide's program is silent" && return 1; }
     echo "C99 and C++11 compile; 90 frames with the bits of Rust"
 }
 
@@ -175,7 +180,7 @@ prove_kotlin() {
     rm -rf "$out"
     mkdir -p "$out"
     javac --release 17 -d "$out" $natives $(find android/jvm/stubs -name '*.java') || return 1
-    kotlin_compile "$out" android/foresound/src/main/kotlin/dev/foresound/*.kt android/jvm/Api.kt \
+    kotlin_compile "$out" android/foresound/src/main/kotlin/dev/foresound/*.kt android/jvm/Api.kt android/jvm/FirstSound.kt \
         android/app/src/main/kotlin/dev/foresound/demo/*.kt android/jvm/Demo.kt || return 1
     java -Xcheck:jni -XX:+UseSerialGC -Djava.library.path="$host/release" -cp "$out:$compiler:$standard" \
         dev.foresound.ApiKt assets >"$work/api.out" 2>&1 || { cat "$work/api.out" && return 1; }
@@ -192,12 +197,12 @@ prove_scripts() {
     rm -rf "$work/scripts" "$work/script-classes"
     mkdir -p "$work/script-classes"
     python3 android/check/gradle/assemble.py "$work/scripts" || return 1
-    kotlin_compile "$work/script-classes" android/check/gradle/StandIns.kt "$work"/scripts/*.kt || return 1
+    kotlin_compile "$work/script-classes" android/check/gradle/*.kt "$work"/scripts/*.kt || return 1
     java -cp "$work/script-classes:$standard" CatalogKt >"$work/scripts.out" || return 1
     local target words="cargo ndk -P $(recipe platform) -o $(recipe output)"
     for target in $(recipe targets | tr ',' ' '); do words+=" -t $target"; done
     words+=" rustc --profile $(recipe profile) --locked --lib --crate-type cdylib --features $(recipe features) --no-default-features"
-    [ "$(cat "$work/scripts.out")" = "$words" ] || { cat "$work/scripts.out" && echo "not: $words" && return 1; }
+    [ "$(head -n 1 "$work/scripts.out")" = "$words" ] || { cat "$work/scripts.out" && echo "not: $words" && return 1; }
     echo "4 scripts compile against stand-ins and make: $words"
 }
 
@@ -268,6 +273,10 @@ prove_android() {
     llvm-strip-22 --strip-unneeded -o "$work/libforesound-arm64.so" "$library"
     android/check/native/check-library.sh "$library"
 }
+
+# --- AAR and Maven artifact -------------------------------------------------------------------------------------------
+
+. android/check/package.sh
 
 # --- APK ------------------------------------------------------------------------------------------------------------
 
@@ -376,6 +385,9 @@ prove kotlin
 prove scripts
 prove unity
 prove android
+prove prefab
+prove maven
+prove notice
 prove apk
 for name in arm64 arm64_count arm64_tests; do
     if [ $all = 1 ] || [ ${#only[@]} != 0 ]; then prove $name; else report SKIP $name "slow; run with --all"; fi

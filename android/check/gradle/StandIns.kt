@@ -17,6 +17,7 @@ class PluginUse {
 
 class Plugins {
     fun alias(plugin: Value<Plugin>) = PluginUse()
+    val `maven-publish` = PluginUse()
 }
 
 fun plugins(block: Plugins.() -> Unit) = Plugins().block()
@@ -55,6 +56,20 @@ class Sources(val folder: File) {
 
 fun fileTree(folder: File, block: Sources.() -> Unit) = Sources(folder).apply(block)
 
+var group: Any = ""
+var version: Any = ""
+val projectDir: File = File("android/foresound").absoluteFile
+
+class Folders(private val folder: File) {
+    fun dir(name: String) = Value(AsFile(folder.resolve(name)))
+}
+
+class Layout {
+    val buildDirectory = Folders(projectDir.resolve("build"))
+}
+
+val layout = Layout()
+
 class Inputs {
     fun files(vararg what: Any) = Unit
 }
@@ -65,8 +80,28 @@ class Outputs {
 }
 
 open class Task {
+    var name = ""
     var description = ""
     fun dependsOn(task: Any) = Unit
+}
+
+/** What goes into an archive: files or a folder, and the folder inside that takes it. */
+class Copied(val what: File) {
+    var into = ""
+    fun into(folder: String) {
+        into = folder
+    }
+}
+
+class Zip : Task() {
+    val copied = mutableListOf<Copied>()
+    fun from(what: File, block: Copied.() -> Unit) = copied.add(Copied(what).apply(block))
+}
+
+val zips = listOf(Zip().apply { name = "bundleReleaseAar" }, Zip().apply { name = "sourcesJar" })
+
+class Matching(private val all: List<Zip>) {
+    fun configureEach(block: Zip.() -> Unit) = all.forEach(block)
 }
 
 class Exec : Task() {
@@ -91,6 +126,7 @@ object tasks {
     fun registering(type: kotlin.reflect.KClass<Exec>, block: Exec.() -> Unit) =
         Registering(Exec().apply(block).also { executed += it })
     fun named(name: String, block: Task.() -> Unit) = Task().block()
+    inline fun <reified T : Task> withType() = Matching(zips).also { check(T::class == Zip::class) }
 }
 
 class AsFile(val asFile: File)
@@ -119,19 +155,6 @@ class DefaultConfig {
     fun ndk(block: Ndk.() -> Unit) = ndk.block()
 }
 
-class BuildFeatures {
-    var prefabPublishing = false
-}
-
-class PrefabPackage {
-    var headers: String? = null
-}
-
-class Prefab {
-    fun create(name: String, block: PrefabPackage.() -> Unit) =
-        check(File(PrefabPackage().apply(block).headers!!, "foresound.h").isFile) { "no header" }
-}
-
 class JniLibs {
     var useLegacyPackaging = true
 }
@@ -141,8 +164,11 @@ class Packaging {
 }
 
 class Variant {
-    fun withSourcesJar() = Unit
+    fun withSourcesJar() = classifiers.add("sources")
+    fun withJavadocJar() = classifiers.add("javadoc")
 }
+
+val classifiers = mutableListOf<String>()
 
 class Publishing {
     fun singleVariant(name: String, block: Variant.() -> Unit) = Variant().block()
@@ -187,8 +213,6 @@ class Android {
     val sourceSets = Named(SourceSet())
     val config = DefaultConfig()
     fun defaultConfig(block: DefaultConfig.() -> Unit) = config.block()
-    fun buildFeatures(block: BuildFeatures.() -> Unit) = BuildFeatures().block()
-    fun prefab(block: Prefab.() -> Unit) = Prefab().block()
     fun packaging(block: Packaging.() -> Unit) = packaging.block()
     fun publishing(block: Publishing.() -> Unit) = Publishing().block()
     fun compileOptions(block: CompileOptions.() -> Unit) = CompileOptions().block()
@@ -202,9 +226,12 @@ fun android(block: Android.() -> Unit) = Android().run {
     check(namespace != null && compileSdk != null && config.minSdk != null)
 }
 
+/** Coordinates of dependencies and their scope in a POM, of all modules. */
+val scopes = mutableListOf<Pair<String, String>>()
+
 class Dependencies {
-    fun api(what: Any) = Unit
-    fun implementation(what: Any) = Unit
+    fun api(what: Any) = scopes.add(what.toString() to "compile")
+    fun implementation(what: Any) = scopes.add(what.toString() to "runtime")
     fun project(path: String) = path
 }
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Makes Kotlin sources of the build scripts, to be compiled with StandIns.kt: each script a function, the version catalog
-an object with the names that Gradle would give it, and a main that prints the cargo command.
+an object with the names that Gradle would give it, and a main that prints the commands of its tasks and writes what would
+be published.
 
-usage: assemble.py OUT_FOLDER, from the repository's root
+usage: assemble.py OUT_FOLDER, from the repository's root; the folder publication in it gets what would be published
 """
 import pathlib
 import sys
@@ -51,6 +52,10 @@ scripts = ["settings.gradle.kts", "build.gradle.kts", "foresound/build.gradle.kt
 for number, name in enumerate(scripts):
     # Gradle makes a class of each script: its declarations are visible below only. It imports this package by itself.
     (out / f"Script{number}.kt").write_text(f"import java.io.*\n\nfun script{number}() {{\n{(root / name).read_text()}\n}}\n")
-lines += ["fun main() {", *(f"script{n}()" for n in range(len(scripts)))]
-lines += ['println(executed.single().command.joinToString(" "))', "}"]
+lines += ["fun main() {"]
+for number, name in enumerate(scripts):
+    lines += [f"script{number}()"]
+    if name.startswith("foresound/"):
+        lines += [f'writePublication(java.io.File("{out.as_posix()}/publication"), scopes.toList())']
+lines += ['executed.forEach { println(it.command.joinToString(" ")) }', "}"]
 (out / "Catalog.kt").write_text("\n".join(lines) + "\n")
