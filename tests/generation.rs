@@ -214,8 +214,7 @@ fn late_reverb_reaches_an_ear_with_the_energy_of_its_send() {
         late: true,
         ..settings(44_100)
     };
-    // Over the cube's corners the synthetic head's mean power is 0 dB at low and 0.3 dB at high frequencies; the
-    // built-in set's over all directions is flat, over eight it is not quite.
+    // The mean power of the built-in set over all directions is flat, over those of the waves it is not quite.
     let synthetic_db = late_level_db(generator(settings.clone()));
     let built_in_db = late_level_db(generator_with_built_in_head(settings));
     println!("late reverb at an ear: {synthetic_db:.2} dB synthetic, {built_in_db:.2} dB built in");

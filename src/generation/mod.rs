@@ -6,7 +6,7 @@
 //!
 //! Signal flow: [`BandFilter`] splits a source into eight bands, and a delay line stores them. Each path has a voice, which
 //! mixes the bands with the path's gains and reads the mixture at the delays of the two ears. Buses sum the ear signals with
-//! the weights of the HRTF set; each bus has one filter. The late reverb reads the delay lines and adds eight plane waves to
+//! the weights of the HRTF set; each bus has one filter. The late reverb reads the delay lines and adds its plane waves to
 //! the same buses. A [`Limiter`] follows.
 
 pub mod bands;

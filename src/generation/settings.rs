@@ -7,9 +7,9 @@ use crate::error::{Error, Result};
 /// Bytes of a voice: weights of two ears, history, plan.
 const VOICE_BYTES: usize = 1900;
 /// Bytes of a slot besides its delay line's length: sends, filters, the line's ends.
-const SLOT_BYTES: usize = 28_000;
+const SLOT_BYTES: usize = 32_000;
 /// Bytes of an HRTF set, the late reverb and scratch.
-const FIXED_BYTES: usize = 2 << 20;
+const FIXED_BYTES: usize = 3 << 20;
 
 /// Settings of a generator; fixed at its construction.
 ///

@@ -74,6 +74,9 @@ laws! {
     rims "rims"
     corner "corner"
     transmission "transmission"
+    late_density "late/density"
+    late_colour "late/colour"
+    late_coherence "late/coherence"
     thread_count "thread count"
     mesh "mesh"
 }

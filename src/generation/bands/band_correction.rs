@@ -55,8 +55,8 @@ impl BandCorrection {
     }
 }
 
-/// Gauss-Jordan without pivoting: the shares are diagonally dominant.
-fn invert(mut matrix: [[f64; BANDS]; BANDS]) -> [[f64; BANDS]; BANDS] {
+/// Inverse of a matrix whose pivots lie on its diagonal: Gauss-Jordan.
+pub(crate) fn invert(mut matrix: [[f64; BANDS]; BANDS]) -> [[f64; BANDS]; BANDS] {
     let mut inverse = [[0.0; BANDS]; BANDS];
     for (i, row) in inverse.iter_mut().enumerate() {
         row[i] = 1.0;

@@ -1,9 +1,10 @@
-//! Renders the late reverb's lines as eight plane waves.
+//! Renders the late reverb as plane waves.
 //!
 //! Audio side; wait-free, bounded by the chunk; allocates at construction only.
 //!
-//! The lines arrive from the corners of a cube fixed in world coordinates: the late reverb does not rotate with the
-//! listener. A diffuse-field equalised HRTF set has unit mean power over directions: each ear has the power of the lines.
+//! The waves' directions are fixed in world coordinates: the late reverb does not rotate with the listener. A diffuse-field
+//! equalised HRTF set has unit mean power over directions: each ear has the power of the waves. The first group of the set's
+//! filters is enough for a sum over all directions.
 
 use glam::{Quat, Vec3};
 
@@ -16,16 +17,21 @@ use crate::generation::binaural::ear_ramps::{
 use crate::generation::binaural::filter_bank::{BATCH, Binaural};
 use crate::generation::delay::interpolation::{Intervals, SLACK};
 use crate::generation::ramp::{ChunkSpan, LinearRamp};
-use crate::generation::reverb::late_reverb::LINES;
+use crate::generation::reverb::mixing::LINES;
+use crate::generation::reverb::wave_shares::wave_directions;
 use crate::generation::{CHUNK, Hrtf};
 
-/// Eight plane waves, fixed in world coordinates.
+/// Groups of the HRTF set's filters that the waves use.
+const GROUPS: usize = 1;
+
+/// Plane waves, fixed in world coordinates.
 #[derive(Debug)]
 pub(crate) struct FarField {
     history: usize,
-    /// One signal per line: its history, then the present chunk.
+    /// One signal per wave: its history, then the present chunk.
     signals: [Vec<f32>; LINES],
     delays: [[LinearRamp; 2]; LINES],
+    directions: [Vec3; LINES],
     targets: Vec<F32x8>,
     growths: Vec<F32x8>,
     rate: RampRate,
@@ -35,23 +41,24 @@ pub(crate) struct FarField {
     intervals: Box<Intervals>,
     ears: [EarPair; BATCH],
     set: LaneSet,
-    /// Frames since the lines were last audible.
+    /// Frames since the waves were last audible.
     quiet_frames: usize,
 }
 
 impl FarField {
     pub(crate) fn new(hrtf: &Hrtf) -> Self {
         let history = history_frames(hrtf);
-        let width = 2 * hrtf.groups();
+        let width = 2 * GROUPS;
         Self {
             history,
             signals: std::array::from_fn(|_| vec![0.0; history + CHUNK + SLACK]),
-            delays: Default::default(),
+            delays: [[LinearRamp::default(); 2]; LINES],
+            directions: wave_directions(),
             targets: vec![F32x8::ZERO; LINES * width],
             growths: vec![F32x8::ZERO; LINES * width],
             rate: RampRate::Constant,
             has_orientation: false,
-            lookup: vec![F32x8::ZERO; width],
+            lookup: vec![F32x8::ZERO; 2 * hrtf.groups()],
             intervals: Intervals::new(),
             ears: ear_ramps::ear_pairs(),
             set: LaneSet::best(),
@@ -62,30 +69,33 @@ impl FarField {
     /// Ramps to a listener orientation; the first one applies immediately.
     pub(crate) fn set_orientation(&mut self, hrtf: &Hrtf, to_head: Quat, left: u32, ramp: u32) {
         self.rate = RampRate::Constant;
-        let width = self.lookup.len();
-        for line in 0..LINES {
-            let sign = |bit: usize| if line & bit == 0 { 1.0 } else { -1.0 };
-            let world = Vec3::new(sign(1), sign(2), sign(4));
-            let ears = hrtf.look_up(to_head * world, &mut self.lookup);
+        let width = 2 * GROUPS;
+        for (line, direction) in self.directions.into_iter().enumerate() {
+            let corners = hrtf.find(to_head * direction);
+            let ears = hrtf.blend(&corners, GROUPS, &mut self.lookup);
+            // The first groups of both ears, side by side.
+            self.lookup
+                .copy_within(hrtf.groups()..hrtf.groups() + GROUPS, GROUPS);
+            let lookup = &self.lookup[..width];
             let mut weights = Weights {
                 target: &mut self.targets[line * width..][..width],
                 growth: &mut self.growths[line * width..][..width],
             };
             if self.has_orientation {
-                let rate = weights.retarget(self.set, &self.lookup, left, ramp);
+                let rate = weights.retarget(self.set, lookup, left, ramp);
                 self.rate = self.rate.max(rate);
                 for (delay, ear) in self.delays[line].iter_mut().zip(ears) {
                     delay.retarget(f64::from(ear), left, ramp);
                 }
             } else {
-                weights.rest_at(&self.lookup);
+                weights.rest_at(lookup);
                 self.delays[line] = ears.map(|ear| LinearRamp::at_rest(f64::from(ear)));
             }
         }
         self.has_orientation = true;
     }
 
-    /// Adds a chunk to the buses. `fill` writes the lines' signals and returns whether any is audible.
+    /// Adds a chunk to the buses. `fill` writes the waves' signals and returns whether any is audible.
     pub(crate) fn render(
         &mut self,
         left: u32,
@@ -103,7 +113,7 @@ impl FarField {
             }
             self.quiet_frames += frames;
         }
-        let width = self.lookup.len();
+        let width = 2 * GROUPS;
         // Time and position 0 are the chunk's first frame.
         let chunk = ChunkSpan {
             now: 0,

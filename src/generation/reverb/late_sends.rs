@@ -1,25 +1,22 @@
-//! The sends of all sources to the late reverb: delayed bands with ramped gains.
+//! The sends of all sources to the networks of the late reverb: sums of delayed bands with ramped gains.
 //!
 //! Audio side; wait-free, bounded by the chunk; allocates at construction only. Input: delay lines; output: a chunk of each
-//! band.
+//! bus of each network.
 //!
-//! A send reads at points of a fixed time grid and depends only on the graphics frame. Audio frames are lanes, as in the
-//! delay lines' tiles: a tile is weighted band by band.
+//! A send reads at points of a time grid, one grid a source, and depends only on the graphics frame. Segments of a source and
+//! neighbouring points of its grid go to different buses: their responses are uncorrelated. Audio frames are lanes, as in
+//! the delay lines' tiles.
 
 use crate::acoustics::BANDS;
 use crate::acoustics::bands::amplitude_of_energy;
-use crate::extrapolation::{FramePaths, LATE_SEGMENTS};
+use crate::extrapolation::{FramePaths, LATE_GROUPS, LATE_SEGMENTS, LateSend};
 use crate::simd::{F32x8, LANE_INDICES, LaneSet, kernel};
 
 use crate::generation::delay::delay_line::{DelayLine, TILE, Tile, band_index};
 use crate::generation::ramp::{BandRamp, ChunkSpan};
+use crate::generation::reverb::network::{BUSES, SHORTEST_T60_S, Timing};
+use crate::generation::reverb::send_grid;
 use crate::generation::{BandCorrection, CHUNK};
-
-/// Grid of the read delays in seconds: a continuously moving read position would shift the pitch.
-const GRID_S: f32 = 0.005;
-
-/// Share of a grid step over which a send cross-fades from one grid point to the next.
-const CHANGE: f32 = 0.25;
 
 /// Read positions of a send: two for the cross-fade, two that fade out after a jump.
 const TAPS: usize = 4;
@@ -27,19 +24,17 @@ const TAPS: usize = 4;
 /// Gain at which a fade may be truncated: −100 dB.
 const INAUDIBLE: f32 = 1e-5;
 
-/// T60 in seconds up to which a band is silent.
-const SHORTEST_T60_S: f32 = 0.05;
-
 /// Largest gain of a send, 60 dB.
 const MAX_GAIN: f32 = 1000.0;
 
-/// A chunk of one band, with a tile of overwritten samples on either side.
+/// A chunk of one bus, with a tile of overwritten samples on either side.
 type Row = [f32; CHUNK + 2 * TILE];
 
 /// One read position of a send.
 #[derive(Debug, Clone, Copy, Default)]
 struct Tap {
     delay: i64,
+    bus: usize,
     gain: BandRamp,
 }
 
@@ -58,20 +53,21 @@ struct Send {
 }
 
 impl Send {
-    /// Ramps to these delays in frames and gains. After two jumps within a ramp a third one is silent until a tap has
+    /// Ramps to these delays in frames, buses and gains. After two jumps within a ramp a third one is silent until a tap has
     /// faded out: a truncated fade would click.
-    fn retarget(&mut self, targets: &[(i64, F32x8); 2], left: u32, ramp: u32) {
+    fn retarget(&mut self, targets: &[(i64, usize, F32x8); 2], left: u32, ramp: u32) {
         let mut is_target = [false; TAPS];
-        for &(delay, gain) in targets {
+        for &(delay, bus, gain) in targets {
             if gain == F32x8::ZERO {
                 continue;
             }
-            let has = |tap: &Tap| tap.delay == delay && !tap.gain.is_silent(left);
+            let has = |tap: &Tap| tap.delay == delay && tap.bus == bus && !tap.gain.is_silent(left);
             let index = self.taps.iter().position(has).or_else(|| {
                 let mut taps = self.taps.iter().zip(&is_target);
                 let index = taps.position(|(tap, is_target)| !is_target && tap.is_free(left))?;
                 self.taps[index] = Tap {
                     delay,
+                    bus,
                     ..Tap::default()
                 };
                 Some(index)
@@ -88,37 +84,24 @@ impl Send {
     }
 }
 
-/// The two grid points around a start in grid steps, and their gains. The squares sum to one: the network's responses to
-/// different times are uncorrelated.
-fn on_grid(start_s: f32) -> [(f32, f32); 2] {
-    let steps = start_s / GRID_S;
-    let below = steps.floor();
-    let share = ((steps - below - 0.5) / CHANGE + 0.5).clamp(0.0, 1.0);
-    let (sin, cos) = (share * std::f32::consts::FRAC_PI_2).sin_cos();
-    match share {
-        // Exactly zero: a silent tap is not read.
-        0.0 => [(below, 1.0), (below + 1.0, 0.0)],
-        1.0 => [(below, 0.0), (below + 1.0, 1.0)],
-        _ => [(below, cos), (below + 1.0, sin)],
-    }
-}
-
-/// Properties of the network that receives the sends.
+/// The networks that receive the sends.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Network {
+pub(crate) struct Receivers {
     pub(crate) rate_hz: f32,
-    pub(crate) mean_length_s: f32,
-    /// Lag of the renewals relative to a uniform energy flow, in seconds.
-    pub(crate) lag_s: f32,
+    pub(crate) timings: [Timing; LATE_GROUPS],
 }
 
-/// All sends and their sum in the present chunk.
+/// All sends and their sums in the present chunk.
 #[derive(Debug)]
 pub(crate) struct LateSends {
     set: LaneSet,
-    network: Network,
+    receivers: Receivers,
+    /// Ordered by source, group and segment.
     sends: Vec<Send>,
-    input: Box<[Row; BANDS]>,
+    /// Segments that the present frame has, by source and group.
+    counts: Vec<u8>,
+    /// By group and bus.
+    input: Box<[[Row; BUSES]; LATE_GROUPS]>,
 }
 
 impl LateSends {
@@ -132,12 +115,13 @@ impl LateSends {
         first
     }
 
-    pub(crate) fn new(network: Network, max_sources: usize) -> Self {
+    pub(crate) fn new(receivers: Receivers, max_sources: usize) -> Self {
         Self {
             set: LaneSet::best(),
-            network,
-            sends: vec![Send::default(); max_sources * LATE_SEGMENTS],
-            input: Box::new([[0.0; CHUNK + 2 * TILE]; BANDS]),
+            receivers,
+            sends: vec![Send::default(); max_sources * LATE_GROUPS * LATE_SEGMENTS],
+            counts: vec![0; max_sources * LATE_GROUPS],
+            input: Box::new([[[0.0; CHUNK + 2 * TILE]; BUSES]; LATE_GROUPS]),
         }
     }
 
@@ -150,58 +134,80 @@ impl LateSends {
         left: u32,
         ramp: u32,
     ) {
-        let Network {
-            rate_hz,
-            mean_length_s,
-            lag_s,
-        } = self.network;
-        for (index, send) in self.sends.iter_mut().enumerate() {
-            let (slot, step) = (index / LATE_SEGMENTS, index % LATE_SEGMENTS);
-            let mut own = frame
-                .late
-                .iter()
-                .filter(|late| late.source.slot() == slot && late.group == 0);
-            let Some(segment) = own.nth(step) else {
-                send.retarget(&[(0, F32x8::ZERO); 2], left, ramp);
+        self.counts.fill(0);
+        for segment in &frame.late {
+            let group = usize::from(segment.group);
+            let index = segment.source.slot() * LATE_GROUPS + group;
+            let Some(count) = self.counts.get_mut(index).filter(|_| group < LATE_GROUPS) else {
                 continue;
             };
-            let start_s = (segment.start_s - lag_s).clamp(0.0, max_delay as f32 / rate_hz);
-            let taps = on_grid(start_s).map(|(steps, share)| {
-                let delay = ((steps * GRID_S * rate_hz) as i64).min(max_delay);
-                if share == 0.0 {
-                    return (delay, F32x8::ZERO);
-                }
-                let delay_s = delay as f32 / rate_hz;
-                let amplitude = std::array::from_fn(|b| {
-                    let energy = amplitude_of_energy(segment.energy_per_s[b] * mean_length_s);
-                    let gain =
-                        share * energy * decay(delay_s, frame.late_groups[0].decay_time_s[b]);
-                    if gain.is_finite() {
-                        gain.min(MAX_GAIN)
-                    } else {
-                        0.0
-                    }
-                });
-                (delay, correction.gains(&amplitude))
-            });
-            send.retarget(&taps, left, ramp);
+            let step = usize::from(*count);
+            if step >= LATE_SEGMENTS {
+                continue;
+            }
+            *count += 1;
+            let decay_time_s = &frame.late_groups[group].decay_time_s;
+            let targets = self.targets(segment, step, decay_time_s, max_delay, correction);
+            self.sends[index * LATE_SEGMENTS + step].retarget(&targets, left, ramp);
         }
+        let each = self.sends.chunks_exact_mut(LATE_SEGMENTS);
+        for (sends, count) in each.zip(&self.counts) {
+            for send in &mut sends[usize::from(*count)..] {
+                send.retarget(&[(0, 0, F32x8::ZERO); 2], left, ramp);
+            }
+        }
+    }
+
+    /// Delays, buses and gains of a segment, the `step`-th of its source and group.
+    fn targets(
+        &self,
+        segment: &LateSend,
+        step: usize,
+        decay_time_s: &[f32; BANDS],
+        max_delay: i64,
+        correction: &BandCorrection,
+    ) -> [(i64, usize, F32x8); 2] {
+        let Receivers { rate_hz, timings } = self.receivers;
+        let timing = timings[usize::from(segment.group)];
+        let slot = segment.source.slot();
+        let start_s = segment.start_s.clamp(0.0, max_delay as f32 / rate_hz);
+        send_grid::points(start_s, slot).map(|point| {
+            let delay = ((point.time_s * rate_hz).ceil() as i64).min(max_delay);
+            let bus = (3 * slot + 2 * step + point.index.rem_euclid(2) as usize) % BUSES;
+            if point.gain == 0.0 {
+                return (delay, bus, F32x8::ZERO);
+            }
+            let time_s = delay as f32 / rate_hz + timing.nominal_s;
+            let amplitude = std::array::from_fn(|b| {
+                let energy = amplitude_of_energy(segment.energy_per_s[b] * timing.mean_length_s);
+                let gain = point.gain * energy * decay(time_s, decay_time_s[b]);
+                if gain.is_finite() {
+                    gain.min(MAX_GAIN)
+                } else {
+                    0.0
+                }
+            });
+            (delay, bus, correction.gains(&amplitude))
+        })
     }
 
     /// Adds one source's sends for a chunk.
     pub(crate) fn collect(&mut self, slot: usize, line: &DelayLine, chunk: ChunkSpan) {
         let ChunkSpan { now, left, frames } = chunk;
-        let first = slot * LATE_SEGMENTS;
-        let Some(sends) = self.sends.get(first..first + LATE_SEGMENTS) else {
+        let each = LATE_GROUPS * LATE_SEGMENTS;
+        let Some(sends) = self.sends.get(slot * each..(slot + 1) * each) else {
             return;
         };
-        let audible =
-            |tap: &&Tap| !tap.gain.is_silent(left) && !line.is_silent_from(now - tap.delay);
-        let taps = sends.iter().flat_map(|send| &send.taps);
+        let audible = |(_, tap): &(usize, &Tap)| {
+            !tap.gain.is_silent(left) && !line.is_silent_from(now - tap.delay)
+        };
+        let groups = sends.chunks_exact(LATE_SEGMENTS).enumerate();
+        let sends = groups.flat_map(|(group, sends)| sends.iter().map(move |send| (group, send)));
+        let taps = sends.flat_map(|(group, send)| send.taps.iter().map(move |tap| (group, tap)));
         let mut audible = taps.filter(audible).peekable();
-        while let Some(tap) = audible.next() {
+        while let Some((group, tap)) = audible.next() {
             // Prefetches the next tap while this one is added.
-            if let Some(next) = audible.peek() {
+            if let Some((_, next)) = audible.peek() {
                 line.prefetch_window(now - next.delay, frames).fetch();
             }
             let position = now - tap.delay;
@@ -211,55 +217,58 @@ impl LateSends {
                 growth: tap.gain.growth_now(left),
                 index: TILE - lane,
             };
+            let row = &mut self.input[group][tap.bus];
             for tiles in parts.into_iter().filter(|tiles| !tiles.is_empty()) {
-                add_tiles(self.set, tiles, &gains, &mut self.input);
+                add_tiles(self.set, tiles, &gains, row);
                 gains.index += tiles.len() * TILE;
             }
         }
     }
 
-    /// The chunk's sum of all sends in one band.
-    pub(crate) fn band(&self, band: usize, frames: usize) -> &[f32] {
-        &self.input[band][TILE..TILE + frames]
+    /// The chunk's sum of all sends to a bus of a group.
+    pub(crate) fn bus(&self, group: usize, bus: usize, frames: usize) -> &[f32] {
+        &self.input[group][bus][TILE..TILE + frames]
     }
 
     /// Clears the chunk.
     pub(crate) fn clear(&mut self) {
-        self.input.as_flattened_mut().fill(0.0);
+        self.input.as_flattened_mut().as_flattened_mut().fill(0.0);
     }
 }
 
-/// Gains of a run of tiles, and the run's index in the rows.
+/// Gains of a run of tiles, and the run's index in the row.
 #[derive(Debug, Clone, Copy)]
 struct SendGains {
     /// Gain before the chunk's first frame.
     before: F32x8,
     /// Growth per frame.
     growth: F32x8,
-    /// Index in every [`Row`].
+    /// Index in the [`Row`].
     index: usize,
 }
 
 kernel! {
-    /// Adds tiles with ramped gains.
-    fn add_tiles<L>(tiles: &[Tile], gains: &SendGains, input: &mut [Row; BANDS]) {
-        for band in 0..BANDS {
-            let before = L::splat(gains.before.0[band]);
-            let growth = L::splat(gains.growth.0[band]);
-            let row = input[band].get_mut(gains.index..).unwrap_or_default();
-            // The chunk's first frame, at index TILE, has grown once. The integer steps are exact.
-            let mut grown = L::from_array(LANE_INDICES).add(L::splat(gains.index as f32 - (TILE - 1) as f32));
-            for (tile, sums) in tiles.iter().zip(row.as_chunks_mut::<TILE>().0) {
-                let gain = grown.mul_add(growth, before);
-                L::from_array(tile[band_index(band)]).mul_add(gain, L::load(sums)).store(sums);
-                grown = grown.add(L::splat(TILE as f32));
+    /// Adds the weighted sum of the bands of tiles with ramped gains.
+    fn add_tiles<L>(tiles: &[Tile], gains: &SendGains, row: &mut Row) {
+        let before = L::splat_each(gains.before);
+        let growth = L::splat_each(gains.growth);
+        let row = row.get_mut(gains.index..).unwrap_or_default();
+        // The chunk's first frame, at index TILE, has grown once. The integer steps are exact.
+        let mut grown = L::from_array(LANE_INDICES).add(L::splat(gains.index as f32 - (TILE - 1) as f32));
+        for (tile, sums) in tiles.iter().zip(row.as_chunks_mut::<TILE>().0) {
+            let mut sum = L::load(sums);
+            for band in 0..BANDS {
+                let gain = grown.mul_add(growth[band], before[band]);
+                sum = L::from_array(tile[band_index(band)]).mul_add(gain, sum);
             }
+            sum.store(sums);
+            grown = grown.add(L::splat(TILE as f32));
         }
     }
 }
 
 /// Amplitude factor after `time_s`; zero for decay times up to [`SHORTEST_T60_S`] or NaN.
-pub(crate) fn decay(time_s: f32, t60_s: f32) -> f32 {
+fn decay(time_s: f32, t60_s: f32) -> f32 {
     if t60_s > SHORTEST_T60_S {
         10f32.powf(-3.0 * time_s / t60_s)
     } else {

@@ -1,4 +1,10 @@
 //! The late reverb and the sends of the sources to it.
 
+mod history;
 pub(crate) mod late_reverb;
 pub(crate) mod late_sends;
+pub(crate) mod mixing;
+pub(crate) mod network;
+mod send_grid;
+mod shelf_filter;
+pub(crate) mod wave_shares;

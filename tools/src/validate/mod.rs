@@ -13,6 +13,7 @@ mod free_field;
 mod invariance;
 pub mod joining;
 pub mod late_figures;
+mod late_sound;
 mod leak;
 mod mesh;
 mod mesh_rooms;
@@ -98,7 +99,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 18] = [
+const LAWS: [(&str, Law); 21] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -115,6 +116,9 @@ const LAWS: [(&str, Law); 18] = [
     ("rims", rims::rows),
     ("corner", corner::rows),
     ("transmission", transmission::rows),
+    ("late/density", late_sound::density),
+    ("late/colour", late_sound::colour),
+    ("late/coherence", late_sound::coherence),
     ("thread count", thread_count::rows),
     ("mesh", mesh::rows),
 ];

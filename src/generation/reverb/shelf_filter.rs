@@ -1,0 +1,487 @@
+//! Filters whose level is given at the eight band centres, one for each line of the late reverb.
+//!
+//! Audio side; wait-free; allocates at construction only.
+//!
+//! After \[JOT91\] and \[SCHLECHT17\]: a gain and seven low shelves at the edges of the bands. A shelf of second order with the
+//! gain ρ² has the squared magnitude `(u² + ρ) / (u² + 1/ρ)`, u the squared ratio of warped frequency and edge. Its level in
+//! decibels is nearly proportional to its gain, so the gains of the shelves solve eight linear equations; corrections with the
+//! same matrix take up the rest, as long as they reduce it. Shelves are state-variable filters with trapezoidal integrators
+//! (\[ZAVALISHIN12\]), whose coefficients may move. Eight lines are lanes, and all lines go through a section together.
+
+use std::f64::consts::{PI, SQRT_2};
+
+use crate::acoustics::bands::{CENTRES_HZ, EDGES_HZ};
+use crate::acoustics::{BANDS, BandArray};
+use crate::simd::{F32x8, LaneSet, Lanes, kernel};
+
+use crate::generation::CHUNK;
+use crate::generation::bands::band_correction::invert;
+use crate::generation::reverb::mixing::{LINES, Rows};
+
+/// Shelves of a filter.
+const SHELVES: usize = BANDS - 1;
+
+/// Lanes of the lines.
+const BUNDLES: usize = LINES / 8;
+
+/// Largest change of the level from one band to the next in dB: a shelf of second order cannot be steeper.
+const MAX_STEP_DB: f64 = 12.0;
+
+/// Lowest level in dB.
+const MIN_LEVEL_DB: f64 = -90.0;
+
+/// Most corrections of the gains, and the error in dB from which on there is none.
+const MAX_CORRECTIONS: usize = 3;
+const EXACT_DB: f64 = 0.01;
+
+/// Levels within this of one another, in dB, are one level.
+const FLAT_DB: f64 = 0.01;
+
+/// Frames between two changes of the coefficients during a ramp, counted from its end.
+const HOLD: usize = 32;
+
+/// Frequencies at which [`ShelfDesign::limit`] evaluates a response: zero, half the sample rate, and this many an octave
+/// from 22 Hz to 19 kHz between them.
+const LIMIT_POINTS_PER_OCTAVE: usize = 4;
+const LIMIT_POINTS: usize = 42;
+/// Margin of the same limit in dB per dB of the largest shelf, for the response between two of its frequencies.
+const LIMIT_MARGIN: f64 = 0.01;
+
+/// States below this are zeroed between chunks, before they become subnormal: −400 dB.
+const STATE_FLOOR: f32 = 1e-20;
+
+/// Gains in dB: those of the shelves, then the common one.
+type Gains = [f64; BANDS];
+
+/// What the designs of a sample rate share.
+#[derive(Debug)]
+pub(crate) struct ShelfDesign {
+    /// u² of each shelf at each band centre.
+    centres: [[f64; SHELVES]; BANDS],
+    /// u² of each shelf at the frequencies of [`Self::limit`].
+    points: [[f64; SHELVES]; LIMIT_POINTS],
+    /// Gains for a level of 1 dB at one centre.
+    inverse: [[f64; BANDS]; BANDS],
+    /// Tangents of the edges' half angular frequencies per frame.
+    tangents: [f64; SHELVES],
+}
+
+impl ShelfDesign {
+    pub(crate) fn new(rate_hz: f64) -> Self {
+        let warped = |hz: f64| (PI * (hz / rate_hz).min(0.499)).tan();
+        let tangents = std::array::from_fn(|k| warped(EDGES_HZ[k]));
+        let squares = |hz: f64| std::array::from_fn(|k| (warped(hz) / tangents[k]).powi(4));
+        let centres = CENTRES_HZ.map(squares);
+        let small_gain = centres.map(|of_shelf: [f64; SHELVES]| {
+            std::array::from_fn(|k| of_shelf.get(k).map_or(1.0, |u| 1.0 / (1.0 + u)))
+        });
+        let points = std::array::from_fn(|n| match n {
+            0 => squares(0.0),
+            1 => squares(rate_hz),
+            _ => {
+                let octaves = (n - 2) as f64 / LIMIT_POINTS_PER_OCTAVE as f64;
+                squares(0.25 * EDGES_HZ[0] * octaves.exp2())
+            }
+        });
+        Self {
+            centres,
+            points,
+            inverse: invert(small_gain),
+            tangents,
+        }
+    }
+
+    /// Gains for levels in dB at the band centres, after these are limited to [`MIN_LEVEL_DB`] and [`MAX_STEP_DB`].
+    fn gains(&self, level_db: &[f64; BANDS]) -> Gains {
+        let mut level_db = level_db.map(|level| level.clamp(MIN_LEVEL_DB, -MIN_LEVEL_DB));
+        for b in 1..BANDS {
+            level_db[b] = level_db[b].max(level_db[b - 1] - MAX_STEP_DB);
+        }
+        for b in (0..BANDS - 1).rev() {
+            level_db[b] = level_db[b].max(level_db[b + 1] - MAX_STEP_DB);
+        }
+        let mut gains = [0.0; BANDS];
+        self.correct(&mut gains, &level_db);
+        let (mut before, mut worst_before_db) = (gains, f64::INFINITY);
+        for step in 0..=MAX_CORRECTIONS {
+            let powers = powers(&gains);
+            let mut rest_db = level_db;
+            for (rest, squares) in rest_db.iter_mut().zip(&self.centres) {
+                *rest -= level_at(squares, &powers, gains[SHELVES]);
+            }
+            let worst_db = rest_db.iter().fold(0.0, |m, rest| f64::max(m, rest.abs()));
+            if worst_db >= worst_before_db {
+                return before;
+            }
+            if worst_db < EXACT_DB || step == MAX_CORRECTIONS {
+                break;
+            }
+            (before, worst_before_db) = (gains, worst_db);
+            self.correct(&mut gains, &rest_db);
+        }
+        gains
+    }
+
+    /// Adds to the gains what changes the levels by `rest_db`, as if they were proportional.
+    fn correct(&self, gains: &mut Gains, rest_db: &[f64; BANDS]) {
+        for (gain, row) in gains.iter_mut().zip(&self.inverse) {
+            *gain += row.iter().zip(rest_db).map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+
+    /// Lowers the common gain until the response is at most `most_db` everywhere.
+    fn limit(&self, gains: &mut Gains, most_db: f64) {
+        let raised: f64 = gains[..SHELVES].iter().map(|gain| gain.max(0.0)).sum();
+        if gains[SHELVES] + raised < most_db {
+            return;
+        }
+        let powers = powers(gains);
+        let most = |most: f64, squares| f64::max(most, ratio_at(squares, &powers));
+        let highest = self.points.iter().fold(0.0, most);
+        let highest_db = 10.0 * highest.log10() + gains[SHELVES];
+        let largest = gains[..SHELVES]
+            .iter()
+            .fold(0.0, |m, g| f64::max(m, g.abs()));
+        gains[SHELVES] -= (highest_db + LIMIT_MARGIN * largest - most_db).max(0.0);
+    }
+}
+
+/// ρ of each shelf.
+fn powers(gains: &Gains) -> [f64; SHELVES] {
+    std::array::from_fn(|k| (gains[k] * (std::f64::consts::LN_10 / 20.0)).exp())
+}
+
+/// Squared magnitude of the shelves at a frequency.
+fn ratio_at(squares: &[f64; SHELVES], powers: &[f64; SHELVES]) -> f64 {
+    let (mut above, mut below) = (1.0, 1.0);
+    for (square, power) in squares.iter().zip(powers) {
+        above *= power * (square + power);
+        below *= square * power + 1.0;
+    }
+    above / below
+}
+
+/// Level in dB at a frequency.
+fn level_at(squares: &[f64; SHELVES], powers: &[f64; SHELVES], common_db: f64) -> f64 {
+    10.0 * ratio_at(squares, powers).log10() + common_db
+}
+
+/// Coefficients of one shelf for eight lines.
+#[derive(Debug, Clone, Copy, Default)]
+struct Shelf {
+    /// `g = tan(π f / rate) / r`, `r⁴` the gain.
+    integrator: F32x8,
+    /// `1 / (1 + √2 g + g²)`.
+    damping: F32x8,
+    /// `√2 (r² − 1)`.
+    band: F32x8,
+    /// `r⁴ − 1`.
+    low: F32x8,
+}
+
+impl Shelf {
+    /// The coefficients some time before they are reached, at this growth.
+    fn before(&self, growth: &Self, time: f32) -> Self {
+        let time = F32x8::splat(time);
+        Self {
+            integrator: self.integrator - growth.integrator * time,
+            damping: self.damping - growth.damping * time,
+            band: self.band - growth.band * time,
+            low: self.low - growth.low * time,
+        }
+    }
+
+    /// Growth per frame from `present` to these coefficients.
+    fn growth_from(&self, present: &Self, ramp: u32) -> Self {
+        let share = F32x8::splat(1.0 / ramp as f32);
+        Self {
+            integrator: (self.integrator - present.integrator) * share,
+            damping: (self.damping - present.damping) * share,
+            band: (self.band - present.band) * share,
+            low: (self.low - present.low) * share,
+        }
+    }
+}
+
+/// Coefficients of all lines.
+#[derive(Debug, Clone, Default)]
+struct Coefficients {
+    gain: [F32x8; BUNDLES],
+    shelves: [[Shelf; BUNDLES]; SHELVES],
+}
+
+/// The two integrators of one shelf for eight lines.
+#[derive(Debug, Clone, Copy, Default)]
+struct State {
+    band: F32x8,
+    low: F32x8,
+}
+
+type States = [[State; BUNDLES]; SHELVES];
+
+/// A filter for each line, with ramped coefficients.
+#[derive(Debug)]
+pub(crate) struct ShelfFilter {
+    set: LaneSet,
+    /// Levels as designed, in dB by line.
+    levels_db: Box<[BandArray; LINES]>,
+    target: Box<Coefficients>,
+    growth: Box<Coefficients>,
+    /// Coefficients in use.
+    present: Box<Coefficients>,
+    states: Box<States>,
+    is_moving: bool,
+    /// Whether all levels of a line are equal, now and at the start of the ramp: the shelves are without effect.
+    is_flat: [bool; 2],
+}
+
+impl ShelfFilter {
+    /// Filters without effect.
+    pub(crate) fn new() -> Self {
+        let mut filter = Self {
+            set: LaneSet::best(),
+            levels_db: Box::new([[0.0; BANDS]; LINES]),
+            target: Box::default(),
+            growth: Box::default(),
+            present: Box::default(),
+            states: Box::default(),
+            is_moving: false,
+            is_flat: [true; 2],
+        };
+        filter.target.gain = [F32x8::splat(1.0); BUNDLES];
+        *filter.present = (*filter.target).clone();
+        filter
+    }
+
+    /// Ramps to levels in dB by line, with responses nowhere above `most_db`; `left` frames of the last ramp remain. Free
+    /// without a change.
+    pub(crate) fn retarget(
+        &mut self,
+        design: &ShelfDesign,
+        levels_db: &[BandArray; LINES],
+        most_db: Option<&[f32; LINES]>,
+        left: u32,
+        ramp: u32,
+    ) {
+        let is_same = *levels_db == *self.levels_db;
+        if is_same && !self.is_moving {
+            return;
+        }
+        // The present coefficients, from which the ramp starts.
+        self.hold(left as f32);
+        let mut is_flat = true;
+        if !is_same {
+            *self.levels_db = *levels_db;
+            for (line, levels) in levels_db.iter().enumerate() {
+                let levels = levels.map(f64::from);
+                let mut gains = design.gains(&levels);
+                if let Some(most_db) = most_db {
+                    design.limit(&mut gains, f64::from(most_db[line]));
+                }
+                is_flat &= gains[..SHELVES].iter().all(|gain| gain.abs() < FLAT_DB);
+                self.set_line(design, line, &gains);
+            }
+            self.is_flat = [is_flat, self.is_flat[0]];
+        } else {
+            self.is_flat[1] = self.is_flat[0];
+        }
+        self.is_moving = !is_same;
+        if is_same {
+            *self.present = (*self.target).clone();
+            return;
+        }
+        for bundle in 0..BUNDLES {
+            let share = F32x8::splat(1.0 / ramp as f32);
+            self.growth.gain[bundle] =
+                (self.target.gain[bundle] - self.present.gain[bundle]) * share;
+            for shelf in 0..SHELVES {
+                self.growth.shelves[shelf][bundle] = self.target.shelves[shelf][bundle]
+                    .growth_from(&self.present.shelves[shelf][bundle], ramp);
+            }
+        }
+    }
+
+    fn set_line(&mut self, design: &ShelfDesign, line: usize, gains: &Gains) {
+        let (bundle, lane) = (line / 8, line % 8);
+        let gain = (gains[SHELVES] * (std::f64::consts::LN_10 / 20.0)).exp();
+        self.target.gain[bundle].0[lane] = gain as f32;
+        for (k, shelves) in self.target.shelves.iter_mut().enumerate() {
+            let shelf = &mut shelves[bundle];
+            let root = (gains[k] * (std::f64::consts::LN_10 / 80.0)).exp();
+            let g = design.tangents[k] / root;
+            let square = root * root;
+            shelf.integrator.0[lane] = g as f32;
+            shelf.damping.0[lane] = (1.0 / (1.0 + SQRT_2 * g + g * g)) as f32;
+            shelf.band.0[lane] = (SQRT_2 * (square - 1.0)) as f32;
+            shelf.low.0[lane] = (square * square - 1.0) as f32;
+        }
+    }
+
+    /// Sets the coefficients in use to those `to_come` frames before the ramp's end.
+    fn hold(&mut self, to_come: f32) {
+        if !self.is_moving {
+            return;
+        }
+        for bundle in 0..BUNDLES {
+            self.present.gain[bundle] =
+                self.target.gain[bundle] - self.growth.gain[bundle] * F32x8::splat(to_come);
+            for shelf in 0..SHELVES {
+                let growth = &self.growth.shelves[shelf][bundle];
+                self.present.shelves[shelf][bundle] =
+                    self.target.shelves[shelf][bundle].before(growth, to_come);
+            }
+        }
+    }
+
+    /// Filters the first `frames` frames of every line in place; `left` frames of the ramp remain.
+    pub(crate) fn process(&mut self, rows: &mut Rows, left: u32, frames: usize) {
+        let is_flat = self.is_flat == [true; 2];
+        let mut start = 0;
+        while start < frames {
+            let mut count = frames - start;
+            let to_come = left as usize - start.min(left as usize);
+            if self.is_moving {
+                if to_come == 0 {
+                    *self.present = (*self.target).clone();
+                    self.is_moving = false;
+                } else {
+                    count = count.min((to_come - 1) % HOLD + 1);
+                    let stretch = (to_come - 1) / HOLD * HOLD;
+                    self.hold(stretch as f32 + 0.5 * (HOLD - 1) as f32);
+                }
+            }
+            let range = Stretch { start, count };
+            if is_flat {
+                scale(&self.present, range, rows);
+            } else {
+                filter(self.set, &self.present, &mut self.states, range, rows);
+            }
+            start += count;
+        }
+        if is_flat {
+            *self.states = Default::default();
+            return;
+        }
+        for state in self.states.as_flattened_mut() {
+            for value in state.band.0.iter_mut().chain(&mut state.low.0) {
+                if value.abs() < STATE_FLOOR {
+                    *value = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// A run of frames of a chunk.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    start: usize,
+    count: usize,
+}
+
+/// Applies the gains alone.
+fn scale(coefficients: &Coefficients, range: Stretch, rows: &mut Rows) {
+    for (line, row) in rows.iter_mut().enumerate() {
+        let gain = coefficients.gain[line / 8].0[line % 8];
+        for value in &mut row[range.start..range.start + range.count] {
+            *value *= gain;
+        }
+    }
+}
+
+kernel! {
+    /// Filters a stretch in place: eight frames of eight lines are transposed, and each shelf is applied to all of them.
+    fn filter<L>(coefficients: &Coefficients, states: &mut States, range: Stretch, rows: &mut Rows) {
+        let mut done = 0;
+        while done < range.count {
+            let count = (range.count - done).min(8);
+            // The last tile of a chunk begins early enough to fit; frames before `skip` are not its own.
+            let at = (range.start + done).min(CHUNK - 8);
+            let skip = range.start + done - at;
+            let zero = L::splat(0.0);
+            let mut tile = [[zero; 8]; BUNDLES];
+            for bundle in 0..BUNDLES {
+                let mut lines = [zero; 8];
+                for lane in 0..8 {
+                    lines[lane] = L::load_at(&rows[8 * bundle + lane], at);
+                }
+                tile[bundle] = L::transpose(lines);
+                let gain = L::from_array(coefficients.gain[bundle]);
+                for frame in skip..skip + count {
+                    tile[bundle][frame] = tile[bundle][frame].mul(gain);
+                }
+            }
+            for (shelves, states) in coefficients.shelves.iter().zip(states.iter_mut()) {
+                let [a, b, c] = shelves;
+                let [state_a, state_b, state_c] = states;
+                let mut running_a = Running::<L>::of(state_a);
+                let mut running_b = Running::<L>::of(state_b);
+                let mut running_c = Running::<L>::of(state_c);
+                for frame in skip..skip + count {
+                    tile[0][frame] = running_a.step(a, tile[0][frame]);
+                    tile[1][frame] = running_b.step(b, tile[1][frame]);
+                    tile[2][frame] = running_c.step(c, tile[2][frame]);
+                }
+                *state_a = running_a.state();
+                *state_b = running_b.state();
+                *state_c = running_c.state();
+            }
+            for bundle in 0..BUNDLES {
+                let lines = L::transpose(tile[bundle]);
+                for lane in 0..8 {
+                    let row = &mut rows[8 * bundle + lane];
+                    if count == 8 {
+                        lines[lane].store_at(row, at);
+                    } else {
+                        let values = lines[lane].to_array();
+                        row[at + skip..at + skip + count]
+                            .copy_from_slice(&values.0[skip..skip + count]);
+                    }
+                }
+            }
+            done += count;
+        }
+    }
+}
+
+/// [`State`] in registers.
+#[derive(Clone, Copy)]
+struct Running<L> {
+    band: L,
+    low: L,
+}
+
+impl<L: Lanes> Running<L> {
+    #[inline(always)]
+    fn of(state: &State) -> Self {
+        Self {
+            band: L::from_array(state.band),
+            low: L::from_array(state.low),
+        }
+    }
+
+    #[inline(always)]
+    fn state(self) -> State {
+        State {
+            band: self.band.to_array(),
+            low: self.low.to_array(),
+        }
+    }
+
+    #[inline(always)]
+    fn step(&mut self, shelf: &Shelf, input: L) -> L {
+        let two = L::splat(2.0);
+        let integrator = L::from_array(shelf.integrator);
+        let driven = input.sub(self.low).mul_add(integrator, self.band);
+        let band = driven.mul(L::from_array(shelf.damping));
+        let low = band.mul_add(integrator, self.low);
+        self.band = band.mul_add(two, L::splat(0.0).sub(self.band));
+        self.low = low.mul_add(two, L::splat(0.0).sub(self.low));
+        let sum = band.mul_add(L::from_array(shelf.band), input);
+        low.mul_add(L::from_array(shelf.low), sum)
+    }
+}
+
+#[cfg(test)]
+#[path = "shelf_filter_tests.rs"]
+mod tests;
