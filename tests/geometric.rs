@@ -276,6 +276,7 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
         .map(|i| source(i, layout.sources[usize::from(i)].1))
         .collect();
     let mut frames = Vec::new();
+    let mut ranked_off = 0f32;
     walk_by_hand(GeometricSettings::FULL, |frame, _, scene, position| {
         let mut update = PathSet::default();
         propagator.update(&listener(position), &sources, 0.0, &mut update);
@@ -284,12 +285,27 @@ fn diffracted_paths_equal_those_of_an_update_of_this_frame() {
             let Some(ours) = frame.paths.iter().find(|ours| ours.id == path.id) else {
                 continue;
             };
-            assert_eq!(ours.amplitude, path.amplitude);
+            match path.order == 0 && path.diffraction_order == 1 {
+                // Paths of a full list fade towards its quietest, and the last update had others.
+                true => {
+                    let same = |other: &&Path| other.order == 0 && other.source == path.source;
+                    let paths = update.paths.iter().filter(same);
+                    let loudest = paths
+                        .flat_map(|p| p.amplitude)
+                        .fold(1e-9, |m: f32, a| m.max(a.abs()));
+                    let off = ours.amplitude.iter().zip(path.amplitude);
+                    let off = off.map(|(a, b)| (a - b).abs() / loudest);
+                    ranked_off = off.fold(ranked_off, f32::max);
+                }
+                false => assert_eq!(ours.amplitude, path.amplitude),
+            }
             let length_m = ours.delay_s * scene.speed_of_sound_m_s();
             assert!((length_m - f64::from(path.length_m)).abs() < 1e-5);
         }
         frames.push((frame.paths.clone(), update));
     });
+    // 30 dB below the loudest: little of what fades is exchanged at once.
+    assert!(ranked_off < 0.0316, "{ranked_off}");
     let energy = |amplitude: &[f32; 8]| amplitude.iter().map(|a| a * a).sum::<f32>();
     let diffracted = |update: &PathSet| {
         let diffracted = update

@@ -73,6 +73,7 @@ laws! {
     leak "leak"
     rims "rims"
     corner "corner"
+    continuity "continuity"
     transmission "transmission"
     late_density "late/density"
     late_colour "late/colour"
@@ -81,12 +82,13 @@ laws! {
     mesh "mesh"
 }
 
-/// Rows that are not reached yet: lengths of narrow faces are metres and do not scale, and some paths over two edges are found
-/// from one end only. A row that holds has to leave this list.
+/// Rows that are not reached yet: lengths of narrow faces are metres and do not scale; paths over two edges begin all at once
+/// where the source is hidden, and of more than eight the quietest changes with another one. A row that holds has to leave
+/// this list.
 const NOT_REACHED: [&str; 3] = [
     "invariance: scale, amplitude",
     "invariance: scale, paths without a counterpart",
-    "invariance: source and listener exchanged, paths without a counterpart",
+    "continuity: ring of stones, largest step in 5 mm",
 ];
 
 fn holds(law: &str) {

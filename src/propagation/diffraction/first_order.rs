@@ -20,8 +20,8 @@ use crate::propagation::transmission::{direct_path, direct_path_of};
 use crate::scene::Scene;
 use crate::scene::edges::EdgeCrossing;
 
-/// Most edges of one source's direct field.
-pub const MAX_DIRECT_EDGES: usize = 6;
+/// Most edges of one source's direct field. Of so many the quietest is silent ([`rank_weight`]).
+pub const MAX_DIRECT_EDGES: usize = 8;
 
 /// Phase of the detour in radians up to which the diffracted wave is part of the direct path, and from which it is a
 /// separate path.
@@ -39,10 +39,6 @@ impl DirectEdges {
     /// Indices of the edges.
     pub fn as_slice(&self) -> &[u32] {
         &self.edges[..self.count]
-    }
-
-    fn is_full(&self) -> bool {
-        self.count == MAX_DIRECT_EDGES
     }
 
     fn push(&mut self, edge: u32) {
@@ -129,12 +125,76 @@ pub(super) fn face_share(incident: Complex, reflected: Complex) -> f64 {
     incident + (1.0 - incident) * (1.0 - nearness(reflected))
 }
 
+/// Amplitude factor of a path of a full list of the loudest, whose quietest has the energy `least`: 0 for that one, which another
+/// path replaces where the listener moves on, and nearly 1 for much louder ones. `least` is 0 for a list that is not full.
+fn rank_weight(energy: f64, least: f64) -> f64 {
+    match energy > least {
+        true => 1.0 - least / energy,
+        false => 0.0,
+    }
+}
+
+/// The loudest fields in the order in which they come.
+struct Loudest {
+    fields: [Option<FirstOrderField>; MAX_DIRECT_EDGES],
+    energies: [f64; MAX_DIRECT_EDGES],
+    count: usize,
+}
+
+impl Loudest {
+    fn new() -> Self {
+        Self {
+            fields: [const { None }; MAX_DIRECT_EDGES],
+            energies: [0.0; MAX_DIRECT_EDGES],
+            count: 0,
+        }
+    }
+
+    /// Energy of the quietest of a full list, otherwise 0.
+    fn least_energy(&self) -> f64 {
+        match self.count == MAX_DIRECT_EDGES {
+            true => self.energies.iter().copied().fold(f64::MAX, f64::min),
+            false => 0.0,
+        }
+    }
+
+    /// Adds a field; of too many the quietest is left out, so that lists of neighbouring listeners differ little.
+    fn push(&mut self, field: FirstOrderField, energy: f64) {
+        if self.count < MAX_DIRECT_EDGES {
+            self.fields[self.count] = Some(field);
+            self.energies[self.count] = energy;
+            self.count += 1;
+            return;
+        }
+        let ranked = self.energies.iter().enumerate();
+        let quietest = ranked.min_by(|a, b| a.1.total_cmp(b.1));
+        let Some((index, _)) = quietest.filter(|(_, least)| **least < energy) else {
+            return;
+        };
+        self.fields[index..].rotate_left(1);
+        self.energies[index..].rotate_left(1);
+        self.fields[MAX_DIRECT_EDGES - 1] = Some(field);
+        self.energies[MAX_DIRECT_EDGES - 1] = energy;
+    }
+}
+
 impl FirstOrderField {
+    /// Energy relative to the straight path's, of all bands.
+    fn energy(&self, spreading: f64) -> f64 {
+        let amplitude = |b: usize| (self.incident[b].abs() + self.reflected[b].abs()) * spreading;
+        (0..BANDS).map(|b| amplitude(b).powi(2)).sum()
+    }
+
     fn is_audible(&self, spreading: f64) -> bool {
         (0..BANDS).any(|b| {
             (self.incident[b].abs() + self.reflected[b].abs()) * spreading > MIN_RELATIVE_AMPLITUDE
         })
     }
+}
+
+/// Free field over a path's length relative to that over the straight distance.
+fn spreading(straight_m: f64, length_m: f64, min_distance_m: f64) -> f64 {
+    straight_m.max(min_distance_m) / length_m.max(min_distance_m)
 }
 
 /// Lengths of paths over two edges along a narrow face, and the field along them.
@@ -173,8 +233,8 @@ fn along_faces(
 }
 
 /// Emits the straight path, direct or transmitted, and the paths over one of `edges`. The edges come in the order of the
-/// paths' lengths; the first [`MAX_DIRECT_EDGES`] that are visible from both ends and audible count. Adds the rays cast to
-/// `rays`.
+/// paths' lengths; the loudest [`MAX_DIRECT_EDGES`] that are visible from both ends and audible count. Adds the rays cast
+/// to `rays`.
 ///
 /// # Real-time
 /// Allocates nothing. One ray for the straight path, more behind walls, and up to two for each edge of the list.
@@ -212,10 +272,8 @@ pub fn direct_field(
     let merges = result.visible && straight.is_some();
     let wavenumbers = edge_wave::wavenumbers(scene);
     let mut gain = [Complex::ONE; BANDS];
+    let mut loudest = Loudest::new();
     for edge in edges {
-        if result.edges.is_full() {
-            break;
-        }
         let Some(path) = FirstOrderPath::over(scene, endpoints, edge) else {
             continue;
         };
@@ -223,12 +281,20 @@ pub fn direct_field(
         if !path.is_unoccluded(scene, endpoints, rays) {
             continue;
         }
-        let length_m = path.crossing.length_m();
-        let spreading = straight_m.max(min_distance_m) / length_m.max(min_distance_m);
+        let spreading = spreading(straight_m, path.crossing.length_m(), min_distance_m);
         let field = path.field(scene, endpoints, result.visible);
-        if !field.is_audible(spreading) {
-            continue;
+        if field.is_audible(spreading) {
+            let energy = field.energy(spreading);
+            loudest.push(field, energy);
         }
+    }
+    let least = loudest.least_energy();
+    for (field, energy) in loudest.fields.into_iter().zip(loudest.energies) {
+        let Some(field) = field else { break };
+        let weight = rank_weight(energy, least);
+        let edge = field.path.edge;
+        let length_m = field.path.crossing.length_m();
+        let spreading = spreading(straight_m, length_m, min_distance_m);
         let along_faces = along_faces(scene, endpoints, edge, &result.edges, rays);
         result.edges.push(edge);
         let (mut merged, mut separate) = ([Complex::ZERO; BANDS], [Complex::ZERO; BANDS]);
@@ -238,11 +304,12 @@ pub fn direct_field(
                 false => 0.0,
             };
             let faces = share * face_share(field.incident[b], field.reflected[b]);
-            merged[b] = field.incident[b] * share + field.reflected[b] * faces;
-            separate[b] = field.incident[b] * (1.0 - share) + field.reflected[b] * (1.0 - faces);
+            merged[b] = (field.incident[b] * share + field.reflected[b] * faces) * weight;
+            separate[b] =
+                (field.incident[b] * (1.0 - share) + field.reflected[b] * (1.0 - faces)) * weight;
             for (over_both_m, waves) in along_faces.iter().flatten() {
                 let later = Complex::cis(-wavenumber * (over_both_m - length_m));
-                let wave = waves[b] * later * (length_m / over_both_m);
+                let wave = waves[b] * later * (length_m / over_both_m * weight);
                 merged[b] += wave * share;
                 separate[b] += wave * (1.0 - share);
             }

@@ -13,10 +13,10 @@ use crate::scene::Scene;
 use crate::scene::edges::DiffractingEdges;
 
 /// Most paths over two edges of one source.
-pub const MAX_TWO_EDGE_PATHS: usize = 4;
+pub const MAX_TWO_EDGE_PATHS: usize = 8;
 
 /// Most paths tested for visibility, shortest first.
-const MAX_TESTED: usize = 16;
+const MAX_TESTED: usize = 24;
 
 /// Emits the loudest paths over two edges, [`MAX_TWO_EDGE_PATHS`] at most. One edge is of `near`, or belongs to an instance
 /// ([`moving_edge_pairs`]). Paths that waves over one of the `direct` edges include are left out. Adds the rays cast to

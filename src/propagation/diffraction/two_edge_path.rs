@@ -40,6 +40,9 @@ const CORNER_M: f64 = 1e-6;
 /// Shortest leg between two edges in metres.
 const MIN_LEG_M: f64 = 0.02;
 
+/// Length in metres within which a path over two edges that meet at a corner fades towards the corner.
+const CORNER_LEG_M: f64 = 0.25;
+
 /// A leg between edges of one face lies in it to this angle in radians: 2 mm of unevenness over 0.2 m.
 const IN_FACE: f64 = 1e-2;
 
@@ -48,8 +51,10 @@ const IN_FACE: f64 = 1e-2;
 pub struct TwoEdgePath {
     edges: [u32; 2],
     crossings: [EdgeCrossing; 2],
-    /// As [`EdgeCrossing::excess_m`], of the path over both edges' ends.
+    /// As [`EdgeCrossing::excess_m`], of the path over common ends of both edges.
     excess_m: [f64; 2],
+    /// Whether the edges end together; otherwise each has its own ends.
+    has_common_ends: bool,
     length_m: f64,
 }
 
@@ -100,7 +105,9 @@ impl TwoEdgePath {
             crossings[1].incoming = snapped_to_face(b, crossings[1].incoming, air);
         }
         let shortest_m = from.distance(first) + leg_m + second.distance(to);
+        let mut beyond_m = crossings.iter().map(EdgeCrossing::beyond_m).sum();
         let mut excess_m = [f64::INFINITY; 2];
+        let has_common_ends = ends.is_some();
         if let Some(ends) = ends {
             for (excess, end) in excess_m.iter_mut().zip(ends) {
                 let over_end_m = from.distance(end.points[0])
@@ -121,12 +128,15 @@ impl TwoEdgePath {
                 }
             }
         }
-        let beyond_m = excess_m.into_iter().fold(0.0, |most: f64, m| most.max(-m));
+        if has_common_ends {
+            beyond_m = excess_m.into_iter().fold(0.0, |most: f64, m| most.max(-m));
+        }
         let length_m = shortest_m + beyond_m;
         (length_m < from.distance(to) + MAX_DETOUR_M).then_some(Self {
             edges,
             crossings,
             excess_m,
+            has_common_ends,
             length_m,
         })
     }
@@ -141,8 +151,9 @@ impl TwoEdgePath {
         let (from, to) = local_positions(scene, endpoints);
         let straight_m = from.distance(to);
         let leg_m = self.crossings[1].before_m;
-        let fade =
-            fade_out(self.length_m - straight_m) * smoothstep(4.0 * (1.0 - leg_m / FACE_REACH_M));
+        let fade = fade_out(self.length_m - straight_m)
+            * smoothstep(4.0 * (1.0 - leg_m / FACE_REACH_M))
+            * self.corner_fade(scene);
         let gains = self.gains(scene, endpoints, fade);
         let spreading = straight_m.max(endpoints.min_distance_m) / self.length_m;
         edge_wave::is_audible(&gains, spreading).then(|| {
@@ -154,6 +165,16 @@ impl TwoEdgePath {
             };
             path.to_path(scene, endpoints, &gains)
         })
+    }
+
+    /// Weight of a path by its leg between two edges that meet at a corner: 0 at the shortest one. At the corner both edges'
+    /// own waves end.
+    fn corner_fade(&self, scene: &Scene) -> f64 {
+        let [a, b] = &self.edges.map(|edge| scene.edge(edge));
+        match meet_at_corner([a, b]) {
+            true => smoothstep((self.crossings[1].before_m - MIN_LEG_M) / CORNER_LEG_M),
+            false => 1.0,
+        }
     }
 
     /// Whether nothing occludes it. Adds the rays cast, three at most, to `rays`.
@@ -213,10 +234,10 @@ impl TwoEdgePath {
         // The field of each edge, beside transmission and without.
         let fields = [0, 1].map(|i| {
             let crossing = EdgeCrossing {
-                excess_m: if (i == 0) == first_is_wide {
-                    self.excess_m
-                } else {
-                    [f64::INFINITY; 2]
+                excess_m: match self.has_common_ends {
+                    true if (i == 0) == first_is_wide => self.excess_m,
+                    true => [f64::INFINITY; 2],
+                    false => beyond_only(crossings[i].excess_m),
                 },
                 ..crossings[i]
             };
@@ -250,7 +271,14 @@ impl TwoEdgePath {
         // Both edges halve the wave along a common face; once is correct.
         let along_face = is_on_face(edges[0].n, crossings[0].outgoing)
             && is_on_face(edges[1].n, crossings[1].incoming);
-        let factor = if along_face { 2.0 } else { 1.0 };
+        // Up to an end of its own an edge counts as infinite, and half of its wave is left there: what lies beyond is
+        // twice as much, which continues it.
+        let is_beyond = |crossing: &&EdgeCrossing| crossing.beyond_m() > 0.0;
+        let beyond = match self.has_common_ends {
+            true => 0,
+            false => crossings.iter().filter(is_beyond).count(),
+        };
+        let factor = [1.0, 2.0, 4.0][beyond] * if along_face { 2.0 } else { 1.0 };
         std::array::from_fn(|b| product(b) * factor)
     }
 }
@@ -282,12 +310,18 @@ fn first_guess([a, b]: [&Edge; 2], from: DVec3, to: DVec3) -> [f64; 2] {
     [a.apex_m(from, b.at(of_b_m)), of_b_m]
 }
 
-/// Whether the shortest path over two lines crosses the first beyond an end of its edge, tested at the end that `guess_m`
-/// exceeds. Minimised over the second line the length is convex along the first, so a descent at an end is decisive.
+/// The ends that a crossing lies beyond.
+fn beyond_only(excess_m: [f64; 2]) -> [f64; 2] {
+    excess_m.map(|excess| if excess < 0.0 { excess } else { f64::INFINITY })
+}
+
+/// Whether the shortest path over two lines crosses the first beyond an end of its edge that is not free, tested at the end
+/// that `guess_m` exceeds. Minimised over the second line the length is convex along the first, so a descent at an end is
+/// decisive.
 fn minimum_lies_beyond_end([a, b]: [&Edge; 2], guess_m: f64, from: DVec3, to: DVec3) -> bool {
     let slope = |first_m: f64| slope_at([a, b], a.at(first_m), from, to).0;
-    guess_m < 0.0 && slope(0.0) > MIN_SLOPE
-        || guess_m > a.length_m && slope(a.length_m) < -MIN_SLOPE
+    !a.free_ends[0] && guess_m < 0.0 && slope(0.0) > MIN_SLOPE
+        || !a.free_ends[1] && guess_m > a.length_m && slope(a.length_m) < -MIN_SLOPE
 }
 
 /// Slope of the length along the first edge at a crossing, and the best crossing of the second.

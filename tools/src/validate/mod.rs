@@ -2,6 +2,7 @@
 //! bound.
 
 pub mod air;
+mod continuity;
 mod corner;
 pub mod decay;
 pub mod doorway;
@@ -115,6 +116,7 @@ const LAWS: [(&str, Law); 21] = [
     ("leak", leak::rows),
     ("rims", rims::rows),
     ("corner", corner::rows),
+    ("continuity", continuity::rows),
     ("transmission", transmission::rows),
     ("late/density", late_sound::density),
     ("late/colour", late_sound::colour),

@@ -1,0 +1,129 @@
+//! A path over two edges, between listeners 5 mm apart: it fades where its geometry ends.
+
+mod parts;
+
+use foresound::propagation::Path;
+use foresound::propagation::diffraction::DiffractionSequence;
+use foresound::propagation::endpoints::Endpoints;
+use foresound::scene::{InstanceId, InstancePose, Scene, SourcePose};
+use glam::{Quat, Vec3};
+use parts::{block, commit, joined, source};
+
+/// Distance between two listeners in metres.
+const STEP_M: f32 = 0.005;
+
+/// Largest change of a path in a step relative to the free field at the straight distance: 1 dB of a sound as loud as the
+/// direct one would be.
+const BOUND: f32 = 0.122;
+
+/// Angle in radians from a face below which a leg runs along it: what a listener 3 m away passes in two steps.
+const GRAZING: f64 = 3e-3;
+
+/// Stones of the ring, and its radius in metres.
+const STONES: usize = 14;
+const RADIUS_M: f32 = 7.0;
+
+/// A ring of upright stones on the ground, no two alike.
+fn ring() -> std::sync::Arc<Scene> {
+    let mut mesh = block(Vec3::new(-40.0, -0.2, -40.0), Vec3::new(40.0, 0.0, 40.0));
+    for stone in 0..STONES {
+        let number = stone as f32;
+        let turn = std::f32::consts::TAU * number / STONES as f32;
+        let half = Vec3::new(0.5 + 0.03 * number, 0.0, 0.35 - 0.01 * number);
+        let part = block(-half, half + Vec3::Y * (2.2 + 0.05 * number));
+        let place = RADIUS_M * Vec3::new(turn.sin(), 0.0, turn.cos());
+        let pose = InstancePose {
+            id: InstanceId::default(),
+            position: place.as_dvec3(),
+            rotation: Quat::from_rotation_y(turn + 0.07 * number),
+        };
+        mesh = joined(&mesh, &part, &pose);
+    }
+    commit(&mesh)
+}
+
+/// The path over two edges, or nothing, and whether something occludes it, be it a face of its own edges.
+fn path_over(
+    scene: &Scene,
+    edges: [u32; 2],
+    source: &SourcePose,
+    at: Vec3,
+) -> (Option<Path>, bool) {
+    let endpoints = Endpoints::of(source, at, 0.3);
+    if !scene.edge(edges[1]).is_outside(scene.to_local(at)) {
+        return (None, true);
+    }
+    let Some(path) = DiffractionSequence::TwoEdges(edges).between(scene, &endpoints) else {
+        return (None, false);
+    };
+    let is_occluded = !path.is_unoccluded(scene, &endpoints, &mut 0);
+    (path.path(scene, &endpoints, false), is_occluded)
+}
+
+/// Whether a leg of a path runs along a face of one of its edges: beyond the face nothing is in sight.
+fn grazes_a_face(scene: &Scene, path: &Path, source: &SourcePose, at: Vec3) -> bool {
+    let [first, second] = [path.points[0], path.points[1]];
+    let ends = [[source.position, second], [first, at]];
+    let edges = path.edges().iter().zip(ends);
+    edges.into_iter().any(|(edge, ends)| {
+        let edge = scene.edge(*edge);
+        ends.into_iter().any(|end| {
+            let far = edge.n * std::f64::consts::PI;
+            let angle = edge.angle_of(scene.to_local(end));
+            angle.is_none_or(|angle| angle.min(far - angle) < GRAZING)
+        })
+    })
+}
+
+#[test]
+fn paths_over_two_edges_fade_where_their_geometry_ends() {
+    let scene = ring();
+    let source = source(0, Vec3::new(1.3, 1.4, 0.6));
+    let count = scene.edges().len() as u32;
+    let mut ended = 0;
+    for walk in 0..24 {
+        let turn = std::f32::consts::TAU * (walk as f32 + 0.3) / 24.0;
+        let ahead = Vec3::new(turn.cos(), 0.0, -turn.sin());
+        let middle = Vec3::new(20.0 * turn.sin(), 1.6, 20.0 * turn.cos());
+        let position = |step: i32| middle + ahead * (STEP_M * step as f32);
+        let pairs = (0..count).flat_map(|a| scene.edge_neighbours(a).map(move |b| [a, b]));
+        for edges in pairs {
+            let ever = |step: i32| path_over(&scene, edges, &source, position(step)).0;
+            if (-60..60).step_by(20).all(|step| ever(step).is_none()) {
+                continue;
+            }
+            let mut before: Option<(Option<Path>, bool)> = None;
+            for step in -60..60 {
+                let at = position(step);
+                let now = path_over(&scene, edges, &source, at);
+                let straight_m = at.distance(source.position);
+                if let Some(before) = before.replace(now) {
+                    let ((before, was_occluded), (now, is_occluded)) = (before, now);
+                    let grazes = |path: Option<Path>| {
+                        path.is_some_and(|path| grazes_a_face(&scene, &path, &source, at))
+                    };
+                    if was_occluded || is_occluded || grazes(before) || grazes(now) {
+                        // A third edge, or a face of these, comes between.
+                        continue;
+                    }
+                    let amplitude = |path: &Option<Path>, band: usize| {
+                        path.map_or(0.0, |path| path.amplitude[band].abs())
+                    };
+                    if before.is_some() == now.is_some() {
+                        continue;
+                    }
+                    ended += 1;
+                    for band in 0..4 {
+                        let change = amplitude(&now, band) - amplitude(&before, band);
+                        let relative = change.abs() * straight_m;
+                        assert!(
+                            relative < BOUND,
+                            "{edges:?} at {at}, band {band}: {relative}\n{before:?}\n{now:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    assert!(ended > 15, "{ended} ends were passed");
+}
