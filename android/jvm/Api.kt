@@ -31,7 +31,7 @@ fun main(arguments: Array<String>) = runBlocking(Dispatchers.Default) {
         guideRays = 64,
         depth = 2,
         schedule = Schedule.SYNCHRONOUS,
-        predictor = Predictor.BEST,
+        predictor = Predictor.GEOMETRIC,
         frameSeconds = 1.0 / 60.0,
         shownPaths = 40,
     )

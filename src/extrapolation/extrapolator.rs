@@ -240,6 +240,14 @@ impl Extrapolator {
         std::mem::replace(&mut self.predictor, predictor)
     }
 
+    /// Evaluates each path in one of this many graphics frames and extrapolates it linearly in the others, from the next frame
+    /// on. Only [`PredictorKind::Geometric`] evaluates paths. Real-time.
+    pub fn set_exact_every(&mut self, exact_every: u32) {
+        if let Rule::Geometric(predictor) = &mut self.predictor.0 {
+            predictor.set_exact_every(exact_every);
+        }
+    }
+
     /// The newest update.
     pub fn current(&self) -> &PathSet {
         &self.current

@@ -43,15 +43,20 @@ pub trait Predictor: Send {
 }
 
 /// The available predictors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PredictorKind {
     /// Zero-order hold: every path is unchanged from the newest update.
     Hold,
     /// The paper's predictor: amplitudes by Eq. 2 to 4.
-    #[default]
     Linear,
-    /// Own: exact geometry in every graphics frame, visibility by a few rays. See `geometric`.
+    /// Own: exact geometry in every graphics frame, visibility by a few rays. See `geometric`. The default.
     Geometric(GeometricSettings),
+}
+
+impl Default for PredictorKind {
+    fn default() -> Self {
+        Self::Geometric(GeometricSettings::FULL)
+    }
 }
 
 impl PredictorKind {
@@ -71,11 +76,12 @@ impl PredictorKind {
         }
     }
 
-    /// The predictor at a cost suitable for the sound thread.
-    pub(crate) fn reduced(self) -> Self {
-        match self {
-            Self::Geometric(settings) => Self::Geometric(settings.reduced()),
-            Self::Hold | Self::Linear => self,
+    /// A cheaper predictor, so many steps from geometric over linear to hold.
+    pub(crate) fn lowered(self, steps: u8) -> Self {
+        match (self, steps) {
+            (kind, 0) => kind,
+            (Self::Geometric(_), 1) => Self::Linear,
+            _ => Self::Hold,
         }
     }
 

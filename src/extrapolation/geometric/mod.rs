@@ -90,6 +90,9 @@ enum Step {
 #[derive(Debug)]
 pub(crate) struct GeometricPredictor {
     settings: GeometricSettings,
+    /// Each path is evaluated in one of this many graphics frames: in the next frame, and in this one.
+    next_exact_every: u32,
+    exact_every: u32,
     set: CandidateSet,
     history: ListenerHistory,
     scheduler: VisibilityScheduler,
@@ -107,8 +110,11 @@ pub(crate) struct GeometricPredictor {
 
 impl GeometricPredictor {
     pub(crate) fn new(settings: GeometricSettings) -> Self {
+        let exact_every = settings.exact_every.max(1);
         Self {
             settings,
+            next_exact_every: exact_every,
+            exact_every,
             set: CandidateSet::default(),
             history: ListenerHistory::default(),
             scheduler: VisibilityScheduler::default(),
@@ -132,6 +138,12 @@ impl GeometricPredictor {
         self.diffracted.reserve(candidates);
         self.single_reflections.reserve(candidates);
         self.sources.reserve(sources);
+    }
+
+    /// Evaluates each path in one of this many graphics frames, at least as many as the settings say, from the next frame
+    /// on.
+    pub(crate) fn set_exact_every(&mut self, exact_every: u32) {
+        self.next_exact_every = exact_every.max(self.settings.exact_every).max(1);
     }
 
     /// Resumes a graphics frame until the budget is spent and appends its paths to `paths`; `arrived` is the new update, if
@@ -158,7 +170,8 @@ impl GeometricPredictor {
         if self.step == Step::Evaluate {
             self.evaluate(inputs, budget);
             if !budget.is_spent() {
-                let rays = self.settings.rays(inputs.sources.len());
+                let count = inputs.sources.len();
+                let rays = self.settings.rays(count, self.exact_every);
                 let states = &self.set.states;
                 self.scheduler
                     .begin(rays, self.frame, states, &self.geometries);
@@ -199,6 +212,7 @@ impl GeometricPredictor {
 
     /// Begins a graphics frame, and the merge of a new update.
     fn begin(&mut self, arrived: Option<(&PathSet, &PreparedUpdate)>, inputs: &FrameInputs<'_>) {
+        self.exact_every = self.next_exact_every;
         self.history.push(inputs.listener.position);
         self.sources.update(inputs);
         if let Some((update, _)) = arrived {
@@ -211,7 +225,7 @@ impl GeometricPredictor {
 
     /// Evaluates the visible candidates; the visibility tests evaluate blocked ones.
     fn evaluate(&mut self, inputs: &FrameInputs<'_>, budget: &mut WorkBudget) {
-        let every = self.settings.exact_every.max(1);
+        let every = self.exact_every;
         let each = self.set.candidates.iter().zip(&mut self.set.states);
         for (candidate, state) in each.skip(self.geometries.len()) {
             if budget.is_spent() {
@@ -253,7 +267,7 @@ impl GeometricPredictor {
         budget: &mut WorkBudget,
         paths: &mut Vec<FramePath>,
     ) -> Step {
-        let every = self.settings.exact_every.max(1);
+        let every = self.exact_every;
         let each = self.set.states.iter_mut().zip(&mut self.set.candidates);
         let each = each.zip(&self.geometries);
         for (index, ((state, candidate), &geometry)) in each.enumerate().skip(first) {

@@ -21,23 +21,31 @@ pub struct QualityFactors {
     pub skipped_orders: u8,
     /// Updates between two estimates of a source's late energy.
     pub late_interval: u64,
+    /// Steps from the chosen predictor to a cheaper one: from geometric over linear to hold.
+    pub predictor_steps: u8,
 }
 
-/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders last. `bench speed
+/// All levels: the number of rays falls first, then the rate of late estimates, reflection orders and the predictor last. `bench speed
 /// --level N` measures one of them.
 pub const QUALITY_LEVELS: [QualityFactors; 6] = [
-    factors(1.0, 1.0, 0, 1),
-    factors(0.7, 0.7, 0, 1),
-    factors(0.5, 0.5, 0, 2),
-    factors(0.35, 0.5, 1, 3),
-    factors(0.25, 0.35, 2, 4),
-    factors(0.12, 0.25, 3, 4),
+    factors(1.0, 1.0, 0, 1, 0),
+    factors(0.7, 0.7, 0, 1, 0),
+    factors(0.5, 0.5, 0, 2, 0),
+    factors(0.35, 0.5, 1, 3, 0),
+    factors(0.25, 0.35, 2, 4, 1),
+    factors(0.12, 0.25, 3, 4, 2),
 ];
 
 /// Number of the last level.
 pub const LAST_QUALITY_LEVEL: u8 = QUALITY_LEVELS.len() as u8 - 1;
 
-const fn factors(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> QualityFactors {
+const fn factors(
+    rays: f32,
+    paths: f32,
+    orders_less: u8,
+    late_interval: u64,
+    predictor_steps: u8,
+) -> QualityFactors {
     QualityFactors {
         guide_rays: rays,
         source_rays: rays,
@@ -45,6 +53,7 @@ const fn factors(rays: f32, paths: f32, orders_less: u8, late_interval: u64) -> 
         paths,
         skipped_orders: orders_less,
         late_interval,
+        predictor_steps,
     }
 }
 
@@ -61,6 +70,8 @@ pub struct ActiveQuality {
     pub max_paths: usize,
     /// Gain of each order of reflection, from the direct path on.
     pub order_gain: [f32; MAX_ORDER + 1],
+    /// [`QualityFactors::predictor_steps`].
+    pub predictor_steps: u8,
 }
 
 impl ActiveQuality {
@@ -89,6 +100,7 @@ impl ActiveQuality {
             },
             max_paths: scaled(max_paths as f64, |s| s.paths) as usize,
             order_gain: std::array::from_fn(|order| order_gain(position, order, settings.depth)),
+            predictor_steps: from.predictor_steps,
         }
     }
 }
@@ -133,6 +145,7 @@ mod tests {
             assert!(next.propagation.cache_updates <= last.propagation.cache_updates);
             assert!(next.propagation.late_interval >= last.propagation.late_interval);
             assert!(next.max_paths <= last.max_paths);
+            assert!(next.predictor_steps >= last.predictor_steps);
             for order in 0..=MAX_ORDER {
                 assert!(next.order_gain[order] <= last.order_gain[order]);
                 // 0.01 of a level takes 0.0134 of the gain.

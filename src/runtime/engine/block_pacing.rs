@@ -9,21 +9,43 @@ use crate::extrapolation::WorkBudget;
 /// Work that a block always does: less than 0.1 ms of a desktop's core.
 const AT_ONCE: u32 = 600;
 
+/// Graphics frames in which the peak of their work decays to a third: frames in which an update arrives do more than others,
+/// and the peak lasts from one to the next. A peak that is higher above
+/// the mean is one of a new scene and decays faster.
+const PEAK_FRAMES: u32 = 512;
+const OUTLIER_RATIO: f64 = 1.5;
+const OUTLIER_FRAMES: u32 = 8;
+
 /// Factor on the even part, for frames slightly larger than the last.
 const SPARE: f64 = 1.1;
 
 /// Greatest work of a block as a fraction of its period on a desktop's core. A larger frame (in a new scene, where
 /// every path is new) needs more blocks and delays the next one.
-const MAX_SHARE: f64 = 0.05;
+const MAX_SHARE: f64 = 0.12;
 
 /// A frame may use the rest of a block beside voices, between [`MIN_SHARE`] and [`MAX_SHARE`]. Fractions of the period on a
 /// desktop's core: target of the whole block, fixed part, and one voice (`soak` on a Xeon of 2.6 GHz under load).
-/// Beyond 730 voices frames are delayed: a soak with 760 voices renders 34 frames a second instead of 40, and its
-/// slowest blocks are 5 % faster.
-const FULL_SHARE: f64 = 0.20;
+/// Beyond 660 voices frames are delayed.
+const FULL_SHARE: f64 = 0.26;
 const SOURCES_SHARE: f64 = 0.04;
 const VOICE_SHARE: f64 = 1.5e-4;
 const MIN_SHARE: f64 = 0.015;
+
+/// Share of a core that graphics frames may take: with more work, paths are evaluated less often, down to one graphics frame
+/// in [`MAX_EXACT_EVERY`].
+const FRAMES_SHARE: f64 = 0.08;
+const MAX_EXACT_EVERY: u32 = 4;
+
+/// Work of a frame when paths are evaluated one step more often, relative to the present, and least graphics frames before
+/// such a step.
+const STEP_RATIO: f64 = 1.5;
+const STEP_FRAMES: u32 = 64;
+
+/// Least graphics frames between a step and the next to less work.
+const SETTLING_FRAMES: u32 = 8;
+
+/// Weight of a new frame in the mean work.
+const MEAN_WEIGHT: f64 = 1.0 / 16.0;
 
 /// Seconds of a unit of work there.
 const UNIT_S: f64 = 1e-7;
@@ -45,11 +67,18 @@ pub fn ramp_frames(frame_s: f64, rate_hz: u32, block_frames: usize) -> u32 {
 pub(crate) struct BlockPacing {
     block_s: f64,
     is_even: bool,
-    /// Blocks over which a frame is spread.
+    /// Blocks over which a frame is spread, and those begun.
     blocks: u32,
-    /// Work of the frame in progress, and of the last one.
+    block: u32,
+    /// Work of the frame in progress, and the decaying peak of the last ones.
     frame_work: u32,
-    last_frame_work: u32,
+    peak_work: u32,
+    /// Frames so far, mean work of a frame, and its limit.
+    frames: u32,
+    mean_work: f64,
+    frame_limit: f64,
+    exact_every: u32,
+    frames_since_step: u32,
 }
 
 impl BlockPacing {
@@ -59,15 +88,36 @@ impl BlockPacing {
             block_s,
             is_even,
             blocks: 1,
+            block: 0,
             frame_work: 0,
-            last_frame_work: 0,
+            peak_work: 0,
+            frames: 0,
+            mean_work: 0.0,
+            frame_limit: f64::INFINITY,
+            exact_every: 1,
+            frames_since_step: 0,
         }
     }
 
     /// Begins a graphics frame; `tick_s` is the time between the app's frames.
     pub(crate) fn begin(&mut self, tick_s: f64) {
-        self.blocks = whole_blocks(tick_s, self.block_s);
-        self.frame_work = 0;
+        // Rounded down: the next frame begins after the last of these.
+        self.blocks = (tick_s / self.block_s).clamp(1.0, 64.0) as u32;
+        (self.block, self.frame_work) = (0, 0);
+        if self.is_even {
+            self.frame_limit = FRAMES_SHARE * tick_s / UNIT_S;
+        }
+    }
+
+    /// Each path is evaluated in one of this many graphics frames.
+    pub(crate) fn exact_every(&self) -> u32 {
+        self.exact_every
+    }
+
+    /// Whether this block may commit the frame. Every frame is committed in the same block of its own, the last: at uneven
+    /// times, motion would be uneven. Beyond the last one, a frame is committed as soon as it is complete.
+    pub(crate) fn may_commit(&self) -> bool {
+        !self.is_even || self.block + 1 >= self.blocks
     }
 
     /// Whether frames are spread over blocks.
@@ -80,7 +130,7 @@ impl BlockPacing {
         if !self.is_even || self.blocks == 1 {
             return WorkBudget::boundless();
         }
-        let even = SPARE * share * f64::from(self.last_frame_work) / f64::from(self.blocks);
+        let even = SPARE * share * f64::from(self.peak_work) / f64::from(self.blocks);
         let left = FULL_SHARE - SOURCES_SHARE - VOICE_SHARE * f64::from(voices);
         let most = share * left.clamp(MIN_SHARE, MAX_SHARE) * self.block_s / UNIT_S;
         WorkBudget::of((even.min(most) as u32).max(AT_ONCE))
@@ -89,11 +139,34 @@ impl BlockPacing {
     /// Adds the work of a block.
     pub(crate) fn count(&mut self, work: &WorkBudget) {
         self.frame_work = self.frame_work.saturating_add(work.spent());
+        self.block = self.block.saturating_add(1);
     }
 
     /// Ends the frame.
     pub(crate) fn end(&mut self) {
-        self.last_frame_work = self.frame_work;
+        let is_outlier = f64::from(self.peak_work) > OUTLIER_RATIO * self.mean_work;
+        let frames = if is_outlier {
+            OUTLIER_FRAMES
+        } else {
+            PEAK_FRAMES
+        };
+        let decayed = self.peak_work - self.peak_work / frames;
+        self.peak_work = self.frame_work.max(decayed);
+        self.frames = self.frames.saturating_add(1);
+        let weight = MEAN_WEIGHT.max(1.0 / f64::from(self.frames));
+        self.mean_work += weight * (f64::from(self.frame_work) - self.mean_work);
+        self.frames_since_step = self.frames_since_step.saturating_add(1);
+        let may_rise = self.exact_every > 1 && self.frames_since_step > STEP_FRAMES;
+        let may_fall = self.frames_since_step >= SETTLING_FRAMES;
+        if may_fall && self.mean_work > self.frame_limit && self.exact_every < MAX_EXACT_EVERY {
+            self.exact_every += 1;
+            self.mean_work /= STEP_RATIO;
+            self.frames_since_step = 0;
+        } else if may_rise && STEP_RATIO * self.mean_work < self.frame_limit {
+            self.exact_every -= 1;
+            self.mean_work *= STEP_RATIO;
+            self.frames_since_step = 0;
+        }
     }
 }
 
@@ -133,11 +206,11 @@ mod tests {
     fn much_work_is_spread_and_little_is_not() {
         let mut pace = BlockPacing::new(256.0 / 44_100.0, true);
         assert_eq!(blocks_for(&mut pace, 500), 1);
-        // The work of a frame is known after the first one.
+        // The work of a frame is known after the first one. A frame has two whole blocks.
         blocks_for(&mut pace, 6_000);
         for _ in 0..10 {
-            assert_eq!(blocks_for(&mut pace, 6_000), 3);
-            assert_eq!(blocks_for(&mut pace, 6_200), 3);
+            assert_eq!(blocks_for(&mut pace, 6_000), 2);
+            assert_eq!(blocks_for(&mut pace, 6_200), 2);
         }
         let mut at_once = BlockPacing::new(256.0 / 44_100.0, false);
         assert_eq!(blocks_for(&mut at_once, 18_000), 1);
@@ -149,22 +222,67 @@ mod tests {
     fn a_large_frame_takes_more_blocks_once() {
         let block_s = 256.0 / 44_100.0;
         let mut pace = BlockPacing::new(block_s, true);
-        // 5 % of 5.8 ms in tenths of a microsecond, and the piece that was begun.
-        let bound = (0.05 * block_s / 1e-7) as u32 + 50;
+        // In tenths of a microsecond, and the piece that was begun.
+        let bound = (MAX_SHARE * block_s / 1e-7) as u32 + 50;
         for work in [18_000, 18_000, 30_000] {
             let (blocks, most) = spread(&mut pace, work);
             assert!(most <= bound, "{most}");
             assert!(blocks >= work / bound, "{blocks}");
         }
-        blocks_for(&mut pace, 6_000);
-        assert_eq!(blocks_for(&mut pace, 6_000), 3);
+        // Even again some frames later.
+        for _ in 0..32 {
+            blocks_for(&mut pace, 6_000);
+        }
+        assert_eq!(blocks_for(&mut pace, 6_000), 2);
+    }
+
+    #[test]
+    fn frames_of_uneven_work_are_committed_in_the_same_block() {
+        let mut pace = BlockPacing::new(256.0 / 44_100.0, true);
+        let mut commits = Vec::new();
+        for frame in 0..60 {
+            let mut left = if frame % 13 == 0 { 5_000 } else { 3_800 };
+            pace.begin(1.0 / 74.6);
+            for block in 0.. {
+                let mut work = pace.work_budget(1.0, 300);
+                while left > 0 && !work.is_spent() {
+                    work.spend(50);
+                    left -= 50;
+                }
+                let is_committed = left == 0 && pace.may_commit();
+                pace.count(&work);
+                if is_committed {
+                    commits.push(block);
+                    break;
+                }
+            }
+            pace.end();
+        }
+        assert!(commits[2..].iter().all(|block| *block == 1), "{commits:?}");
+    }
+
+    #[test]
+    fn paths_are_evaluated_less_often_where_frames_take_too_much() {
+        let mut pace = BlockPacing::new(256.0 / 44_100.0, true);
+        let mut run = |work: u32| {
+            for _ in 0..400 {
+                let work = work / pace.exact_every();
+                spread(&mut pace, work);
+            }
+            pace.exact_every()
+        };
+        // 8 % of 16.7 ms are 13,333 units.
+        assert_eq!(run(12_000), 1);
+        assert_eq!(run(24_000), 2);
+        assert_eq!(run(90_000), MAX_EXACT_EVERY);
+        assert_eq!(run(4_000), 1);
     }
 
     #[test]
     fn voices_reduce_the_budget_of_a_frame_to_a_minimum() {
         let block_s = 256.0 / 44_100.0;
         let mut most = Vec::new();
-        for voices in [0, 730, 850, 1_000, 10_000] {
+        for voices in [0, 660, 900, 1_400, 10_000] {
             let mut pace = BlockPacing::new(block_s, true);
             spread_beside(&mut pace, 18_000, voices);
             most.push(spread_beside(&mut pace, 18_000, voices).1);

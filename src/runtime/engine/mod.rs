@@ -118,11 +118,8 @@ impl Engine {
             .map(|track| spans(track, settings.trace_spans, epoch));
         let scene = Arc::new(open_air()?);
         let propagator = Box::new(Propagator::new(scene, settings.propagation)?);
-        let predictor = match settings.even_blocks {
-            true => settings.predictor.reduced(),
-            false => settings.predictor,
-        };
-        let extrapolator = extrapolator_for(&propagator, predictor, [settings.max_paths, slots]);
+        let room = [settings.max_paths, slots];
+        let extrapolator = extrapolator_for(&propagator, settings.predictor, room);
         let generator = Generator::new(settings.generation.clone(), hrtf)?;
         let metrics = Arc::new(Metrics::default());
         let (frame_sender, frames) = newest();
@@ -140,7 +137,6 @@ impl Engine {
             max_paths: settings.max_paths,
             max_sources: slots,
             synchronous: false,
-            even_blocks: settings.even_blocks,
             threads: Threads::start(1)?,
             governor: Governor::default(),
             quality: Governor::default().active_quality(&settings.propagation, settings.max_paths),

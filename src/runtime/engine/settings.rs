@@ -18,7 +18,7 @@ pub const MAX_SOURCES: usize = 4096;
 /// Bytes of a path of an update.
 const PATH_BYTES: usize = 230;
 /// Further bytes of one whose candidates the geometric predictor keeps.
-const CANDIDATE_BYTES: usize = 3500;
+const CANDIDATE_BYTES: usize = 4300;
 /// Bytes of a source besides its slot.
 const SOURCE_BYTES: usize = 420;
 /// Bytes of a span in the rings of three threads.
@@ -78,8 +78,9 @@ pub struct EngineSettings {
     pub trace_spans: usize,
     /// Length of a graphics frame.
     pub frame_time: FrameTime,
-    /// Whether the work of a graphics frame is spread evenly over the blocks until the next one; the geometric
-    /// predictor then evaluates each path in one frame of three. Otherwise the block that receives a frame does all of it.
+    /// Whether the work of a graphics frame is spread evenly over the blocks until the next one, and limited: where it would
+    /// take more than 8 % of a core, the geometric predictor evaluates each path in one frame of two or three. Otherwise the
+    /// block that receives a frame does all of it.
     pub even_blocks: bool,
     /// Thermal and performance hints of a phone's system; ignored on other systems.
     pub device_hints: DeviceHintsSettings,

@@ -119,6 +119,7 @@ impl ScheduledPropagation {
             predictor: self.predictor,
             in_use: self.in_use(),
             max_paths: usize::MAX,
+            max_nearby: usize::MAX,
         };
         let output = (&mut result, &mut self.newest_prepared);
         self.pipeline

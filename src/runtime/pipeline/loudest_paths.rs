@@ -1,5 +1,7 @@
 //! A limit on the number of paths of an update.
 
+use std::cmp::Ordering;
+
 use crate::propagation::Path;
 
 /// Energy relative to the loudest dropped path below which kept paths are attenuated, against steps when ranks change:
@@ -10,12 +12,7 @@ const FADE_RANGE: f32 = 4.0;
 pub(crate) fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
     let dropped = paths.len().saturating_sub(most);
     if dropped > 0 {
-        let energy = |path: &Path| path.amplitude.iter().map(|a| a * a).sum::<f32>();
-        paths.select_nth_unstable_by(most, |a, b| {
-            energy(b)
-                .total_cmp(&energy(a))
-                .then_with(|| a.id.cmp(&b.id))
-        });
+        paths.select_nth_unstable_by(most, by_energy);
         let silent = energy(&paths[most]).max(f32::MIN_POSITIVE);
         paths.truncate(most);
         for path in paths.iter_mut() {
@@ -28,6 +25,25 @@ pub(crate) fn keep_loudest(paths: &mut Vec<Path>, most: usize) -> usize {
         paths.sort_unstable_by_key(|path| path.id);
     }
     dropped
+}
+
+/// Drops the quietest nearby paths beyond a limit; keeps paths sorted by id. They are silent: none has to fade.
+pub(crate) fn keep_loudest_nearby(paths: &mut Vec<Path>, most: usize) {
+    if paths.len() > most {
+        paths.select_nth_unstable_by(most, by_energy);
+        paths.truncate(most);
+        paths.sort_unstable_by_key(|path| path.id);
+    }
+}
+
+fn energy(path: &Path) -> f32 {
+    path.amplitude.iter().map(|a| a * a).sum()
+}
+
+/// The louder first, then by id.
+fn by_energy(a: &Path, b: &Path) -> Ordering {
+    let louder = energy(b).total_cmp(&energy(a));
+    louder.then_with(|| a.id.cmp(&b.id))
 }
 
 #[cfg(test)]

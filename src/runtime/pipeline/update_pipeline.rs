@@ -6,7 +6,7 @@
 
 use crate::extrapolation::{PredictorKind, PreparedUpdate};
 use crate::propagation::{Path, PathSet, Propagator, Workers};
-use crate::runtime::pipeline::loudest_paths::keep_loudest;
+use crate::runtime::pipeline::loudest_paths::{keep_loudest, keep_loudest_nearby};
 use crate::runtime::pipeline::pose_history::PoseHistory;
 use crate::runtime::pipeline::pose_prediction::{PredictedPoses, UseInterval};
 use crate::scene::{ListenerPose, SourcePose};
@@ -22,8 +22,9 @@ pub(crate) struct UpdateRequest<'a> {
     pub(crate) predictor: PredictorKind,
     /// When the update is in use; `None` if every graphics frame has its own.
     pub(crate) in_use: Option<UseInterval>,
-    /// Greatest number of paths.
+    /// Greatest numbers of paths, and of nearby paths.
     pub(crate) max_paths: usize,
+    pub(crate) max_nearby: usize,
 }
 
 /// Updates for one propagator.
@@ -78,6 +79,7 @@ impl UpdatePipeline {
         if beyond.is_some() {
             add_nearby(result, &self.beyond_surface);
         }
+        keep_loudest_nearby(&mut result.nearby, request.max_nearby);
         let dropped = keep_loudest(&mut result.paths, request.max_paths);
         match request.predictor {
             PredictorKind::Geometric(_) => prepared.prepare(result, propagator.scene()),

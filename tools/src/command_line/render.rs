@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value = "asynchronous")]
     schedule: String,
     /// Extrapolation between updates: hold, linear or best.
-    #[arg(long, default_value = "linear")]
+    #[arg(long, default_value = "best")]
     predictor: String,
     /// Extrapolation level L of the asynchronous schedule.
     #[arg(long, default_value_t = 4)]

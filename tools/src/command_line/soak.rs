@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_delimiter = ',')]
     changes: Vec<Change>,
     /// Predictor at the start: hold, linear or best.
-    #[arg(long, default_value = "linear", value_name = "NAME")]
+    #[arg(long, default_value = "best", value_name = "NAME")]
     predictor: String,
     /// Write a trace of all threads' work for Perfetto.
     #[arg(long, value_name = "FILE")]

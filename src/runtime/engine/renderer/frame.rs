@@ -63,7 +63,8 @@ impl Renderer {
         // The commit is indivisible and expensive; beyond the budget it gets the next block.
         let taken = cost::TAKEN * paths;
         let is_prepared = self.is_extrapolated && self.prepared == paths && !is_blocked;
-        if is_prepared && (was_prepared || taken <= work.left() as usize) {
+        let is_due = self.pacing.may_commit();
+        if is_due && is_prepared && (was_prepared || taken <= work.left() as usize) {
             work.spend(taken);
             self.commit_frame(block_frames);
             self.start_voices(&mut work);
@@ -101,6 +102,7 @@ impl Renderer {
         extrapolator.record_sources(&frame.sources, self.clock.tick_s() * passed as f64);
         self.frame_s = frame_s;
         self.pacing.begin(self.clock.tick_s());
+        extrapolator.set_exact_every(self.pacing.exact_every());
         (self.frame_in_progress, self.is_extrapolated) = (true, false);
         self.elapsed = [Duration::ZERO; 2];
     }

@@ -6,7 +6,7 @@ import dev.foresound.Native.Options as Index
 enum class Schedule { ASYNCHRONOUS, SYNCHRONOUS }
 
 /** Extrapolation of paths between updates. */
-enum class Predictor { HOLD, LINEAR, BEST }
+enum class Predictor { HOLD, LINEAR, GEOMETRIC }
 
 /** Cores of the engine's threads. Android advises to leave the choice to the system. */
 enum class Affinity { SYSTEM, FASTEST_CORES }
