@@ -59,6 +59,11 @@ impl Facets {
         facets
     }
 
+    /// Whether no other triangle is at a side (`3 t + e`).
+    pub(super) fn is_boundary(&self, side: u32) -> bool {
+        self.ring[side as usize] == side
+    }
+
     pub(super) fn len(&self) -> usize {
         self.corners.len()
     }

@@ -3,10 +3,11 @@
 //! Control side. A scanned wall has no two triangles in one plane, although no wavelength in use resolves its millimetres.
 //! Regions of connected triangles that scatter around a plane within a tolerance are found ([`regions`]), their planes are
 //! fitted by least squares and made perpendicular where noise permits ([`right_angles`]), and their vertices are moved onto
-//! them ([`snap`]). What follows (surfaces, edges, rays) sees flat walls that meet in straight edges. The roughness that is
+//! them ([`snap`]), and triangles that a scan lacks are added ([`fill`]). What follows (surfaces, edges, rays) sees flat walls that meet in straight edges. The roughness that is
 //! lost becomes scattering by band ([`roughness`]). A mesh without such regions keeps its bits. Own.
 
 mod facets;
+mod fill;
 mod plane_fit;
 mod regions;
 mod right_angles;
@@ -50,21 +51,25 @@ pub(super) fn flattened(
         return None;
     }
     let planes = right_angles::regularised(&regions);
+    let positions = mesh.vertices.iter().map(|v| v.as_dvec3() - centre);
+    let positions: Vec<DVec3> = positions.collect();
     let moved = snap::snapped(
         &facets,
         &mesh.triangles,
-        mesh.vertices.len(),
+        &positions,
         &regions,
         &planes,
         tolerance_m,
     );
     let mut result = mesh.clone();
-    for (vertex, to) in result.vertices.iter_mut().zip(moved) {
+    let mut after = positions.clone();
+    for ((vertex, at), to) in result.vertices.iter_mut().zip(&mut after).zip(moved) {
         if let Some(to) = to {
             *vertex = (to + centre).as_vec3() + Vec3::ZERO;
+            *at = to;
         }
     }
-    let roughness = (0..facets.len())
+    let mut roughness: Vec<Roughness> = (0..facets.len())
         .map(|triangle| {
             let area_m2 = facets.areas_m2[triangle];
             match regions.of_triangle[triangle] {
@@ -78,6 +83,12 @@ pub(super) fn flattened(
             }
         })
         .collect();
+    for (corners, beside) in fill::closing(&facets, &mesh.triangles, &after, &regions, &planes) {
+        result.triangles.push(corners);
+        let material = mesh.triangle_materials[beside as usize];
+        result.triangle_materials.push(material);
+        roughness.push(roughness[beside as usize]);
+    }
     Some(Flattened {
         mesh: result,
         roughness,

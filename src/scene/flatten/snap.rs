@@ -19,14 +19,14 @@ const MOST_TOLERANCES: f64 = 2.0;
 pub(super) fn snapped(
     facets: &Facets,
     triangles: &[[u32; 3]],
-    vertices: usize,
+    positions: &[DVec3],
     regions: &Regions,
     planes: &[Plane],
     tolerance_m: f64,
 ) -> Vec<Option<DVec3>> {
     // The planes at each vertex: regions, and flat triangles at the border of a region.
     let mut around: Vec<(u32, u32)> = Vec::new();
-    let mut in_region = vec![false; vertices];
+    let mut in_region = vec![false; positions.len()];
     for (triangle, corners) in triangles.iter().enumerate() {
         let region = regions.of_triangle[triangle];
         for &vertex in corners {
@@ -52,13 +52,7 @@ pub(super) fn snapped(
             }
         }
     };
-    let mut positions = vec![DVec3::ZERO; vertices];
-    for (corners, at) in triangles.iter().zip(&facets.corners) {
-        for (vertex, position) in corners.iter().zip(at) {
-            positions[*vertex as usize] = *position;
-        }
-    }
-    let mut moved = vec![None; vertices];
+    let mut moved = vec![None; positions.len()];
     for group in around.chunk_by(|a, b| a.0 == b.0) {
         let vertex = group[0].0 as usize;
         let from = positions[vertex];

@@ -8,6 +8,7 @@ use glam::Vec3;
 use serde_json::json;
 
 use crate::inputs::{SceneArguments, load_scene, print_notes};
+use crate::surfaces_file;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -15,6 +16,9 @@ pub(crate) struct Arguments {
     file: PathBuf,
     #[command(flatten)]
     scene: SceneArguments,
+    /// Write the surfaces and diffracting edges to a GLB file, a colour a surface.
+    #[arg(long, value_name = "FILE.glb")]
+    surfaces: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -36,6 +40,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let loaded = load_scene(&arguments.file, &arguments.scene)?;
     print_notes(&loaded.notes);
     let scene = &loaded.scene;
+    if let Some(path) = &arguments.surfaces {
+        surfaces_file::write(scene, path)?;
+    }
     let report = scene.report();
     let mut names: Vec<&str> = scene.materials().iter().map(|m| m.name.as_str()).collect();
     // Rough surfaces have a material of their own under the same name.

@@ -30,6 +30,7 @@ mod scenes;
 mod session;
 mod signals;
 mod soak;
+mod surfaces_file;
 mod traces;
 mod validate;
 mod view;

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::Case;
 use super::Row;
-use super::mesh_rooms::{BlockRoom, ROOMS, add_noise, rewind};
+use super::mesh_rooms::{BlockRoom, ROOMS, add_noise, as_scan, rewind};
 use super::rooms::{Probe, commit, even};
 use foresound::acoustics::BANDS;
 use foresound::error::Result;
@@ -20,6 +20,9 @@ use foresound::scene::{Scene, TriangleMesh};
 /// Tessellations in metres, and noise on each vertex along its normal, as a standard deviation in metres.
 const EDGES_M: [f32; 3] = [0.05, 0.1, 0.3];
 const SIGMAS_M: [f32; 4] = [0.0, 0.001, 0.005, 0.01];
+
+/// Tessellation and noise of the scans, which are decimated and lack triangles.
+const SCANS: [(f32, f32); 2] = [(0.05, 0.005), (0.1, 0.01)];
 
 /// Updates of which the last one is compared.
 const UPDATES: u32 = 16;
@@ -80,6 +83,15 @@ pub(super) fn rows() -> Result<Vec<Row>> {
                 );
                 rows.extend(compared(Case::new(name), &clean, &twin, sigma_m));
             }
+        }
+        for (edge_m, sigma_m) in SCANS {
+            let mut mesh = room.tessellated(edge_m);
+            as_scan(&mut mesh, 3);
+            add_noise(&mut mesh, sigma_m, 1);
+            let twin = heard(room, &scene(&mesh)?)?;
+            let (cm, mm) = (100.0 * edge_m, 1000.0 * sigma_m);
+            let name = format!("mesh/scan: {}, {cm:.0} cm, {mm:.0} mm", room.name);
+            rows.extend(compared(Case::new(name), &clean, &twin, sigma_m));
         }
         rows.extend(windings(room, &clean)?);
     }

@@ -185,6 +185,68 @@ pub(super) fn add_noise(mesh: &mut TriangleMesh, sigma_m: f32, seed: u64) {
     }
 }
 
+/// Share of the inner vertices that a scan's decimation removes, and of its triangles that it lacks.
+const DECIMATED: f32 = 0.4;
+const LACKING: f32 = 0.02;
+
+/// A mesh as of a scan: some vertices of flat places are merged into a neighbour, some triangles are missing.
+pub(super) fn as_scan(mesh: &mut TriangleMesh, seed: u64) {
+    let mut state = mix(seed);
+    let mut random = || {
+        state = mix(state);
+        unit(state)
+    };
+    let mut around: Vec<Vec<usize>> = vec![Vec::new(); mesh.vertices.len()];
+    for (number, triangle) in mesh.triangles.iter().enumerate() {
+        triangle
+            .iter()
+            .for_each(|v| around[*v as usize].push(number));
+    }
+    let mut is_dead = vec![false; mesh.triangles.len()];
+    for vertex in 0..mesh.vertices.len() as u32 {
+        if random() >= DECIMATED {
+            continue;
+        }
+        let ring: Vec<usize> = around[vertex as usize]
+            .iter()
+            .copied()
+            .filter(|t| !is_dead[*t])
+            .collect();
+        let cross = |triangle: [u32; 3]| {
+            let [a, b, c] = triangle.map(|v| mesh.vertices[v as usize]);
+            (b - a).cross(c - a)
+        };
+        let normal = cross(mesh.triangles[ring[0]]).normalize_or_zero();
+        let in_plane =
+            |t: &usize| cross(mesh.triangles[*t]).normalize_or_zero().dot(normal) > 0.999;
+        let others = ring.iter().flat_map(|&t| mesh.triangles[t]);
+        let others: Vec<u32> = others.filter(|v| *v != vertex).collect();
+        let into = others[(random() * others.len() as f32) as usize];
+        let renamed = |t: usize| mesh.triangles[t].map(|v| if v == vertex { into } else { v });
+        let least_m2 = 0.3 * cross(mesh.triangles[ring[0]]).length();
+        let stays_valid = |t: &usize| {
+            mesh.triangles[*t].contains(&into) || cross(renamed(*t)).dot(normal) > least_m2
+        };
+        if !ring.iter().all(in_plane) || !ring.iter().all(stays_valid) {
+            continue;
+        }
+        for t in ring {
+            let is_gone = mesh.triangles[t].contains(&into);
+            is_dead[t] |= is_gone;
+            if !is_gone {
+                mesh.triangles[t] = mesh.triangles[t].map(|v| if v == vertex { into } else { v });
+                around[into as usize].push(t);
+            }
+        }
+    }
+    for dead in &mut is_dead {
+        *dead |= random() < LACKING;
+    }
+    let mut flags = is_dead.iter();
+    mesh.triangles.retain(|_| flags.next() != Some(&true));
+    mesh.triangle_materials.truncate(mesh.triangles.len());
+}
+
 /// Turns some triangles over: by chance, or all of them.
 pub(super) fn rewind(mesh: &mut TriangleMesh, share: f32, seed: u64) {
     let mut state = mix(seed);

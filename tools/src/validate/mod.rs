@@ -100,7 +100,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 21] = [
+const LAWS: [(&str, Law); 22] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
