@@ -103,7 +103,7 @@ fn check_paths(set: &PathSet) -> Result<(), TestCaseError> {
         }
     }
     for late in &set.late {
-        for number in late.energy.iter().flatten().chain(&late.decay_time_s) {
+        for number in late.energy.as_flattened().as_flattened() {
             prop_assert!(number.is_finite() && *number >= 0.0, "{late:?}");
         }
         prop_assert!(late.start_s.is_finite() && late.mean_free_time_s.is_finite());
@@ -228,7 +228,7 @@ proptest! {
         let free = 1.0 / source.distance(listener).max(NEAREST_M).powi(2);
         for band in 0..BANDS {
             let discrete: f32 = set.paths.iter().map(|p| p.amplitude[band].powi(2)).sum();
-            let late: f32 = set.late[0].energy.iter().map(|step| step[band]).sum();
+            let late = set.late[0].total()[band];
             let reverberant = 16.0 * std::f32::consts::PI / (area_m2 * absorption[band]);
             let most = free + 4.0 * reverberant;
             prop_assert!(discrete + late <= most, "band {band}: {discrete} + {late} > {most}");

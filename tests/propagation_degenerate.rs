@@ -55,7 +55,7 @@ fn check(set: &PathSet) -> Result<(), TestCaseError> {
     }
     prop_assert!(set.paths.windows(2).all(|pair| pair[0].id <= pair[1].id));
     for late in &set.late {
-        let numbers = late.energy.iter().flatten().chain(&late.decay_time_s);
+        let numbers = late.energy.as_flattened().as_flattened().iter();
         let mut numbers = numbers.chain([&late.start_s, &late.mean_free_time_s]);
         prop_assert!(
             numbers.all(|number| number.is_finite() && *number >= 0.0),

@@ -6,11 +6,11 @@ use super::hold::Hold;
 use super::linear::Linear;
 use super::predictor::{Predictor, PredictorKind};
 use super::tracking::match_by_id;
-use crate::acoustics::{BANDS, BandArray};
+
 use crate::extrapolation::geometric::{GeometricPredictor, PreparedUpdate};
 use crate::extrapolation::scene_pair::ScenePair;
 use crate::extrapolation::source_motion::SourceMotion;
-use crate::propagation::{LateEnergy, PathSet};
+use crate::propagation::{LATE_GROUPS, LateEnergy, LateGroup, PathSet};
 use crate::scene::{InstancePose, Scene, SourcePose};
 
 /// Predictor of the paths that are not part of the direct field.
@@ -129,7 +129,7 @@ pub struct Extrapolator {
     /// The late energy of the present graphics frame.
     pub(super) late: Vec<LateEnergy>,
     /// Reverberation time as last emitted.
-    pub(super) decay_time_s: BandArray,
+    pub(super) late_groups: [LateGroup; LATE_GROUPS],
     pub(super) level: u32,
     pub(super) frames_since_update: u32,
     pub(super) updates: u64,
@@ -152,7 +152,7 @@ impl Extrapolator {
             matches: Vec::new(),
             occluded: Vec::new(),
             late: Vec::new(),
-            decay_time_s: [0.0; BANDS],
+            late_groups: Default::default(),
             level: 0,
             frames_since_update: 0,
             updates: 0,

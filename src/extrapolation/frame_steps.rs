@@ -4,14 +4,14 @@
 //! spent, and the next part resumes there. The parts do not affect the result.
 
 use super::extrapolator::{Extrapolator, Rule, Step};
-use super::frame::{FramePath, FramePaths, LATE_GROUPS, LateGroup, LateSend, allows};
+use super::frame::{FramePath, FramePaths, LateSend, allows};
 use super::predictor::{FrameContext, TrackedPath};
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
-use crate::propagation::LateEnergy;
 use crate::propagation::diffraction::direct_field;
-use crate::propagation::diffuse::{common_decay, late_segments};
+use crate::propagation::diffuse::late_segments;
 use crate::propagation::endpoints::Endpoints;
+use crate::propagation::{LATE_GROUPS, LATE_SEGMENTS, LateEnergy};
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
@@ -112,23 +112,23 @@ impl Extrapolator {
         result.orientation = listener.orientation;
         result.high_air_np_per_s = self.scenes.current().high_air_np_per_s();
         progress.rays += self.update_late(listener, sources);
-        let decay_time_s = common_decay(&self.late);
-        for (present, new) in self.decay_time_s.iter_mut().zip(decay_time_s) {
-            // Without late energy, a band keeps its decay time.
-            *present = if new > 0.0 { new } else { *present };
-        }
-        result.late_groups = [LateGroup::default(); LATE_GROUPS];
-        result.late_groups[0] = LateGroup::isotropic(self.decay_time_s);
+        result.late_groups = self.late_groups;
         result.late.clear();
         let has_late = |late: &LateEnergy| {
             let own = sources.iter().find(|pose| pose.id == late.source);
             own.is_some_and(|pose| pose.settings.effects.late)
         };
         for late in self.late.iter().filter(|late| has_late(late)) {
-            let segments = late_segments(late, &self.decay_time_s);
+            let late = &for_networks(late);
+            let segments = late_segments(late, &result.late_groups);
+            // A group that a source does not send to takes no part.
+            let segments = segments.filter(|segment| {
+                let energies = late.energy[usize::from(segment.group)].as_flattened();
+                energies.iter().any(|energy| *energy > 0.0)
+            });
             result.late.extend(segments.map(|segment| LateSend {
                 source: late.source,
-                group: 0,
+                group: segment.group,
                 energy_per_s: segment.energy_per_s,
                 start_s: segment.start_s,
             }));
@@ -250,6 +250,7 @@ impl Extrapolator {
         self.late.clear();
         if let Rule::PathByPath(_) = self.predictor.0 {
             self.late.extend_from_slice(&self.current.late);
+            self.late_groups = self.current.late_groups;
             return 0;
         }
         let inputs = FrameInputs {
@@ -261,12 +262,29 @@ impl Extrapolator {
             min_distance_m: self.min_distance_m,
             reflection_edges: &self.current.reflection_edges,
         };
-        let late = &mut self.late;
+        let (late, groups) = (&mut self.late, &mut self.late_groups);
         let updates = [&self.current, &self.previous].into_iter();
-        extrapolate_late(updates.chain(&self.older), &inputs, |source| {
+        extrapolate_late(updates.chain(&self.older), &inputs, groups, |source| {
             late.push(source);
         })
     }
+}
+
+/// Groups that generation has a network for.
+const NETWORKS: usize = 1;
+
+/// Late energy whose further groups decay like the first one.
+fn for_networks(late: &LateEnergy) -> LateEnergy {
+    let mut folded = *late;
+    for group in NETWORKS..LATE_GROUPS {
+        for segment in 0..LATE_SEGMENTS {
+            let energy = std::mem::take(&mut folded.energy[group][segment]);
+            for (sum, energy) in folded.energy[0][segment].iter_mut().zip(energy) {
+                *sum += energy;
+            }
+        }
+    }
+    folded
 }
 
 /// Whether a source exists and its reflections are on.

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::scene::{InstancePose, ListenerPose, SourceId, SourcePose};
 
 /// Highest reflection order of a path (the paper's depth).
@@ -89,19 +90,17 @@ impl ReflectionEdge {
 /// Time segments of the late-energy envelope.
 pub const LATE_SEGMENTS: usize = 4;
 
-/// Late energy of one source: all energy outside of discrete paths.
+/// Late energy of one source: all energy outside of discrete paths, as decays of [`PathSet::late_groups`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateEnergy {
     /// The source.
     pub source: SourceId,
-    /// Energy of the diffuse impulse response in each time segment and band, relative to the free field at 1 m. Segments
-    /// start at `LATE_SEGMENT_STARTS`; the last one is unbounded.
-    pub energy: [BandArray; LATE_SEGMENTS],
-    /// Reverberation time T60 around this source in seconds, by band.
-    pub decay_time_s: BandArray,
+    /// Energy of the diffuse impulse response in the decay of each group that starts with each time segment, per band,
+    /// relative to the free field at 1 m. Segments start at `LATE_SEGMENT_STARTS`; decays have no end.
+    pub energy: [[BandArray; LATE_SEGMENTS]; LATE_GROUPS],
     /// Delay of the straight line in seconds: the earliest arrival.
     pub start_s: f32,
-    /// Mean time between two bounces in seconds.
+    /// Mean time between two bounces in seconds, the unit of the starts.
     pub mean_free_time_s: f32,
 }
 
@@ -110,11 +109,21 @@ impl LateEnergy {
     pub fn silent(source: SourceId) -> Self {
         Self {
             source,
-            energy: [[0.0; BANDS]; LATE_SEGMENTS],
-            decay_time_s: [0.0; BANDS],
+            energy: [[[0.0; BANDS]; LATE_SEGMENTS]; LATE_GROUPS],
             start_s: 0.0,
             mean_free_time_s: 0.0,
         }
+    }
+
+    /// Energy of all decays per band.
+    pub fn total(&self) -> BandArray {
+        let mut total = [0.0; BANDS];
+        for energy in self.energy.as_flattened() {
+            for b in 0..BANDS {
+                total[b] += energy[b];
+            }
+        }
+        total
     }
 }
 
@@ -156,11 +165,15 @@ pub struct PathSet {
     pub reflection_edges: Vec<(SourceId, ReflectionEdge)>,
     /// Late energy of each source, in the order of [`Self::sources`].
     pub late: Vec<LateEnergy>,
+    /// Decay times and directions of the late energy, which depend on the scene and the listener's position only.
+    pub late_groups: [LateGroup; LATE_GROUPS],
     /// Predicted positions of the listener, as given to [`super::Propagator::set_predicted_positions`]; empty if a source's
     /// late energy was not due.
     pub predicted_positions: Vec<Vec3>,
     /// Late energy at the predicted positions: for each of them the entries of [`Self::late`].
     pub predicted_late: Vec<LateEnergy>,
+    /// [`Self::late_groups`] at the predicted positions.
+    pub predicted_groups: Vec<[LateGroup; LATE_GROUPS]>,
     /// Positions of the sources for each entry of [`Self::predicted_late`].
     pub predicted_sources: Vec<Vec3>,
     /// Number of rays cast. It does not depend on the number of threads. It may differ between instruction sets, which may

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 
 use crate::error::Result;
 use crate::propagation::diffraction::{MAX_DIRECT_EDGES, MAX_REFLECTED_EDGE_PATHS};
-use crate::propagation::diffuse::VisibilityCells;
+use crate::propagation::diffuse::{ListenerField, SceneField, VisibilityCells};
 use crate::propagation::image_source::discovery_history::DiscoveryHistory;
 use crate::propagation::image_source::expansion::expand;
 use crate::propagation::image_source::sequence::Sequence;
@@ -30,6 +30,13 @@ use crate::scene::{ListenerPose, Scene, SourcePose};
 
 /// Shares of the guide rays and of the candidates: several a thread, for even load.
 const SHARES: usize = 16;
+
+/// Samples of the late field for each source ray, and their most.
+const SAMPLES_PER_RAY: usize = 4;
+const MAX_SAMPLES: usize = 512;
+
+/// Updates without motion of an instance after which the late field is traced anew: less than a cycle of rotations.
+const UPDATES_AT_REST: u64 = 4;
 
 /// One share of the guide rays. Aligned to two cache lines: threads write to neighbouring ones.
 #[derive(Debug)]
@@ -82,6 +89,12 @@ pub struct Propagator {
     is_scene_touched: bool,
     revision: SceneRevision,
     cells: VisibilityCells,
+    /// The scene's late field.
+    field: SceneField,
+    /// Scene revision of the field, and the update since which the present one holds.
+    field_of: Option<u64>,
+    resting_since: (u64, u64),
+    listener_field: ListenerField,
     predicted: Vec<PredictedPosition>,
     /// As given at creation.
     settings: PropagationSettings,
@@ -127,6 +140,10 @@ impl Propagator {
             is_scene_touched: true,
             revision: SceneRevision::default(),
             cells: VisibilityCells::default(),
+            field: SceneField::default(),
+            field_of: None,
+            resting_since: (0, 0),
+            listener_field: ListenerField::default(),
             predicted: Vec::new(),
             settings,
             active_settings: settings,
@@ -248,11 +265,35 @@ impl Propagator {
         }
         let scene = &*self.scene;
         let ear = scene.to_local(listener.position);
-        let mut cell_rays = self.cells.renew(scene, ear.as_vec3(), scene_state);
+        let mut cell_rays = 0;
+        if self.resting_since.0 != scene_state {
+            self.resting_since = (scene_state, self.update);
+        }
+        // A moving instance changes what listener and sources see of the field; the field itself follows when it rests.
+        let is_at_rest = self.update - self.resting_since.1 >= UPDATES_AT_REST;
+        if self.field_of.is_none() {
+            self.field_of = Some(scene_state);
+            let samples = SAMPLES_PER_RAY * self.settings.source_rays as usize;
+            self.field = SceneField::new(scene, samples.min(MAX_SAMPLES), &mut cell_rays);
+        } else if is_at_rest && self.field_of != Some(scene_state) {
+            self.field_of = Some(scene_state);
+            self.field.renew(scene, &mut cell_rays);
+            self.listener_field.invalidate();
+            for there in &mut self.predicted {
+                there.field.invalidate();
+            }
+        }
+        let field = &self.field;
+        cell_rays += self.cells.renew(scene, ear.as_vec3(), scene_state);
+        cell_rays +=
+            self.listener_field
+                .renew(scene, field, ear.as_vec3(), &self.cells, scene_state);
         for there in &mut self.predicted {
             there.listener = scene.to_local(there.position);
             let ear = there.listener.as_vec3();
             cell_rays += there.cells.renew(scene, ear, scene_state);
+            let (own, cells) = (&mut there.field, &there.cells);
+            cell_rays += own.renew(scene, field, ear, cells, scene_state);
         }
         let context = UpdateContext {
             scene,
@@ -265,6 +306,8 @@ impl Propagator {
             listener,
             ear,
             cells: &self.cells,
+            scene_field: field,
+            listener_field: &self.listener_field,
             predicted: &self.predicted,
             nearby_m: self.nearby_m,
             directions: &self.source_directions,
@@ -369,6 +412,8 @@ impl Propagator {
         result.late.clear();
         let late = tasks.iter().filter_map(|task| task.late_energy);
         result.late.extend(late);
+        result.late_groups = self.listener_field.groups;
+        result.predicted_groups.clear();
         result.predicted_positions.clear();
         result.predicted_late.clear();
         result.predicted_sources.clear();
@@ -377,6 +422,7 @@ impl Propagator {
         let predicted = self.predicted.iter().filter(|_| is_complete);
         for (index, there) in predicted.enumerate() {
             result.predicted_positions.push(there.position);
+            result.predicted_groups.push(there.field.groups);
             let late = tasks.iter().map(|task| task.predicted_late[index]);
             result.predicted_late.extend(late);
             let position = |(index, pose): (usize, &SourcePose)| {

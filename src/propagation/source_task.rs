@@ -10,7 +10,8 @@ use super::path::{LateEnergy, MAX_DIFFRACTION_ORDER, MAX_ORDER, Path};
 use super::settings::PropagationSettings;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::{
-    LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
+    LateEstimator, ListenerField, RayScratch, SceneField, SourceRays, VisibilityCells,
+    stable_viewpoint,
 };
 use crate::propagation::image_source::image_path::{ImagePath, MARGIN_M, UnfoldedPath};
 use crate::propagation::image_source::occluder_cache::{Occluder, OccluderCache};
@@ -20,7 +21,7 @@ use crate::propagation::image_source::valid_cache::ValidCache;
 use crate::propagation::image_source::validation_queue::{Unvalidated, ValidationQueue};
 use crate::propagation::image_source::window_cull::CandidateCull;
 use crate::propagation::quality_level::PropagationQuality;
-use crate::propagation::rays::directions::{ROTATIONS, mix, rotation};
+use crate::propagation::rays::directions::{ROTATIONS, rotation};
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, Scene, SourceId, SourcePose};
 
@@ -49,6 +50,8 @@ pub(super) struct PredictedPosition {
     /// In local coordinates.
     pub(super) listener: DVec3,
     pub(super) cells: VisibilityCells,
+    /// The late field there.
+    pub(super) field: ListenerField,
     /// Positions of the sources at that time, in world coordinates.
     pub(super) sources: Vec<Vec3>,
 }
@@ -68,6 +71,9 @@ pub(super) struct UpdateContext<'a> {
     /// The listener in local coordinates.
     pub(super) ear: DVec3,
     pub(super) cells: &'a VisibilityCells,
+    /// The scene's late field, and what the listener hears of it.
+    pub(super) scene_field: &'a SceneField,
+    pub(super) listener_field: &'a ListenerField,
     pub(super) predicted: &'a [PredictedPosition],
     /// See [`crate::propagation::Propagator::set_nearby_radius`].
     pub(super) nearby_m: Option<f64>,
@@ -258,57 +264,58 @@ impl SourceTask {
         let UpdateContext {
             scene, settings, ..
         } = *context;
-        let own_seed = mix(u64::from(self.id.bits()));
         let position = scene.to_local(pose.position);
         let last = self.last_position.replace(position);
         let moves = last.is_some_and(|last| last != position);
         let is_audible = pose.settings.effects.late;
-        let mut late_at = |source: DVec3, listener: DVec3, cells: &VisibilityCells| {
-            let mut left = match (moves, context.nearby_m) {
-                (false, _) => 1,
-                (true, None) => MAX_CAST_ROTATIONS,
-                (true, Some(_)) => ROTATIONS as usize,
-            };
-            let rays = &mut self.rays;
-            for turn in turn..turn + ROTATIONS {
-                let source_rays = SourceRays {
-                    origin: match moves {
-                        true => stable_viewpoint(scene, source, turn, rays),
-                        false => source,
-                    },
-                    listener,
-                    viewpoints: cells,
-                    pose: *pose,
-                    directions: context.directions,
-                    turn: rotation(turn, settings.seed ^ own_seed),
-                    rotation: turn % ROTATIONS,
-                    depth: settings.depth,
-                    seed: mix(settings.seed) ^ own_seed,
-                    scene_state: context.scene_state,
-                    poses_since: context.poses_since,
-                    fixed_since: context.fixed_since,
+        let mut late_at =
+            |source: DVec3, listener: DVec3, cells: &VisibilityCells, field: &ListenerField| {
+                let mut left = match (moves, context.nearby_m) {
+                    (false, _) => 1,
+                    (true, None) => MAX_CAST_ROTATIONS,
+                    (true, Some(_)) => ROTATIONS as usize,
                 };
-                let is_new = self.late.cast_rays(scene, &source_rays, scratch, rays);
-                left -= usize::from(is_new || !moves);
-                if left == 0 {
-                    break;
+                let rays = &mut self.rays;
+                for turn in turn..turn + ROTATIONS {
+                    let source_rays = SourceRays {
+                        origin: match moves {
+                            true => stable_viewpoint(scene, source, turn, rays),
+                            false => source,
+                        },
+                        field: context.scene_field,
+                        pose: *pose,
+                        directions: context.directions,
+                        turn: rotation(turn, settings.seed),
+                        rotation: turn % ROTATIONS,
+                        depth: settings.depth,
+                        scene_state: context.scene_state,
+                        poses_since: context.poses_since,
+                        fixed_since: context.fixed_since,
+                    };
+                    let is_new = self.late.cast_rays(scene, &source_rays, scratch, rays);
+                    left -= usize::from(is_new || !moves);
+                    if left == 0 {
+                        break;
+                    }
                 }
-            }
-            self.late
-                .test_visibility(scene, [source, listener], cells, rays);
-            match is_audible {
-                true => self.late.estimate(scene, self.id),
-                false => LateEnergy::silent(self.id),
-            }
-        };
+                self.late
+                    .test_visibility(scene, [source, listener], cells, rays);
+                match is_audible {
+                    true => self
+                        .late
+                        .estimate(scene, context.scene_field, field, self.id),
+                    false => LateEnergy::silent(self.id),
+                }
+            };
         self.predicted_late.clear();
         for there in context.predicted {
             let source = there.sources.get(index);
             let source = source.map_or(position, |source| scene.to_local(*source));
-            let late = late_at(source, there.listener, &there.cells);
+            let late = late_at(source, there.listener, &there.cells, &there.field);
             self.predicted_late.push(late);
         }
-        self.late_energy = Some(late_at(position, context.ear, context.cells));
+        let field = context.listener_field;
+        self.late_energy = Some(late_at(position, context.ear, context.cells, field));
     }
 
     /// Second half of an update: reflected paths. `index` is the source's position in the list of sources.

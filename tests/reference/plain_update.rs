@@ -8,21 +8,20 @@ use foresound::geometry::Ray;
 use foresound::geometry::bvh::NO_GROUP;
 use foresound::propagation::diffraction::{self, reflection_gain};
 use foresound::propagation::diffuse::{
-    LateEstimator, RayScratch, SourceRays, VisibilityCells, stable_viewpoint,
+    LateEstimator, ListenerField, RayScratch, SceneField, SourceRays, VisibilityCells,
+    stable_viewpoint,
 };
 use foresound::propagation::endpoints::Endpoints;
 use foresound::propagation::image_source::image_path::ImagePath;
 use foresound::propagation::image_source::sequence::Sequence;
-use foresound::propagation::rays::directions::{
-    ROTATIONS, fibonacci_direction, lattice, mix, rotation,
-};
+use foresound::propagation::rays::directions::{ROTATIONS, fibonacci_direction, lattice, rotation};
 use foresound::propagation::{
     MAX_DIFFRACTION_ORDER, MAX_ORDER, Path, PathSet, PropagationSettings, amplitude,
 };
 use glam::DVec3;
 
 use foresound::scene::edges::DiffractingEdges;
-use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
+use foresound::scene::{InstancePose, ListenerPose, Scene, SourceId, SourcePose};
 
 struct SourceState {
     id: SourceId,
@@ -37,6 +36,9 @@ pub struct PlainPropagator {
     scene: Arc<Scene>,
     settings: PropagationSettings,
     update: u64,
+    field: SceneField,
+    /// Poses of the instances, the update since which they hold, and those of the field.
+    instances: (Vec<InstancePose>, u64, Option<Vec<InstancePose>>),
     states: Vec<SourceState>,
     /// Sequences hit by guide rays and the update of their last hit, the newest first.
     history: Vec<(Sequence, u64)>,
@@ -48,6 +50,8 @@ const CANDIDATES: usize = 1024;
 impl PlainPropagator {
     pub fn new(scene: Arc<Scene>, settings: PropagationSettings) -> Self {
         Self {
+            field: SceneField::default(),
+            instances: Default::default(),
             scene,
             settings,
             update: 0,
@@ -61,6 +65,7 @@ impl PlainPropagator {
     }
 
     pub fn update(&mut self, listener: &ListenerPose, sources: &[SourcePose]) -> PathSet {
+        self.update_field();
         let guide = self.guide(listener);
         self.states
             .retain(|state| sources.iter().any(|pose| pose.id == state.id));
@@ -77,6 +82,21 @@ impl PlainPropagator {
         result.paths.sort_by_key(|path| path.id);
         self.update += 1;
         result
+    }
+
+    /// The late field is traced at first, and anew when instances have rested for four updates.
+    fn update_field(&mut self) {
+        let poses: Vec<InstancePose> = self.scene.instance_poses().collect();
+        let (last, since, traced) = &mut self.instances;
+        if *last != poses {
+            (*last, *since) = (poses.clone(), self.update);
+        }
+        let is_due = self.update - *since >= 4 && traced.as_ref() != Some(&poses);
+        if traced.is_none() || is_due {
+            *traced = Some(poses);
+            let samples = 4 * self.settings.source_rays.min(128) as usize;
+            self.field = SceneField::new(&self.scene, samples, &mut 0);
+        }
     }
 
     fn guide(&mut self, listener: &ListenerPose) -> Vec<Sequence> {
@@ -173,7 +193,6 @@ impl PlainPropagator {
         }
         let state = self.states.iter_mut().find(|state| state.id == pose.id);
         let state = state.expect("just made");
-        let own_seed = mix(u64::from(pose.id.bits()));
         let mut viewpoints = VisibilityCells::default();
         viewpoints.renew(&scene, ear.as_vec3(), 0);
         let moves = state
@@ -188,14 +207,12 @@ impl PlainPropagator {
                     true => stable_viewpoint(&scene, origin, turn, &mut 0),
                     false => origin,
                 },
-                listener: ear,
-                viewpoints: &viewpoints,
+                field: &self.field,
                 pose: *pose,
                 directions: &directions,
-                turn: rotation(turn, settings.seed ^ own_seed),
+                turn: rotation(turn, settings.seed),
                 rotation: turn % ROTATIONS,
                 depth: settings.depth,
-                seed: mix(settings.seed) ^ own_seed,
                 scene_state: 0,
                 poses_since: 0,
                 fixed_since: 0,
@@ -211,7 +228,11 @@ impl PlainPropagator {
         state
             .late
             .test_visibility(&scene, [origin, ear], &viewpoints, &mut 0);
-        result.late.push(state.late.estimate(&scene, pose.id));
+        let mut field = ListenerField::default();
+        field.renew(&scene, &self.field, ear.as_vec3(), &viewpoints, 0);
+        result.late_groups = field.groups;
+        let late = state.late.estimate(&scene, &self.field, &field, pose.id);
+        result.late.push(late);
         let mut own = Vec::new();
         for sequence in state.late.sequences(update) {
             if !guide.contains(sequence) {

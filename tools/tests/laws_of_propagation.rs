@@ -78,14 +78,26 @@ laws! {
     late_density "late/density"
     late_colour "late/colour"
     late_coherence "late/coherence"
+    partition "partition"
+    late_slopes "late/slopes"
+    late_direction "late/direction"
+    late_independence "late/independence"
+    late_steady "late/steady"
     thread_count "thread count"
     mesh "mesh"
 }
 
-/// Rows that are not reached yet: lengths of narrow faces are metres and do not scale; paths over two edges begin all at once
-/// where the source is hidden, and of more than eight the quietest changes with another one. A row that holds has to leave
-/// this list.
-const NOT_REACHED: [&str; 3] = [
+/// Rows that are not reached yet: lengths of narrow faces are metres and do not scale, and some paths over two edges are found
+/// from one end only. In the late field of a street, order and direction of reflections between its walls are lost; energy
+/// that returns from the live room into the dead one is 1 dB too high; rays of low scattering are few. A row that holds has to
+/// leave this list.
+const NOT_REACHED: [&str; 9] = [
+    "late/direction: street",
+    "late/slopes: street, EDT",
+    "late/slopes: source dead, listener dead, T20",
+    "late/slopes: source dead, listener dead, C80",
+    "late/steady: flat room, T30",
+    "late/steady: office, level after 80 ms",
     "invariance: scale, amplitude",
     "invariance: scale, paths without a counterpart",
     "continuity: ring of stones, largest step in 5 mm",
@@ -343,7 +355,7 @@ fn directivity_weighs_each_path_by_its_departure() {
     let direct = after.paths.iter().find(|p| p.is_direct()).expect("seen");
     assert!(direct.amplitude.iter().all(|a| a.abs() < 1e-6));
     // A dipole emits a third of an omnidirectional source's power, and the late reverb has no direction.
-    let level = |set: &PathSet, b: usize| set.late[0].energy[3][b];
+    let level = |set: &PathSet, b: usize| set.late[0].total()[b];
     for b in 0..8 {
         let share = level(&after, b) / level(&before, b);
         // Rays are 128 beyond the fourth bounce, and concrete hardly scatters: 1 dB for the remaining dependence on them.
@@ -366,7 +378,7 @@ fn a_disabled_effect_is_absent() {
     }
     let set = update(&scene, listener, &sources, 2);
     assert!(set.paths.iter().all(|p| !p.is_direct()) && !set.paths.is_empty());
-    assert!(set.late.iter().all(|l| l.energy == [[0.0; 8]; 4]));
+    assert!(set.late.iter().all(|l| l.total() == [0.0; 8]));
     for pose in &mut sources {
         pose.settings.effects = Effects {
             reflections: false,

@@ -7,16 +7,15 @@
 //! positions visible to the listener are used. The time of the first arrival follows from the positions.
 //!
 //! Estimates for a moving source are noisy, since every position has new random rays, and are not collinear: the result is a
-//! weighted mean of the nearest ones. Decay time and mean free time depend only on the source's rays: their weights depend
-//! only on the source positions.
+//! weighted mean of the nearest ones. So are the decays and their directions, which depend on the listener's position.
 
 use glam::Vec3;
 
-use crate::acoustics::BANDS;
+use crate::acoustics::{BANDS, BandArray};
 use crate::extrapolation::geometric::FrameInputs;
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::{LateEnergy, PathSet};
+use crate::propagation::{LATE_GROUPS, LATE_SEGMENTS, LateEnergy, LateGroup, PathSet};
 use crate::scene::{SourceId, SourcePose};
 
 /// Least distance in metres between two estimates that define a line.
@@ -38,6 +37,7 @@ const REACH_M: f32 = 0.35;
 #[derive(Clone, Copy)]
 struct Estimates<'a> {
     position: Vec3,
+    groups: &'a [LateGroup; LATE_GROUPS],
     late: &'a [LateEnergy],
     sources: SourcePositions<'a>,
 }
@@ -66,11 +66,12 @@ enum SourcePositions<'a> {
     Listed(&'a [Vec3]),
 }
 
-/// Emits the present late energy of every source of the newest update; `updates` are the last ones, the newest first.
-/// Returns the number of rays cast.
+/// Emits the present late energy of every source of the newest update, and finds the decays; `updates` are the last ones,
+/// the newest first. Returns the number of rays cast.
 pub(crate) fn extrapolate_late<'a>(
     updates: impl Iterator<Item = &'a PathSet>,
     inputs: &FrameInputs<'_>,
+    groups: &mut [LateGroup; LATE_GROUPS],
     mut emit: impl FnMut(LateEnergy),
 ) -> u64 {
     let mut rays = 0;
@@ -97,8 +98,9 @@ pub(crate) fn extrapolate_late<'a>(
         }
     }
     let visible = &visible[..visible_count.max(1)];
+    *groups = mean_groups(visible, inputs.listener.position);
     for late in newest.late {
-        emit(interpolate(late, visible, &all[..count], inputs));
+        emit(interpolate(late, visible, inputs));
     }
     rays
 }
@@ -107,15 +109,21 @@ pub(crate) fn extrapolate_late<'a>(
 fn of_update(update: &PathSet) -> impl Iterator<Item = Estimates<'_>> {
     let here = Estimates {
         position: update.listener.position,
+        groups: &update.late_groups,
         late: &update.late,
         sources: SourcePositions::Poses(&update.sources),
     };
     let count = update.late.len().max(1);
     let late = update.predicted_late.chunks_exact(count);
     let sources = update.predicted_sources.chunks_exact(count);
-    let each = update.predicted_positions.iter().zip(late.zip(sources));
-    let predicted = each.map(|(position, (late, sources))| Estimates {
+    let there = update
+        .predicted_positions
+        .iter()
+        .zip(&update.predicted_groups);
+    let each = there.zip(late.zip(sources));
+    let predicted = each.map(|((position, groups), (late, sources))| Estimates {
         position: *position,
+        groups,
         late,
         sources: SourcePositions::Listed(sources),
     });
@@ -146,7 +154,6 @@ struct Estimate<'a> {
 fn interpolate(
     newest: &LateEnergy,
     visible: &[Estimates<'_>],
-    all: &[Estimates<'_>],
     inputs: &FrameInputs<'_>,
 ) -> LateEnergy {
     let id = newest.source;
@@ -169,14 +176,8 @@ fn interpolate(
         return result;
     };
     if nearest.at[0] != endpoints.from {
-        let all = all.iter().filter_map(|estimates| estimates.of(id));
-        let near = weighted_mean(estimates(), |each| distance_squared(each.at, here));
-        let own = weighted_mean(all, |each| each.at[0].distance_squared(endpoints.from));
-        result.energy = near.map_or(result.energy, |near| near.energy);
-        if let Some(own) = own {
-            (result.mean_free_time_s, result.decay_time_s) =
-                (own.mean_free_time_s, own.decay_time_s);
-        }
+        let near = weighted_mean(estimates(), here);
+        result.energy = near.unwrap_or(result.energy);
         return result;
     }
     let others = estimates().filter(|other| other.late.mean_free_time_s > 0.0);
@@ -188,35 +189,66 @@ fn interpolate(
     result
 }
 
-/// Mean of estimates, weighted by `square`, their squared distance in square metres.
+/// Weight of an estimate at a squared distance, for a squared scale of the distances.
+fn weight(square: f32, reach: f32) -> f32 {
+    (1.0 + square / reach).powi(-4)
+}
+
+/// Decays at a position, from those of the estimates.
+fn mean_groups(estimates: &[Estimates<'_>], position: Vec3) -> [LateGroup; LATE_GROUPS] {
+    let square = |each: &Estimates<'_>| each.position.distance_squared(position);
+    let nearest = estimates.iter().map(square).fold(f32::INFINITY, f32::min);
+    if nearest == 0.0 {
+        let exact = estimates.iter().find(|each| each.position == position);
+        return exact.map_or_else(Default::default, |exact| *exact.groups);
+    }
+    let reach = nearest.max(REACH_M * REACH_M);
+    let weights: f32 = estimates
+        .iter()
+        .map(|each| weight(square(each), reach))
+        .sum();
+    let mut groups = [LateGroup::default(); LATE_GROUPS];
+    for (number, group) in groups.iter_mut().enumerate() {
+        group.directions = Default::default();
+        for each in estimates {
+            let share = weight(square(each), reach) / weights;
+            let other = &each.groups[number];
+            let to = group.directions.iter_mut().chain([&mut group.decay_time_s]);
+            let from = other.directions.iter().chain([&other.decay_time_s]);
+            for (to, from) in to.zip(from) {
+                for b in 0..BANDS {
+                    to[b] += share * from[b];
+                }
+            }
+        }
+    }
+    groups
+}
+
+/// Mean energies of estimates, weighted by the distance of their positions.
 fn weighted_mean<'a>(
     estimates: impl Iterator<Item = Estimate<'a>> + Clone,
-    square: impl Fn(&Estimate<'a>) -> f32,
-) -> Option<LateEnergy> {
+    here: [Vec3; 2],
+) -> Option<[[BandArray; LATE_SEGMENTS]; LATE_GROUPS]> {
     let estimates = estimates.filter(|each| each.late.mean_free_time_s > 0.0);
+    let square = |each: &Estimate<'_>| distance_squared(each.at, here);
     let nearest = estimates.clone().map(|each| square(&each));
     let nearest = nearest.fold(f32::INFINITY, f32::min);
     let reach = nearest.max(REACH_M * REACH_M);
     let mut weights = 0.0;
-    let mut sum: Option<LateEnergy> = None;
+    let mut mean = [[[0.0; BANDS]; LATE_SEGMENTS]; LATE_GROUPS];
     for each in estimates {
-        let weight = (1.0 + square(&each) / reach).powi(-4);
+        let weight = weight(square(&each), reach);
         weights += weight;
-        let sum = sum.get_or_insert(LateEnergy::silent(each.late.source));
-        sum.mean_free_time_s += weight * each.late.mean_free_time_s;
-        for b in 0..BANDS {
-            sum.decay_time_s[b] += weight * each.late.decay_time_s[b];
-            for (energy, own) in sum.energy.iter_mut().zip(&each.late.energy) {
-                energy[b] += weight * own[b];
+        let energies = each.late.energy.as_flattened();
+        for (sum, energy) in mean.as_flattened_mut().iter_mut().zip(energies) {
+            for b in 0..BANDS {
+                sum[b] += weight * energy[b];
             }
         }
     }
-    let mut mean = sum?;
-    mean.mean_free_time_s /= weights;
-    for values in mean.energy.iter_mut().chain([&mut mean.decay_time_s]) {
-        for value in values {
-            *value /= weights;
-        }
+    for value in mean.as_flattened_mut().as_flattened_mut() {
+        *value /= weights;
     }
     (weights > 0.0).then_some(mean)
 }
@@ -262,13 +294,10 @@ fn distance_squared(a: [Vec3; 2], b: [Vec3; 2]) -> f32 {
 /// Interpolates linearly from `result` to `other`, never below zero.
 fn mix(result: &mut LateEnergy, other: &LateEnergy, share: f32) {
     let at = |a: f32, b: f32| (a + (b - a) * share).max(0.0);
-    for (energy, other) in result.energy.iter_mut().zip(other.energy) {
+    let energies = result.energy.as_flattened_mut().iter_mut();
+    for (energy, other) in energies.zip(other.energy.as_flattened()) {
         for b in 0..BANDS {
             energy[b] = at(energy[b], other[b]);
         }
     }
-    for b in 0..BANDS {
-        result.decay_time_s[b] = at(result.decay_time_s[b], other.decay_time_s[b]);
-    }
-    result.mean_free_time_s = at(result.mean_free_time_s, other.mean_free_time_s);
 }

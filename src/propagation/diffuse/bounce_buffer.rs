@@ -17,8 +17,20 @@ pub(crate) struct Bounce {
     pub(crate) surface: u32,
     /// Path length from the source.
     pub(crate) length_m: f32,
-    /// Outgoing energy, without air absorption.
-    pub(crate) energy: BandArray,
+    /// Length of the next leg, if it is known.
+    pub(crate) next_m: Option<f32>,
+    pub(crate) energy: BounceEnergy,
+}
+
+/// Energies of a bounce, without air absorption.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct BounceEnergy {
+    /// Incident.
+    pub(crate) incident: BandArray,
+    /// Leaving, without what discrete paths carry.
+    pub(crate) leaving: BandArray,
+    /// The scattered part of it.
+    pub(crate) scattered: BandArray,
 }
 
 /// One bounce of each ray of a packet.
@@ -32,8 +44,7 @@ pub(crate) struct BouncePacket {
     pub(crate) normal: Vectors,
     /// Path lengths from the source.
     pub(crate) length_m: PerRay<f32>,
-    /// Outgoing energy, without air absorption.
-    pub(crate) energy: PerRay<BandArray>,
+    pub(crate) energy: PerRay<BounceEnergy>,
 }
 
 impl BouncePacket {
@@ -99,21 +110,32 @@ impl BounceBuffer {
     /// The bounce at an index of `weights`.
     pub(crate) fn bounce(&self, index: usize) -> Bounce {
         let (packets, lane) = self.packets_of_ray(index / self.steps);
-        let packet = &packets[index % self.steps];
+        let step = index % self.steps;
+        let packet = &packets[step];
+        let next = packets
+            .get(step + 1)
+            .filter(|next| next.met.rays >> lane & 1 == 1);
         Bounce {
             point: vector(&packet.point, lane),
             normal: vector(&packet.normal, lane),
             surface: packet.met.surface[lane],
             length_m: packet.length_m[lane],
+            next_m: next.map(|next| next.met.leg_m[lane]),
             energy: packet.energy[lane],
         }
     }
 }
 
-/// Scales all bands.
+/// Scales all energies of a bounce, band by band.
 #[inline(always)]
-pub(crate) fn amplify(energy: &mut BandArray, gain: f32) {
-    for b in 0..BANDS {
-        energy[b] *= gain;
+pub(crate) fn amplify_by(energy: &mut BounceEnergy, gain: &BandArray) {
+    for part in [
+        &mut energy.incident,
+        &mut energy.leaving,
+        &mut energy.scattered,
+    ] {
+        for b in 0..BANDS {
+            part[b] *= gain[b];
+        }
     }
 }

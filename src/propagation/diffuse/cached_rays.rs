@@ -3,7 +3,6 @@
 use glam::{DVec3, Mat3, Quat};
 
 use crate::geometry::Ray;
-use crate::propagation::diffuse::decay_fit::DecayCurve;
 use crate::propagation::diffuse::source_rays::SourceRays;
 use crate::propagation::diffuse::static_hit_cache::StaticHitCache;
 use crate::propagation::diffuse::trace::{TraceBuffers, trace_rays};
@@ -26,7 +25,6 @@ struct CacheKey {
     turn: Mat3,
     rotation: u64,
     depth: usize,
-    seed: u64,
     scene_state: u64,
 }
 
@@ -40,7 +38,6 @@ impl CacheKey {
             turn: from.turn,
             rotation: from.rotation,
             depth: from.depth,
-            seed: from.seed,
             scene_state,
         }
     }
@@ -123,7 +120,6 @@ impl CachedRays {
         scene: &Scene,
         from: &SourceRays<'_>,
         set: &mut SequenceSet,
-        curve: &mut DecayCurve,
         buffers: &mut TraceBuffers,
         rays: &mut u64,
     ) {
@@ -141,7 +137,6 @@ impl CachedRays {
         trace_rays(LaneSet::best(), scene, from, set, buffers, rays);
         std::mem::swap(&mut self.static_hits, &mut buffers.static_hits);
         let statistics = &buffers.statistics;
-        statistics.accumulate(count, &buffers.near, &buffers.far, curve);
         self.legs.clear();
         self.legs.extend_from_slice(&statistics.legs);
         self.legs_to_instances = statistics.legs_to_instances;

@@ -1,98 +1,225 @@
-//! Energy envelope of the late reverb: a few time segments, each with its energy.
+//! Energy envelope of the late reverb: decays that start at a few times, fitted to what arrives.
 //!
-//! Own. The generator's network can start a decay but not end one: the late reverb is a sum of decays that start
-//! [`LATE_SEGMENT_STARTS`] after the straight line's arrival. Between two starts the envelope is one level of the common
-//! decay. Levels cannot fall; where the arrivals do, neighbours are pooled (isotonic regression, \[BARLOW72\]), which
-//! keeps their energy. A segment's energy is what arrives in its time less what discrete paths carry, so early and late
-//! sound join without a gap.
+//! Own. The generator's network can start a decay but not end one: the late reverb is a sum of the groups' decays that
+//! start [`LATE_SEGMENT_STARTS`] after the straight line's arrival. Their energies are non-negative and fitted to the
+//! arriving energy over time, by least squares of errors relative to the highest level from there on: early and late spans
+//! count alike, and gaps in a noisy estimate no more than peaks. A slow start is a late one. The sum of the energies is that of the arrivals, so early and late sound join without a gap.
 
+use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::propagation::diffuse::decay_fit::NEPERS_OF_60_DB;
+use crate::propagation::diffuse::transport::STEPS;
+use crate::propagation::late_group::{LATE_GROUPS, LateGroup};
 use crate::propagation::path::{LATE_SEGMENTS, LateEnergy};
+use crate::simd::kernel;
 
 /// Starts of the segments, in mean free times after the straight line's arrival.
 pub const LATE_SEGMENT_STARTS: [f64; LATE_SEGMENTS] = [0.0, 2.0, 5.0, 10.0];
 
-/// End of the last segment's arrivals in mean free times; rays with 32 bounces last so long.
-const LAST_FREE_TIME: f64 = 20.0;
+/// Mean free time in time steps of the scene's responses, roughly.
+pub(crate) const STEPS_PER_FREE_TIME: f32 = 1.6;
 
-/// Width of the transition between segments in mean free times, which avoids steps while the listener moves.
-const CROSSFADE_FREE_TIMES: f64 = 1.0;
+/// Time steps at which the spans of the fit end.
+const SPAN_ENDS: [usize; SPANS] = [1, 2, 3, 4, 6, 8, 11, 15, 20, 26, 33, 41, 50, 60, 70, 80];
+const SPANS: usize = 16;
 
-/// Arrivals added at once.
-pub(crate) const ARRIVAL_LANES: usize = 16;
+/// Least number of spans.
+const MIN_SPANS: usize = 6;
 
-/// Arriving energy per segment.
+/// Level below the loudest span at which relative errors count less: 45 dB.
+const FIT_RANGE: f32 = 3.2e-5;
+
+/// Rounds of the fit.
+const ROUNDS: usize = 60;
+
+const COLUMNS: usize = LATE_GROUPS * LATE_SEGMENTS;
+
+/// Energy in each span of every decay of unit energy.
+#[derive(Debug, Clone)]
+pub(crate) struct DecayColumns([[BandArray; SPANS]; COLUMNS]);
+
+impl Default for DecayColumns {
+    fn default() -> Self {
+        Self([[[0.0; BANDS]; SPANS]; COLUMNS])
+    }
+}
+
+impl DecayColumns {
+    /// For decay rates in nepers per second and time steps in seconds.
+    pub(crate) fn new(rates: &[BandArray; LATE_GROUPS], step_s: f32) -> Self {
+        let mut columns = Self::default();
+        for (number, column) in columns.0.iter_mut().enumerate() {
+            let rate = &rates[number / LATE_SEGMENTS];
+            let start = LATE_SEGMENT_STARTS[number % LATE_SEGMENTS] as f32 * STEPS_PER_FREE_TIME;
+            let left = |edge: f32| {
+                let after_s = (edge - start).max(0.0) * step_s;
+                exp_neg(&rate.map(|rate| rate * after_s))
+            };
+            let mut before = left(0.0);
+            for (span, end) in column.iter_mut().zip(SPAN_ENDS) {
+                // Energy at a time step is what arrives half a step around it.
+                let after = left(end as f32 - 0.5);
+                for b in 0..BANDS {
+                    span[b] = before[b] - after[b];
+                }
+                before = after;
+            }
+        }
+        columns
+    }
+}
+
+/// Arriving energy per time step after the straight line.
+#[derive(Debug, Clone)]
 pub(crate) struct ArrivalHistogram {
-    free_time_s: f64,
+    step_s: f32,
     /// Arrival of the straight line: delays count from here.
-    nearest_s: f64,
-    sums: [[f64; BANDS]; LATE_SEGMENTS],
+    nearest_s: f32,
+    pub(crate) energy: [BandArray; STEPS],
 }
 
 impl ArrivalHistogram {
-    pub(crate) fn new(free_time_s: f64, nearest_s: f64) -> Self {
+    pub(crate) fn new(step_s: f32, nearest_s: f32) -> Self {
         Self {
-            free_time_s,
+            step_s,
             nearest_s,
-            sums: [[0.0; BANDS]; LATE_SEGMENTS],
+            energy: [[0.0; BANDS]; STEPS],
         }
     }
 
-    /// Adds the first `count` arrivals. Branch-free: every arrival is added to every segment, to most with a weight of 0.
+    /// Arrival of the straight line in time steps after emission.
+    pub(crate) fn nearest_steps(&self) -> f32 {
+        self.nearest_s / self.step_s
+    }
+
+    /// Time step before a delay, and the share of the one after it.
     #[inline(always)]
-    pub(crate) fn add(
-        &mut self,
-        delay_s: &[f64; ARRIVAL_LANES],
-        energies: &[BandArray; ARRIVAL_LANES],
-        count: usize,
-    ) {
-        let mut shares = [[0.0; ARRIVAL_LANES]; LATE_SEGMENTS];
-        let mut first = [1.0; ARRIVAL_LANES];
-        for step in 0..LATE_SEGMENTS {
-            let next = match step + 1 < LATE_SEGMENTS {
-                true => LATE_SEGMENT_STARTS[step + 1],
-                false => LAST_FREE_TIME,
-            };
-            for l in 0..ARRIVAL_LANES {
-                let at = (delay_s[l] - self.nearest_s) / self.free_time_s;
-                let beyond = ((at - next) / CROSSFADE_FREE_TIMES + 0.5).clamp(0.0, 1.0);
-                let share = first[l] - beyond;
-                shares[step][l] = if share > 0.0 { share } else { 0.0 };
-                first[l] = beyond;
-            }
-        }
-        let mut sums = self.sums;
-        for (l, energy) in energies[..count].iter().enumerate() {
-            // A source at an infinite distance is silent.
-            let mut is_finite = true;
-            for e in energy {
-                is_finite &= e.is_finite();
-            }
-            if !is_finite {
-                continue;
-            }
-            for step in 0..LATE_SEGMENTS {
-                for b in 0..BANDS {
-                    sums[step][b] += shares[step][l] * f64::from(energy[b]);
-                }
-            }
-        }
-        self.sums = sums;
+    fn step_of(&self, delay_s: f32) -> (usize, f32) {
+        let at = ((delay_s - self.nearest_s) / self.step_s).clamp(0.0, STEPS as f32);
+        let whole = at as usize;
+        (whole, at - whole as f32)
     }
 
-    /// Writes the energies of `late`; `updates` is the sum of the arrivals' weights.
-    pub(crate) fn write_energy(&self, updates: f64, late: &mut LateEnergy) {
-        for (step, sum) in self.sums.iter().enumerate() {
-            for b in 0..BANDS {
-                let mut energy = sum[b] / updates;
-                if step == LATE_SEGMENTS - 1 {
-                    // The decay beyond the last arrivals.
-                    let window_s = (LAST_FREE_TIME - LATE_SEGMENT_STARTS[step]) * self.free_time_s;
-                    let nepers = NEPERS_OF_60_DB / f64::from(late.decay_time_s[b]) * window_s;
-                    energy /= 1.0 - (-nepers).exp();
+    /// Adds an arrival, divided between two time steps. Infinite ones are left out: a source at an infinite distance is silent.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, delay_s: f32, energy: &BandArray) {
+        if !energy.iter().all(|e| e.is_finite()) {
+            return;
+        }
+        let (whole, rest) = self.step_of(delay_s);
+        for (step, share) in [(whole, 1.0 - rest), (whole + 1, rest)] {
+            if let Some(sum) = self.energy.get_mut(step) {
+                for b in 0..BANDS {
+                    sum[b] += share * energy[b];
                 }
-                late.energy[step][b] = energy as f32;
+            }
+        }
+    }
+
+    /// Fits decays to the arrivals; `weight` is the sum of their weights.
+    pub(crate) fn fit(&self, columns: &DecayColumns, weight: f32, late: &mut LateEnergy) {
+        // Responses end `STEPS` after emission.
+        let valid = STEPS.saturating_sub((self.nearest_s / self.step_s) as usize);
+        let spans = SPAN_ENDS.iter().filter(|end| **end <= valid).count();
+        let spans = spans.clamp(MIN_SPANS, SPANS);
+        let mut energy = [[0.0; BANDS]; SPANS];
+        let mut first = 0;
+        for (sum, end) in energy.iter_mut().zip(SPAN_ENDS).take(spans) {
+            for step in &self.energy[first..end] {
+                for b in 0..BANDS {
+                    sum[b] += step[b] / weight;
+                }
+            }
+            first = end;
+        }
+        let mut fitted = [[0.0; BANDS]; COLUMNS];
+        fit(
+            crate::simd::LaneSet::best(),
+            &energy[..spans],
+            &columns.0,
+            &mut fitted,
+        );
+        for (number, energy) in fitted.iter().enumerate() {
+            late.energy[number / LATE_SEGMENTS][number % LATE_SEGMENTS] = *energy;
+        }
+    }
+}
+
+/// Time steps of a span.
+fn steps_of(span: usize) -> f32 {
+    let first = if span == 0 { 0 } else { SPAN_ENDS[span - 1] };
+    (SPAN_ENDS[span] - first) as f32
+}
+
+kernel! {
+    /// Non-negative least squares of relative errors, by coordinate descent; the result is scaled to the whole energy. No fused
+    /// products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn fit<L>(energy: &[BandArray], columns: &[[BandArray; SPANS]; COLUMNS], fitted: &mut [BandArray; COLUMNS]) {
+        let mut loudest = [f32::MIN_POSITIVE; BANDS];
+        for span in energy {
+            for b in 0..BANDS {
+                loudest[b] = if span[b] > loudest[b] { span[b] } else { loudest[b] };
+            }
+        }
+        // Columns over the energies, and their products.
+        let mut weights = [[0.0; BANDS]; SPANS];
+        let mut highest = [0.0f32; BANDS];
+        for span in (0..energy.len()).rev() {
+            let steps = steps_of(span);
+            for b in 0..BANDS {
+                let level = energy[span][b] / steps;
+                highest[b] = if level > highest[b] { level } else { highest[b] };
+                weights[span][b] = loudest[b] / (highest[b] * steps + FIT_RANGE * loudest[b]);
+            }
+        }
+        let mut products = [[[0.0f32; BANDS]; COLUMNS]; COLUMNS];
+        let mut targets = [[0.0f32; BANDS]; COLUMNS];
+        for p in 0..COLUMNS {
+            for (span, sum) in energy.iter().enumerate() {
+                for b in 0..BANDS {
+                    let weighted = columns[p][span][b] * weights[span][b];
+                    targets[p][b] += weighted * (sum[b] / loudest[b]) * weights[span][b];
+                }
+            }
+            for q in 0..=p {
+                let mut sum = [0.0f32; BANDS];
+                for span in 0..energy.len() {
+                    for b in 0..BANDS {
+                        sum[b] += columns[p][span][b] * weights[span][b] * columns[q][span][b] * weights[span][b];
+                    }
+                }
+                products[p][q] = sum;
+                products[q][p] = sum;
+            }
+        }
+        for _ in 0..ROUNDS {
+            for p in 0..COLUMNS {
+                let mut rest = targets[p];
+                for q in 0..COLUMNS {
+                    for b in 0..BANDS {
+                        rest[b] -= products[p][q][b] * fitted[q][b];
+                    }
+                }
+                for b in 0..BANDS {
+                    let next = fitted[p][b] + rest[b] / (products[p][p][b] + 1e-20);
+                    fitted[p][b] = if next > 0.0 { next } else { 0.0 };
+                }
+            }
+        }
+        let (mut model, mut total) = ([0.0f32; BANDS], [0.0f32; BANDS]);
+        for (span, energy) in energy.iter().enumerate() {
+            for b in 0..BANDS {
+                total[b] += energy[b];
+                for p in 0..COLUMNS {
+                    model[b] += columns[p][span][b] * fitted[p][b];
+                }
+            }
+        }
+        for column in fitted.iter_mut() {
+            for b in 0..BANDS {
+                let scale = if model[b] > 0.0 { total[b] / model[b] } else { 0.0 };
+                column[b] *= scale;
             }
         }
     }
@@ -101,123 +228,113 @@ impl ArrivalHistogram {
 /// One start of the late reverb's decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateSegment {
+    /// Index of the decay among the groups.
+    pub group: u8,
     /// Seconds from emission.
     pub start_s: f32,
     /// Energy per second added to the envelope by this start, extrapolated back to emission, in 1/s.
     pub energy_per_s: BandArray,
 }
 
-/// The late energy of one source as starts of decays of `decay_time_s` (T60 in seconds), which need not be its own: the
-/// energy is kept. Real-time safe.
-pub fn late_segments(late: &LateEnergy, decay_time_s: &BandArray) -> [LateSegment; LATE_SEGMENTS] {
-    let start = |step: usize| {
-        f64::from(late.start_s) + LATE_SEGMENT_STARTS[step] * f64::from(late.mean_free_time_s)
-    };
-    let mut steps: [LateSegment; LATE_SEGMENTS] = std::array::from_fn(|step| LateSegment {
-        start_s: start(step) as f32,
-        energy_per_s: [0.0; BANDS],
-    });
-    for b in 0..BANDS {
-        let nepers_per_s = NEPERS_OF_60_DB / f64::from(decay_time_s[b]).max(1e-3);
-        // Integral of the decay from a segment's start on; the last has no end.
-        let left = |step: usize| match step {
-            LATE_SEGMENTS => 0.0,
-            _ => (-nepers_per_s * start(step)).exp() / nepers_per_s,
-        };
-        let energy = std::array::from_fn(|step| f64::from(late.energy[step][b]));
-        let room = std::array::from_fn(|step| left(step) - left(step + 1));
-        let levels = monotone_levels(energy, room);
-        let mut below = 0.0;
-        for (step, level) in steps.iter_mut().zip(levels) {
-            step.energy_per_s[b] = (level - below).clamp(0.0, MAX_ENERGY_PER_S) as f32;
-            below = level;
+/// The late energy of one source as starts of decays of the groups, group by group in the order of the starts. Real-time
+/// safe.
+pub fn late_segments(
+    late: &LateEnergy,
+    groups: &[LateGroup; LATE_GROUPS],
+) -> impl Iterator<Item = LateSegment> {
+    let (late, groups) = (*late, *groups);
+    (0..COLUMNS).map(move |number| {
+        let (group, segment) = (number / LATE_SEGMENTS, number % LATE_SEGMENTS);
+        let after = LATE_SEGMENT_STARTS[segment] * f64::from(late.mean_free_time_s);
+        let start_s = f64::from(late.start_s) + after;
+        let energy = &late.energy[group][segment];
+        let decay_time_s = &groups[group].decay_time_s;
+        let energy_per_s = std::array::from_fn(|b| {
+            let rate = NEPERS_OF_60_DB / f64::from(decay_time_s[b]).max(1e-3);
+            let at_emission = f64::from(energy[b]) * rate * (rate * start_s).exp();
+            at_emission.clamp(0.0, MAX_ENERGY_PER_S) as f32
+        });
+        LateSegment {
+            group: group as u8,
+            start_s: start_s as f32,
+            energy_per_s,
         }
-    }
-    steps
+    })
 }
 
 /// Bound for finite single precision, far above audible decays.
 const MAX_ENERGY_PER_S: f64 = 1e30;
-
-/// Monotone levels; in each pool of segments their products with `room` sum up to the pool's `energy`.
-fn monotone_levels(
-    energy: [f64; LATE_SEGMENTS],
-    room: [f64; LATE_SEGMENTS],
-) -> [f64; LATE_SEGMENTS] {
-    // Pools as (energy, room, steps), last on top.
-    let mut pools: [(f64, f64, usize); LATE_SEGMENTS] = [(0.0, 0.0, 0); LATE_SEGMENTS];
-    let mut count = 0;
-    for step in 0..LATE_SEGMENTS {
-        let mut pool = (energy[step], room[step].max(f64::MIN_POSITIVE), 1);
-        while count > 0 && pools[count - 1].0 * pool.1 > pool.0 * pools[count - 1].1 {
-            count -= 1;
-            let below = pools[count];
-            pool = (pool.0 + below.0, pool.1 + below.1, pool.2 + below.2);
-        }
-        pools[count] = pool;
-        count += 1;
-    }
-    let mut levels = [0.0; LATE_SEGMENTS];
-    let mut step = 0;
-    for (energy, room, steps) in &pools[..count] {
-        levels[step..step + steps].fill(energy / room);
-        step += steps;
-    }
-    levels
-}
-
-/// Energy-weighted reverberation time of several sources per band, in seconds; 0 without energy. Real-time safe.
-pub fn common_decay(late: &[LateEnergy]) -> BandArray {
-    let energy = |late: &LateEnergy, b: usize| late.energy.iter().map(|e| e[b]).sum::<f32>();
-    std::array::from_fn(|b| {
-        let total: f32 = late.iter().map(|l| energy(l, b)).sum();
-        if total > 0.0 {
-            let sum: f32 = late.iter().map(|l| energy(l, b) * l.decay_time_s[b]).sum();
-            sum / total
-        } else {
-            0.0
-        }
-    })
-}
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::SourceId;
 
-    #[test]
-    fn levels_are_monotone_and_keep_their_energy() {
-        let (energy, room) = ([4.0, 1.0, 3.0, 0.5], [1.0, 1.0, 0.5, 0.25]);
-        let levels = monotone_levels(energy, room);
-        assert!(
-            levels.windows(2).all(|pair| pair[0] <= pair[1]),
-            "{levels:?}"
-        );
-        let total: f64 = levels.iter().zip(room).map(|(l, r)| l * r).sum();
-        assert!((total - 8.5).abs() < 1e-12, "{total}");
-        assert_eq!(
-            monotone_levels([0.0, 1.0, 2.0, 3.0], [1.0; 4]),
-            [0.0, 1.0, 2.0, 3.0]
-        );
+    /// Energy of a source's late reverb from `from_s` to `to_s` after emission, in a band.
+    fn energy_within(
+        late: &LateEnergy,
+        groups: &[LateGroup; LATE_GROUPS],
+        from_s: f64,
+        to_s: f64,
+    ) -> f64 {
+        let segments = late_segments(late, groups);
+        let within = segments.map(|segment| {
+            let decay_s = groups[usize::from(segment.group)].decay_time_s[3];
+            let rate = NEPERS_OF_60_DB / f64::from(decay_s);
+            let left = |t: f64| (-rate * t).exp() / rate;
+            let start_s = f64::from(segment.start_s);
+            let span = left(from_s.max(start_s)) - left(to_s.max(start_s));
+            f64::from(segment.energy_per_s[3]) * span
+        });
+        within.sum()
     }
 
     #[test]
-    fn late_energy_is_kept_for_any_common_decay() {
-        let late = LateEnergy {
-            energy: [[0.1; BANDS], [0.2; BANDS], [0.2; BANDS], [0.1; BANDS]],
-            start_s: 0.03,
-            mean_free_time_s: 0.01,
-            ..LateEnergy::silent(SourceId::default())
+    fn two_slopes_with_a_slow_start_are_fitted() {
+        let (step_s, nearest_s) = (0.006f32, 0.02f32);
+        let times = [2.0f32, 0.6, 0.2];
+        let rates = times.map(|time_s| [(NEPERS_OF_60_DB / f64::from(time_s)) as f32; BANDS]);
+        let groups = times.map(|time_s| LateGroup::isotropic([time_s; BANDS]));
+        let mut histogram = ArrivalHistogram::new(step_s, nearest_s);
+        // A fast decay from the start, and a slow one that builds up.
+        let energy_at = |t: f64| {
+            let slow = 0.02 * (-f64::from(rates[0][0]) * t).exp() * (1.0 - (-t / 0.05).exp());
+            (-f64::from(rates[2][0]) * t).exp() + slow
         };
-        for decay_s in [0.3f32, 1.0, 4.0] {
-            let steps = late_segments(&late, &[decay_s; BANDS]);
-            let k = 6.0 * std::f64::consts::LN_10 / f64::from(decay_s);
-            let total: f64 = steps
+        for step in 0..STEPS {
+            let weight = if step == 0 { 0.5 } else { 1.0 };
+            let energy = weight * energy_at(step as f64 * f64::from(step_s));
+            histogram.energy[step] = [energy as f32; BANDS];
+        }
+        let mut late = LateEnergy::silent(SourceId::default());
+        late.start_s = nearest_s;
+        late.mean_free_time_s = STEPS_PER_FREE_TIME * step_s;
+        histogram.fit(&DecayColumns::new(&rates, step_s), 1.0, &mut late);
+        for (first, end) in [(0, 8), (8, 20), (20, 40), (40, 70)] {
+            let expected: f64 = histogram.energy[first..end]
                 .iter()
-                .map(|s| f64::from(s.energy_per_s[3]) * (-k * f64::from(s.start_s)).exp() / k)
+                .map(|e| f64::from(e[3]))
                 .sum();
-            // Single precision of energies up to 1e3 in four segments.
-            assert!((total - 0.6).abs() < 1e-4, "{total}");
+            let edge = |step: usize| {
+                let at = (step as f64 - 0.5).max(0.0) * f64::from(step_s);
+                f64::from(nearest_s) + at
+            };
+            let found = energy_within(&late, &groups, edge(first), edge(end));
+            let off_db = 10.0 * (found / expected).log10();
+            assert!(off_db.abs() < 0.5, "{first} to {end}: {off_db} dB");
+        }
+    }
+
+    #[test]
+    fn the_energy_of_the_sends_is_that_of_the_estimate() {
+        let mut late = LateEnergy::silent(SourceId::default());
+        late.energy = [[[0.1; BANDS], [0.2; BANDS], [0.2; BANDS], [0.1; BANDS]]; LATE_GROUPS];
+        late.start_s = 0.03;
+        late.mean_free_time_s = 0.01;
+        for decay_s in [0.3f32, 1.0, 4.0] {
+            let groups = [LateGroup::isotropic([decay_s; BANDS]); LATE_GROUPS];
+            let total = energy_within(&late, &groups, 0.0, 100.0);
+            assert!((total - 1.8).abs() < 1e-4, "{total}");
         }
     }
 }

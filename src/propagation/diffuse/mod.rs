@@ -1,15 +1,16 @@
-//! Diffuse late sound of one source: the energy outside of discrete paths, its arrival times and its decay.
+//! Diffuse late sound of one source: the energy outside of discrete paths, its arrival times and its decays.
 //!
 //! Runs within a propagation update. Input: source and listener; output: a [`LateEnergy`]. Bounded by the rays of one update
 //! (`count × depth + FAR_RAYS × FAR_BOUNCES`) and [`next_event::SHADOW_RAYS`] rays to the listener for each of sixteen
 //! rotations: none for a listener at rest, a few for a walking one ([`visibility_cells`]).
 //!
 //! Energy balance (own; next-event estimation after \[SCHROEDER11\], "diffuse rain"): a source sends an energy of 4π (free
-//! field of 1 at 1 m) in equal shares along its rays. A bounce reflects the share times the product of reflected
-//! energies. Discrete paths carry the product of specular energies of it, within their depth and as long as every surface
-//! is a panel. *The rest is late energy*: scattered sound, reflections of small facets, and orders beyond the depth. It
-//! leaves the bounce by Lambert's law and is connected to the listener; neither a room's volume nor a ceiling is
-//! required. Decay: [`decay_fit`]. Energy envelope without gap or overlap with discrete paths: [`envelope`].
+//! field of 1 at 1 m) in equal shares along its rays, which are reflected specularly. Discrete paths carry the specular
+//! energy within their depth and as long as every surface is a panel. *The rest is late energy*: scattered sound,
+//! reflections of small facets, and orders beyond the depth. It is heard from the bounce by Lambert's law; what is scattered
+//! then belongs to a patch of the scene, which distributes it ([`transport`]). Neither a room's volume nor a ceiling is
+//! required. What a listener hears of the patches, and the decays, are common to all sources ([`listener_field`]); a
+//! source's energy is fitted to those decays ([`envelope`]).
 //!
 //! Sixteen rotations of the ray lattice take turns, and the estimate is their sum, independent of the time and index of
 //! updates in a scene at rest. A rotation's rays are cached: they are traced again only after source or scene have
@@ -20,23 +21,29 @@
 mod bounce_buffer;
 mod cached_rays;
 pub mod decay_fit;
+mod deposits;
 pub mod envelope;
+pub mod listener_field;
 pub mod next_event;
 mod ray_statistics;
 pub mod source_rays;
 mod static_hit_cache;
+mod surface_samples;
 mod trace;
+pub mod transport;
 pub mod visibility_cells;
 
-pub use crate::propagation::diffuse::envelope::{LateSegment, common_decay, late_segments};
+pub use crate::propagation::diffuse::envelope::{LateSegment, late_segments};
+pub use crate::propagation::diffuse::listener_field::ListenerField;
 pub use crate::propagation::diffuse::source_rays::SourceRays;
+pub use crate::propagation::diffuse::transport::SceneField;
 pub use crate::propagation::diffuse::visibility_cells::{VisibilityCells, stable_viewpoint};
 
 use glam::{DVec3, Vec3};
 
 use crate::propagation::diffuse::cached_rays::{CachedRays, Validity};
-use crate::propagation::diffuse::decay_fit::{CurveTree, Decay};
-use crate::propagation::diffuse::envelope::ArrivalHistogram;
+use crate::propagation::diffuse::deposits::DepositSums;
+use crate::propagation::diffuse::envelope::{ArrivalHistogram, STEPS_PER_FREE_TIME};
 use crate::propagation::diffuse::next_event::SecondarySources;
 use crate::propagation::diffuse::trace::TraceBuffers;
 use crate::propagation::image_source::sequence::Sequence;
@@ -92,9 +99,8 @@ impl RayScratch {
 #[derive(Debug, Clone)]
 pub struct LateEstimator {
     entries: Vec<RotationEntry>,
-    curves: CurveTree,
-    /// Decay of the curves, unless they have changed since.
-    decay: Option<Option<Decay>>,
+    /// Scratch memory: the deposits of all rotations.
+    deposits: DepositSums,
     /// The latest position of the source, local coordinates.
     source: DVec3,
     /// Delay of the straight line.
@@ -107,8 +113,7 @@ impl Default for LateEstimator {
     fn default() -> Self {
         Self {
             entries: vec![RotationEntry::default(); ROTATIONS as usize],
-            curves: CurveTree::default(),
-            decay: None,
+            deposits: DepositSums::default(),
             source: DVec3::ZERO,
             nearest_s: 0.0,
             listener: Vec3::ZERO,
@@ -117,21 +122,8 @@ impl Default for LateEstimator {
 }
 
 impl LateEstimator {
-    /// Traces source rays with diffuse bounces, unless the cached results are valid, and connects them to the listener. Adds
-    /// the rays cast to `rays`.
-    pub fn trace(
-        &mut self,
-        scene: &Scene,
-        from: &SourceRays<'_>,
-        scratch: &mut RayScratch,
-        rays: &mut u64,
-    ) {
-        self.cast_rays(scene, from, scratch, rays);
-        let ends = [from.origin, from.listener];
-        self.test_visibility(scene, ends, from.viewpoints, rays);
-    }
-
-    /// The first half of [`Self::trace`]; returns whether rays were cast.
+    /// Traces a rotation's rays, unless its cached results are valid; returns whether rays were cast. Adds the rays cast to
+    /// `rays`.
     pub fn cast_rays(
         &mut self,
         scene: &Scene,
@@ -153,24 +145,15 @@ impl LateEstimator {
         if is_new {
             let RayScratch { sequences, buffers } = scratch;
             sequences.clear();
-            self.curves.prefetch(index);
-            self.curves.renew(index, |curve| {
-                entry
-                    .cached
-                    .renew(scene, from, sequences, curve, buffers, rays);
-            });
-            self.decay = None;
-            let TraceBuffers {
-                near, far, sums, ..
-            } = buffers;
-            entry.secondary.select(scene, near, far, sums);
+            entry.cached.renew(scene, from, sequences, buffers, rays);
+            entry.secondary.select(scene, from.field, buffers, rays);
         }
         entry.filled = true;
         entry.origin = from.origin;
         is_new
     }
 
-    /// The second half: connects all rotations to a listener, for [`Self::estimate`]. Source and listener are in local
+    /// Connects all rotations to a listener, for [`Self::estimate`]. Source and listener are in local
     /// coordinates. Adds the rays cast to `rays`.
     pub fn test_visibility(
         &mut self,
@@ -209,34 +192,36 @@ impl LateEstimator {
         }
     }
 
-    /// The estimate over all rotations, for the latest listener.
-    pub fn estimate(&mut self, scene: &Scene, source: SourceId) -> LateEnergy {
-        let curves = &self.curves;
-        let decay = self.decay.get_or_insert_with(|| curves.sum().decay(scene));
-        let filled = || self.entries.iter().filter(|entry| entry.filled);
-        let Some(decay) = decay else {
-            return LateEnergy::silent(source);
-        };
+    /// The estimate over all rotations, for the latest listener, whose field is `listener`.
+    pub fn estimate(
+        &mut self,
+        scene: &Scene,
+        field: &SceneField,
+        listener: &ListenerField,
+        source: SourceId,
+    ) -> LateEnergy {
+        // A source at an infinite distance is silent.
+        let start_s = (self.nearest_s as f32).min(f32::MAX);
         let mut late = LateEnergy {
-            // A source at an infinite distance is silent.
-            start_s: (self.nearest_s as f32).min(f32::MAX),
-            mean_free_time_s: decay.mean_free_time_s as f32,
-            decay_time_s: decay.decay_time_s,
+            start_s,
+            mean_free_time_s: STEPS_PER_FREE_TIME * field.step_s,
             ..LateEnergy::silent(source)
         };
         let reach_m = self.reach_m();
-        let weight =
-            |entry: &RotationEntry| weight(entry.origin.distance(self.source), reach_m) as f32;
-        let mut histogram = ArrivalHistogram::new(f64::from(late.mean_free_time_s), self.nearest_s);
+        let mut histogram = ArrivalHistogram::new(field.step_s, start_s);
         let mut weights = 0.0;
-        for entry in filled() {
-            let weight = weight(entry);
-            weights += f64::from(weight);
-            entry
-                .secondary
-                .gather(scene, self.listener, weight, &mut histogram);
+        self.deposits.clear();
+        for entry in self.entries.iter().filter(|entry| entry.filled) {
+            let weight = weight(entry.origin.distance(self.source), reach_m) as f32;
+            weights += weight;
+            let secondary = &entry.secondary;
+            secondary.gather(scene, self.listener, weight, &mut histogram);
+            self.deposits.add(&secondary.deposits, weight);
         }
-        histogram.write_energy(weights, &mut late);
+        if weights > 0.0 {
+            self.deposits.gather(field, listener, &mut histogram);
+            histogram.fit(&listener.columns, weights, &mut late);
+        }
         late
     }
 

@@ -14,21 +14,30 @@ use crate::acoustics::bands::exp_neg;
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
-use crate::propagation::diffuse::bounce_buffer::BounceBuffer;
-use crate::propagation::diffuse::envelope::{ARRIVAL_LANES, ArrivalHistogram};
+use crate::propagation::diffuse::bounce_buffer::{Bounce, BounceBuffer};
+use crate::propagation::diffuse::deposits::Deposits;
+use crate::propagation::diffuse::envelope::ArrivalHistogram;
+use crate::propagation::diffuse::trace::TraceBuffers;
+use crate::propagation::diffuse::transport::SceneField;
 use crate::propagation::diffuse::visibility_cells::GROUPS_PER_ROTATION;
 use crate::scene::Scene;
 use crate::simd::{LaneSet, kernel, prefetch};
 
-/// Secondary sources of one source and rotation: half of them bounces within the depth of discrete paths, half beyond; all
-/// beyond where those within have no late energy.
-pub const SHADOW_RAYS: usize = 64;
+/// Bounces selected of one source and rotation: within the depth of discrete paths, and beyond.
+const NEAR_BOUNCES: usize = 32;
+const FAR_BOUNCES: usize = 64;
 
-/// Capacity: rounding may add one to each half.
-const MAX_SECONDARY_SOURCES: usize = SHADOW_RAYS + 2;
+/// Most secondary sources: the bounces within the depth of discrete paths. Rounding may add one.
+pub const SHADOW_RAYS: usize = NEAR_BOUNCES + 1;
+
+/// Most entries of [`Deposits`]: rounding may add one to each part, and every bounce has two sides.
+const MAX_DEPOSITS: usize = 2 * (NEAR_BOUNCES + FAR_BOUNCES + 2);
 
 /// Radius in metres over which a bounce is spread, which bounds its level at a listener beside it.
 const SPREAD_M: f32 = 0.7;
+
+/// Arrivals computed at once.
+const ARRIVAL_LANES: usize = 16;
 
 /// A bounce that represents others.
 #[derive(Debug, Clone, Copy)]
@@ -51,17 +60,18 @@ pub(crate) struct SecondarySources {
     /// Indices of the visible ones.
     visible: Vec<u32>,
     viewpoints: [Option<Vec3>; GROUPS_PER_ROTATION],
+    /// Energy at the scene's patches.
+    pub(crate) deposits: Deposits,
 }
 
 impl SecondarySources {
     /// Reserves the capacity.
     pub(crate) fn reserve(&mut self) {
         let count = self.sources.len();
-        self.sources
-            .reserve(MAX_SECONDARY_SOURCES.saturating_sub(count));
+        self.sources.reserve(SHADOW_RAYS.saturating_sub(count));
         let count = self.visible.len();
-        self.visible
-            .reserve(MAX_SECONDARY_SOURCES.saturating_sub(count));
+        self.visible.reserve(SHADOW_RAYS.saturating_sub(count));
+        self.deposits.reserve(MAX_DEPOSITS);
     }
 
     /// Prefetches the sources into the cache.
@@ -75,79 +85,40 @@ impl SecondarySources {
         self.viewpoints = [None; GROUPS_PER_ROTATION];
     }
 
-    /// Selects among the bounces within the depth of discrete paths and beyond. `sums` is scratch memory.
+    /// Selects among the bounces within the depth of discrete paths and beyond. Adds the rays cast to `rays`.
     pub(crate) fn select(
         &mut self,
         scene: &Scene,
-        near: &BounceBuffer,
-        far: &BounceBuffer,
-        sums: &mut Vec<f64>,
+        field: &SceneField,
+        buffers: &mut TraceBuffers,
+        rays: &mut u64,
     ) {
+        let TraceBuffers {
+            near, far, sums, ..
+        } = buffers;
+        self.deposits.clear();
         self.sources.clear();
         self.visible.clear();
         self.invalidate_visibility();
-        let has_near = near.weights.iter().any(|weight| *weight > 0.0);
-        let count = match has_near {
-            true => 0.5 * SHADOW_RAYS as f64,
-            false => 0.0,
-        };
-        self.select_from(scene, near, f64::from, count, sums);
-        // Beyond, the square root: late bounces have little energy, but nothing else arrives then.
-        let rest = SHADOW_RAYS as f64 - count;
-        self.select_from(scene, far, |weight| f64::from(weight).sqrt(), rest, sums);
-    }
-
-    /// Selects about `count` bounces in proportion to `selection_weight` of their weights; one may represent several marks.
-    fn select_from(
-        &mut self,
-        scene: &Scene,
-        bounces: &BounceBuffer,
-        selection_weight: impl Fn(f32) -> f64,
-        count: f64,
-        sums: &mut Vec<f64>,
-    ) {
-        let mut sum = 0.0;
-        sums.clear();
-        sums.extend(bounces.weights.iter().map(|weight| {
-            sum += selection_weight(*weight);
-            sum
-        }));
-        let stride = sum / count;
-        if !(stride > 0.0 && stride.is_finite()) {
-            return;
-        }
-        // Marks are at (n + ½) strides along the cumulative weight.
-        let mut mark = 0.5 * stride;
-        let mut index = 0;
-        loop {
-            // Most bounces have no mark: steps of eight first.
-            const SKIPPED: usize = 8;
-            let is_passed = |index| sums.get(index).is_some_and(|sum: &f64| mark >= *sum);
-            while is_passed(index + SKIPPED - 1) {
-                index += SKIPPED;
-            }
-            while is_passed(index) {
-                index += 1;
-            }
-            let Some(&sum) = sums.get(index) else { break };
-            let mut marks = 0.0;
-            while mark < sum {
-                mark += stride;
-                marks += 1.0;
-            }
-            let bounce = bounces.bounce(index);
-            let gain = (marks * stride / selection_weight(bounces.weights[index])) as f32;
+        let (deposits, sources) = (&mut self.deposits, &mut self.sources);
+        select_from(near, f64::from, NEAR_BOUNCES, sums, |bounce, gain| {
+            deposits.add(scene, field, &bounce, gain, false, rays);
             let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
-            self.sources.push(SecondarySource {
+            let leaving = &bounce.energy.leaving;
+            sources.push(SecondarySource {
                 point: bounce.point,
                 normal: bounce.normal,
                 surface: bounce.surface,
                 before_m: bounce.length_m,
-                energy: std::array::from_fn(|b| bounce.energy[b] * gain * air[b]),
+                energy: std::array::from_fn(|b| leaving[b] * gain * air[b]),
                 is_visible: false,
             });
-            index += 1;
-        }
+        });
+        // Beyond, the square root: late bounces have little energy, but nothing else arrives then.
+        let root = |weight: f32| f64::from(weight).sqrt();
+        select_from(far, root, FAR_BOUNCES, sums, |bounce, gain| {
+            deposits.add(scene, field, &bounce, gain, true, rays);
+        });
     }
 
     /// Tests the visibility of changed viewpoints from their groups' sources. Adds the rays cast to `rays`.
@@ -206,6 +177,50 @@ impl SecondarySources {
     }
 }
 
+/// Selects about `count` bounces in proportion to `selection_weight` of their weights; one may represent several marks. Calls
+/// `take` with each and its gain.
+fn select_from(
+    bounces: &BounceBuffer,
+    selection_weight: impl Fn(f32) -> f64,
+    count: usize,
+    sums: &mut Vec<f64>,
+    mut take: impl FnMut(Bounce, f32),
+) {
+    let mut sum = 0.0;
+    sums.clear();
+    sums.extend(bounces.weights.iter().map(|weight| {
+        sum += selection_weight(*weight);
+        sum
+    }));
+    let stride = sum / count as f64;
+    if !(stride > 0.0 && stride.is_finite()) {
+        return;
+    }
+    // Marks are at (n + ½) strides along the cumulative weight.
+    let mut mark = 0.5 * stride;
+    let mut index = 0;
+    loop {
+        // Most bounces have no mark: steps of eight first.
+        const SKIPPED: usize = 8;
+        let is_passed = |index| sums.get(index).is_some_and(|sum: &f64| mark >= *sum);
+        while is_passed(index + SKIPPED - 1) {
+            index += SKIPPED;
+        }
+        while is_passed(index) {
+            index += 1;
+        }
+        let Some(&sum) = sums.get(index) else { break };
+        let mut marks = 0.0;
+        while mark < sum {
+            mark += stride;
+            marks += 1.0;
+        }
+        let gain = (marks * stride / selection_weight(bounces.weights[index])) as f32;
+        take(bounces.bounce(index), gain);
+        index += 1;
+    }
+}
+
 /// A listener, and the air around.
 struct Receiver {
     position: Vec3,
@@ -225,7 +240,6 @@ kernel! {
                 connections.set(lane, &sources[*index as usize], receiver);
             }
             let (after_m, kernel, delay_s) = connections.evaluate(receiver);
-            let mut energies = [[0.0; BANDS]; ARRIVAL_LANES];
             for (lane, index) in indices.iter().enumerate() {
                 let mut energy = sources[*index as usize].energy;
                 for b in 0..BANDS {
@@ -236,10 +250,10 @@ kernel! {
                     energy[b] *= kernel[lane] * square * square;
                 }
                 for b in 0..BANDS {
-                    energies[lane][b] = energy[b] * weight;
+                    energy[b] *= weight;
                 }
+                histogram.add(delay_s[lane] as f32, &energy);
             }
-            histogram.add(&delay_s, &energies, indices.len());
         }
     }
 }

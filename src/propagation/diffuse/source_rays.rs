@@ -1,18 +1,17 @@
 //! The rays of one source and one rotation of the lattice.
 //!
-//! All rays are traced to the depth of discrete paths; a few far ones continue to [`FAR_BOUNCES`], since the first bounces
-//! near a source do not represent the room. Whether a bounce is diffuse is decided once for all bands.
+//! All rays are traced to the depth of discrete paths; a few far ones carry what is not scattered until then to
+//! [`FAR_BOUNCES`]. All are reflected specularly.
 
 use glam::{DVec3, Mat3, Vec3};
 
-use crate::propagation::diffuse::visibility_cells::VisibilityCells;
-use crate::propagation::rays::directions::{mix, unit};
+use crate::propagation::diffuse::transport::SceneField;
 use crate::scene::SourcePose;
 
 /// Rays traced beyond the depth of discrete paths.
-pub const FAR_RAYS: usize = 8;
+pub const FAR_RAYS: usize = 16;
 
-/// Last bounce of a far ray: in a diffuse field of absorption 0.1 its energy has fallen by 15 dB, enough for the decay.
+/// Last bounce of a far ray, where what is left is scattered: at a scattering coefficient of 0.1 that is 3 %.
 pub const FAR_BOUNCES: usize = 32;
 
 /// Origin and directions of source rays, and their other inputs.
@@ -20,10 +19,8 @@ pub const FAR_BOUNCES: usize = 32;
 pub struct SourceRays<'a> {
     /// The source, local coordinates.
     pub origin: DVec3,
-    /// The listener, local coordinates.
-    pub listener: DVec3,
-    /// The listener's viewpoints.
-    pub viewpoints: &'a VisibilityCells,
+    /// The scene's late field, whose patches take what scatters.
+    pub field: &'a SceneField,
     /// The source's pose and settings; its directivity weights the rays.
     pub pose: SourcePose,
     /// The lattice ([`crate::propagation::rays::directions::lattice`]), one unit vector per ray.
@@ -34,8 +31,6 @@ pub struct SourceRays<'a> {
     pub rotation: u64,
     /// Highest order of discrete paths.
     pub depth: usize,
-    /// Seed of the diffuse bounces.
-    pub seed: u64,
     /// Revision of the scene: the same revision has the same rays.
     pub scene_state: u64,
     /// While instances move, the first revision since which only their poses have changed; otherwise `scene_state`. Rays of
@@ -47,7 +42,7 @@ pub struct SourceRays<'a> {
 
 /// Rays of `count` that one far ray represents.
 pub(crate) fn rays_per_far_ray(count: usize) -> usize {
-    (count / FAR_RAYS).max(1)
+    count.div_ceil(FAR_RAYS).max(1)
 }
 
 /// Whether ray `index` of `count` is a far one in a rotation. Each rotation has another residue, which covers all heights
@@ -58,13 +53,6 @@ pub fn is_far(index: usize, count: usize, rotation: u64) -> bool {
 }
 
 impl SourceRays<'_> {
-    /// Random number `k` of a ray's bounce, 0 to below 1.
-    #[inline(always)]
-    pub(crate) fn random(&self, index: u32, step: usize, k: u64) -> f32 {
-        let key = self.rotation << 32 | u64::from(index) << 8 | (step as u64) << 2;
-        unit(mix(self.seed ^ mix(key | k)))
-    }
-
     /// Number of rays.
     pub(crate) fn count(&self) -> usize {
         self.directions.len()

@@ -1,28 +1,26 @@
-//! Tracing of source rays in packets: their energy from bounce to bounce, and the late energy of each bounce.
+//! Tracing of source rays in packets: their energy from bounce to bounce, and the late energy of each bounce. Rays are
+//! reflected specularly; what scatters leaves them.
 
 use crate::acoustics::{BANDS, BandArray};
 use crate::geometry::Ray;
-use crate::propagation::diffuse::bounce_buffer::{BounceBuffer, BouncePacket, amplify, weight};
+use crate::propagation::diffuse::bounce_buffer::{
+    BounceBuffer, BounceEnergy, BouncePacket, amplify_by, weight,
+};
 use crate::propagation::diffuse::ray_statistics::RayStatistics;
 use crate::propagation::diffuse::source_rays::{
     FAR_BOUNCES, FAR_RAYS, SourceRays, is_far, rays_per_far_ray,
 };
 use crate::propagation::diffuse::static_hit_cache::StaticHitCache;
 use crate::propagation::image_source::sequence_set::SequenceSet;
-use crate::propagation::rays::directions::lambert_direction;
 use crate::propagation::rays::packet::{PACKET_SIZE, PerRay, RayPacket, lanes, put_vector, vector};
 use crate::scene::{Scene, Surface};
 use crate::simd::kernel;
 
-/// Band of the scattering coefficient that is the probability of a diffuse bounce: around 1 kHz.
-const SCATTERING_BAND: usize = 4;
+/// Share of its energy below which a ray ends: −50 dB.
+const MIN_SHARE: f32 = 1e-5;
 
-/// Share of its energy below which a ray ends: −60 dB.
-const MIN_SHARE: f32 = 1e-6;
-
-/// Most far rays of any number of rays: one in `count / FAR_RAYS`, rounded down. They are one packet.
-const MAX_FAR_RAYS: usize = 2 * FAR_RAYS;
-const _: () = assert!(MAX_FAR_RAYS <= PACKET_SIZE);
+// Far rays are one packet.
+const _: () = assert!(FAR_RAYS <= PACKET_SIZE);
 
 /// Scratch memory and results of tracing one rotation's rays.
 #[derive(Debug, Clone, Default)]
@@ -58,7 +56,7 @@ kernel! {
             let mut far_lanes = 0;
             for (lane, index) in (first..count).take(PACKET_SIZE).enumerate() {
                 packet_rays.begin(from, lane, index);
-                if is_far(index, count, from.rotation) && statistics.far_count() < MAX_FAR_RAYS {
+                if is_far(index, count, from.rotation) && statistics.far_count() < FAR_RAYS {
                     packet_rays.far[lane] = statistics.begin_far_ray(index) as u8;
                     far_lanes |= 1 << lane;
                 }
@@ -67,7 +65,7 @@ kernel! {
             let gain = gain(1, count);
             for step in 0..depth {
                 let weights = &mut weights[step..];
-                let bounce = PacketStep { step, gain, far_lanes, weights, stride: depth, statistics, static_hits };
+                let bounce = PacketStep { step, gain, weights, stride: depth, statistics, static_hits };
                 packet_rays.bounce(scene, from, bounce, &mut packets[step], rays);
             }
             statistics.emit_sequences(scene, packets, found);
@@ -75,20 +73,16 @@ kernel! {
                 far_rays.take(usize::from(packet_rays.far[lane]), &packet_rays, lane);
             }
         }
-        let far_lanes = (1 << statistics.far_count()) - 1;
         let beyond = from.far_bounces();
-        if beyond > 0 && far_lanes != 0 {
+        if beyond > 0 && statistics.far_count() > 0 {
             let (packets, weights) = far.packets_from(0);
             let gain = gain(rays_per_far_ray(count), count);
             for step in depth..FAR_BOUNCES {
                 let index = step - depth;
                 let weights = &mut weights[index..];
-                let bounce = PacketStep { step, gain, far_lanes, weights, stride: beyond, statistics, static_hits };
+                let bounce = PacketStep { step, gain, weights, stride: beyond, statistics, static_hits };
                 far_rays.bounce(scene, from, bounce, &mut packets[index], rays);
             }
-        }
-        for lane in lanes(far_lanes & !far_rays.escaped) {
-            statistics.record_end(lane, &far_rays.share[lane], far_rays.time_s(scene, lane));
         }
     }
 }
@@ -103,8 +97,6 @@ struct PacketStep<'a> {
     /// Its index.
     step: usize,
     gain: f32,
-    /// Bit mask of the far rays.
-    far_lanes: u32,
     /// Weights of the bounces, `stride` apart.
     weights: &'a mut [f32],
     stride: usize,
@@ -119,17 +111,13 @@ struct RayState {
     /// Indices among all rays, and of far rays among those.
     index: PerRay<u32>,
     far: PerRay<u8>,
-    /// Bit masks: rays that have left the scene; with specular reflections in panels only; with panels only.
-    escaped: u32,
-    mirrored: u32,
+    /// Bit mask of the rays that were reflected by panels only, within the discrete depth.
     panels: u32,
     length_m: PerRay<f32>,
     /// The source's directivity as energy.
     squares: PerRay<BandArray>,
-    /// Share of the initial energy, without air absorption.
+    /// Share of the initial energy that is not scattered, without air absorption.
     share: PerRay<BandArray>,
-    /// Part of it that discrete paths carry.
-    specular: PerRay<BandArray>,
 }
 
 impl RayState {
@@ -137,13 +125,10 @@ impl RayState {
         rays: RayPacket::NONE,
         index: [0; PACKET_SIZE],
         far: [0; PACKET_SIZE],
-        escaped: 0,
-        mirrored: u32::MAX,
         panels: u32::MAX,
         length_m: [0.0; PACKET_SIZE],
         squares: [[1.0; BANDS]; PACKET_SIZE],
         share: [[1.0; BANDS]; PACKET_SIZE],
-        specular: [[1.0; BANDS]; PACKET_SIZE],
     };
 
     /// Starts a ray.
@@ -170,15 +155,9 @@ impl RayState {
         to.active |= (rays.active >> other & 1) << lane;
         self.index[lane] = others.index[other];
         self.far[lane] = others.far[other];
-        self.escaped |= (others.escaped >> other & 1) << lane;
         self.length_m[lane] = others.length_m[other];
         self.squares[lane] = others.squares[other];
         self.share[lane] = others.share[other];
-    }
-
-    #[inline(always)]
-    fn time_s(&self, scene: &Scene, lane: usize) -> f64 {
-        f64::from(self.length_m[lane]) / scene.speed_of_sound_m_s()
     }
 
     /// Casts the rays, records their bounces and reflects them.
@@ -200,34 +179,19 @@ impl RayState {
         } else {
             self.rays.cast(scene, &mut packet.met);
         }
-        self.escaped |= self.rays.active & !packet.met.rays;
         let mut surfaces = [None; PACKET_SIZE];
         self.gather_surfaces(scene, packet, &mut surfaces);
         if bounce.step >= from.depth {
             self.panels = 0;
         }
-        self.mirrored &= self.panels;
-        packet.mirrored = self.mirrored & packet.met.rays;
+        packet.mirrored = self.panels & packet.met.rays;
         for l in 0..PACKET_SIZE {
             self.length_m[l] += packet.met.leg_m[l];
-        }
-        for lane in lanes(packet.met.rays & bounce.far_lanes) {
-            let far = usize::from(self.far[lane]);
-            bounce.statistics.record_bounce(
-                far,
-                bounce.step,
-                &self.share[lane],
-                self.time_s(scene, lane),
-            );
         }
         let cosines = self.rays.mirror(&packet.met, &mut packet.normal);
         packet.point = self.rays.origin;
         packet.length_m = self.length_m;
         let spread_factors = packet.spread_factors(from.origin.as_vec3());
-        let mut randoms = [0.0; PACKET_SIZE];
-        for l in 0..PACKET_SIZE {
-            randoms[l] = from.random(self.index[l], bounce.step, 0);
-        }
         let is_omni = from.pose.settings.directivity.is_omni();
         self.rays.last = packet.met.surface;
         self.rays.active = 0;
@@ -237,30 +201,20 @@ impl RayState {
             };
             let scattering = &scene.material_of(surface).scattering;
             let reflected = scene.reflectance_of(surface).energy(cosines[lane]);
-            let mut energy = self.reflect(lane, &reflected, scattering);
-            let random = |k: u64| from.random(self.index[lane], bounce.step, k);
-            if randoms[lane] < scattering[SCATTERING_BAND] {
-                self.mirrored &= !(1 << lane);
-                let normal = vector(&packet.normal, lane);
-                let onward = lambert_direction(normal, random(1), random(2));
-                put_vector(&mut self.rays.direction, lane, onward);
+            let is_last = bounce.step + 1 == FAR_BOUNCES;
+            let mut energy = self.reflect(lane, &reflected, scattering, is_last);
+            if !is_omni {
+                amplify_by(&mut energy, &self.squares[lane]);
             }
+            amplify_by(&mut energy, &[bounce.gain; BANDS]);
+            let leaving = weight(&energy.leaving, spread_factors[lane]);
+            bounce.weights[lane * bounce.stride] = leaving;
+            packet.energy[lane] = energy;
             let mut is_alive = false;
             for b in 0..BANDS {
                 is_alive |= self.share[lane][b] > MIN_SHARE;
             }
-            if !is_alive {
-                continue;
-            }
-            self.rays.active |= 1 << lane;
-            if !is_omni {
-                for b in 0..BANDS {
-                    energy[b] *= self.squares[lane][b];
-                }
-            }
-            amplify(&mut energy, bounce.gain);
-            bounce.weights[lane * bounce.stride] = weight(&energy, spread_factors[lane]);
-            packet.energy[lane] = energy;
+            self.rays.active |= u32::from(is_alive) << lane;
         }
         self.rays.normalize_or(&packet.normal);
     }
@@ -283,28 +237,34 @@ impl RayState {
         self.panels &= panels;
     }
 
-    /// Reflects a ray's energy; returns the late part of it.
+    /// Reflects a ray's energy. What is left after the last bounce is scattered.
     #[inline(always)]
-    fn reflect(&mut self, lane: usize, reflected: &BandArray, scattering: &BandArray) -> BandArray {
+    fn reflect(
+        &mut self,
+        lane: usize,
+        reflected: &BandArray,
+        scattering: &BandArray,
+        is_last: bool,
+    ) -> BounceEnergy {
         let share = &mut self.share[lane];
+        let mut energy = BounceEnergy {
+            incident: *share,
+            ..BounceEnergy::default()
+        };
         for b in 0..BANDS {
-            share[b] *= reflected[b];
+            energy.leaving[b] = share[b] * reflected[b];
         }
-        let mut energy = *share;
+        for b in 0..BANDS {
+            energy.scattered[b] = energy.leaving[b] * scattering[b];
+        }
+        for b in 0..BANDS {
+            share[b] = energy.leaving[b] - energy.scattered[b];
+        }
+        if is_last {
+            energy.scattered = energy.leaving;
+        }
         if self.panels >> lane & 1 == 1 {
-            let specular = &mut self.specular[lane];
-            // Loops of one product each are vectorised.
-            let mut factor = [0.0; BANDS];
-            for b in 0..BANDS {
-                factor[b] = reflected[b] * (1.0 - scattering[b]);
-            }
-            for b in 0..BANDS {
-                specular[b] *= factor[b];
-            }
-            for b in 0..BANDS {
-                let rest = energy[b] - specular[b];
-                energy[b] = if rest > 0.0 { rest } else { 0.0 };
-            }
+            energy.leaving = energy.scattered;
         }
         energy
     }

@@ -59,6 +59,11 @@ impl VisibilityCells {
     pub(crate) fn of_rotation(&self, rotation: usize) -> &[Vec3] {
         &self.viewpoints[rotation * GROUPS_PER_ROTATION..][..GROUPS_PER_ROTATION]
     }
+
+    /// The viewpoint of a group.
+    pub(crate) fn viewpoint(&self, group: usize) -> Vec3 {
+        self.viewpoints[group]
+    }
 }
 
 /// A viewpoint near a source and visible from it, constant within a cell, one per rotation; local coordinates. Adds the

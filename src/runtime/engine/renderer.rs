@@ -15,7 +15,7 @@ use super::messages::{AudioFrame, SampleSourceChange, UpdateMessage};
 use super::mixer::Mixer;
 use super::settings::EngineSettings;
 use super::statistics::{Metrics, add};
-use crate::extrapolation::{Extrapolator, FramePaths, LATE_SEGMENTS, PredictorState};
+use crate::extrapolation::{Extrapolator, FramePaths, LATE_GROUPS, LATE_SEGMENTS, PredictorState};
 use crate::generation::Generator;
 use crate::propagation::MAX_ORDER;
 use crate::runtime::engine::block_pacing::BlockPacing;
@@ -109,7 +109,9 @@ impl Renderer {
         let mut frame_paths = FramePaths::default();
         let paths = PredictorState::most_paths(settings.max_paths) + slots;
         frame_paths.paths.reserve(paths);
-        frame_paths.late.reserve(slots * LATE_SEGMENTS);
+        frame_paths
+            .late
+            .reserve(slots * LATE_SEGMENTS * LATE_GROUPS);
         Self {
             mixer: Mixer::new(
                 sources,

@@ -76,8 +76,7 @@ fn update(
         })
         .collect();
     let late = (0..bytes.below(4)).map(|slot| LateEnergy {
-        energy: std::array::from_fn(|_| bytes.numbers()),
-        decay_time_s: bytes.numbers(),
+        energy: std::array::from_fn(|_| std::array::from_fn(|_| bytes.numbers())),
         start_s: bytes.number(),
         mean_free_time_s: bytes.number(),
         ..LateEnergy::silent(SourceId::new(slot as u16, 0))

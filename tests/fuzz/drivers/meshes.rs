@@ -90,13 +90,8 @@ pub(crate) fn check(set: &PathSet) {
     }
     assert!(set.paths.windows(2).all(|pair| pair[0].id <= pair[1].id));
     for late in &set.late {
-        let energies = late.energy.iter().flatten();
-        assert!(
-            energies
-                .chain(&late.decay_time_s)
-                .all(|e| e.is_finite() && *e >= 0.0),
-            "{late:?}"
-        );
+        let mut energies = late.energy.as_flattened().as_flattened().iter();
+        assert!(energies.all(|e| e.is_finite() && *e >= 0.0), "{late:?}");
         assert!(
             late.start_s.is_finite() && late.mean_free_time_s.is_finite(),
             "{late:?}"

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use foresound::Result;
+use foresound::acoustics::BANDS;
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::extrapolation::PredictorKind;
 use foresound::generation::Hrtf;
 use foresound::output::wav::WavSink;
+use foresound::propagation::{LateEnergy, LateGroup, PathSet};
 use foresound::runtime::{OfflineSettings, Schedule};
 use foresound::scene::{SourceId, SourcePose};
 use foresound_tools::clip::Clip;
@@ -83,7 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         looped: false,
         path: None,
     }];
-    let response = |hrtf: &Arc<Hrtf>| -> Result<Vec<f32>> {
+    let response = |hrtf: &Arc<Hrtf>| -> Result<(Vec<f32>, PathSet)> {
         let session = Session {
             what: "impulse response",
             scene: &loaded.scene,
@@ -95,25 +97,45 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             settings: settings.clone(),
         };
         let mut output = Vec::new();
-        session.render(&mut |block| {
+        let rendered = session.render(&mut |block| {
             output.extend_from_slice(block);
             Ok(())
         })?;
         output.drain(..2 * lead);
-        Ok(output)
+        Ok((output, rendered.middle))
     };
-    let mono: Vec<f32> = response(&omni)?.iter().step_by(2).copied().collect();
+    let (mono, paths) = response(&omni)?;
+    let mono: Vec<f32> = mono.iter().step_by(2).copied().collect();
     if arguments.binaural {
-        sink.write(&response(&Arc::new(Hrtf::builtin(arguments.rate)?))?)?;
+        let hrtf = Arc::new(Hrtf::builtin(arguments.rate)?);
+        sink.write(&response(&hrtf)?.0)?;
     } else {
         sink.write(&mono)?;
     }
     sink.finish()?;
-    print_parameters(arguments, &room_parameters(&mono, arguments.rate));
+    let bands = room_parameters(&mono, arguments.rate);
+    print_parameters(arguments, &bands, &paths);
     Ok(())
 }
 
-fn print_parameters(arguments: &Arguments, bands: &[BandParameters]) {
+/// The decays of the late reverb in a band: reverberation time, and level of their energy relative to the free field at 1 m.
+fn slopes(paths: &PathSet, band: usize) -> Vec<serde_json::Value> {
+    let energy = |group: usize| -> f32 {
+        let of_source = |late: &LateEnergy| late.energy[group].iter().map(|e| e[band]).sum::<f32>();
+        paths.late.iter().map(of_source).sum()
+    };
+    let groups = paths.late_groups.iter().enumerate();
+    let audible = groups.filter(|(group, _)| energy(*group) > 0.0);
+    let slope = |(group, decay): (usize, &LateGroup)| {
+        json!({
+            "t60_s": decay.decay_time_s[band],
+            "level_db": 10.0 * f64::from(energy(group)).log10(),
+        })
+    };
+    audible.map(slope).collect()
+}
+
+fn print_parameters(arguments: &Arguments, bands: &[BandParameters], paths: &PathSet) {
     if arguments.json {
         let column = |value: fn(&BandParameters) -> Option<f64>| -> Vec<_> {
             bands.iter().map(value).collect()
@@ -126,6 +148,7 @@ fn print_parameters(arguments: &Arguments, bands: &[BandParameters]) {
             "c50_db": column(|b| b.c50_db),
             "c80_db": column(|b| b.c80_db),
             "d50": column(|b| b.d50),
+            "late": (0..BANDS).map(|band| slopes(paths, band)).collect::<Vec<_>>(),
         });
         outln!("{value}");
         return;

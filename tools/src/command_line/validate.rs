@@ -12,7 +12,7 @@ use crate::progress::Progress;
 
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Measure only this law.
+    /// Measure only this law, or all laws whose names start with it and a slash.
     #[arg(long)]
     law: Option<String>,
     /// Also write pictures of the laws into this folder.
@@ -26,7 +26,18 @@ pub(crate) struct Arguments {
 /// Success if all laws hold, exit code 1 otherwise.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let laws = match &arguments.law {
-        Some(law) => vec![law.as_str()],
+        // `late` is all laws whose names start with `late/`.
+        Some(law) => {
+            let is_part = |name: &&str| {
+                let rest = name.strip_prefix(law.as_str());
+                rest.is_some_and(|rest| rest.starts_with('/'))
+            };
+            let parts: Vec<_> = law_names().into_iter().filter(is_part).collect();
+            match parts.is_empty() {
+                true => vec![law.as_str()],
+                false => parts,
+            }
+        }
         None => law_names(),
     };
     let mut rows = Vec::new();

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::Row;
+use super::late;
 use super::rooms::{self, Probe};
 use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::acoustics::{BANDS, BandArray, Material};
@@ -71,7 +72,7 @@ fn case(size: [f32; 3], absorption: BandArray, scattering: f32) -> Result<Case> 
     });
     Ok(Case {
         name: format!("{x} x {y} x {z} m, scattering {scattering}"),
-        ours_s: probe.set.late[0].decay_time_s,
+        ours_s: late::late_decay_times(&probe.set),
         eyring_s,
     })
 }

@@ -145,16 +145,15 @@ fn add(response: &mut [[f64; BANDS]], window: f64, amplitude: [f64; BANDS]) {
 fn late(set: &PathSet) -> Response {
     let mut response = vec![[0.0; BANDS]; WINDOWS];
     for field in &set.late {
-        for step in late_segments(field, &field.decay_time_s) {
+        for segment in late_segments(field, &set.late_groups) {
+            let decay_time_s = &set.late_groups[usize::from(segment.group)].decay_time_s;
+            let start_s = f64::from(segment.start_s);
             for (window, sum) in response.iter_mut().enumerate() {
-                let start_s = f64::from(step.start_s).max(window as f64 * WINDOW_S);
-                let end_s = (window + 1) as f64 * WINDOW_S;
+                let from_s = start_s.max(window as f64 * WINDOW_S);
+                let to_s = start_s.max((window + 1) as f64 * WINDOW_S);
                 for b in 0..BANDS {
-                    let nepers_per_s =
-                        6.0 * std::f64::consts::LN_10 / f64::from(field.decay_time_s[b]);
-                    let left = |t: f64| (-nepers_per_s * t).exp() / nepers_per_s;
-                    let energy = f64::from(step.energy_per_s[b]) * (left(start_s) - left(end_s));
-                    sum[b] += energy.max(0.0);
+                    let energy = f64::from(segment.energy_per_s[b]);
+                    sum[b] += rooms::decayed(energy, decay_time_s[b], from_s, to_s);
                 }
             }
         }

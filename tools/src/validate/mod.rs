@@ -13,8 +13,10 @@ mod flush;
 mod free_field;
 mod invariance;
 pub mod joining;
+mod late;
 pub mod late_figures;
 mod late_sound;
+mod late_rooms;
 mod leak;
 mod mesh;
 mod mesh_rooms;
@@ -100,7 +102,7 @@ impl Case {
 type Law = fn() -> Result<Vec<Row>>;
 
 /// The laws by name.
-const LAWS: [(&str, Law); 22] = [
+const LAWS: [(&str, Law); 27] = [
     ("shoebox", shoebox::rows),
     ("recall", recall::rows),
     ("decay", decay::rows),
@@ -121,6 +123,11 @@ const LAWS: [(&str, Law); 22] = [
     ("late/density", late_sound::density),
     ("late/colour", late_sound::colour),
     ("late/coherence", late_sound::coherence),
+    ("partition", late::partition),
+    ("late/slopes", late::slopes),
+    ("late/direction", late::direction),
+    ("late/independence", late::independence),
+    ("late/steady", late::steady),
     ("thread count", thread_count::rows),
     ("mesh", mesh::rows),
 ];

@@ -79,3 +79,10 @@ pub fn six_walls(size: Vec3, walls: [Material; 6]) -> Result<Arc<Scene>> {
     }
     commit(&mesh, walls.to_vec())
 }
+
+/// Energy of a decay between two times after emission in seconds: `energy_per_s` at emission, reverberation time in seconds.
+pub fn decayed(energy_per_s: f64, decay_time_s: f32, from_s: f64, to_s: f64) -> f64 {
+    let nepers_per_s = 6.0 * std::f64::consts::LN_10 / f64::from(decay_time_s);
+    let left = |t: f64| (-nepers_per_s * t).exp() / nepers_per_s;
+    (energy_per_s * (left(from_s) - left(to_s))).max(0.0)
+}

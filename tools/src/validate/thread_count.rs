@@ -93,8 +93,13 @@ fn put_words(set: &PathSet, words: &mut Vec<u32>) {
         words.extend(surfaces);
     }
     for late in &set.late {
-        let values = late.energy.as_flattened().iter().chain(&late.decay_time_s);
+        let values = late.energy.as_flattened().as_flattened().iter();
         let values = values.chain([&late.start_s, &late.mean_free_time_s]);
+        words.extend(values.map(|value| value.to_bits()));
+    }
+    for group in &set.late_groups {
+        let values = group.directions.as_flattened().iter();
+        let values = values.chain(&group.decay_time_s);
         words.extend(values.map(|value| value.to_bits()));
     }
 }

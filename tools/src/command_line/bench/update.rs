@@ -109,7 +109,7 @@ fn digested(before: u64, set: &PathSet) -> u64 {
         add(u64::from(*edge));
     }
     for late in &set.late {
-        let numbers = late.energy.iter().flatten().chain(&late.decay_time_s);
+        let numbers = late.energy.as_flattened().as_flattened().iter();
         numbers.for_each(|n| add(u64::from(n.to_bits())));
         add(u64::from(late.start_s.to_bits()));
         add(u64::from(late.mean_free_time_s.to_bits()));

@@ -1,0 +1,201 @@
+//! Energy of one rotation's rays at the patches of the scene.
+//!
+//! Bounces that [`crate::propagation::diffuse::next_event`] selects leave their scattered energy at the patch that they see;
+//! what the wall transmits goes to the patch behind it. Deposits of one patch and span of time are added.
+
+use crate::acoustics::bands::exp_neg;
+use crate::acoustics::{BANDS, BandArray};
+use crate::propagation::diffuse::bounce_buffer::Bounce;
+use crate::propagation::diffuse::envelope::ArrivalHistogram;
+use crate::propagation::diffuse::listener_field::ListenerField;
+use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
+use crate::propagation::diffuse::transport::{STEPS, SceneField};
+use crate::scene::Scene;
+use crate::simd::{LaneSet, kernel};
+
+/// Ends of the spans of time in time steps; the last one has none.
+const SPAN_ENDS: [f32; SPANS - 1] = [2.0, 4.0, 7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 58.0];
+const SPANS: usize = 10;
+
+/// Energy at a patch in a span of time.
+#[derive(Debug, Clone, Copy, Default)]
+struct Deposit {
+    /// Energy that the patch radiates.
+    scattered: BandArray,
+    /// Energy that leaves the patch and is heard directly.
+    leaving: BandArray,
+    /// Sums of delays in time steps times weights, and of weights.
+    steps: f32,
+    weight: f32,
+}
+
+/// Deposits of a source.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Deposits {
+    /// Patch and span of each entry.
+    entries: Vec<(u16, Deposit)>,
+}
+
+impl Deposits {
+    pub(crate) fn reserve(&mut self, count: usize) {
+        self.entries
+            .reserve(count.saturating_sub(self.entries.len()));
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.entries.clear();
+    }
+
+    /// Adds a bounce times a gain; `is_heard` if its leaving energy is heard through the patch. Adds the rays cast to `rays`.
+    pub(crate) fn add(
+        &mut self,
+        scene: &Scene,
+        field: &SceneField,
+        bounce: &Bounce,
+        gain: f32,
+        is_heard: bool,
+        rays: &mut u64,
+    ) {
+        let (point, normal) = (bounce.point, bounce.normal);
+        let Some(sample) = field.samples.locate(scene, point, normal, rays) else {
+            return;
+        };
+        let sample = field.samples.all[sample];
+        let steps = bounce.length_m / (scene.speed_of_sound_m_s() as f32 * field.step_s);
+        let mut air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * bounce.length_m));
+        for value in &mut air {
+            *value *= gain;
+        }
+        let times = |energy: &BandArray| std::array::from_fn(|b| energy[b] * air[b]);
+        let scattered = times(&bounce.energy.scattered);
+        let mut leaving = [0.0; BANDS];
+        if is_heard {
+            leaving = times(&bounce.energy.leaving);
+            let patch = usize::from(sample.patch);
+            let factor = field.samples.leg_factor(patch, bounce.next_m);
+            for b in 0..BANDS {
+                leaving[b] = scattered[b] + (leaving[b] - scattered[b]).max(0.0) * factor;
+            }
+        }
+        self.add_to(sample.patch, steps, &scattered, &leaving);
+        if let Some(behind) = sample.behind {
+            let factor = scene.transmission_factor(bounce.surface);
+            let incident = times(&bounce.energy.incident);
+            let through = std::array::from_fn(|b| incident[b] * factor[b] * factor[b]);
+            self.add_to(behind, steps, &through, &through);
+        }
+    }
+
+    fn add_to(&mut self, patch: u16, steps: f32, scattered: &BandArray, leaving: &BandArray) {
+        let sum: f32 = scattered.iter().chain(leaving).sum();
+        // A source at an infinite distance is silent.
+        if !(sum.is_finite() && steps.is_finite()) {
+            return;
+        }
+        let span = SPAN_ENDS.iter().filter(|end| steps >= **end).count();
+        let key = patch * SPANS as u16 + span as u16;
+        let found = self.entries.iter().position(|(other, _)| *other == key);
+        let index = found.unwrap_or_else(|| {
+            self.entries.push((key, Deposit::default()));
+            self.entries.len() - 1
+        });
+        let deposit = &mut self.entries[index].1;
+        for b in 0..BANDS {
+            deposit.scattered[b] += scattered[b];
+            deposit.leaving[b] += leaving[b];
+        }
+        deposit.steps += sum * steps;
+        deposit.weight += sum;
+    }
+}
+
+/// Sum of a source's deposits over its rotations.
+#[derive(Debug, Clone)]
+pub(crate) struct DepositSums {
+    sums: Box<[Deposit; MAX_PATCHES * SPANS]>,
+}
+
+impl Default for DepositSums {
+    fn default() -> Self {
+        Self {
+            sums: Box::new([Deposit::default(); MAX_PATCHES * SPANS]),
+        }
+    }
+}
+
+impl DepositSums {
+    pub(crate) fn clear(&mut self) {
+        self.sums.fill(Deposit::default());
+    }
+
+    /// Adds deposits times a gain.
+    pub(crate) fn add(&mut self, deposits: &Deposits, gain: f32) {
+        for (key, deposit) in &deposits.entries {
+            let sum = &mut self.sums[usize::from(*key)];
+            for b in 0..BANDS {
+                sum.scattered[b] += gain * deposit.scattered[b];
+                sum.leaving[b] += gain * deposit.leaving[b];
+            }
+            sum.steps += gain * deposit.steps;
+            sum.weight += gain * deposit.weight;
+        }
+    }
+
+    /// Adds what arrives at the listener.
+    pub(crate) fn gather(
+        &self,
+        field: &SceneField,
+        listener: &ListenerField,
+        histogram: &mut ArrivalHistogram,
+    ) {
+        for (key, deposit) in self.sums.iter().enumerate() {
+            let patch = key / SPANS;
+            if deposit.weight <= 0.0 || patch >= listener.patches.len() {
+                continue;
+            }
+            let delay_s = deposit.steps / deposit.weight * field.step_s;
+            let view = &listener.patches[patch];
+            let mut direct = deposit.leaving;
+            for b in 0..BANDS {
+                direct[b] *= view.energy[b];
+            }
+            histogram.add(delay_s + view.delay_s, &direct);
+            let response = &listener.response[patch * STEPS..][..STEPS];
+            // Negative before the straight line's arrival: the response starts later.
+            let at = delay_s / field.step_s - histogram.nearest_steps();
+            convolve(
+                LaneSet::best(),
+                response,
+                &deposit.scattered,
+                at,
+                &mut histogram.energy,
+            );
+        }
+    }
+}
+
+kernel! {
+    /// Adds a response times an energy, `at` time steps later. No fused products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn convolve<L>(response: &[BandArray], energy: &BandArray, at: f32, sum: &mut [BandArray; STEPS]) {
+        let whole = at.floor();
+        let rest = at - whole;
+        for (first, share) in [(whole, 1.0 - rest), (whole + 1.0, rest)] {
+            let mut gain = *energy;
+            for b in 0..BANDS {
+                gain[b] *= share;
+            }
+            let (skipped, later) = match first < 0.0 {
+                true => ((-first) as usize, 0),
+                false => (0, first as usize),
+            };
+            let response = response.get(skipped..).unwrap_or_default();
+            let sums = sum.get_mut(later..).unwrap_or_default();
+            for (sum, energy) in sums.iter_mut().zip(response) {
+                for b in 0..BANDS {
+                    sum[b] += gain[b] * energy[b];
+                }
+            }
+        }
+    }
+}

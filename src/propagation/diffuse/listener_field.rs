@@ -1,0 +1,278 @@
+//! What a listener hears of a scene's patches: levels, decays and directions.
+//!
+//! Own. Surface samples are connected to the listener by Lambert's law, like bounces in
+//! [`crate::propagation::diffuse::next_event`], and seen from the same viewpoints. With the responses of
+//! [`crate::propagation::diffuse::transport`] that gives the energy over time that arrives for a unit radiated by each
+//! patch. Decay times of the groups are fitted to the sum over all patches: they depend on the scene and the listener's
+//! position, not on any source.
+
+use glam::Vec3;
+
+use crate::acoustics::bands::exp_neg;
+use crate::acoustics::{BANDS, BandArray};
+use crate::geometry::Ray;
+use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::decay_fit::{decay_times, rates_of};
+use crate::propagation::diffuse::envelope::DecayColumns;
+use crate::propagation::diffuse::transport::{STEPS, SceneField};
+use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
+use crate::propagation::late_group::{
+    LATE_DIRECTION_VECTORS, LATE_DIRECTIONS, LATE_GROUPS, LateGroup,
+};
+use crate::scene::Scene;
+use crate::simd::{LaneSet, kernel};
+
+/// Time steps that the directions of each group are taken from.
+const DIRECTION_STEPS: [(usize, usize); LATE_GROUPS] = [(40, 80), (16, 40), (2, 16)];
+
+/// Cosine to a direction of [`LATE_DIRECTION_VECTORS`] from which on it takes a share of an arrival.
+const DIRECTION_COSINE: f32 = 0.5;
+
+/// What arrives from one patch.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct PatchView {
+    /// Energy for a unit that leaves the patch, air included.
+    pub(crate) energy: BandArray,
+    /// Mean delay in seconds.
+    pub(crate) delay_s: f32,
+    /// Shares of the energy by direction.
+    directions: [f32; LATE_DIRECTIONS],
+}
+
+/// The field at one listener position.
+#[derive(Debug, Clone, Default)]
+pub struct ListenerField {
+    /// Position and scene revision of the results.
+    of: Option<(Vec3, u64)>,
+    is_visible: Vec<bool>,
+    viewpoints: Vec<Option<Vec3>>,
+    scene_state: u64,
+    pub(crate) patches: Vec<PatchView>,
+    /// Energy that arrives in each time step for a unit that a patch radiates: `[patch × STEPS + step]`.
+    pub(crate) response: Vec<BandArray>,
+    /// Decay times and directions of the groups.
+    pub groups: [LateGroup; LATE_GROUPS],
+    /// Scratch memory: the response by time steps.
+    by_steps: Vec<BandArray>,
+    /// Columns of the fit of the groups' decays.
+    pub(crate) columns: DecayColumns,
+}
+
+impl ListenerField {
+    /// Makes the results invalid.
+    pub(crate) fn invalidate(&mut self) {
+        self.of = None;
+    }
+
+    /// Finds the field at a position in local coordinates, independently of earlier calls. Returns the number of rays cast.
+    pub fn renew(
+        &mut self,
+        scene: &Scene,
+        field: &SceneField,
+        listener: Vec3,
+        cells: &VisibilityCells,
+        scene_state: u64,
+    ) -> u64 {
+        if self.of == Some((listener, scene_state)) {
+            return 0;
+        }
+        self.of = Some((listener, scene_state));
+        let rays = self.test_visibility(scene, field, cells, scene_state);
+        self.connect(scene, field, listener);
+        let size = STEPS * field.patches();
+        self.by_steps.clear();
+        self.by_steps.resize(size, [0.0; BANDS]);
+        for (to, view) in self.patches.iter().enumerate() {
+            if view.energy.iter().any(|energy| *energy > 0.0) {
+                let delay = view.delay_s / field.step_s;
+                let leaving = field.response_of(to);
+                arrive(LaneSet::best(), leaving, view, delay, &mut self.by_steps);
+            }
+        }
+        self.response.clear();
+        for from in 0..field.patches() {
+            let steps = self.by_steps.iter().skip(from).step_by(field.patches());
+            self.response.extend(steps);
+        }
+        self.fit_decays(field);
+        self.find_directions(field);
+        rays
+    }
+
+    fn test_visibility(
+        &mut self,
+        scene: &Scene,
+        field: &SceneField,
+        cells: &VisibilityCells,
+        scene_state: u64,
+    ) -> u64 {
+        let samples = &field.samples.all;
+        if self.scene_state != scene_state || self.is_visible.len() != samples.len() {
+            self.scene_state = scene_state;
+            self.is_visible.clear();
+            self.is_visible.resize(samples.len(), false);
+            self.viewpoints.clear();
+            self.viewpoints.resize(GROUPS, None);
+        }
+        let mut rays = 0;
+        for group in 0..GROUPS {
+            let to = cells.viewpoint(group);
+            if self.viewpoints[group].replace(to) == Some(to) {
+                continue;
+            }
+            for index in (group..samples.len()).step_by(GROUPS) {
+                let sample = &samples[index];
+                if sample.normal.dot(to - sample.point) <= 0.0 {
+                    self.is_visible[index] = false;
+                    continue;
+                }
+                rays += 1;
+                let leg = Ray::between(sample.point, to);
+                self.is_visible[index] = !scene.any_hit(&leg, [sample.surface, NO_GROUP]);
+            }
+        }
+        rays
+    }
+
+    /// Connects the visible samples to the listener.
+    fn connect(&mut self, scene: &Scene, field: &SceneField, listener: Vec3) {
+        let patches = field.patches();
+        self.patches.clear();
+        self.patches.resize(patches, PatchView::default());
+        let mut weights = vec![0.0f32; patches];
+        // A sample is a disc of its area.
+        let spread_m2 = field.samples.area_m2 / std::f32::consts::PI;
+        let count = field.samples.all.len() as f32;
+        for (sample, is_visible) in field.samples.all.iter().zip(&self.is_visible) {
+            let offset = listener - sample.point;
+            let square = offset.length_squared();
+            let length_m = square.sqrt();
+            let cosine = sample.normal.dot(offset) / length_m.max(1e-6);
+            if !is_visible || cosine <= 0.0 {
+                continue;
+            }
+            let patch = usize::from(sample.patch);
+            let kernel = cosine
+                / (std::f32::consts::PI * (square + spread_m2) * (count * field.share[patch]));
+            let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * length_m));
+            let view = &mut self.patches[patch];
+            for b in 0..BANDS {
+                view.energy[b] += kernel * air[b];
+            }
+            view.delay_s += kernel * length_m;
+            weights[patch] += kernel;
+            let towards = -offset / length_m.max(1e-6);
+            add_direction(&mut view.directions, towards, kernel);
+        }
+        let speed_m_s = scene.speed_of_sound_m_s() as f32;
+        for (view, weight) in self.patches.iter_mut().zip(weights) {
+            if weight > 0.0 {
+                view.delay_s /= weight * speed_m_s;
+                view.directions = view.directions.map(|share| share / weight);
+            }
+        }
+    }
+
+    /// Decay rates from what arrives of all patches, and of those that the listener sees.
+    fn fit_decays(&mut self, field: &SceneField) {
+        let patches = field.patches();
+        let mut all = [[0.0; BANDS]; STEPS];
+        let mut near = [[0.0; BANDS]; STEPS];
+        for step in 0..STEPS {
+            for from in 0..patches {
+                let arriving = &self.by_steps[step * patches + from];
+                let (share, view) = (field.share[from], &self.patches[from]);
+                for b in 0..BANDS {
+                    let energy = share * arriving[b];
+                    all[step][b] += energy;
+                    near[step][b] += energy * view.energy[b];
+                }
+            }
+        }
+        let rates = rates_of(&all, &near, field.step_s);
+        self.columns = DecayColumns::new(&rates, field.step_s);
+        let times = decay_times(&rates);
+        for (group, time_s) in self.groups.iter_mut().zip(times) {
+            group.decay_time_s = time_s;
+        }
+    }
+
+    /// Shares by direction, of energy that all patches radiate, and for the fastest group of energy that those radiate that
+    /// the listener sees.
+    fn find_directions(&mut self, field: &SceneField) {
+        let patches = field.patches();
+        for (number, group) in self.groups.iter_mut().enumerate() {
+            let (first, end) = DIRECTION_STEPS[number];
+            let mut sums = [[0.0; BANDS]; LATE_DIRECTIONS];
+            for (to, view) in self.patches.iter().enumerate() {
+                if view.energy.iter().all(|energy| *energy == 0.0) {
+                    continue;
+                }
+                let mut leaving = [0.0; BANDS];
+                let response = field.response_of(to);
+                for energies in response[first * patches..end * patches].chunks_exact(patches) {
+                    for (from, energy) in energies.iter().enumerate() {
+                        for b in 0..BANDS {
+                            let excited = match number {
+                                2 => field.share[from] * self.patches[from].energy[b],
+                                _ => field.share[from],
+                            };
+                            leaving[b] += excited * energy[b];
+                        }
+                    }
+                }
+                for (sum, share) in sums.iter_mut().zip(view.directions) {
+                    for b in 0..BANDS {
+                        sum[b] += share * leaving[b] * view.energy[b];
+                    }
+                }
+            }
+            for b in 0..BANDS {
+                let total: f32 = sums.iter().map(|sum| sum[b]).sum();
+                for (share, sum) in group.directions.iter_mut().zip(&sums) {
+                    share[b] = match total > 0.0 {
+                        true => sum[b] / total,
+                        false => 1.0 / LATE_DIRECTIONS as f32,
+                    };
+                }
+            }
+        }
+    }
+}
+
+/// Divides an energy between the directions around its own.
+fn add_direction(shares: &mut [f32; LATE_DIRECTIONS], towards: Vec3, energy: f32) {
+    let weight = |direction: &Vec3| {
+        (towards.dot(*direction) - DIRECTION_COSINE)
+            .max(0.0)
+            .powi(2)
+    };
+    let total: f32 = LATE_DIRECTION_VECTORS.iter().map(weight).sum();
+    if total > 0.0 {
+        for (share, direction) in shares.iter_mut().zip(&LATE_DIRECTION_VECTORS) {
+            *share += energy * weight(direction) / total;
+        }
+    }
+}
+
+kernel! {
+    /// Adds what arrives of one patch, `delay` time steps after it leaves. No fused products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn arrive<L>(leaving: &[BandArray], view: &PatchView, delay: f32, response: &mut [BandArray]) {
+        let patches = response.len() / STEPS;
+        let whole = (delay as usize).min(STEPS);
+        let rest = delay - whole as f32;
+        for (later, share) in [(whole, 1.0 - rest), (whole + 1, rest)] {
+            let mut gain = view.energy;
+            for b in 0..BANDS {
+                gain[b] *= share;
+            }
+            let first = (later * patches).min(response.len());
+            for (sum, energy) in response[first..].iter_mut().zip(leaving) {
+                for b in 0..BANDS {
+                    sum[b] += gain[b] * energy[b];
+                }
+            }
+        }
+    }
+}

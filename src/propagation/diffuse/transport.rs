@@ -1,0 +1,283 @@
+//! Transport of scattered energy between the patches of a scene, and the responses of patches to each other.
+//!
+//! Own; after acoustic radiance transfer (\[SILTANEN07\]) and common slopes (\[GOTZ23\]). A patch radiates by Lambert's
+//! law. Its rays are then reflected specularly; at each reflection the scattered part ends at a patch and is radiated by it
+//! again, and the transmitted part is radiated by the patch behind the wall. Specular reflections are therefore exact, the
+//! position within a patch is forgotten at scattering. The response of patch `j` to patch `i` is the energy that leaves `j`
+//! over time for one unit that `i` radiates, all orders. It belongs to the scene: sources and listeners share it.
+
+use crate::acoustics::bands::exp_neg;
+use crate::acoustics::{BANDS, BandArray};
+use crate::geometry::Ray;
+use crate::geometry::bvh::NO_GROUP;
+use crate::propagation::diffuse::surface_samples::{SurfaceSamples, facing, probe_ray};
+use crate::scene::Scene;
+use crate::simd::{LaneSet, kernel};
+
+/// Time steps of a response.
+pub(crate) const STEPS: usize = 80;
+
+/// Rays of a sample.
+const RAYS_PER_SAMPLE: usize = 16;
+
+/// Most specular reflections of a ray; what is left is then radiated by the last patch.
+const MAX_ORDER: usize = 40;
+
+/// Share of a ray's energy below which it ends in the same way: −30 dB.
+const MIN_SHARE: f32 = 1e-3;
+
+/// Classes of reflection orders (1, 2, 3 to 4, 5 to 8, …): transport within a class has two delays at most.
+const CLASSES: usize = 6;
+
+/// Share of a patch's radiated energy below which a transport is left out.
+const NEGLIGIBLE: f32 = 1e-7;
+
+/// Range of time steps in seconds.
+const STEP_RANGE_S: (f32, f32) = (0.001, 0.05);
+
+/// Energy that one patch sends to another within a class of orders.
+#[derive(Debug, Clone, Copy)]
+struct Transport {
+    from: u16,
+    to: u16,
+    /// In time steps, at least 1.
+    delay: u16,
+    /// Energy that leaves the other patch, and the scattered part of it.
+    leaving: BandArray,
+    scattered: BandArray,
+}
+
+/// Sums of a [`Transport`].
+#[derive(Debug, Clone, Copy, Default)]
+struct TransportSum {
+    leaving: BandArray,
+    scattered: BandArray,
+    /// Sums of lengths times weights, of their squares times weights, and of weights.
+    length_m: f32,
+    square_m2: f32,
+    weight: f32,
+}
+
+impl TransportSum {
+    /// Adds energy that arrives after `length_m` metres: heard from the patch, and scattered by it.
+    fn add(&mut self, length_m: f32, heard: &BandArray, scattered: &BandArray) {
+        let weight: f32 = heard.iter().sum();
+        self.length_m += weight * length_m;
+        self.square_m2 += weight * length_m * length_m;
+        self.weight += weight;
+        for b in 0..BANDS {
+            self.leaving[b] += heard[b];
+            self.scattered[b] += scattered[b];
+        }
+    }
+}
+
+/// The late field of a scene.
+#[derive(Debug, Clone, Default)]
+pub struct SceneField {
+    pub(crate) samples: SurfaceSamples,
+    /// Length of a time step in seconds.
+    pub(crate) step_s: f32,
+    /// Share of all samples of each patch.
+    pub(crate) share: Vec<f32>,
+    /// Energy that leaves patch `to` in a time step, for a unit that patch `from` radiates at time 0:
+    /// `[(to × STEPS + step) × patches + from]`.
+    responses: Vec<BandArray>,
+}
+
+impl SceneField {
+    /// Finds the field of a scene with about `count` samples. Adds the rays cast to `rays`.
+    pub fn new(scene: &Scene, count: usize, rays: &mut u64) -> Self {
+        let samples = SurfaceSamples::new(scene, count, rays);
+        let patches = samples.patches;
+        let mut share = vec![0.0; patches];
+        for sample in &samples.all {
+            share[usize::from(sample.patch)] += 1.0 / samples.all.len() as f32;
+        }
+        let step_s = samples.short_leg_m / scene.speed_of_sound_m_s() as f32;
+        let mut field = Self {
+            samples,
+            step_s: step_s.clamp(STEP_RANGE_S.0, STEP_RANGE_S.1),
+            share,
+            responses: Vec::new(),
+        };
+        field.renew(scene, rays);
+        field
+    }
+
+    /// Traces the transport between the patches anew, after motion of instances. Adds the rays cast to `rays`.
+    pub fn renew(&mut self, scene: &Scene, rays: &mut u64) {
+        let patches = self.patches();
+        if patches == 0 {
+            return;
+        }
+        let sums = self.trace(scene, rays);
+        let step_m = self.step_s * scene.speed_of_sound_m_s() as f32;
+        let transports = collect(&sums, patches, step_m);
+        self.responses.clear();
+        self.responses
+            .resize(patches * STEPS * patches, [0.0; BANDS]);
+        for (to, response) in self.responses.chunks_exact_mut(STEPS * patches).enumerate() {
+            respond(LaneSet::best(), &transports, to as u16, patches, response);
+        }
+    }
+
+    /// Number of patches.
+    pub(crate) fn patches(&self) -> usize {
+        self.samples.patches
+    }
+
+    /// Energy that leaves a patch in each time step, for each radiating patch.
+    pub(crate) fn response_of(&self, to: usize) -> &[BandArray] {
+        let size = STEPS * self.patches();
+        &self.responses[to * size..][..size]
+    }
+
+    /// Traces the rays of all samples. Returns the sums by class, source and destination.
+    fn trace(&self, scene: &Scene, rays: &mut u64) -> Vec<TransportSum> {
+        let patches = self.patches();
+        let mut sums = vec![TransportSum::default(); CLASSES * patches * patches];
+        let mut of_patch = vec![0u32; patches];
+        for sample in &self.samples.all {
+            of_patch[usize::from(sample.patch)] += RAYS_PER_SAMPLE as u32;
+        }
+        for (index, sample) in self.samples.all.iter().enumerate() {
+            let from = usize::from(sample.patch);
+            for number in 0..RAYS_PER_SAMPLE {
+                let mut ray = probe_ray(sample, index, number, RAYS_PER_SAMPLE);
+                let mut last = sample.surface;
+                let mut share = [1.0 / of_patch[from] as f32; BANDS];
+                let floor = MIN_SHARE * share[0];
+                let mut length_m = 0.0;
+                let mut patch = from;
+                for order in 0..MAX_ORDER {
+                    *rays += 1;
+                    let hit = scene.closest_hit(&ray, [last, NO_GROUP]);
+                    if order > 0 {
+                        // Specular energy is heard along its leg.
+                        let leg_m = hit.map(|hit| hit.t);
+                        let factor = self.samples.leg_factor(patch, leg_m);
+                        let heard = share.map(|share| share * factor);
+                        let index = (class_of(order - 1) * patches + from) * patches + patch;
+                        sums[index].add(length_m, &heard, &[0.0; BANDS]);
+                    }
+                    let Some(hit) = hit else { break };
+                    length_m += hit.t;
+                    let air = exp_neg(&scene.air_np_per_m().map(|m| 2.0 * m * hit.t));
+                    let normal = facing(scene, hit.group, ray.direction);
+                    let point = ray.at(hit.t);
+                    let cosine = -normal.dot(ray.direction);
+                    let found = self.samples.locate(scene, point, normal, rays);
+                    let found = found.map(|found| &self.samples.all[found]);
+                    patch = found.map_or(patch, |found| usize::from(found.patch));
+                    let surface = scene.surface(hit.group);
+                    let reflected = scene.reflectance_of(surface).energy(cosine);
+                    let scattering = &scene.material_of(surface).scattering;
+                    let mut scattered = [0.0; BANDS];
+                    let mut incident = share;
+                    for b in 0..BANDS {
+                        incident[b] *= air[b];
+                        let leaving = incident[b] * reflected[b];
+                        scattered[b] = leaving * scattering[b];
+                        share[b] = leaving - scattered[b];
+                    }
+                    let is_last = order + 1 == MAX_ORDER || share.iter().all(|s| *s < floor);
+                    if is_last {
+                        for b in 0..BANDS {
+                            scattered[b] += share[b];
+                        }
+                    }
+                    let first = (class_of(order) * patches + from) * patches;
+                    sums[first + patch].add(length_m, &scattered, &scattered);
+                    if let Some(behind) = found.and_then(|found| found.behind) {
+                        let factor = scene.transmission_factor(hit.group);
+                        let through = std::array::from_fn(|b| incident[b] * factor[b] * factor[b]);
+                        sums[first + usize::from(behind)].add(length_m, &through, &through);
+                    }
+                    if is_last {
+                        break;
+                    }
+                    last = hit.group;
+                    let onward = ray.direction + 2.0 * cosine * normal;
+                    ray = Ray::new(point, onward.normalize_or(normal));
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// Class of a reflection order, from 0.
+fn class_of(order: usize) -> usize {
+    ((usize::BITS - order.leading_zeros()) as usize).min(CLASSES - 1)
+}
+
+/// Transports of all classes by source.
+fn collect(sums: &[TransportSum], patches: usize, step_m: f32) -> Vec<Transport> {
+    let mut transports = Vec::new();
+    for from in 0..patches {
+        for class in 0..CLASSES {
+            // Rounding errors of delays are carried to the next patch.
+            let mut rest = 0.0;
+            for to in 0..patches {
+                let sum = &sums[(class * patches + from) * patches + to];
+                if sum.leaving.iter().all(|energy| *energy < NEGLIGIBLE) {
+                    continue;
+                }
+                let mean_m = sum.length_m / sum.weight;
+                let deviation_m = (sum.square_m2 / sum.weight - mean_m * mean_m)
+                    .max(0.0)
+                    .sqrt();
+                // Two delays with the mean and the variance of all.
+                let delays_m = match deviation_m > 0.5 * step_m {
+                    true => [Some(mean_m - deviation_m), Some(mean_m + deviation_m)],
+                    false => [Some(mean_m), None],
+                };
+                let part = if delays_m[1].is_some() { 0.5 } else { 1.0 };
+                for delay_m in delays_m.into_iter().flatten() {
+                    let delay = delay_m / step_m + rest;
+                    let rounded = delay.round().clamp(1.0, STEPS as f32);
+                    rest = (delay - rounded).clamp(-1.0, 1.0);
+                    transports.push(Transport {
+                        from: from as u16,
+                        to: to as u16,
+                        delay: rounded as u16,
+                        leaving: sum.leaving.map(|energy| part * energy),
+                        scattered: sum.scattered.map(|energy| part * energy),
+                    });
+                }
+            }
+        }
+    }
+    transports
+}
+
+kernel! {
+    /// Writes the energy that leaves patch `to` for a unit that each patch radiates: `[step × patches + from]`. No fused
+    /// products: all machines give the same bits.
+    #[allow(clippy::extra_unused_type_parameters, reason = "lanes are chosen by the function's features alone")]
+    fn respond<L>(transports: &[Transport], to: u16, patches: usize, response: &mut [BandArray]) {
+        for transport in transports.iter().filter(|transport| transport.to == to) {
+            let step = usize::from(transport.delay);
+            if step < STEPS {
+                let sum = &mut response[step * patches + usize::from(transport.from)];
+                for b in 0..BANDS {
+                    sum[b] += transport.leaving[b];
+                }
+            }
+        }
+        for step in 1..STEPS {
+            for transport in transports {
+                let delay = usize::from(transport.delay);
+                if delay >= step {
+                    continue;
+                }
+                let source = response[(step - delay) * patches + usize::from(transport.to)];
+                let sum = &mut response[step * patches + usize::from(transport.from)];
+                for b in 0..BANDS {
+                    sum[b] += transport.scattered[b] * source[b];
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,351 @@
+//! Laws *late*: decays, levels and directions of the late field against particles, its independence of other sources, and
+//! its steadiness.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use super::late_rooms::{self, Echogram, Room, STEP_S};
+use super::{Case, Row, rooms};
+use foresound::acoustics::BandArray;
+use foresound::acoustics::bands::CENTRES_HZ;
+use foresound::error::Result;
+use foresound::propagation::diffuse::late_segments;
+use foresound::propagation::{LATE_DIRECTION_VECTORS, PathSet, PropagationSettings, Propagator};
+use foresound::scene::{ListenerPose, Scene, SourceId, SourcePose};
+
+/// Octaves with a bound: 125 Hz to 4 kHz.
+const BANDS_JUDGED: std::ops::Range<usize> = 1..7;
+
+/// Particles of the oracle.
+const PARTICLES: u32 = 60_000;
+
+/// Band of the directions: 1 kHz.
+const BAND: usize = 4;
+
+/// Seeds of the rays that the scatter is taken over.
+const SEEDS: u64 = 6;
+
+/// The law's figures of one response in one octave.
+struct Figures {
+    edt_s: Option<f64>,
+    t20_s: Option<f64>,
+    t30_s: Option<f64>,
+    clarity_db: f64,
+    late_db: f64,
+}
+
+impl Figures {
+    fn of(echogram: &Echogram, band: usize, direct: f64) -> Self {
+        Self {
+            edt_s: echogram.decay_time_s(band, 0.0, -10.0),
+            t20_s: echogram.decay_time_s(band, -5.0, -25.0),
+            t30_s: echogram.decay_time_s(band, -5.0, -35.0),
+            clarity_db: echogram.clarity_db(band, direct),
+            late_db: echogram.late_db(band),
+        }
+    }
+}
+
+/// Law *late/slopes*: EDT, T20, T30, C80 and the level after 80 ms in every octave.
+pub(super) fn slopes() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for room in late_rooms::all() {
+        let scene = room.scene()?;
+        let set = propagate(&scene, &room, 1)?;
+        let ours = echogram_of(&set);
+        let exact = exact(&room, &scene);
+        let direct = direct_energy(&set);
+        let mut worst = [0.0f64; 5];
+        for band in BANDS_JUDGED {
+            let ours = Figures::of(&ours, band, direct[band]);
+            let exact = Figures::of(&exact, band, direct[band]);
+            let ratio = |a: Option<f64>, b: Option<f64>| match (a, b) {
+                (Some(a), Some(b)) => 100.0 * (a / b - 1.0).abs(),
+                (_, None) => 0.0,
+                (None, Some(_)) => 100.0,
+            };
+            let off = [
+                ratio(ours.edt_s, exact.edt_s),
+                ratio(ours.t20_s, exact.t20_s),
+                ratio(ours.t30_s, exact.t30_s),
+                (ours.clarity_db - exact.clarity_db).abs(),
+                (ours.late_db - exact.late_db).abs(),
+            ];
+            if std::env::var_os("LATE_TRACE").is_some() {
+                let text = |t: Option<f64>| t.map_or("-".into(), |t| format!("{t:.2}"));
+                eprintln!(
+                    "{:28} {:5.0} Hz edt {} {} t20 {} {} t30 {} {} c80 {:.1} {:.1} late {:.1} {:.1}",
+                    room.name,
+                    CENTRES_HZ[band],
+                    text(ours.edt_s),
+                    text(exact.edt_s),
+                    text(ours.t20_s),
+                    text(exact.t20_s),
+                    text(ours.t30_s),
+                    text(exact.t30_s),
+                    ours.clarity_db,
+                    exact.clarity_db,
+                    ours.late_db,
+                    exact.late_db
+                );
+            }
+            for (worst, off) in worst.iter_mut().zip(off) {
+                *worst = worst.max(off);
+            }
+        }
+        let mut case = Case::new(format!("late/slopes: {}", room.name));
+        case.at_most("EDT", worst[0], 10.0, "%");
+        case.at_most("T20", worst[1], 10.0, "%");
+        case.at_most("T30", worst[2], 10.0, "%");
+        case.at_most("C80", worst[3], 1.0, "dB");
+        case.at_most("level after 80 ms", worst[4], 1.0, "dB");
+        rows.extend(case.rows);
+    }
+    Ok(rows)
+}
+
+/// Law *late/direction*: shares of the energy after 80 ms by direction, squares of the cosines to the six axes.
+pub(super) fn direction() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for room in late_rooms::all() {
+        let scene = room.scene()?;
+        let set = propagate(&scene, &room, 1)?;
+        let exact = exact(&room, &scene);
+        let ours = shares(&late_directions(&set));
+        let exact = shares(&exact.directions);
+        if std::env::var_os("LATE_TRACE").is_some() {
+            eprintln!("{:28} {ours:.2?} {exact:.2?}", room.name);
+        }
+        let off = ours.iter().zip(exact).map(|(a, b)| (a - b).abs());
+        let law = format!("late/direction: {}", room.name);
+        rows.push(Row::at_most(law, off.fold(0.0, f64::max), 0.1, ""));
+    }
+    Ok(rows)
+}
+
+/// Law *late/independence*: a source's T30 and level when another one is added in the other room.
+pub(super) fn independence() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for room in late_rooms::all() {
+        let Some(others) = room.name.strip_prefix("source dead, ") else {
+            continue;
+        };
+        let scene = room.scene()?;
+        let own = SourcePose::at(SourceId::new(1, 0), room.source);
+        let other = SourcePose::at(SourceId::new(0, 0), Vec3::new(2.0, 1.5, 4.0));
+        let alone = of_source(&update(&scene, room.listener, &[own], 1)?, own.id);
+        let both = of_source(&update(&scene, room.listener, &[other, own], 1)?, own.id);
+        let (mut time, mut level) = (0.0f64, 0.0f64);
+        for band in BANDS_JUDGED {
+            let times = [&alone, &both].map(|e| e.decay_time_s(band, -5.0, -35.0));
+            if let [Some(alone), Some(both)] = times {
+                time = time.max(100.0 * (both / alone - 1.0).abs());
+            }
+            level = level.max((alone.late_db(band) - both.late_db(band)).abs());
+        }
+        let mut case = Case::new(format!("late/independence: {others}"));
+        case.at_most("T30", time, 1.0, "%");
+        case.at_most("level after 80 ms", level, 0.1, "dB");
+        rows.extend(case.rows);
+    }
+    Ok(rows)
+}
+
+/// Law *late/steady*: standard deviation of T30 and level over seeds of the rays and numbers of the source.
+pub(super) fn steady() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for room in late_rooms::all() {
+        let scene = room.scene()?;
+        let mut all = Vec::new();
+        for seed in 1..=SEEDS {
+            all.push(echogram_of(&propagate(&scene, &room, seed)?));
+        }
+        let (mut time, mut level) = (0.0f64, 0.0f64);
+        for band in BANDS_JUDGED {
+            let levels: Vec<f64> = all.iter().map(|e| e.late_db(band)).collect();
+            level = level.max(deviation(&levels));
+            let times = all.iter().map(|e| e.decay_time_s(band, -5.0, -35.0));
+            if let Some(times) = times.collect::<Option<Vec<f64>>>() {
+                let logarithms: Vec<f64> = times.iter().map(|t| 100.0 * t.ln()).collect();
+                time = time.max(deviation(&logarithms));
+            }
+        }
+        let mut case = Case::new(format!("late/steady: {}", room.name));
+        case.at_most("T30", time, 3.0, "%");
+        case.at_most("level after 80 ms", level, 0.5, "dB");
+        rows.extend(case.rows);
+    }
+    Ok(rows)
+}
+
+/// Law *partition*: level in the next room over that in the source's by ISO 12354-1: −R + 10 lg(S / A).
+pub(super) fn partition() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for room in late_rooms::all() {
+        let Some(loss_db) = room.name.strip_prefix("partition of ") else {
+            continue;
+        };
+        let loss_db: f64 = loss_db.trim_end_matches(" dB").parse().unwrap_or(f64::NAN);
+        let scene = room.scene()?;
+        let near = Room {
+            listener: Vec3::new(3.6, 1.5, 2.7),
+            ..room.clone()
+        };
+        let levels = [&room, &near].map(|room| -> Result<f64> {
+            let set = propagate(&scene, room, 1)?;
+            let late: f64 = echogram_of(&set).energy.iter().map(|e| e[BAND]).sum();
+            Ok(10.0 * late.log10())
+        });
+        let [behind, near] = levels;
+        let difference_db = behind? - near?;
+        // 12 m² of partition; 94 m² of absorption 0.15 and the air of 60 m³.
+        let air = 8.0 * f64::from(scene.air_np_per_m()[BAND]) * 60.0;
+        let expected_db = -loss_db + 10.0 * (12.0 / (94.0 * 0.15 + air)).log10();
+        let off = (difference_db - expected_db).abs();
+        rows.push(Row::at_most(
+            format!("partition: {}", room.name),
+            off,
+            1.5,
+            "dB",
+        ));
+    }
+    Ok(rows)
+}
+
+/// T30 of the late energy of all sources per band, in seconds.
+pub(super) fn late_decay_times(set: &PathSet) -> BandArray {
+    let mut echogram = Echogram::new();
+    add_late(&mut echogram, set, |_| true);
+    std::array::from_fn(|band| {
+        let time_s = echogram.decay_time_s(band, -5.0, -35.0);
+        time_s.unwrap_or(f64::NAN) as f32
+    })
+}
+
+fn exact(room: &Room, scene: &Scene) -> Echogram {
+    room.trace(scene.air_np_per_m(), scene.speed_of_sound_m_s(), PARTICLES)
+}
+
+fn propagate(scene: &Arc<Scene>, room: &Room, seed: u64) -> Result<PathSet> {
+    let source = SourcePose::at(SourceId::new((seed % 3) as u16, 0), room.source);
+    update(scene, room.listener, &[source], seed)
+}
+
+fn update(
+    scene: &Arc<Scene>,
+    listener: Vec3,
+    sources: &[SourcePose],
+    seed: u64,
+) -> Result<PathSet> {
+    let settings = PropagationSettings {
+        seed,
+        ..PropagationSettings::default()
+    };
+    let mut propagator = Propagator::new(Arc::clone(scene), settings)?;
+    let ear = ListenerPose::facing(listener, 0.0);
+    propagator.warm_up(&ear, sources);
+    let mut set = PathSet::default();
+    propagator.update(&ear, sources, 0.0, &mut set);
+    Ok(set)
+}
+
+/// Energy of the direct path per band.
+fn direct_energy(set: &PathSet) -> [f64; 8] {
+    let direct = set.paths.iter().find(|path| path.is_direct());
+    let energy = |a: f32| f64::from(a).powi(2);
+    direct.map_or([0.0; 8], |path| path.amplitude.map(energy))
+}
+
+/// Discrete paths without the direct one, and late energy.
+fn echogram_of(set: &PathSet) -> Echogram {
+    let mut echogram = Echogram::new();
+    for source in &set.sources {
+        add_source(&mut echogram, set, source.id);
+    }
+    echogram
+}
+
+fn of_source(set: &PathSet, source: SourceId) -> Echogram {
+    let mut echogram = Echogram::new();
+    add_source(&mut echogram, set, source);
+    echogram
+}
+
+fn add_source(echogram: &mut Echogram, set: &PathSet, source: SourceId) {
+    let speed_m_s = 343.4;
+    for path in set
+        .paths
+        .iter()
+        .filter(|p| p.source == source && !p.is_direct())
+    {
+        let step = (f64::from(path.length_m) / speed_m_s / STEP_S) as usize;
+        if let Some(sum) = echogram.energy.get_mut(step) {
+            for (sum, amplitude) in sum.iter_mut().zip(path.amplitude) {
+                *sum += f64::from(amplitude).powi(2);
+            }
+        }
+    }
+    add_late(echogram, set, |id| id == source);
+}
+
+fn add_late(echogram: &mut Echogram, set: &PathSet, is_added: impl Fn(SourceId) -> bool) {
+    for late in set.late.iter().filter(|late| is_added(late.source)) {
+        for segment in late_segments(late, &set.late_groups) {
+            let decay_time_s = &set.late_groups[usize::from(segment.group)].decay_time_s;
+            for (step, sum) in echogram.energy.iter_mut().enumerate() {
+                let start_s = f64::from(segment.start_s);
+                let from_s = start_s.max(step as f64 * STEP_S);
+                let to_s = start_s.max((step + 1) as f64 * STEP_S);
+                for b in 0..8 {
+                    let energy = f64::from(segment.energy_per_s[b]);
+                    sum[b] += rooms::decayed(energy, decay_time_s[b], from_s, to_s);
+                }
+            }
+        }
+    }
+}
+
+/// Directions of what arrives after 80 ms at 1 kHz, and their energies.
+fn late_directions(set: &PathSet) -> Vec<(DVec3, f64)> {
+    let mut found = Vec::new();
+    for path in set.paths.iter().filter(|p| p.length_m > 0.08 * 343.4) {
+        let towards = (path.image - set.listener.position).normalize();
+        let energy = f64::from(path.amplitude[BAND]).powi(2);
+        found.push((towards.as_dvec3(), energy));
+    }
+    for segment in set
+        .late
+        .iter()
+        .flat_map(|late| late_segments(late, &set.late_groups))
+    {
+        let group = &set.late_groups[usize::from(segment.group)];
+        let energy = f64::from(segment.energy_per_s[BAND]);
+        let from_s = f64::from(segment.start_s).max(0.08);
+        let energy = rooms::decayed(energy, group.decay_time_s[BAND], from_s, 100.0);
+        for (towards, share) in LATE_DIRECTION_VECTORS.iter().zip(&group.directions) {
+            found.push((towards.as_dvec3(), energy * f64::from(share[BAND])));
+        }
+    }
+    found
+}
+
+/// Shares towards −x, x, −y, y, −z, z by the squares of the cosines; they sum to 1.
+fn shares(arrivals: &[(DVec3, f64)]) -> [f64; 6] {
+    let total: f64 = arrivals.iter().map(|(_, energy)| energy).sum();
+    std::array::from_fn(|number| {
+        let sign = if number % 2 == 0 { -1.0 } else { 1.0 };
+        let share = |(towards, energy): &(DVec3, f64)| {
+            energy * (sign * towards[number / 2]).max(0.0).powi(2)
+        };
+        arrivals.iter().map(share).sum::<f64>() / total
+    })
+}
+
+/// Standard deviation.
+fn deviation(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (squares / (count - 1.0)).sqrt()
+}
