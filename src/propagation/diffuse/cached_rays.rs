@@ -126,7 +126,7 @@ impl CachedRays {
         let (count, depth, far_rays) = (from.count(), from.near_bounces(), from.max_far_rays());
         buffers.near.renew(count, depth);
         buffers.far.renew(far_rays, from.far_bounces());
-        buffers.statistics.renew(count, depth, far_rays);
+        buffers.statistics.renew(count, depth);
         if scene.has_instances() {
             buffers.statistics.legs.reserve(count * depth);
             let key = Some(CacheKey::of(from, from.fixed_since));

@@ -82,7 +82,7 @@ fn slow_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
 fn fast_slope(energy: &[BandArray; STEPS], band: usize) -> Option<f64> {
     let peak = energy.iter().map(|energy| energy[band]).fold(0.0, f32::max);
     let first = energy.iter().position(|energy| energy[band] == peak)?;
-    let first = first.max(FAST_START).min(STEPS - FAST_STEPS);
+    let first = first.clamp(FAST_START, STEPS - FAST_STEPS);
     let floor = FAST_FALL * peak;
     let count = energy[first..]
         .iter()

@@ -14,6 +14,7 @@ use crate::geometry::Ray;
 use crate::geometry::bvh::NO_GROUP;
 use crate::propagation::diffuse::decay_fit::{decay_times, rates_of};
 use crate::propagation::diffuse::envelope::DecayColumns;
+use crate::propagation::diffuse::surface_samples::MAX_PATCHES;
 use crate::propagation::diffuse::transport::{STEPS, SceneField};
 use crate::propagation::diffuse::visibility_cells::{GROUPS, VisibilityCells};
 use crate::propagation::late_group::{
@@ -139,7 +140,7 @@ impl ListenerField {
         let patches = field.patches();
         self.patches.clear();
         self.patches.resize(patches, PatchView::default());
-        let mut weights = vec![0.0f32; patches];
+        let mut weights = [0.0f32; MAX_PATCHES];
         // A sample is a disc of its area.
         let spread_m2 = field.samples.area_m2 / std::f32::consts::PI;
         let count = field.samples.all.len() as f32;

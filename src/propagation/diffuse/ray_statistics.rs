@@ -1,4 +1,4 @@
-//! Far rays, legs and specular prefixes of one rotation. Rays are traced in packets; lists that depend on an order are made
+//! Legs and specular prefixes of one rotation. Rays are traced in packets; lists that depend on an order are made
 //! afterwards, ray by ray.
 
 use crate::geometry::Ray;
@@ -13,8 +13,6 @@ use crate::scene::Scene;
 /// Statistics of one rotation's rays.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RayStatistics {
-    /// Indices of the far rays among all.
-    far: Vec<usize>,
     /// Prefixes so far.
     prefixes: PrefixSet,
     /// Recorded legs, and how many of them end at an instance.
@@ -23,10 +21,8 @@ pub(crate) struct RayStatistics {
 }
 
 impl RayStatistics {
-    /// Clears the statistics, for `count` rays of `depth` bounces, `far` of them far ones.
-    pub(crate) fn renew(&mut self, count: usize, depth: usize, far: usize) {
-        self.far.clear();
-        self.far.reserve(far);
+    /// Clears the statistics, for `count` rays of `depth` bounces.
+    pub(crate) fn renew(&mut self, count: usize, depth: usize) {
         self.prefixes.reset(count * depth);
         self.legs.clear();
         self.legs_to_instances = 0;
@@ -36,19 +32,6 @@ impl RayStatistics {
     pub(crate) fn record_leg(&mut self, leg: Ray, ends_at_instance: bool) {
         self.legs.push(leg);
         self.legs_to_instances += usize::from(ends_at_instance);
-    }
-
-    /// Adds ray `index` as a far ray and returns its index among these. Rays are added in order.
-    #[inline(always)]
-    pub(crate) fn begin_far_ray(&mut self, index: usize) -> usize {
-        self.far.push(index);
-        self.far.len() - 1
-    }
-
-    /// Number of far rays.
-    #[inline(always)]
-    pub(crate) fn far_count(&self) -> usize {
-        self.far.len()
     }
 
     /// Inserts the specular prefixes of a packet's rays, in the order of the rays.
@@ -101,7 +84,7 @@ mod tests {
     fn sequences_come_in_the_order_of_the_rays() {
         let scene = room();
         let mut statistics = RayStatistics::default();
-        statistics.renew(2 * PACKET_SIZE, DEPTH, 0);
+        statistics.renew(2 * PACKET_SIZE, DEPTH);
         let mut found = SequenceSet::with_capacity(2 * PACKET_SIZE * DEPTH);
         let mut expected = SequenceSet::with_capacity(2 * PACKET_SIZE * DEPTH);
         for round in 0..2 {

@@ -40,18 +40,6 @@ pub struct SourceRays<'a> {
     pub fixed_since: u64,
 }
 
-/// Rays of `count` that one far ray represents.
-pub(crate) fn rays_per_far_ray(count: usize) -> usize {
-    count.div_ceil(FAR_RAYS).max(1)
-}
-
-/// Whether ray `index` of `count` is a far one in a rotation. Each rotation has another residue, which covers all heights
-/// of the lattice.
-pub fn is_far(index: usize, count: usize, rotation: u64) -> bool {
-    let every = rays_per_far_ray(count);
-    index % every == (7 * rotation % every as u64) as usize
-}
-
 impl SourceRays<'_> {
     /// Number of rays.
     pub(crate) fn count(&self) -> usize {
@@ -70,7 +58,7 @@ impl SourceRays<'_> {
 
     /// Most far rays of any rotation.
     pub(crate) fn max_far_rays(&self) -> usize {
-        self.count().div_ceil(rays_per_far_ray(self.count()))
+        self.count().min(FAR_RAYS)
     }
 
     /// Most legs of all rays.

@@ -6,6 +6,7 @@
 
 use crate::geometry::bvh::NO_GROUP;
 use crate::geometry::{Hit, Ray};
+use crate::propagation::diffuse::source_rays::FAR_RAYS;
 use crate::scene::Scene;
 
 /// The hit of a leg in the fixed scene.
@@ -59,6 +60,8 @@ pub(crate) struct StaticHitCache {
     hits: Vec<CachedHit>,
     /// Whether each ray has hit an instance.
     has_diverged: Vec<bool>,
+    /// Ray of each far one's legs.
+    far_rays: [u32; FAR_RAYS],
 }
 
 impl StaticHitCache {
@@ -74,9 +77,17 @@ impl StaticHitCache {
         if !is_valid || self.hits.len() != legs {
             self.hits.clear();
             self.hits.resize(legs, CachedHit::UNKNOWN);
+            self.far_rays = [u32::MAX; FAR_RAYS];
         }
         self.has_diverged.clear();
         self.has_diverged.resize(rays, false);
+    }
+
+    /// Continues a ray as a far one, whose `legs` are those of another ray unless it was that far one before.
+    pub(crate) fn begin_far_ray(&mut self, far: usize, ray: u32, legs: std::ops::Range<usize>) {
+        if std::mem::replace(&mut self.far_rays[far], ray) != ray {
+            self.hits[legs].fill(CachedHit::UNKNOWN);
+        }
     }
 
     /// First hit of ray `index` on the leg of index `leg` from surface `last`.

@@ -7,9 +7,7 @@ use crate::propagation::diffuse::bounce_buffer::{
     BounceBuffer, BounceEnergy, BouncePacket, amplify_by, weight,
 };
 use crate::propagation::diffuse::ray_statistics::RayStatistics;
-use crate::propagation::diffuse::source_rays::{
-    FAR_BOUNCES, FAR_RAYS, SourceRays, is_far, rays_per_far_ray,
-};
+use crate::propagation::diffuse::source_rays::{FAR_BOUNCES, FAR_RAYS, SourceRays};
 use crate::propagation::diffuse::static_hit_cache::StaticHitCache;
 use crate::propagation::image_source::sequence_set::SequenceSet;
 use crate::propagation::rays::packet::{PACKET_SIZE, PerRay, RayPacket, lanes, put_vector, vector};
@@ -31,7 +29,9 @@ pub(crate) struct TraceBuffers {
     pub(crate) far: BounceBuffer,
     /// Cumulative weights during selection.
     pub(crate) sums: Vec<f64>,
-    /// Legs, specular prefixes, and energies of far rays.
+    /// States of all packets at the discrete depth.
+    states: Vec<RayState>,
+    /// Legs and specular prefixes.
     pub(crate) statistics: RayStatistics,
     /// The rotation's hits in the fixed scene, in a scene with instances.
     pub(crate) static_hits: StaticHitCache,
@@ -49,34 +49,34 @@ kernel! {
         rays: &mut u64,
     ) {
         let (count, depth) = (from.count(), from.near_bounces());
-        let TraceBuffers { near, far, statistics, static_hits, .. } = buffers;
-        let mut far_rays = RayState::NONE;
+        let TraceBuffers { near, far, statistics, static_hits, states, .. } = buffers;
+        // The source sends 4π.
+        let gain = 4.0 * std::f32::consts::PI / count as f32;
+        states.clear();
         for first in (0..count).step_by(PACKET_SIZE) {
             let mut packet_rays = RayState::NONE;
-            let mut far_lanes = 0;
             for (lane, index) in (first..count).take(PACKET_SIZE).enumerate() {
                 packet_rays.begin(from, lane, index);
-                if is_far(index, count, from.rotation) && statistics.far_count() < FAR_RAYS {
-                    packet_rays.far[lane] = statistics.begin_far_ray(index) as u8;
-                    far_lanes |= 1 << lane;
-                }
             }
             let (packets, weights) = near.packets_from(first);
-            let gain = gain(1, count);
             for step in 0..depth {
                 let weights = &mut weights[step..];
                 let bounce = PacketStep { step, gain, weights, stride: depth, statistics, static_hits };
                 packet_rays.bounce(scene, from, bounce, &mut packets[step], rays);
             }
             statistics.emit_sequences(scene, packets, found);
-            for lane in lanes(far_lanes) {
-                far_rays.take(usize::from(packet_rays.far[lane]), &packet_rays, lane);
-            }
+            states.push(packet_rays);
         }
         let beyond = from.far_bounces();
-        if beyond > 0 && statistics.far_count() > 0 {
+        if beyond > 0 {
+            let mut far_rays = select_far_rays(states, from.rotation);
+            if scene.has_instances() {
+                for lane in lanes(far_rays.rays.active) {
+                    let legs = from.far_leg_index(lane as u8, depth);
+                    static_hits.begin_far_ray(lane, far_rays.index[lane], legs..legs + beyond);
+                }
+            }
             let (packets, weights) = far.packets_from(0);
-            let gain = gain(rays_per_far_ray(count), count);
             for step in depth..FAR_BOUNCES {
                 let index = step - depth;
                 let weights = &mut weights[index..];
@@ -87,9 +87,36 @@ kernel! {
     }
 }
 
-/// Energy of a ray that represents `represented` of `count` rays; the source sends 4π.
-fn gain(represented: usize, count: usize) -> f32 {
-    4.0 * std::f32::consts::PI * represented as f32 / count as f32
+/// Chooses [`FAR_RAYS`] rays in proportion to the energy that they still have (systematic sampling, \[COCHRAN77\] 9A.2), with
+/// another start in each rotation; each represents the others' energy.
+#[inline(always)]
+fn select_far_rays(packets: &[RayState], rotation: u64) -> RayState {
+    let mut far = RayState::NONE;
+    let rays = || {
+        packets
+            .iter()
+            .flat_map(|rays| lanes(rays.rays.active).map(move |lane| (rays, lane)))
+    };
+    let total: f64 = rays().map(|(rays, lane)| rays.energy(lane)).sum();
+    let stride = total / FAR_RAYS as f64;
+    // The golden ratio spreads the starts.
+    let mut mark = stride * (rotation as f64 * 0.618_033_988_75 + 0.5).fract();
+    let (mut sum, mut count) = (0.0, 0);
+    for (rays, lane) in rays() {
+        let energy = rays.energy(lane);
+        sum += energy;
+        let mut marks = 0.0;
+        while mark < sum {
+            mark += stride;
+            marks += 1.0;
+        }
+        if marks > 0.0 && count < FAR_RAYS {
+            far.take(count, rays, lane);
+            far.represented[count] = (marks * stride / energy) as f32;
+            count += 1;
+        }
+    }
+    far
 }
 
 /// One bounce of a packet.
@@ -105,12 +132,13 @@ struct PacketStep<'a> {
 }
 
 /// State of a packet's rays, one per lane.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct RayState {
     rays: RayPacket,
-    /// Indices among all rays, and of far rays among those.
+    /// Indices among all rays.
     index: PerRay<u32>,
-    far: PerRay<u8>,
+    /// Rays that each one represents.
+    represented: PerRay<f32>,
     /// Bit mask of the rays that were reflected by panels only, within the discrete depth.
     panels: u32,
     length_m: PerRay<f32>,
@@ -124,7 +152,7 @@ impl RayState {
     const NONE: Self = Self {
         rays: RayPacket::NONE,
         index: [0; PACKET_SIZE],
-        far: [0; PACKET_SIZE],
+        represented: [1.0; PACKET_SIZE],
         panels: u32::MAX,
         length_m: [0.0; PACKET_SIZE],
         squares: [[1.0; BANDS]; PACKET_SIZE],
@@ -145,6 +173,13 @@ impl RayState {
         }
     }
 
+    /// Energy of a ray in all bands.
+    #[inline(always)]
+    fn energy(&self, lane: usize) -> f64 {
+        let bands = self.share[lane].iter().zip(&self.squares[lane]);
+        f64::from(bands.map(|(share, square)| share * square).sum::<f32>())
+    }
+
     /// Continues a ray of another packet beyond the discrete depth.
     #[inline(always)]
     fn take(&mut self, lane: usize, others: &Self, other: usize) {
@@ -154,7 +189,6 @@ impl RayState {
         to.last[lane] = rays.last[other];
         to.active |= (rays.active >> other & 1) << lane;
         self.index[lane] = others.index[other];
-        self.far[lane] = others.far[other];
         self.length_m[lane] = others.length_m[other];
         self.squares[lane] = others.squares[other];
         self.share[lane] = others.share[other];
@@ -206,7 +240,8 @@ impl RayState {
             if !is_omni {
                 amplify_by(&mut energy, &self.squares[lane]);
             }
-            amplify_by(&mut energy, &[bounce.gain; BANDS]);
+            let gain = bounce.gain * self.represented[lane];
+            amplify_by(&mut energy, &[gain; BANDS]);
             let leaving = weight(&energy.leaving, spread_factors[lane]);
             bounce.weights[lane * bounce.stride] = leaving;
             packet.energy[lane] = energy;
@@ -283,7 +318,7 @@ impl RayState {
             .cast_by(scene, &mut packet.met, |lane, ray, last| {
                 let leg = match step < from.near_bounces() {
                     true => from.near_leg_index(self.index[lane], step),
-                    false => from.far_leg_index(self.far[lane], step),
+                    false => from.far_leg_index(lane as u8, step),
                 };
                 static_hits.closest_hit(scene, ray, last, [self.index[lane] as usize, leg])
             });

@@ -8,7 +8,6 @@ use glam::{DVec3, Vec3};
 use super::late_rooms::{self, Echogram, Room, STEP_S};
 use super::{Case, Row, rooms};
 use foresound::acoustics::BandArray;
-use foresound::acoustics::bands::CENTRES_HZ;
 use foresound::error::Result;
 use foresound::propagation::diffuse::late_segments;
 use foresound::propagation::{LATE_DIRECTION_VECTORS, PathSet, PropagationSettings, Propagator};
@@ -72,24 +71,6 @@ pub(super) fn slopes() -> Result<Vec<Row>> {
                 (ours.clarity_db - exact.clarity_db).abs(),
                 (ours.late_db - exact.late_db).abs(),
             ];
-            if std::env::var_os("LATE_TRACE").is_some() {
-                let text = |t: Option<f64>| t.map_or("-".into(), |t| format!("{t:.2}"));
-                eprintln!(
-                    "{:28} {:5.0} Hz edt {} {} t20 {} {} t30 {} {} c80 {:.1} {:.1} late {:.1} {:.1}",
-                    room.name,
-                    CENTRES_HZ[band],
-                    text(ours.edt_s),
-                    text(exact.edt_s),
-                    text(ours.t20_s),
-                    text(exact.t20_s),
-                    text(ours.t30_s),
-                    text(exact.t30_s),
-                    ours.clarity_db,
-                    exact.clarity_db,
-                    ours.late_db,
-                    exact.late_db
-                );
-            }
             for (worst, off) in worst.iter_mut().zip(off) {
                 *worst = worst.max(off);
             }
@@ -114,9 +95,6 @@ pub(super) fn direction() -> Result<Vec<Row>> {
         let exact = exact(&room, &scene);
         let ours = shares(&late_directions(&set));
         let exact = shares(&exact.directions);
-        if std::env::var_os("LATE_TRACE").is_some() {
-            eprintln!("{:28} {ours:.2?} {exact:.2?}", room.name);
-        }
         let off = ours.iter().zip(exact).map(|(a, b)| (a - b).abs());
         let law = format!("late/direction: {}", room.name);
         rows.push(Row::at_most(law, off.fold(0.0, f64::max), 0.1, ""));

@@ -233,8 +233,10 @@ pub(super) fn all() -> Vec<Room> {
 impl Room {
     /// The room as a scene.
     pub(super) fn scene(&self) -> Result<Arc<Scene>> {
-        let mut mesh = TriangleMesh::default();
-        mesh.material_names = self.materials.iter().map(|m| m.name.clone()).collect();
+        let mut mesh = TriangleMesh {
+            material_names: self.materials.iter().map(|m| m.name.clone()).collect(),
+            ..TriangleMesh::default()
+        };
         for panel in &self.panels {
             let first = mesh.vertices.len() as u32;
             let (u, v) = ((panel.axis + 1) % 3, (panel.axis + 2) % 3);
@@ -268,7 +270,7 @@ impl Room {
             / (4.0 / 3.0 * std::f64::consts::PI * BALL_M.powi(3));
         let impedances: Vec<_> = self.materials.iter().map(impedance).collect();
         let mut random = Random(0x9e37_79b9_97f4_a7c5);
-        for number in 0..particles {
+        for _ in 0..particles {
             let mut at = source;
             let mut direction = random.sphere();
             let mut energy = share;
@@ -306,7 +308,6 @@ impl Room {
                     }
                 }
             }
-            let _ = number;
         }
         echogram.damp(air_np_per_m, speed_m_s);
         echogram
@@ -318,7 +319,7 @@ impl Room {
         for panel in &self.panels {
             let axis = panel.axis;
             let leg_m = (panel.at - at[axis]) / direction[axis];
-            if !(leg_m > 1e-9) || nearest.is_some_and(|(least, _)| leg_m >= least) {
+            if leg_m.is_nan() || leg_m <= 1e-9 || nearest.is_some_and(|(least, _)| leg_m >= least) {
                 continue;
             }
             let point = at + leg_m * direction;
