@@ -33,7 +33,7 @@ const ONE_DECAY: f64 = 1.0;
 const TWO_DECAYS: f64 = 2.0;
 
 /// Rate of the second group relative to the only decay.
-const SLOWER: f64 = 0.85;
+const SLOWER: f64 = 0.8;
 
 /// Decay rates in nepers of energy per second from energies per time step: of all patches, and of those
 /// near the listener.
