@@ -169,7 +169,7 @@ impl Heard {
         let square =
             |amplitude: &[f32; BANDS]| -> f64 { amplitude.iter().map(|a| f64::from(a * a)).sum() };
         let discrete: f64 = set.paths.iter().map(|p| square(&p.amplitude)).sum();
-        let late = set.late.iter().flat_map(|late| late.energy).flatten();
+        let late = set.late.iter().flat_map(|late| late.total());
         let images = set.paths.iter().filter(|p| p.diffraction_order == 0);
         Self {
             paths: images
