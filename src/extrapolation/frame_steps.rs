@@ -8,10 +8,10 @@ use super::frame::{FramePath, FramePaths, LateSend, allows};
 use super::predictor::{FrameContext, TrackedPath};
 use crate::extrapolation::geometric::{FrameInputs, extrapolate_late};
 use crate::extrapolation::work_budget::{Progress, WorkBudget, cost};
+use crate::propagation::LateEnergy;
 use crate::propagation::diffraction::direct_field;
 use crate::propagation::diffuse::late_segments;
 use crate::propagation::endpoints::Endpoints;
-use crate::propagation::{LATE_GROUPS, LATE_SEGMENTS, LateEnergy};
 use crate::scene::edges::DiffractingEdges;
 use crate::scene::{ListenerPose, SourceId, SourcePose};
 
@@ -119,7 +119,6 @@ impl Extrapolator {
             own.is_some_and(|pose| pose.settings.effects.late)
         };
         for late in self.late.iter().filter(|late| has_late(late)) {
-            let late = &for_networks(late);
             let segments = late_segments(late, &result.late_groups);
             // A group that a source does not send to takes no part.
             let segments = segments.filter(|segment| {
@@ -268,23 +267,6 @@ impl Extrapolator {
             late.push(source);
         })
     }
-}
-
-/// Groups that generation has a network for.
-const NETWORKS: usize = 1;
-
-/// Late energy whose further groups decay like the first one.
-fn for_networks(late: &LateEnergy) -> LateEnergy {
-    let mut folded = *late;
-    for group in NETWORKS..LATE_GROUPS {
-        for segment in 0..LATE_SEGMENTS {
-            let energy = std::mem::take(&mut folded.energy[group][segment]);
-            for (sum, energy) in folded.energy[0][segment].iter_mut().zip(energy) {
-                *sum += energy;
-            }
-        }
-    }
-    folded
 }
 
 /// Whether a source exists and its reflections are on.

@@ -27,7 +27,7 @@ const CAVITY_M: f32 = 0.5;
 const HEIGHT_M: f32 = 0.03;
 
 /// Bound of [`SurfaceSamples::leg_factor`].
-const MAX_LEG_FACTOR: f32 = 8.0;
+const MAX_LEG_FACTOR: f32 = 4.0;
 
 /// Most samples tried for a point whose nearest one is behind an obstacle.
 const MAX_TRIES: usize = 4;
